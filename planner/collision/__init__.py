@@ -1,0 +1,35 @@
+"""Questions about a configuration or a motion among obstacles. Start with :func:`make_checker`."""
+
+from __future__ import annotations
+
+from planner.collision.checker import CollisionChecker
+from planner.collision.self_pairs import generate_disabled_pairs
+from planner.collision.world import World
+from planner.errors import OptionError, choices
+from planner.robot import Robot
+from planner.scene import Scene
+
+BACKENDS = ("fcl",)
+
+
+def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float = 0.0) -> CollisionChecker:
+    """A collision checker of ``robot`` among the scene's obstacles.
+
+    ``margin`` (m) is a distance to keep from everything: what comes closer counts as a collision. Link pairs that need
+    no check come from the robot (its SRDF or robot file), else they are worked out.
+    """
+    kind = _backend(backend)
+    if not 0.0 <= margin < float("inf"):
+        raise OptionError(f"margin {margin:g} m is not usable: give a distance of 0 or more.")
+    disabled = robot.disabled_pairs
+    if disabled is None:
+        disabled = generate_disabled_pairs(robot, kind)
+    return kind(World.of(robot, scene, disabled, margin))
+
+
+def _backend(name: str) -> type[CollisionChecker]:
+    if name == "fcl":
+        from planner.collision.fcl_checker import FclChecker
+
+        return FclChecker
+    raise OptionError(f"collision backend '{name}' not found; backends are {choices(BACKENDS)}.")

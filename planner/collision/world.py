@@ -1,0 +1,88 @@
+"""What can touch what: the robot's bodies, the obstacles, and the pairs that are checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from planner.arrays import Bools, Floats, Ints, frozen
+from planner.kinematics.reach import Reach
+from planner.robot import Robot
+from planner.scene import Scene
+from planner.shapes import Body, Obstacle
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two things that touch, or come closer than the margin; the first is always a link of the robot."""
+
+    first: str
+    second: str
+
+    def __str__(self) -> str:
+        return f"'{self.first}' and '{self.second}'"
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """A robot among obstacles, every pair in one numbering.
+
+    Pairs 0 .. B O - 1 are body b against obstacle o (number b O + o); then the self-collision pairs. ``checked``
+    says which scene pairs count. A configuration is free when every checked pair is farther apart than ``margin`` (m).
+    """
+
+    robot: Robot
+    scene: Scene
+    self_pairs: Ints  # (P, 2) indices into bodies
+    checked: Bools  # (B, O)
+    margin: float = 0.0
+
+    @staticmethod
+    def of(robot: Robot, scene: Scene, disabled: frozenset[frozenset[str]], margin: float = 0.0) -> World:
+        """Every scene pair, and every pair of bodies that move against each other and is not ``disabled`` by link."""
+        pairs = [
+            (i, k)
+            for k, second in enumerate(robot.bodies)
+            for i, first in enumerate(robot.bodies[:k])
+            if first.joint != second.joint and frozenset((first.link, second.link)) not in disabled
+        ]
+        shape = (len(robot.bodies), len(scene.obstacles))
+        self_pairs = frozen(np.array(pairs, dtype=np.int64).reshape(-1, 2), np.int64)
+        return World(robot, scene, self_pairs, frozen(np.ones(shape), np.bool_), margin)
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        return self.robot.bodies
+
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]:
+        return self.scene.obstacles
+
+    @cached_property
+    def reach(self) -> Reach:
+        return Reach.of(self.robot)
+
+    @cached_property
+    def pair_reach(self) -> Floats:
+        """(pairs, dof): metres by which a joint's motion can change a pair's distance at most, per unit."""
+        scene = np.repeat(self.reach.bodies, len(self.obstacles), axis=0)
+        return np.vstack([scene, self.reach.relative(self.self_pairs)])
+
+    def members(self, pair: int) -> tuple[int, int]:
+        """(body, obstacle) of a scene pair, or (body, body)."""
+        scene = len(self.bodies) * len(self.obstacles)
+        if pair < scene:
+            return divmod(pair, len(self.obstacles))
+        first, second = self.self_pairs[pair - scene]
+        return int(first), int(second)
+
+    def is_scene_pair(self, pair: int) -> bool:
+        return pair < len(self.bodies) * len(self.obstacles)
+
+    def contact(self, pair: int) -> Contact:
+        """The pair by its names: links of the robot, obstacles of the scene."""
+        first, second = self.members(pair)
+        name = self.obstacles[second].name if self.is_scene_pair(pair) else self.bodies[second].link
+        return Contact(self.bodies[first].link, name)

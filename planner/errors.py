@@ -1,0 +1,41 @@
+"""One base for every error this package raises, and the exit code each kind ends a command with.
+
+A message is one sentence built from the data: what is wrong, where, and the remedy.
+"""
+
+
+class PlannerError(Exception):
+    """Anything that needs the robot, the scene or the disk to judge, and was judged unusable."""
+
+    exit_code = 3
+
+
+class OptionError(PlannerError):
+    """A number or a name outside an option's own range: wrong whatever the robot or the scene."""
+
+    exit_code = 2
+
+
+class RobotError(PlannerError):
+    """A robot that cannot be found or loaded, or a frame or joint that it does not have."""
+
+
+class SceneError(PlannerError):
+    """A scene that cannot be found or read, or an obstacle that makes no sense."""
+
+
+class StateError(PlannerError):
+    """A start or goal that is malformed, out of limits, in collision or out of reach."""
+
+
+class FileError(PlannerError):
+    """A file that is missing, damaged, foreign, or cannot be written."""
+
+
+class AssumptionError(PlannerError):
+    """An assumption of the paper that the data at hand breaks: the theorem would not hold."""
+
+
+def choices(names) -> str:
+    """The valid choices as they stand in an error message: "a, b, c"."""
+    return ", ".join(str(name) for name in names) or "none"

@@ -1,0 +1,63 @@
+"""The generalised adaptive Bellman-Ford dynamics (GABF): every law, kernel and bound of the paper.
+
+    net = gabf.Network(indptr, indices, weight, sources=[0], node_cost=omega, kernel=gabf.TradeOff(beta=0.5))
+    result = gabf.solve(net, law=gabf.SingularityFree(T=4.0))
+    path = gabf.extract_path(net, result, start=17)
+
+Needs NumPy; SciPy and Numba are loaded by the functions that use them. Nothing here knows of robots.
+"""
+
+from planner.gabf.assumptions import Premises, overestimate
+from planner.gabf.kernels import (
+    Additive,
+    EdgeIntegral,
+    Kernel,
+    Multiplicative,
+    NodeDependent,
+    TradeOff,
+    UserKernel,
+)
+from planner.gabf.laws import FixedTime, Law, Nominal, PrescribedTime, SingularityFree, control_input
+from planner.gabf.network import Network
+from planner.gabf.oracle import bellman_operator, max_error, oracle, residual, value_iteration
+from planner.gabf.path import extract_path
+from planner.gabf.references import BackwardEuler, RungeKutta45, right_side
+from planner.gabf.result import CostToGo, Ending, Trajectory
+from planner.gabf.saving import AtTimes, EverySteps
+from planner.gabf.solve import solve
+from planner.gabf.splitting import Splitting
+
+__all__ = [
+    "Additive",
+    "BackwardEuler",
+    "RungeKutta45",
+    "right_side",
+    "AtTimes",
+    "CostToGo",
+    "EdgeIntegral",
+    "Ending",
+    "EverySteps",
+    "FixedTime",
+    "Kernel",
+    "Law",
+    "Multiplicative",
+    "Network",
+    "NodeDependent",
+    "Nominal",
+    "Premises",
+    "PrescribedTime",
+    "SingularityFree",
+    "Splitting",
+    "TradeOff",
+    "Trajectory",
+    "UserKernel",
+    "bellman_operator",
+    "control_input",
+    "extract_path",
+    "max_error",
+    "oracle",
+    "overestimate",
+    "residual",
+    "solve",
+    "value_iteration",
+]

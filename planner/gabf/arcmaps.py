@@ -1,0 +1,89 @@
+"""The kernel bound to the arcs of one network: a vector of functions a -> f_i(a, w_ij), one per arc."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from planner.arrays import Bools, Floats, Ints
+
+UserFunction = Callable[[Ints, Floats, Floats], Floats]
+
+SAMPLES = 33
+"""Values of a at which a user's kernel is probed."""
+
+
+class ArcMap(Protocol):
+    """What solvers and checks ask of the bound kernel; arrays run over the arcs."""
+
+    @property
+    def sampled(self) -> bool: ...
+    def __call__(self, a: Floats) -> Floats: ...
+    def take(self, arcs: Ints | Bools) -> ArcMap: ...
+    def progress(self, lower: float, upper: float) -> Floats: ...
+    def slopes(self, lower: float, upper: float) -> tuple[Floats, Floats]: ...
+
+
+@dataclass(frozen=True, eq=False)
+class AffineArcs:
+    """f_ij(a) = slope_ij a + offset_ij; ``slope`` is None where every slope is 1 (the additive family)."""
+
+    slope: Floats | None
+    offset: Floats
+    sampled: bool = False
+
+    def __call__(self, a: Floats) -> Floats:
+        return a + self.offset if self.slope is None else self.slope * a + self.offset
+
+    def take(self, arcs: Ints | Bools) -> AffineArcs:
+        return AffineArcs(None if self.slope is None else self.slope[arcs], self.offset[arcs])
+
+    def progress(self, lower: float, upper: float) -> Floats:
+        """Smallest f_ij(a) - a over a in [lower, upper], arc by arc: eq. (progressive)'s zeta. Exact: it is
+        at an end.
+        """
+        if self.slope is None:
+            return self.offset
+        gains = (self.slope - 1.0) * np.array([[lower], [upper]]) + self.offset
+        return gains.min(axis=0)
+
+    def slopes(self, lower: float, upper: float) -> tuple[Floats, Floats]:
+        """Smallest and largest slope of each f_ij on [lower, upper]."""
+        slope = np.ones_like(self.offset) if self.slope is None else self.slope
+        return slope, slope
+
+
+@dataclass(frozen=True, eq=False)
+class FunctionArcs:
+    """A user's f(i, a, b), vectorised over arcs; its properties are sampled, not proved."""
+
+    function: UserFunction
+    tails: Ints
+    weight: Floats
+    sampled: bool = True
+
+    def __call__(self, a: Floats) -> Floats:
+        return np.asarray(self.function(self.tails, a, self.weight), dtype=np.float64)
+
+    def take(self, arcs: Ints | Bools) -> FunctionArcs:
+        return FunctionArcs(self.function, self.tails[arcs], self.weight[arcs])
+
+    def progress(self, lower: float, upper: float) -> Floats:
+        """Smallest f_ij(a) - a over the sampled a in [lower, upper], arc by arc."""
+        grid, values = self._table(lower, upper)
+        return (values - grid[:, None]).min(axis=0)
+
+    def slopes(self, lower: float, upper: float) -> tuple[Floats, Floats]:
+        """Smallest and largest difference quotient of each f_ij between neighbouring samples."""
+        grid, values = self._table(lower, upper)
+        if len(grid) == 1:
+            return np.ones_like(self.weight), np.ones_like(self.weight)
+        quotients = np.diff(values, axis=0) / np.diff(grid)[:, None]
+        return quotients.min(axis=0), quotients.max(axis=0)
+
+    def _table(self, lower: float, upper: float) -> tuple[Floats, Floats]:
+        grid = np.unique(np.linspace(lower, upper, SAMPLES))
+        return grid, np.stack([self(np.full(self.weight.shape, a)) for a in grid])

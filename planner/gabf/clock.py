@@ -1,0 +1,87 @@
+"""The two times of the paper: t on the wall, and tau, in which every law is autonomous."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from planner.arrays import Floats
+
+Reading: TypeAlias = float | Floats
+"""One reading of a clock, or an array of them."""
+
+
+@dataclass(frozen=True)
+class UniformClock:
+    """tau = eta t: the clock of laws without a prescribed time. A larger ``eta`` makes everything faster in
+    t.
+    """
+
+    eta: float
+
+    def tau(self, t: Reading) -> Floats:
+        return self.eta * np.asarray(t, dtype=np.float64)
+
+    def time(self, tau: Reading) -> Floats:
+        return np.asarray(tau, dtype=np.float64) / self.eta
+
+    def gain(self, tau: Reading) -> Floats:
+        return np.full(np.shape(tau), self.eta)
+
+    def log10_remaining(self, tau: float) -> float | None:
+        return None
+
+
+@dataclass(frozen=True)
+class PrescribedClock:
+    """tau(t) = gamma t - 2 (1 + h) ln((T_p - t) / T_p), eq. (ts): all of [0, inf) squeezed into [0, T_p).
+
+    Its rate is etabar(t) = gamma + 2 (1 + h) / (T_p - t) of eq. (ebar). Larger ``gamma`` and ``h`` reach a
+    given tau earlier, with a larger gain. From tau of about gamma T + 74 (1 + h) on no double t < T_p is
+    left, so tau and log10(T_p - t) are the record, and t rounds to T_p."""
+
+    T: float
+    h: float
+    gamma: float
+
+    def tau(self, t: Reading) -> Floats:
+        """tau at times t; +inf from T_p on."""
+        t = np.asarray(t, dtype=np.float64)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            tau = self.gamma * t - 2.0 * (1.0 + self.h) * np.log((self.T - t) / self.T)
+        return np.where(t >= self.T, np.inf, tau)
+
+    def time(self, tau: Reading) -> Floats:
+        return 0.0 - self.T * np.expm1(self._log_share(tau))
+
+    def gain(self, tau: Reading) -> Floats:
+        """etabar, eq. (ebar), at tau < inf, finite as long as T_p - t is a double; 0 at tau = inf, that is
+        from T_p on.
+        """
+        share = self._log_share(tau)
+        with np.errstate(over="ignore"):
+            gain = self.gamma + 2.0 * (1.0 + self.h) / self.T * np.exp(-share)
+        return np.where(np.isinf(tau), 0.0, gain)
+
+    def log10_remaining(self, tau: float) -> float | None:
+        """log10(T_p - t), finite for every finite tau."""
+        return float((math.log(self.T) + self._log_share(tau)) / math.log(10.0))
+
+    def _log_share(self, tau: Reading) -> Floats:
+        """l = ln((T_p - t) / T_p), the root of gamma T (1 - e^l) - 2 (1 + h) l = tau.
+
+        Newton from l = 0: the left side is decreasing and concave, so the iterates fall monotonically to the
+        root."""
+        tau = np.asarray(tau, dtype=np.float64)
+        slope, drift = 2.0 * (1.0 + self.h), self.gamma * self.T
+        share = np.where(np.isinf(tau), -np.inf, 0.0)
+        live = np.isfinite(tau)
+        for _ in range(100):
+            miss = np.where(live, -drift * np.expm1(share) - slope * np.where(live, share, 0.0) - tau, 0.0)
+            share = share + miss / (drift * np.exp(share) + slope)
+            if np.all(np.abs(miss) <= 4e-16 * (1.0 + np.abs(np.where(live, tau, 0.0)))):
+                break
+        return share

@@ -1,0 +1,180 @@
+"""Kernels f_i(a, b) of eq. (protocol): what one arc adds to the cost-to-go of the node it leads to."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.arrays import Bools, Floats
+from planner.errors import AssumptionError, OptionError
+from planner.gabf.arcmaps import AffineArcs, ArcMap, FunctionArcs, UserFunction
+
+if TYPE_CHECKING:
+    from planner.gabf.network import Network
+
+
+@dataclass(frozen=True)
+class Domain:
+    """The set R_1 of eq. (protocol) on which a kernel is defined: [lower, upper], or [lower, upper) if
+    open.
+    """
+
+    lower: float = -math.inf
+    upper: float = math.inf
+    open_above: bool = False
+
+    def holds(self, a: Floats) -> Bools:
+        below = a < self.upper if self.open_above else a <= self.upper
+        return (a >= self.lower) & below
+
+    def __str__(self) -> str:
+        return f"[{self.lower:g}, {self.upper:g}{')' if self.open_above else ']'}"
+
+
+class Kernel(ABC):
+    """A family f_i(a, b): where it is defined, and the function it becomes on each arc of a network.
+
+    zeta of eq. (progressive), L of eq. (Lipschitz) and monotonicity follow from the bound arcs on the
+    interval that a run stays in (:func:`planner.gabf.assumptions.check_kernel`), since several kernels have
+    none on all of R.
+    """
+
+    @property
+    def domain(self) -> Domain:
+        return Domain()
+
+    @abstractmethod
+    def bind(self, net: Network) -> ArcMap: ...
+
+
+@dataclass(frozen=True)
+class Additive(Kernel):
+    """f_i(a, b) = a + b: the shortest path, where GABF is the biased min-consensus (DBMC). zeta = min b, L =
+    1.
+    """
+
+    def bind(self, net: Network) -> AffineArcs:
+        return AffineArcs(None, net.weight)
+
+
+@dataclass(frozen=True)
+class TradeOff(Kernel):
+    """f_i(x_j, w_ij) = x_j + (1 - beta) omega(j) + beta w_ij, eq. (finew).
+
+    A larger ``beta`` in [0, 1] favours short paths, a smaller one paths through nodes of small
+    ``node_cost`` omega. zeta = min of (1 - beta) omega(j) + beta w_ij, L = 1.
+    To charge omega inside the edges rather than at nodes, use :class:`EdgeIntegral`.
+    """
+
+    beta: float = 0.5
+
+    def __post_init__(self) -> None:
+        _require_share(self.beta)
+
+    def bind(self, net: Network) -> AffineArcs:
+        omega = _required(net.node_cost, "TradeOff", "node_cost")
+        return AffineArcs(None, (1.0 - self.beta) * omega[net.indices] + self.beta * net.weight)
+
+
+@dataclass(frozen=True)
+class EdgeIntegral(Kernel):
+    """f_i(x_j, w_ij) = x_j + (1 - beta) c_ij + beta w_ij, with c_ij the manipulability cost integrated along
+    the edge.
+
+    As :class:`TradeOff`, but ``arc_cost`` c_ij makes the result independent of how densely nodes are sampled.
+    A larger ``beta`` favours short paths. zeta = min of (1 - beta) c_ij + beta w_ij, L = 1.
+    """
+
+    beta: float = 0.5
+
+    def __post_init__(self) -> None:
+        _require_share(self.beta)
+
+    def bind(self, net: Network) -> AffineArcs:
+        cost = _required(net.arc_cost, "EdgeIntegral", "arc_cost")
+        return AffineArcs(None, (1.0 - self.beta) * cost + self.beta * net.weight)
+
+
+@dataclass(frozen=True)
+class Multiplicative(Kernel):
+    """f_i(x_j, w_ij) = 1 - (1 - x_j) wbar_ij, eq. (wb), on a < 1, with wbar_ij in (0, 1).
+
+    With a number ``K`` the weights are lengths and wbar_ij = 1 - w_ij / K: a larger K brings the optimal path
+    closer to the shortest one. With ``K`` None the weights are wbar_ij itself, as the learning rule moves it.
+    zeta = min (1 - a)(1 - wbar_ij), which vanishes as a reaches 1; L = max wbar_ij < 1."""
+
+    K: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.K is not None and not (math.isfinite(self.K) and self.K > 0):
+            raise OptionError(
+                f"K must be a positive number, not {self.K}; choose it above the longest weight"
+            )
+
+    @property
+    def domain(self) -> Domain:
+        return Domain(upper=1.0, open_above=True)
+
+    def bind(self, net: Network) -> AffineArcs:
+        wbar = net.weight if self.K is None else 1.0 - net.weight / self.K
+        bad = np.flatnonzero(~((wbar > 0) & (wbar < 1)))
+        if bad.size:
+            i, j = net.tails[bad[0]], net.indices[bad[0]]
+            raise AssumptionError(
+                f"eq. (wb) needs 0 < wbar < 1, but arc ({i}, {j}) has {wbar[bad[0]]:g}: "
+                "clip the learned weights, or choose K above the longest weight"
+            )
+        return AffineArcs(wbar, 1.0 - wbar)
+
+
+@dataclass(frozen=True)
+class NodeDependent(Kernel):
+    """The kernel of the nine-node example, fig. (example1): 2a + |b| at nodes of even number, a + 2|b| at odd
+    ones.
+
+    The paper numbers from 1, so array index i is node i + 1. Domain a >= 1; zeta = min of 1 + |b| and 2|b|, L
+    = 2."""
+
+    @property
+    def domain(self) -> Domain:
+        return Domain(lower=1.0)
+
+    def bind(self, net: Network) -> AffineArcs:
+        even, length = (net.tails + 1) % 2 == 0, np.abs(net.weight)
+        return AffineArcs(np.where(even, 2.0, 1.0), np.where(even, length, 2.0 * length))
+
+
+@dataclass(frozen=True)
+class UserKernel(Kernel):
+    """Any f(i, a, b), vectorised: three arrays over arcs (reading node, x_j, weight) to one.
+
+    It is probed on a grid over the interval the run stays in, and certificates say so: sampling can refuse a
+    kernel that is not increasing or not progressive there, it cannot prove that one is.
+    ``lower`` and ``upper`` bound its domain.
+    """
+
+    f: UserFunction
+    lower: float = -math.inf
+    upper: float = math.inf
+
+    @property
+    def domain(self) -> Domain:
+        return Domain(self.lower, self.upper)
+
+    def bind(self, net: Network) -> FunctionArcs:
+        return FunctionArcs(self.f, net.tails, net.weight)
+
+
+def _require_share(beta: float) -> None:
+    if not 0.0 <= beta <= 1.0:
+        raise OptionError(f"beta must lie in [0, 1], not {beta}: 0 is manipulability only, 1 distance only")
+
+
+def _required(array: Floats | None, kernel: str, name: str) -> Floats:
+    if array is None:
+        raise AssumptionError(f"the {kernel} kernel reads {name}: give Network(..., {name}=...)")
+    return array

@@ -1,0 +1,181 @@
+"""The four control laws of the paper, each with its clock and its flow in tau."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import ClassVar
+
+from planner.arrays import Floats
+from planner.errors import OptionError
+from planner.gabf.clock import PrescribedClock, Reading, UniformClock
+from planner.gabf.flows import Flow, LinearFlow, PowerFlow
+
+
+class Law(ABC):
+    """dx_i/dt = -(d tau/dt) phi(xhat_i), xhat_i = x_i - min_j f_i(x_j, w_ij), eq. (xhat).
+
+    ``clock`` is tau(t), ``flow`` holds phi and its flow, ``needs_overestimate`` says whether assumption
+    (over) must hold, ``prescribed_time`` is T_p or None.
+    """
+
+    name: ClassVar[str]
+    needs_overestimate: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def clock(self) -> UniformClock | PrescribedClock: ...
+
+    @property
+    @abstractmethod
+    def flow(self) -> Flow: ...
+
+    @property
+    def prescribed_time(self) -> float | None:
+        return None
+
+
+@dataclass(frozen=True)
+class Nominal(Law):
+    """dx_i/dt = -eta xhat_i, eq. (protocol): exponential convergence from strict overestimates.
+
+    A larger ``eta`` is faster, with a larger input. For a deadline use :class:`PrescribedTime`.
+    """
+
+    eta: float = 1.0
+    name: ClassVar[str] = "nominal"
+
+    def __post_init__(self) -> None:
+        _require_positive(eta=self.eta)
+
+    @property
+    def clock(self) -> UniformClock:
+        return UniformClock(self.eta)
+
+    @property
+    def flow(self) -> LinearFlow:
+        return LinearFlow()
+
+
+@dataclass(frozen=True)
+class PrescribedTime(Law):
+    """dx_i/dt = -etabar(t) xhat_i, eq. (prespecified), with etabar of eq. (ebar): x = x* at T_p whatever the
+    start.
+
+    Assumption (over): every start must lie strictly above the optimum, so others are refused. The state
+    settles at ``T`` exactly, not before; larger ``h`` and ``gamma`` bring it close to x* earlier and need a
+    larger input. From T_p on the gain is 0 and the law inert: a weight that changes before T_p is healed,
+    after one that changes later solve again, which restarts the clock."""
+
+    T: float = 4.0
+    h: float = 1.0
+    gamma: float = 1.0
+    needs_overestimate: ClassVar[bool] = True
+    name: ClassVar[str] = "prescribed-time"
+
+    def __post_init__(self) -> None:
+        _require_positive(T=self.T, h=self.h, gamma=self.gamma)
+
+    @property
+    def clock(self) -> PrescribedClock:
+        return PrescribedClock(self.T, self.h, self.gamma)
+
+    @property
+    def flow(self) -> LinearFlow:
+        return LinearFlow()
+
+    @property
+    def prescribed_time(self) -> float:
+        return self.T
+
+
+@dataclass(frozen=True)
+class FixedTime(Law):
+    """dx_i/dt = -eta (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (singularity): finite time from any
+    start.
+
+    ``p`` = (p1, p2) and ``m`` = (m1, m2) are odd and positive with p1 < p2 and m1 > m2. A larger ``eta`` or
+    ``beta1`` speeds up the end, ``beta2`` the approach from far; smaller exponents near 1 from above and
+    below mean less far and more near effort. For a deadline that does not depend on the graph use
+    :class:`SingularityFree`."""
+
+    eta: float = 15.0
+    beta1: float = 1.0
+    beta2: float = 1.0
+    p: tuple[int, int] = (3, 5)
+    m: tuple[int, int] = (9, 7)
+    name: ClassVar[str] = "fixed-time"
+
+    def __post_init__(self) -> None:
+        _require_positive(eta=self.eta, beta1=self.beta1, beta2=self.beta2)
+        _require_exponents(self.p, self.m)
+
+    @property
+    def clock(self) -> UniformClock:
+        return UniformClock(self.eta)
+
+    @property
+    def flow(self) -> PowerFlow:
+        return PowerFlow(self.beta1, self.beta2, Fraction(*self.p), Fraction(*self.m))
+
+
+@dataclass(frozen=True)
+class SingularityFree(Law):
+    """dx_i/dt = -etabar(t) (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (fully): settled before T_p,
+    any start.
+
+    Parameters as in :class:`FixedTime` and :class:`PrescribedTime`; the defaults are those of section
+    (comparison). A larger ``T`` is slower and gentler, larger ``h`` and ``gamma`` settle earlier with more
+    input. ``eta`` has no effect: its branch of eq. (fully) acts only where xhat_i = 0, and there the right
+    side is 0. From T_p on the law is inert: solve again, warm, after a change (``x0=result.x``)."""
+
+    T: float = 4.0
+    h: float = 1.0
+    gamma: float = 10.0
+    eta: float = 15.0
+    beta1: float = 1.0
+    beta2: float = 1.0
+    p: tuple[int, int] = (3, 5)
+    m: tuple[int, int] = (9, 7)
+    name: ClassVar[str] = "singularity-free"
+
+    def __post_init__(self) -> None:
+        _require_positive(
+            T=self.T, h=self.h, gamma=self.gamma, eta=self.eta, beta1=self.beta1, beta2=self.beta2
+        )
+        _require_exponents(self.p, self.m)
+
+    @property
+    def clock(self) -> PrescribedClock:
+        return PrescribedClock(self.T, self.h, self.gamma)
+
+    @property
+    def flow(self) -> PowerFlow:
+        return PowerFlow(self.beta1, self.beta2, Fraction(*self.p), Fraction(*self.m))
+
+    @property
+    def prescribed_time(self) -> float:
+        return self.T
+
+
+def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
+    """u_i = dx_i/dt at clock reading ``tau``, for the disequilibria ``xhat`` of eq. (xhat), any shape."""
+    return -law.clock.gain(tau) * law.flow.rate(xhat)
+
+
+def _require_positive(**values: float) -> None:
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0):
+            raise OptionError(f"{name} must be a positive finite number, not {value}")
+
+
+def _require_exponents(p: tuple[int, int], m: tuple[int, int]) -> None:
+    for name, pair in (("p", p), ("m", m)):
+        if len(pair) != 2 or any(not isinstance(k, int) or k < 1 or k % 2 == 0 for k in pair):
+            raise OptionError(f"{name} must be two positive odd integers, such as (3, 5), not {pair}")
+    if not p[0] < p[1]:
+        raise OptionError(f"p1 < p2 is needed for an exponent below 1, but p = {p}")
+    if not m[0] > m[1]:
+        raise OptionError(f"m1 > m2 is needed for an exponent above 1, but m = {m}")

@@ -1,0 +1,150 @@
+"""The directed graph that GABF runs on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from planner.arrays import Floats, Ints, frozen
+from planner.errors import AssumptionError
+from planner.gabf.arcmaps import ArcMap
+from planner.gabf.kernels import Kernel, TradeOff
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """G = (V, E) with weights, sources and a kernel; an arc (i, j) means that node i reads node j, as in the
+    paper.
+
+    ``indptr`` (n + 1,), ``indices`` (n_arcs,), ``weight`` (n_arcs,): the arcs of node i are
+    ``indices[indptr[i]:indptr[i + 1]]``; parallel arcs are allowed, self-loops are not (i is not in N(i)).
+    ``sources`` (k,) node indices held at ``source_values`` (k,), 0 where left out. ``node_cost`` (n,) is
+    omega(j) of eq. (finew), ``arc_cost`` (n_arcs,) a second cost an arc, for the kernels that read them.
+    Raises AssumptionError, naming the node, where the arrays are not a graph.
+
+        net = Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], kernel=Additive())
+        solve(net).x        # [0, 1, 2]
+    """
+
+    indptr: Ints
+    indices: Ints
+    weight: Floats
+    sources: Ints
+    source_values: Floats | None = None
+    node_cost: Floats | None = None
+    arc_cost: Floats | None = None
+    kernel: Kernel = TradeOff(beta=0.5)  # noqa: RUF009  (frozen, so safe to share)
+
+    def __post_init__(self) -> None:
+        for name in ("indptr", "indices", "sources"):
+            self._freeze(name, np.int64)
+        if self.source_values is None:
+            object.__setattr__(self, "source_values", np.zeros(self.sources.size))
+        for name in ("weight", "source_values", "node_cost", "arc_cost"):
+            if getattr(self, name) is not None:
+                self._freeze(name, np.float64)
+        _check_arcs(self)
+        _check_sources(self)
+        _check_finite(self)
+        _ = self.arcs
+
+    def _freeze(self, name: str, dtype: type) -> None:
+        value = np.asarray(getattr(self, name))
+        if dtype is np.int64 and value.size and value.dtype.kind not in "iu":
+            raise AssumptionError(f"{name} must hold integers, not {value.dtype}: they are node indices")
+        if not (value.dtype == dtype and not value.flags.writeable and value.flags.c_contiguous):
+            value = frozen(value, dtype)
+        object.__setattr__(self, name, value)
+
+    @property
+    def n_nodes(self) -> int:
+        return self.indptr.size - 1
+
+    @property
+    def n_arcs(self) -> int:
+        return self.indices.size
+
+    @cached_property
+    def tails(self) -> Ints:
+        """(n_arcs,) the node i that owns each arc (i, j)."""
+        return frozen(np.repeat(np.arange(self.n_nodes), np.diff(self.indptr)), np.int64)
+
+    @cached_property
+    def arcs(self) -> ArcMap:
+        """The kernel bound to every arc."""
+        return self.kernel.bind(self)
+
+    @cached_property
+    def readers(self) -> tuple[Ints, Ints]:
+        """The reversed graph: ``(indptr, arc)``, the arcs that read node j being ``arc[indptr[j]:indptr[j +
+        1]]``.
+        """
+        order = np.argsort(self.indices, kind="stable")
+        counts = np.bincount(self.indices, minlength=self.n_nodes)
+        return np.concatenate(([0], np.cumsum(counts))), order
+
+    def arcs_between(self, i: int, j: int) -> Ints:
+        """Ids of the arcs through which node i reads node j (several if parallel, none if not linked)."""
+        first, last = self.indptr[i], self.indptr[i + 1]
+        return first + np.flatnonzero(self.indices[first:last] == j)
+
+    def without_arcs(self, arcs: Ints) -> Network:
+        """The same network lacking these arc ids; the ids of later arcs move down."""
+        keep = np.ones(self.n_arcs, dtype=bool)
+        keep[arcs] = False
+        kept = np.concatenate(([0], np.cumsum(keep)))[self.indptr]
+        arc_cost = None if self.arc_cost is None else self.arc_cost[keep]
+        return replace(
+            self, indptr=kept, indices=self.indices[keep], weight=self.weight[keep], arc_cost=arc_cost
+        )
+
+
+def _check_arcs(net: Network) -> None:
+    n, arcs = net.n_nodes, net.n_arcs
+    if net.indptr.ndim != 1 or n < 1 or net.indptr[0] != 0 or (np.diff(net.indptr) < 0).any():
+        raise AssumptionError("indptr must be one row of n + 1 non-decreasing offsets that starts at 0")
+    if net.indptr[-1] != arcs or net.weight.shape != (arcs,):
+        raise AssumptionError(
+            f"indptr ends at {net.indptr[-1]}, with {arcs} indices and weights of shape {net.weight.shape}: "
+            "all three must agree on the number of arcs"
+        )
+    outside = np.flatnonzero((net.indices < 0) | (net.indices >= n))
+    if outside.size:
+        raise AssumptionError(
+            f"arc {outside[0]} reads node {net.indices[outside[0]]}; nodes run from 0 to {n - 1}"
+        )
+    loops = np.flatnonzero(net.indices == net.tails)
+    if loops.size:
+        raise AssumptionError(f"node {net.indices[loops[0]]} reads itself: remove that self-loop")
+
+
+def _check_sources(net: Network) -> None:
+    if net.sources.ndim != 1 or net.sources.size == 0:
+        raise AssumptionError("give at least one source: assumption (main) needs a non-empty source set")
+    outside = net.sources[(net.sources < 0) | (net.sources >= net.n_nodes)]
+    if outside.size:
+        raise AssumptionError(f"source {outside[0]} is not a node; nodes run from 0 to {net.n_nodes - 1}")
+    if np.unique(net.sources).size != net.sources.size:
+        raise AssumptionError("a source is listed twice: list each source once")
+
+
+def _check_finite(net: Network) -> None:
+    shapes = {
+        "source_values": net.sources.size,
+        "node_cost": net.n_nodes,
+        "arc_cost": net.n_arcs,
+        "weight": net.n_arcs,
+    }
+    for name, size in shapes.items():
+        array = getattr(net, name)
+        if array is None:
+            continue
+        if array.shape != (size,):
+            raise AssumptionError(f"{name} has shape {array.shape} where ({size},) is needed")
+        bad = np.flatnonzero(~np.isfinite(array))
+        if bad.size:
+            raise AssumptionError(
+                f"{name}[{bad[0]}] is {array[bad[0]]}: every value must be finite; leave out blocked arcs"
+            )

@@ -1,0 +1,120 @@
+"""Algorithms that never integrate, to check the dynamics by: they find x* of eq. (bellman) from the kernel
+alone.
+"""
+
+from __future__ import annotations
+
+import heapq
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.errors import AssumptionError
+from planner.gabf.arcmaps import AffineArcs
+from planner.gabf.network import Network
+from planner.gabf.problem import Problem, reduce
+from planner.gabf.result import CostToGo
+
+
+def oracle(net: Network) -> Floats:
+    """x* (n,) by generalised Dijkstra with a heap, for any increasing progressive kernel; +inf where
+    unreachable.
+
+    Nodes leave the heap in ascending order of x*, as the levels S_l of eq. (S). An arc that lowers a value
+    below that of the node it came from breaks the order, and raises AssumptionError."""
+    problem = reduce(net)
+    return problem.unpack(_dijkstra(problem))
+
+
+def _dijkstra(problem: Problem) -> Floats:
+    best = [np.inf] * problem.n_rows + problem.anchors.tolist()
+    indptr, order, owners = _readers(problem)
+    reach = _affine_reach(problem, indptr, order) if isinstance(problem.arcs, AffineArcs) else None
+    heap = [(value, node) for node, value in enumerate(best) if node >= problem.n_rows]
+    heapq.heapify(heap)
+    while heap:
+        value, j = heapq.heappop(heap)
+        if value > best[j]:
+            continue
+        arcs = slice(indptr[j], indptr[j + 1])
+        reached = reach(value, arcs) if reach else _values(problem, order[arcs], value)
+        for i, offer in zip(owners[arcs], reached, strict=True):
+            if offer < best[i]:
+                if offer < value:
+                    _refuse(problem, i, j)
+                best[i] = offer
+                heapq.heappush(heap, (offer, i))
+    return np.array(best)
+
+
+def _readers(problem: Problem) -> tuple[list[int], np.ndarray, list[int]]:
+    order = np.argsort(problem.heads, kind="stable")
+    counts = np.bincount(problem.heads, minlength=problem.nodes.size)
+    return [0, *np.cumsum(counts).tolist()], order, problem.owners[order].tolist()
+
+
+def _affine_reach(problem: Problem, indptr: list[int], order: np.ndarray):
+    arcs = problem.arcs.take(order)
+    assert isinstance(arcs, AffineArcs)
+    offset = arcs.offset.tolist()
+    if arcs.slope is None:
+        return lambda value, span: [value + c for c in offset[span]]
+    slope = arcs.slope.tolist()
+    return lambda value, span: [s * value + c for s, c in zip(slope[span], offset[span], strict=True)]
+
+
+def _values(problem: Problem, arcs: np.ndarray, value: float) -> list[float]:
+    return problem.arcs.take(arcs)(np.full(arcs.size, value)).tolist() if arcs.size else []
+
+
+def _refuse(problem: Problem, i: int, j: int) -> None:
+    raise AssumptionError(
+        f"node {problem.nodes[i]} would cost less than node {problem.nodes[j]} that it reads: the kernel is "
+        "not progressive, eq. (progressive), so no order of nodes finds x*; raise the arc's cost"
+    )
+
+
+def bellman_operator(net: Network, x: Floats) -> Floats:
+    """T'x (n,) of eq. (bellman-gabf): sources keep their values, others take min_j f_i(x_j, w_ij); +inf if
+    unreachable.
+    """
+    problem = reduce(net)
+    y = problem.pack(np.asarray(x, dtype=np.float64))
+    return problem.unpack(np.concatenate((problem.parent_values(y), problem.anchors)))
+
+
+def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> tuple[Floats, int]:
+    """Iterate T' of eq. (bellman-gabf), remark (SSP), until nothing changes: the discrete algorithm.
+
+    Returns x and the number of sweeps that changed it. From overestimates n sweeps suffice; from below the
+    number grows like x* / zeta. AssumptionError if ``max_sweeps`` (default 1000 n) do not suffice."""
+    problem = reduce(net)
+    y = problem.pack(np.asarray(x0, dtype=np.float64))
+    budget = 1000 * net.n_nodes if max_sweeps is None else max_sweeps
+    for sweep in range(budget + 1):
+        m = problem.parent_values(y)
+        if np.array_equal(m, y[: problem.n_rows]):
+            return problem.unpack(y), sweep
+        y = np.concatenate((m, problem.anchors))
+    raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
+
+
+def residual(net: Network, x: Floats) -> float:
+    """max_i |x_i - min_j f_i(x_j, w_ij)| over reachable nodes: small is not converged, see
+    settling.error_bound.
+    """
+    problem = reduce(net)
+    y = problem.pack(np.asarray(x, dtype=np.float64))
+    return float(np.abs(y[: problem.n_rows] - problem.parent_values(y)).max(initial=0.0))
+
+
+def max_error(result: CostToGo | Floats, x_star: Floats) -> float:
+    """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which
+    do.
+    """
+    x = result.x if isinstance(result, CostToGo) else np.asarray(result, dtype=np.float64)
+    finite = np.isfinite(x_star)
+    if not np.array_equal(finite, np.isfinite(x)):
+        return float("inf")
+    error = np.abs(x[finite] - x_star[finite]) / np.maximum(1.0, np.abs(x_star[finite]))
+    return float(error.max(initial=0.0))

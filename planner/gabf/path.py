@@ -1,0 +1,80 @@
+"""The path that a settled field describes: from a node along minimising neighbours to a source."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.arrays import Floats, Ints
+from planner.errors import StateError
+from planner.gabf.network import Network
+from planner.gabf.problem import Problem, reduce
+from planner.gabf.result import CostToGo
+
+SLACK = 1e-9
+"""Arcs this close to the minimum, relative to max(1, |x|), count as ties where the field is not the fixed
+point.
+"""
+
+
+def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
+    """Nodes from ``start`` to a source along minimising neighbours, with fewest hops, then smallest indices,
+    at ties.
+
+    Hops are counted along minimising arcs, each step goes one hop down, so no node repeats, also where two
+    states round to the same number. StateError if ``start`` is not a node, reaches no source, or the field
+    has not settled."""
+    x = result.x if isinstance(result, CostToGo) else np.asarray(result, dtype=np.float64)
+    _require_start(net, x, start)
+    problem = reduce(net)
+    y = problem.pack(x)
+    tight = _tight_arcs(problem, y)
+    hops = _hops_along(problem, tight)
+    here = int(np.flatnonzero(problem.nodes == start)[0])
+    if hops[here] < 0:
+        raise StateError(
+            f"minimising neighbours of node {start} lead to no source: the field has not settled; "
+            "solve it to the end"
+        )
+    path = [here]
+    while path[-1] < problem.n_rows:
+        path.append(_next(problem, tight, hops, path[-1]))
+    return problem.nodes[path]
+
+
+def _require_start(net: Network, x: Floats, start: int) -> None:
+    if not 0 <= start < net.n_nodes:
+        raise StateError(f"start {start} is not a node; nodes run from 0 to {net.n_nodes - 1}")
+    if not np.isfinite(x[start]):
+        raise StateError(
+            f"node {start} reaches no source: there is no path; connect it, or choose another start"
+        )
+
+
+def _tight_arcs(problem: Problem, y: Floats) -> np.ndarray:
+    values = problem.arcs(y[problem.heads])
+    least = np.minimum.reduceat(values, problem.starts) if problem.n_rows else np.empty(0)
+    settled = np.array_equal(least, y[: problem.n_rows])
+    slack = 0.0 if settled else SLACK * np.maximum(1.0, np.abs(least))
+    return values <= (least + slack)[problem.owners]
+
+
+def _hops_along(problem: Problem, tight: np.ndarray) -> Ints:
+    """Fewest tight arcs to a source, -1 where there is no such path."""
+    hops = np.full(problem.nodes.size, -1, dtype=np.int64)
+    hops[problem.n_rows :] = 0
+    owners, heads = problem.owners[tight], problem.heads[tight]
+    level = 0
+    while True:
+        found = owners[(hops[heads] == level) & (hops[owners] < 0)]
+        if not found.size:
+            return hops
+        level += 1
+        hops[found] = level
+
+
+def _next(problem: Problem, tight: np.ndarray, hops: Ints, here: int) -> int:
+    last = problem.heads.size if here + 1 == problem.n_rows else problem.starts[here + 1]
+    arcs = np.arange(problem.starts[here], last)
+    heads = problem.heads[arcs[tight[arcs]]]
+    heads = heads[hops[heads] == hops[here] - 1]
+    return int(heads[np.argmin(problem.nodes[heads])])

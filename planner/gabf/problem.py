@@ -1,0 +1,119 @@
+"""The part of a network that the dynamics acts on, laid out for speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from planner.arrays import Floats, Ints
+from planner.errors import AssumptionError
+from planner.gabf.arcmaps import ArcMap
+from planner.gabf.network import Network
+from planner.gabf.reachability import hops_to_source
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """The nodes of k hops and their arcs towards nodes of k - 1 hops."""
+
+    arcs: ArcMap
+    starts: Ints
+    width: int
+
+    def worst(self, a: float) -> float:
+        """g_k(a): the largest, over the nodes, of the cheapest arc's f_ij(a)."""
+        return float(np.minimum.reduceat(self.arcs(np.full(self.width, a)), self.starts).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The nodes that reach a source: the R non-source ones (rows) first, then the sources.
+
+    ``nodes`` (R + S,) their indices in the network, ``anchors`` (S,) the values of the sources; row i reads
+    ``heads[starts[i]:starts[i + 1]]`` (positions in ``nodes``) through ``arcs``, which are the arcs
+    ``arc_ids`` of the network. ``hops`` (R,) fewest arcs to a source. Every row has an arc."""
+
+    network: Network
+    nodes: Ints
+    anchors: Floats
+    starts: Ints
+    heads: Ints
+    arc_ids: Ints
+    arcs: ArcMap
+    hops: Ints
+
+    @property
+    def n_rows(self) -> int:
+        return self.starts.size
+
+    @property
+    def rows(self) -> Ints:
+        return self.nodes[: self.n_rows]
+
+    @cached_property
+    def owners(self) -> Ints:
+        """(A,) the row that each arc belongs to."""
+        return np.repeat(np.arange(self.n_rows), np.diff(self.starts, append=self.heads.size))
+
+    @cached_property
+    def levels(self) -> list[Level]:
+        """One entry a hop count, from 1 up."""
+        depth = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
+        downhill = np.flatnonzero(depth[self.heads] == depth[self.owners] - 1)
+        height = depth[self.owners[downhill]]
+        downhill = downhill[np.argsort(height, kind="stable")]
+        ends = np.cumsum(np.bincount(height, minlength=1))
+        return [self._level(downhill[a:b]) for a, b in pairwise(ends)]
+
+    def _level(self, arcs: Ints) -> Level:
+        starts = np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))
+        return Level(self.arcs.take(arcs), starts, arcs.size)
+
+    def parent_values(self, y: Floats) -> Floats:
+        """(R,) m_i = min_j f_i(y_j, w_ij)."""
+        if self.n_rows == 0:
+            return np.empty(0)
+        return np.minimum.reduceat(self.arcs(y[self.heads]), self.starts)
+
+    def pack(self, x: Floats) -> Floats:
+        """States of these nodes from an array over all nodes, sources at their anchors."""
+        y = x[self.nodes]
+        y[self.n_rows :] = self.anchors
+        return y
+
+    def unpack(self, y: Floats, missing: float = np.inf) -> Floats:
+        """An array over all nodes, ``missing`` at nodes that reach no source."""
+        x = np.full(self.network.n_nodes, missing)
+        x[self.nodes] = y
+        return x
+
+
+def reduce(net: Network) -> Problem:
+    """Leave out sources' arcs, unreachable nodes and arcs into them."""
+    hops = hops_to_source(net)
+    is_row = hops > 0
+    nodes = np.concatenate((np.flatnonzero(is_row), net.sources))
+    position = np.full(net.n_nodes, -1, dtype=np.intp)
+    position[nodes] = np.arange(nodes.size)
+    used = is_row[net.tails] & (hops[net.indices] >= 0)
+    arc_ids = np.flatnonzero(used)
+    counts = np.bincount(position[net.tails[arc_ids]], minlength=nodes.size - net.sources.size)
+    heads = position[net.indices[arc_ids]]
+    arcs = net.arcs if arc_ids.size == net.n_arcs else net.arcs.take(arc_ids)
+    anchors = net.source_values
+    assert anchors is not None
+    starts = np.cumsum(counts) - counts
+    return Problem(net, nodes, anchors, starts, heads, arc_ids, arcs, hops[is_row])
+
+
+def require_state(problem: Problem, x: Floats, name: str) -> None:
+    """Refuse a state that is not one finite number a reachable node."""
+    n = problem.network.n_nodes
+    if x.shape != (n,):
+        raise AssumptionError(f"{name} has shape {x.shape} where ({n},) is needed: one state a node")
+    bad = problem.nodes[~np.isfinite(x[problem.nodes])]
+    if bad.size:
+        raise AssumptionError(f"{name}[{bad[0]}] is {x[bad[0]]}: every state must be finite")

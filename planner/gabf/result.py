@@ -1,0 +1,68 @@
+"""What a run hands back: the cost-to-go, when it settled, and how it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from planner.arrays import Floats
+from planner.gabf.assumptions import Premises
+from planner.gabf.laws import Law
+from planner.gabf.network import Network
+
+
+class Ending(Enum):
+    """How a run ended, as the sentence its user reads."""
+
+    SETTLED = "Every node that reaches a source settled on its optimal cost-to-go."
+    BUDGET_SPENT = (
+        "The budget ran out before the field was proved settled: raise max_steps or until_tau, start from "
+        "gabf.overestimate(net), or use the splitting solver."
+    )
+
+    @property
+    def key(self) -> str:
+        return self.name.lower()
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """Saved states: ``tau`` (k,), ``t`` (k,), ``x`` (k, n) and the control input ``u`` = dx/dt (k, n).
+
+    x is +inf and u is 0 at nodes that reach no source. tau is +inf for times from T_p on, where the law is
+    inert."""
+
+    tau: Floats
+    t: Floats
+    x: Floats
+    u: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class CostToGo:
+    """The field x (n,), +inf at nodes that reach no source, and the record of the run that computed it.
+
+    ``settling_tau``: the first tau after which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i for
+    ever after, None if that was not reached; ``settling_time`` the same in t, and ``log10_remaining``
+    log10(T_p - t) there (None for laws without T_p). ``error_bound`` bounds max |x - x*|, proved without an
+    oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
+    and :func:`planner.gabf.residual` recomputes it. ``premises`` holds the interval that the run stayed in
+    with zeta and L on it."""
+
+    x: Floats
+    x0: Floats
+    law: Law
+    network: Network
+    premises: Premises
+    outcome: Ending
+    settling_tau: float | None
+    settling_time: float | None
+    log10_remaining: float | None
+    end_tau: float
+    residual: float
+    error_bound: float
+    settle_tolerance: float
+    steps: int
+    evaluations: int
+    solver: str
+    trajectory: Trajectory | None = None

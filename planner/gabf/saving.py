@@ -1,0 +1,95 @@
+"""What a run keeps of its trajectory: nothing, every k-th step, or the states at chosen times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.errors import OptionError
+from planner.gabf.laws import Law, control_input
+from planner.gabf.problem import Problem
+from planner.gabf.result import Trajectory
+from planner.gabf.solvers import State
+
+
+class Save(Protocol):
+    """Says which readings of the clock a solver must land on, and which states are kept."""
+
+    def targets(self, law: Law) -> Floats: ...
+    def wants(self, step: int, tau: float) -> bool: ...
+
+
+@dataclass(frozen=True)
+class EverySteps:
+    """Keep the start, every ``k``-th accepted step and the end. A larger ``k`` keeps less."""
+
+    k: int = 1
+
+    def __post_init__(self) -> None:
+        if self.k < 1:
+            raise OptionError(f"k must be at least 1, not {self.k}")
+
+    def targets(self, law: Law) -> Floats:
+        return np.empty(0)
+
+    def wants(self, step: int, tau: float) -> bool:
+        return step % self.k == 0
+
+
+@dataclass(frozen=True, eq=False)
+class AtTimes:
+    """Keep the states at ascending times ``t`` >= 0, also from T_p on, where the law is inert."""
+
+    t: Floats
+
+    def __post_init__(self) -> None:
+        t = np.array(self.t, dtype=np.float64)
+        if t.ndim != 1 or not np.isfinite(t).all() or (t < 0).any() or (np.diff(t) <= 0).any():
+            raise OptionError("times to save must be one row of ascending finite numbers from 0 on")
+        t.setflags(write=False)
+        object.__setattr__(self, "t", t)
+
+    def targets(self, law: Law) -> Floats:
+        return law.clock.tau(self.t)
+
+    def wants(self, step: int, tau: float) -> bool:
+        return False
+
+
+class Recorder:
+    """Collects states while a run goes on."""
+
+    def __init__(self, save: Save | None, problem: Problem, law: Law):
+        self.targets = np.empty(0) if save is None else save.targets(law)
+        self._save, self._problem, self._law = save, problem, law
+        self._kept: list[tuple[float, State]] = []
+        self._landed = 0
+
+    def offer(self, step: int, state: State) -> None:
+        if self._save is None:
+            return
+        if self._landed < self.targets.size and state.tau >= self.targets[self._landed]:
+            self._kept.append((float(self.targets[self._landed]), state))
+            self._landed += 1
+        elif self._save.wants(step, state.tau):
+            self._kept.append((state.tau, state))
+
+    def trajectory(self, last: State) -> Trajectory | None:
+        """All that was kept; chosen times after the end of the run find the state as it was left."""
+        if self._save is None:
+            return None
+        late = [(float(tau), last) for tau in self.targets[self._landed :]]
+        if not self.targets.size and self._kept[-1][1] is not last:
+            late = [(last.tau, last)]
+        kept = self._kept + late
+        tau = np.array([reading for reading, _ in kept])
+        t = self._save.t if isinstance(self._save, AtTimes) else self._law.clock.time(tau)
+        x = np.stack([self._problem.unpack(state.y) for _, state in kept])
+        return Trajectory(tau, t, x, np.stack([self._input(reading, state) for reading, state in kept]))
+
+    def _input(self, tau: float, state: State) -> Floats:
+        rows = control_input(self._law, tau, state.xhat)
+        return self._problem.unpack(np.concatenate((rows, np.zeros(self._problem.anchors.size))), missing=0.0)

@@ -1,0 +1,97 @@
+"""When a run has settled: proved while it runs, without the oracle, and dated once its end is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.errors import AssumptionError
+from planner.gabf.assumptions import Premises
+from planner.gabf.flows import Flow
+from planner.gabf.problem import Problem
+from planner.gabf.solvers import State
+
+
+def error_bound(problem: Problem, premises: Premises, y: Floats, residual: float) -> float:
+    """A proved bound on max |y - x*| from the Bellman residual r, +inf where nothing is proved (r >= zeta).
+
+    With r < zeta a minimising neighbour j of i has y_j <= y_i - zeta + r < y_i, so these neighbours form no
+    cycle and lead to a source: x_i* <= y_i + r (1 + L + ... + L^(N-1)). Along an optimal path y_i <= x_i* +
+    the same sum. N bounds the hops of both by the rows, and by how often zeta - r fits into the range of y.
+    Ours."""
+    if residual == 0.0:
+        return 0.0
+    if residual >= premises.zeta:
+        return math.inf
+    span = float(y.max() - y.min()) + residual
+    hops = min(float(problem.n_rows), math.ceil(span / (premises.zeta - residual)) + 1.0)
+    if premises.L <= 1.0:
+        return residual * hops
+    growth = hops * math.log(premises.L)
+    return math.inf if growth > 700 else residual * math.expm1(growth) / (premises.L - 1.0)
+
+
+def require_rooted(problem: Problem, y: Floats) -> None:
+    """A residual of zero proves y = x* if every arc visibly adds to its head's value, and else if tight arcs
+    (y_i = f_i(y_j, w_ij)) lead from every node to a source; AssumptionError where neither holds.
+
+    That happens to starts below x* on arcs whose cost vanishes beside x in double precision.
+    """
+    heads = y[problem.heads]
+    values = problem.arcs(heads)
+    if (values > heads).all():
+        return
+    tight = values == y[problem.owners]
+    rooted = np.zeros(y.size, dtype=bool)
+    rooted[problem.n_rows :] = True
+    count = 0
+    while count != (count := int(rooted.sum())):
+        rooted[problem.owners[tight & rooted[problem.heads]]] = True
+    if not rooted.all():
+        i = int(np.flatnonzero(~rooted)[0])
+        raise AssumptionError(
+            f"node {problem.nodes[i]} is stuck at {y[i]:g}: an arc cost on its way vanishes beside that in "
+            "double precision, so the kernel is not progressive; start from overestimate(net), or rescale"
+        )
+
+
+class EndPhase:
+    """The states since the last one that was provably not settled: all that the settling time depends on.
+
+    If every error were within the tolerance band, the residual would be at most (1 + L) times the widest
+    band; a larger one clears the list. So it holds a handful of states under the laws that end in finite
+    time."""
+
+    def __init__(self, premises: Premises, tolerance: float):
+        self._tolerance = tolerance
+        self._factor = 2.0 * (1.0 + premises.L) * tolerance
+        self._states: list[State] = []
+
+    def add(self, state: State, residual: float) -> None:
+        if residual > self._factor * max(1.0, float(np.abs(state.y).max())):
+            self._states.clear()
+        self._states.append(state)
+
+    def settling_tau(self, y_star: Floats, flow: Flow) -> float:
+        """The first tau after which all errors stay in the band, placed inside its step by the law's own
+        decay.
+        """
+        band = self._tolerance * np.maximum(1.0, np.abs(y_star))
+        excess = np.array([float((np.abs(s.y - y_star) / band).max()) for s in self._states])
+        outside = np.flatnonzero(excess > 1.0)
+        if outside.size == 0:
+            return self._states[0].tau
+        k = int(outside[-1])
+        if k + 1 == len(self._states):
+            return self._states[k].tau
+        return self._states[k].tau + self._inside(k, excess[k], excess[k + 1], y_star, band, flow)
+
+    def _inside(self, k: int, first: float, second: float, y_star: Floats, band: Floats, flow: Flow) -> float:
+        worst = int(np.argmax(np.abs(self._states[k].y - y_star) / band))
+        width, step = float(band[worst]), self._states[k + 1].tau - self._states[k].tau
+        fall = flow.time_between(first * width, width)
+        if second > 0.0:
+            return step * fall / flow.time_between(first * width, second * width)
+        return min(step, fall)

@@ -1,0 +1,153 @@
+"""Run a law on a network until its cost-to-go is proved settled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.errors import OptionError
+from planner.gabf.assumptions import Premises, pack_start, premises, require_overestimate
+from planner.gabf.laws import Law, SingularityFree
+from planner.gabf.network import Network
+from planner.gabf.oracle import oracle
+from planner.gabf.problem import Problem, reduce
+from planner.gabf.result import CostToGo, Ending, Trajectory
+from planner.gabf.saving import Recorder, Save
+from planner.gabf.settling import EndPhase, error_bound, require_rooted
+from planner.gabf.solvers import Solver, State
+from planner.gabf.splitting import Splitting
+
+
+def solve(
+    net: Network,
+    law: Law | None = None,
+    x0: Floats | float | None = None,
+    solver: Solver | None = None,
+    save: Save | None = None,
+    *,
+    settle_tolerance: float = 1e-9,
+    max_steps: int = 100_000,
+    until_tau: float = np.inf,
+) -> CostToGo:
+    """The cost-to-go x of every node under ``law`` (default :class:`SingularityFree`), from the start ``x0``.
+
+    ``x0``: (n,) states, one number for all, or None for :func:`overestimate`, from which every law settles.
+    Starting from an earlier ``result.x`` after weights changed is how GABF heals; nodes that were unreachable
+    (+inf) then need a number. Values at sources and at nodes that reach no source are ignored. ``solver``:
+    default :class:`Splitting`. ``save``: :class:`EverySteps` or :class:`AtTimes`; nothing is kept without.
+    ``settle_tolerance`` defines settled, relative to max(1, |x_i*|); a larger one settles earlier and changes
+    neither x nor the steps of the splitting solver, which ends at a residual of exactly 0. References end
+    where :func:`planner.gabf.settling.error_bound` proves the tolerance. ``max_steps`` and ``until_tau``
+    bound the work.
+
+    Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the
+    interval that the run stays in, where a start lies outside the kernel's domain, and where the
+    prescribed-time law does not start above x*.
+
+        result = solve(net, law=SingularityFree(T=2.0))
+        result.x, result.settling_time, result.outcome
+    """
+    limits = Limits(settle_tolerance, max_steps, until_tau)
+    law = SingularityFree() if law is None else law
+    solver = Splitting() if solver is None else solver
+    problem = reduce(net)
+    y0 = pack_start(problem, x0)
+    bounds = premises(problem, y0)
+    if law.needs_overestimate and x0 is not None:
+        require_overestimate(problem, y0, problem.pack(oracle(net)), law.name)
+    run = _run(problem, law, solver, y0, bounds, Recorder(save, problem, law), limits)
+    return _result(problem, law, solver, y0, bounds, run, settle_tolerance)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What counts as settled, and how much work may be spent on it."""
+
+    tolerance: float
+    max_steps: int
+    until_tau: float
+
+    def __post_init__(self) -> None:
+        if not (self.tolerance > 0 and self.until_tau >= 0 and self.max_steps >= 0):
+            raise OptionError("settle_tolerance must be positive, max_steps and until_tau not negative")
+
+    def reached(self, step: int, tau: float) -> bool:
+        return step >= self.max_steps or tau >= self.until_tau
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    last: State
+    steps: int
+    residual: float
+    error_bound: float
+    settling_tau: float | None
+    trajectory: Trajectory | None
+
+
+def _run(
+    problem: Problem,
+    law: Law,
+    solver: Solver,
+    y0: Floats,
+    bounds: Premises,
+    recorder: Recorder,
+    limits: Limits,
+) -> _Run:
+    end_phase = EndPhase(bounds, limits.tolerance)
+    targets = np.unique(np.append(recorder.targets, limits.until_tau))
+    states = solver.states(problem, law.flow, y0, targets)
+    step = -1
+    while True:
+        step, state = step + 1, next(states)
+        residual = float(np.abs(state.xhat).max(initial=0.0))
+        end_phase.add(state, residual)
+        recorder.offer(step, state)
+        settled = _is_settled(problem, solver, bounds, state, residual, limits)
+        if settled or limits.reached(step, state.tau):
+            break
+    proved = error_bound(problem, bounds, state.y, residual)
+    date = end_phase.settling_tau(state.y, law.flow) if settled else None
+    return _Run(state, step, residual, proved, date, recorder.trajectory(state))
+
+
+def _is_settled(
+    problem: Problem, solver: Solver, bounds: Premises, state: State, residual: float, limits: Limits
+) -> bool:
+    """Solvers that come to rest exactly run until they do; for others the error must be proved small."""
+    if residual == 0.0:
+        require_rooted(problem, state.y)
+        return True
+    return not solver.exact_rest and error_bound(problem, bounds, state.y, residual) <= limits.tolerance
+
+
+def _result(
+    problem: Problem, law: Law, solver: Solver, y0: Floats, bounds: Premises, run: _Run, tolerance: float
+) -> CostToGo:
+    settled = run.settling_tau
+    return CostToGo(
+        x=_frozen(problem.unpack(run.last.y)),
+        x0=_frozen(problem.unpack(y0)),
+        law=law,
+        network=problem.network,
+        premises=bounds,
+        outcome=Ending.BUDGET_SPENT if settled is None else Ending.SETTLED,
+        settling_tau=settled,
+        settling_time=None if settled is None else float(law.clock.time(settled)),
+        log10_remaining=None if settled is None else law.clock.log10_remaining(settled),
+        end_tau=run.last.tau,
+        residual=run.residual,
+        error_bound=run.error_bound,
+        settle_tolerance=tolerance,
+        steps=run.steps,
+        evaluations=run.last.evaluations,
+        solver=solver.name,
+        trajectory=run.trajectory,
+    )
+
+
+def _frozen(array: Floats) -> Floats:
+    array.setflags(write=False)
+    return array

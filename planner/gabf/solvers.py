@@ -1,0 +1,71 @@
+"""The contract of a solver: states of dy/dtau = -phi(y - m(y)), one after each accepted step."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.gabf.flows import Flow
+from planner.gabf.problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """y (R + S,) at clock reading ``tau``, with xhat (R,) = y_i - min_j f_i(y_j, w_ij), eq. (xhat).
+
+    ``evaluations`` counts how often the parent values were computed so far. Arrays are not to be written to,
+    and are not changed after they were handed out."""
+
+    tau: float
+    y: Floats
+    xhat: Floats
+    evaluations: int
+
+
+class Solver(ABC):
+    """Integrates the autonomous equation in tau.
+
+    ``order`` is the order of accuracy in the step that tests measure; ``exact_rest`` is True where a settled
+    state is reached to the last bit.
+    """
+
+    name: ClassVar[str]
+    order: ClassVar[int]
+    exact_rest: ClassVar[bool]
+
+    @abstractmethod
+    def states(self, problem: Problem, flow: Flow, y0: Floats, targets: Floats) -> Iterator[State]:
+        """The start, then a state a step, landing on every one of the ascending ``targets``, without end."""
+
+
+class Targets:
+    """Steps cut short so that they land on given readings of the clock."""
+
+    def __init__(self, targets: Floats):
+        self._left = [float(t) for t in targets[::-1]]
+
+    def clip(self, tau: float, dtau: float) -> tuple[float, float]:
+        """The step to take from ``tau`` and the reading it leads to; a near miss of a target is stretched
+        onto it.
+        """
+        while self._left and self._left[-1] <= tau:
+            self._left.pop()
+        if self._left and tau + 1.0001 * dtau >= self._left[-1]:
+            return self._left[-1] - tau, self._left[-1]
+        return dtau, tau + dtau
+
+
+def disequilibrium(problem: Problem, y: Floats) -> Floats:
+    """xhat (R,), eq. (xhat)."""
+    return y[: problem.n_rows] - problem.parent_values(y)
+
+
+def mean_cost(problem: Problem, y: Floats) -> float:
+    """What an arc adds on average at state ``y``: the scale that errors of one step are measured by."""
+    heads = y[problem.heads]
+    return float(np.mean(np.abs(problem.arcs(heads) - heads)))

@@ -1,0 +1,49 @@
+"""Yoshikawa's manipulability, w = product of the singular values of the Jacobian (Yoshikawa 1985)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pinocchio as pin
+
+from planner.arrays import Floats
+from planner.robot import Robot
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ROWS = {"pose": slice(0, 6), "translation": slice(0, 3), "planar": slice(0, 2)}
+
+
+def jacobian(robot: Robot, q: Floats) -> Floats:
+    """The tool's Jacobian (rows, dof) at one configuration, in world axes at the tool's origin.
+
+    Linear rows first (m/rad), then angular ones; ``robot.rows`` says which are kept. Translation and pose manipulability
+    rank configurations differently (rank correlation 0.6 to 0.75), so the choice is the robot file's, not a guess.
+    """
+    return _jacobian_function(robot)(np.asarray(q, dtype=float))
+
+
+def manipulability(robot: Robot, q: Floats) -> Floats:
+    """w (n,) at configurations (n, dof): 0 at a singular one, larger where the tool moves well in every direction.
+
+    By singular values: the determinant in sqrt(det(J Jᵀ)) comes out negative by rounding in about half of all singular
+    configurations. Unit m^3 for six rows, m^3 for three, m^2 for two.
+    """
+    evaluate = _jacobian_function(robot)
+    stack = np.array([evaluate(row) for row in np.atleast_2d(q)])
+    if not len(stack):
+        return np.zeros(0)
+    return np.linalg.svd(stack, compute_uv=False).prod(axis=1)
+
+
+def _jacobian_function(robot: Robot) -> Callable[[Floats], Floats]:
+    model, frame, rows = robot.model, robot.tool_id, ROWS[robot.rows]
+    data = model.createData()
+    aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+
+    def evaluate(q: Floats) -> Floats:
+        return pin.computeFrameJacobian(model, data, q, frame, aligned)[rows].copy()
+
+    return evaluate

@@ -1,0 +1,68 @@
+"""How far any point of a link can be from a joint's axis: the factor between joint motion and motion in the room.
+
+Turning joint j by dq moves no point of a link further than R_j |dq|, with R_j the link's reach from that axis, and
+a sum over the joints bounds the motion along any straight joint-space segment (Schwarzer, Saha and Latombe 2005).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats, frozen
+from planner.kinematics.forward import Chain
+from planner.robot import Robot
+from planner.shapes import Body, farthest, farthest_from_axis
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """``bodies`` (n_bodies, dof): metres a point of the body moves at most per unit of each joint (0: not carried).
+
+    Valid for every configuration within the joint limits.
+    """
+
+    bodies: Floats
+
+    @staticmethod
+    def of(robot: Robot, bodies: tuple[Body, ...] | None = None) -> Reach:
+        """Reach of the robot's own bodies, or of any others that its joints carry."""
+        chain = Chain.of(robot)
+        rows = [_reach_of(robot, chain, body) for body in (robot.bodies if bodies is None else bodies)]
+        return Reach(frozen(np.reshape(rows, (len(rows), robot.dof))))
+
+    def motion(self, delta: Floats) -> Floats:
+        """The most that any point of each body moves (m), (n, n_bodies), along joint segments ``delta`` (n, dof)."""
+        return np.abs(delta) @ self.bodies.T
+
+    def relative(self, pairs: np.ndarray) -> Floats:
+        """(n_pairs, dof): the same for one body seen from another; joints that carry both do not count."""
+        first, second = self.bodies[pairs[:, 0]], self.bodies[pairs[:, 1]]
+        return np.where((first > 0) & (second > 0), 0.0, first + second)
+
+
+def _reach_of(robot: Robot, chain: Chain, body: Body) -> Floats:
+    """Walking down from the body: the distance from a joint's origin to the body's farthest point, never too small."""
+    reach = np.zeros(robot.dof)
+    if body.joint == 0:
+        return reach
+    joint = body.joint - 1
+    radius = farthest(body.shape, body.placement)
+    across = farthest_from_axis(body.shape, body.placement, chain.axis[joint])
+    while True:
+        # a tiny positive reach marks "carried" even for a body that lies on the axis
+        reach[joint] = 1.0 if chain.prismatic[joint] else max(across, 1e-12)
+        radius += _travel(robot, chain, joint)
+        parent = int(chain.parent[joint]) - 1
+        if parent < 0:
+            return reach
+        offset, axis = chain.offset[joint], chain.axis[parent]
+        across = radius + float(np.linalg.norm(offset - (offset @ axis) * axis))
+        radius += float(np.linalg.norm(offset))
+        joint = parent
+
+
+def _travel(robot: Robot, chain: Chain, joint: int) -> float:
+    """How far a prismatic joint can shift what it carries (m)."""
+    return float(max(abs(robot.lower[joint]), abs(robot.upper[joint]))) if chain.prismatic[joint] else 0.0

@@ -1,0 +1,134 @@
+"""The roadmap as immutable arrays, with the quantities that its costs are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from planner.arrays import Bools, Floats, Ints, frozen
+from planner.hashing import content_hash
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Which robot and scene a roadmap belongs to, and how it was grown; written with it, asked for when it is loaded."""
+
+    robot: str
+    robot_identity: str
+    scene: str
+    scene_identity: str
+    joints: tuple[str, ...]
+    tool: str
+    margin: float  # m
+    seed: int
+    versions: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class CostScale:
+    """What turns manipulability and length into costs of comparable size; kept with the roadmap and reused as it grows.
+
+    The manipulability cost is decreasing in w, capped below ``w_low`` (so that one near-singular node cannot stretch the
+    scale), 1 there and ``zeta`` at ``w_high``. A length is divided by ``length``. ``zeta`` > 0 keeps the kernel
+    progressive, eq. (progressive), at every beta.
+    """
+
+    w_low: float
+    w_high: float
+    joint_length: float  # rad
+    tool_length: float  # m
+    zeta: float
+
+
+@dataclass(frozen=True, eq=False)
+class Roadmap:
+    """Configurations and the proven straight motions between them.
+
+    ``nodes`` (n, dof) rad; ``edges`` (m, 2) node indices, first below second, sorted; ``proven`` (m,) whether a proof
+    was found for the whole edge. Indices of starts and goals come first. Lengths and manipulability are what the
+    costs are made of: w (n,), joint length (m,) rad, length of the tool's way (m,) metres.
+    """
+
+    nodes: Floats
+    edges: Ints
+    proven: Bools
+    starts: Ints
+    goals: Ints
+    manipulability: Floats
+    joint_length: Floats
+    tool_length: Floats
+    scale: CostScale
+    origin: Origin
+
+    def __post_init__(self) -> None:
+        for name, dtype in _DTYPES.items():
+            object.__setattr__(self, name, frozen(getattr(self, name), dtype))
+
+    @cached_property
+    def components(self) -> Ints:
+        """(n,) component number of each node; numbers count up in the order of the nodes."""
+        return component_labels(len(self.nodes), self.edges)
+
+    @property
+    def component_count(self) -> int:
+        return int(self.components.max(initial=-1)) + 1
+
+    @property
+    def connected(self) -> bool:
+        """Whether some start and some goal lie in one component."""
+        return bool(np.intersect1d(self.components[self.starts], self.components[self.goals]).size)
+
+    @cached_property
+    def sha256(self) -> str:
+        """A hash of the graph itself: configurations, edges, proofs, starts and goals."""
+        arrays = [self.nodes, self.edges, self.proven, self.starts, self.goals]
+        return content_hash([*arrays, self.origin.joints, self.origin.tool])
+
+    def edge_index(self, i: int, j: int) -> int:
+        """The row of the edge between two nodes; KeyError if there is none."""
+        low, high = min(i, j), max(i, j)
+        rows = np.nonzero((self.edges[:, 0] == low) & (self.edges[:, 1] == high))[0]
+        if not len(rows):
+            raise KeyError((i, j))
+        return int(rows[0])
+
+    def without_edge(self, row: int) -> Roadmap:
+        """The roadmap lacking one edge; what else it knows stays."""
+        keep = np.arange(len(self.edges)) != row
+        return replace(
+            self,
+            edges=self.edges[keep],
+            proven=self.proven[keep],
+            joint_length=self.joint_length[keep],
+            tool_length=self.tool_length[keep],
+        )
+
+
+_DTYPES = {
+    "nodes": np.float64,
+    "edges": np.int64,
+    "proven": np.bool_,
+    "starts": np.int64,
+    "goals": np.int64,
+    "manipulability": np.float64,
+    "joint_length": np.float64,
+    "tool_length": np.float64,
+}
+
+
+def component_labels(n: int, edges: Ints) -> Ints:
+    """Connected components by repeated minimum over neighbours with pointer jumping (no SciPy: it takes 0.6 s to load)."""
+    label = np.arange(n)
+    while len(edges):
+        a, b = label[edges[:, 0]], label[edges[:, 1]]
+        low = np.minimum(a, b)
+        before = label.copy()
+        np.minimum.at(label, a, low)
+        np.minimum.at(label, b, low)
+        label = label[label]
+        if (label == before).all():
+            break
+    return np.unique(label, return_inverse=True)[1].astype(np.int64)

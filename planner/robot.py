@@ -1,0 +1,244 @@
+"""A robot arm as the planner sees it: planned joints, limits, bodies, tool frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+import pydantic
+
+from planner import urdf
+from planner.arrays import Bools, Floats, frozen
+from planner.errors import RobotError, choices
+from planner.hashing import content_hash
+from planner.poses import pose
+from planner.resources import robot_names, robots_folder
+from planner.shapes import Body
+from planner.yamlfile import Strict, parse_yaml, read_text, validate
+
+Rows = Literal["pose", "translation", "planar"]
+
+
+class Source(Strict):
+    """A file beside the robot file, or inside a Python package that ships robot data."""
+
+    file: str
+    package: Literal["example-robot-data"] | None = None
+
+    def path(self, folder: Path) -> Path:
+        return (urdf.example_robot_data() / "robots" if self.package else folder) / self.file
+
+
+class RobotFile(Strict):
+    """What ``robots/<name>/robot.yaml`` holds."""
+
+    description: str
+    urdf: Source
+    srdf: Source | None = None
+    joints: list[str] | None = None
+    tool: str
+    home: list[float] | None = None
+    rows: Rows | None = None
+    fixed_joints: dict[str, float] = pydantic.Field(default_factory=dict)
+    disabled_pairs: list[tuple[str, str]] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot arm with its planned joints; configurations are (n, dof) arrays of joint values, rad (m where prismatic).
+
+    A continuous joint is one angle like any other; ``continuous`` says which may wrap. Load with :meth:`load`:
+
+        robot = Robot.load("iiwa14")
+        robot.joints, robot.lower, robot.upper
+
+    It holds no state: where a configuration puts the links is asked of :mod:`planner.kinematics`.
+    """
+
+    name: str
+    description: str
+    model: pin.Model
+    joints: tuple[str, ...]
+    lower: Floats  # (dof,)
+    upper: Floats  # (dof,)
+    velocity: Floats  # (dof,) rad/s, 0 where the URDF says nothing
+    continuous: Bools  # (dof,)
+    tool: str
+    home: Floats  # (dof,)
+    rows: Rows
+    bodies: tuple[Body, ...]
+    disabled_pairs: frozenset[frozenset[str]] | None  # None: nobody has said
+    fixed_joints: Mapping[str, float]
+    base: Floats  # (4, 4)
+    source: urdf.Description = field(repr=False)
+
+    @staticmethod
+    def load(
+        name: str,
+        tool: str | None = None,
+        fixed_joints: Mapping[str, float] | None = None,
+        base: Floats | None = None,
+    ) -> Robot:
+        """A built-in robot by name, or any URDF by path.
+
+        ``tool`` is a frame of the URDF (for a URDF by path, needed unless it has one single tip), ``fixed_joints``
+        holds joints that are not planned at values (rad, m), ``base`` places the robot in the world (4, 4).
+        Raises :class:`RobotError` naming the choices.
+        """
+        folder, file = _find(name)
+        description = urdf.read_description(file.urdf.path(folder) if file else Path(name))
+        return _assemble(name, file, folder, description, tool, fixed_joints or {}, pose() if base is None else base)
+
+    @property
+    def dof(self) -> int:
+        return len(self.joints)
+
+    @property
+    def tool_id(self) -> int:
+        return urdf.frame_id(self.model, self.tool)
+
+    @property
+    def identity(self) -> str:
+        """A hash of everything that decides where a configuration puts which geometry, and what is checked."""
+        return _identity(self)
+
+    def difference(self, a: Floats, b: Floats) -> Floats:
+        """The joint motion (..., dof) from a to b: continuous joints take the shorter way round."""
+        delta = np.asarray(b) - np.asarray(a)
+        if self.continuous.any():
+            wrapped = np.mod(delta + np.pi, 2 * np.pi) - np.pi
+            delta = np.where(self.continuous, wrapped, delta)
+        return delta
+
+    def normalise(self, q: Floats) -> Floats:
+        """Continuous joints brought into [-pi, pi)."""
+        wrapped = np.mod(np.asarray(q) + np.pi, 2 * np.pi) - np.pi
+        return np.where(self.continuous, wrapped, q)
+
+
+def load_visuals(robot: Robot) -> tuple[Body, ...]:
+    """The bodies that are looked at; slow for detailed meshes, so asked only when a picture is made."""
+    full = urdf.build_model(robot.source)
+    geometry, links = urdf.read_bodies(robot.source, full, pin.GeometryType.VISUAL)
+    _, geometry = urdf.reduce(full, geometry, robot.joints, robot.fixed_joints, robot.base)
+    return urdf.bodies(geometry, links)
+
+
+def with_fixed_joints(robot: Robot, fixed: Mapping[str, float]) -> Robot:
+    """The same robot with joints that are not planned held at other values."""
+    changed = _rebuild(robot, {**robot.fixed_joints, **fixed}, robot.base)
+    return replace(robot, **changed)
+
+
+def _find(name: str) -> tuple[Path, RobotFile | None]:
+    folder = robots_folder() / name
+    if name in robot_names():
+        where = f"robot file {folder / 'robot.yaml'}"
+        data = parse_yaml(read_text(folder / "robot.yaml", "robot file"), where)
+        return folder, validate(RobotFile, data, where, RobotError)
+    if Path(name).suffix.lower() in (".urdf", ".xml") or "/" in name:
+        return Path(name).parent, None
+    raise RobotError(f"robot '{name}' not found; robots are {choices(robot_names())}, or give the path of a URDF.")
+
+
+def _assemble(
+    name: str,
+    file: RobotFile | None,
+    folder: Path,
+    description: urdf.Description,
+    tool: str | None,
+    fixed: Mapping[str, float],
+    base: Floats,
+) -> Robot:
+    full = urdf.build_model(description)
+    tool = _choose_tool(full, tool or (file.tool if file else None))
+    planned = list(file.joints) if file and file.joints else urdf.chain_joints(full, tool)
+    _check_joints(full, planned, tool)
+    fixed = {**(file.fixed_joints if file else {}), **fixed}
+    parts = _parts(description, full, planned, fixed, base)
+    model = parts["model"]
+    lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
+    _check_limits(model, lower, upper)
+    home = np.clip(np.zeros(len(planned)), lower, upper) if not (file and file.home) else np.array(file.home)
+    disabled = None
+    if file and file.srdf:
+        disabled = urdf.read_srdf_pairs(file.srdf.path(folder)) or None  # some SRDFs disable nothing at all
+    if file and file.disabled_pairs is not None:
+        disabled = (disabled or frozenset()) | frozenset(frozenset(pair) for pair in file.disabled_pairs)
+    return Robot(
+        name=name if file else (full.name or Path(name).stem),
+        description=file.description if file else f"from {name}",
+        joints=tuple(model.names[1:]),
+        lower=lower,
+        upper=upper,
+        velocity=frozen(model.upperVelocityLimit),
+        continuous=frozen([joint in description.continuous for joint in model.names[1:]], np.bool_),
+        tool=tool,
+        home=frozen(home),
+        rows=(file.rows if file else None) or ("pose" if model.nv >= 6 else "translation"),
+        disabled_pairs=disabled,
+        fixed_joints=fixed,
+        base=frozen(base),
+        source=description,
+        **parts,
+    )
+
+
+def _rebuild(robot: Robot, fixed: Mapping[str, float], base: Floats) -> dict[str, Any]:
+    full = urdf.build_model(robot.source)
+    return {**_parts(robot.source, full, robot.joints, fixed, base), "fixed_joints": fixed, "base": frozen(base)}
+
+
+def _parts(
+    description: urdf.Description,
+    full: pin.Model,
+    planned: Sequence[str],
+    fixed: Mapping[str, float],
+    base: Floats,
+) -> dict[str, Any]:
+    geometry, links = urdf.read_bodies(description, full, pin.GeometryType.COLLISION)
+    model, geometry = urdf.reduce(full, geometry, planned, fixed, base)
+    return {"model": model, "bodies": urdf.bodies(geometry, links)}
+
+
+def _choose_tool(model: pin.Model, tool: str | None) -> str:
+    if tool is None:
+        tips = urdf.leaf_links(model)
+        if len(tips) != 1:
+            raise RobotError(f"the robot has {len(tips)} tips: choose one with --tool; tips are {choices(tips)}.")
+        return tips[0]
+    urdf.frame_id(model, tool)
+    return tool
+
+
+def _check_joints(model: pin.Model, planned: Sequence[str], tool: str) -> None:
+    for name in planned:
+        if not model.existJointName(name):
+            raise RobotError(f"joint '{name}' not found; joints are {choices(model.names[1:])}.")
+    if not planned:
+        raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another --tool.")
+
+
+def _check_limits(model: pin.Model, lower: Floats, upper: Floats) -> None:
+    for name, low, high in zip(model.names[1:], lower, upper, strict=True):
+        if not (np.isfinite(low) and np.isfinite(high) and low < high):
+            raise RobotError(
+                f"joint '{name}' has limits [{low:g}, {high:g}]: give it finite limits, lower below upper, in the URDF."
+            )
+
+
+def _identity(robot: Robot) -> str:
+    model, tool = robot.model, robot.model.frames[robot.tool_id]
+    disabled = None if robot.disabled_pairs is None else sorted(sorted(pair) for pair in robot.disabled_pairs)
+    values: list[Any] = [robot.joints, robot.lower, robot.upper, robot.continuous, robot.rows, disabled]
+    values += [int(tool.parentJoint), np.array(tool.placement.homogeneous)]
+    for joint in range(1, model.njoints):
+        values += [int(model.parents[joint]), model.joints[joint].shortname()]
+        values += [np.array(model.jointPlacements[joint].homogeneous)]
+    for body in robot.bodies:
+        values += [body.link, body.joint, body.placement, *body.shape.content()]
+    return content_hash(values)
