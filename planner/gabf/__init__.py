@@ -29,10 +29,8 @@ from planner.gabf.splitting import Splitting
 
 __all__ = [
     "Additive",
-    "BackwardEuler",
-    "RungeKutta45",
-    "right_side",
     "AtTimes",
+    "BackwardEuler",
     "CostToGo",
     "EdgeIntegral",
     "Ending",
@@ -46,6 +44,7 @@ __all__ = [
     "Nominal",
     "Premises",
     "PrescribedTime",
+    "RungeKutta45",
     "SingularityFree",
     "Splitting",
     "TradeOff",
@@ -58,6 +57,7 @@ __all__ = [
     "oracle",
     "overestimate",
     "residual",
+    "right_side",
     "solve",
     "value_iteration",
 ]

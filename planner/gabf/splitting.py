@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Literal, Protocol
+from typing import ClassVar
 
 import numpy as np
 
 from planner.arrays import Floats
 from planner.errors import OptionError
 from planner.gabf.flows import Flow
+from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem
-from planner.gabf.solvers import Solver, State, Targets, disequilibrium, mean_cost
+from planner.gabf.solvers import Solver, State, Targets, mean_cost
 
-COMPILE_FROM = 30_000
-"""Rows from which Numba repays its import (0.65 s) and a first compilation."""
+RETIRE_EVERY = 8
+"""Steps between two looks for rows that rest for good."""
 
 
 @dataclass(frozen=True)
@@ -27,14 +28,13 @@ class Splitting(Solver):
     Bellman-Ford sweeps. ``tolerance`` is the error in tau that one step may make, estimated from how far m moved:
     a smaller one takes more steps and places the settling time better (at 0.05 it is about 5 % late, at 0.005
     below 1 %); the final x is the same. ``max_step`` bounds a step in tau; with an infinite tolerance every step
-    has that size. ``backend`` "auto" compiles from 30 000 nodes on, if Numba is there.
+    has that size.
 
         solve(net, solver=Splitting(tolerance=1e-3))
     """
 
     tolerance: float = 0.05
     max_step: float = np.inf
-    backend: Literal["auto", "numpy", "numba"] = "auto"
     order: ClassVar[int] = 2
     exact_rest: ClassVar[bool] = True
     name: ClassVar[str] = "splitting"
@@ -44,17 +44,18 @@ class Splitting(Solver):
             raise OptionError("tolerance and max_step of the splitting solver must be positive")
         if np.isinf(self.tolerance) and np.isinf(self.max_step):
             raise OptionError("an infinite tolerance needs a finite max_step, the size of every step")
-        if self.backend not in ("auto", "numpy", "numba"):
-            raise OptionError(f"backend must be auto, numpy or numba, not {self.backend!r}")
 
     def states(self, problem: Problem, flow: Flow, y0: Floats, targets: Floats) -> Iterator[State]:
         """See :class:`planner.gabf.solvers.Solver`."""
-        stepper, landing = self._stepper(problem, flow), Targets(targets)
+        stepper, landing = Stepper(problem, flow), Targets(targets)
         tau, y, xhat, count = 0.0, y0, stepper.disequilibrium(y0), 1
-        hop = mean_cost(problem, y0)
+        hop, steps = mean_cost(problem, y0), 0
         dtau = self._first_step(flow, xhat, hop)
         while True:
             yield State(tau, y, xhat, count)
+            steps += 1
+            if steps % RETIRE_EVERY == 0:
+                stepper.retire(y, xhat)
             size = min(float(np.abs(xhat).max(initial=0.0)), hop)
             allowed = self.tolerance * flow.speed(size) / size if size else np.inf
             while True:
@@ -69,18 +70,6 @@ class Splitting(Solver):
             growth = 0.9 * allowed / share if share > 0.45 * allowed else 2.0
             dtau = min(max(dtau, step) * growth, self.max_step)
 
-    def _stepper(self, problem: Problem, flow: Flow) -> Stepper:
-        large = problem.n_rows >= COMPILE_FROM
-        if self.backend == "numpy" or (self.backend == "auto" and not large):
-            return NumpyStepper(problem, flow)
-        from planner.gabf import compiled  # 0.65 s, so only where it pays
-
-        if compiled.available(problem):
-            return compiled.compiled_stepper(problem, flow)
-        if self.backend == "numba":
-            raise OptionError("backend numba needs Numba installed and a built-in kernel: use backend auto")
-        return NumpyStepper(problem, flow)
-
     def _first_step(self, flow: Flow, xhat: Floats, hop: float) -> float:
         if np.isinf(self.tolerance):
             return self.max_step
@@ -88,12 +77,21 @@ class Splitting(Solver):
         return min(size / flow.speed(size), self.max_step)
 
 
-class Stepper(Protocol):
-    """One step of the splitting method."""
+class Stepper:
+    """One step of the splitting method; rows that rest cost no power, and retired ones nothing."""
+
+    def __init__(self, problem: Problem, flow: Flow):
+        self._n_rows, self._flow, self._parents = problem.n_rows, flow, parents_of(problem)
 
     def disequilibrium(self, y: Floats) -> Floats:
-        """xhat (R,), eq. (xhat)."""
-        ...
+        """xhat (R,), eq. (xhat); exactly 0 at retired rows."""
+        xhat, rows = np.zeros(self._n_rows), self._parents.rows
+        xhat[rows] = y[rows] - self._parents(y)
+        return xhat
+
+    def retire(self, y: Floats, xhat: Floats) -> None:
+        """Stop looking at rows that rest for good."""
+        self._parents = self._parents.retire(y, xhat)
 
     def step(self, y: Floats, xhat: Floats, dtau: float, size: float) -> tuple[Floats, float]:
         """y after ``dtau``, and how far off the step may be, as a share of ``size`` + |xhat_i|.
@@ -102,36 +100,30 @@ class Stepper(Protocol):
         y_i - m_i that the flow leaves over. The law undoes an error of ``size`` in size / phi(size), so this
         share counts as a time: ``size`` is the largest disequilibrium, or an average arc cost if smaller.
         """
-        ...
+        rows = self._parents.rows
+        s, here = xhat[rows], y[rows]
+        m = here - s
+        y_mid = y.copy()
+        y_mid[rows] = m + _moved(self._flow.sketch, s, 0.5 * dtau)
+        m_mid = self._parents(y_mid)
+        s_mid = here - m_mid
+        left = _moved(self._flow.advance, s_mid, dtau)
+        y_mid[rows] = m_mid + left
+        return y_mid, _largest_share(m_mid - m, s_mid, left, size + np.abs(s))
 
 
-@dataclass(frozen=True, eq=False)
-class NumpyStepper:
-    """The step on arrays; nodes that rest on their parent value cost no power."""
+def _moved(flow: Callable[[Floats, float], Floats], s: Floats, dtau: float) -> Floats:
+    moving = s.nonzero()[0]
+    if moving.size == s.size:
+        return flow(s, dtau)
+    left = np.zeros_like(s)
+    left[moving] = flow(s[moving], dtau)
+    return left
 
-    problem: Problem
-    flow: Flow
 
-    def disequilibrium(self, y: Floats) -> Floats:
-        return disequilibrium(self.problem, y)
-
-    def step(self, y: Floats, xhat: Floats, dtau: float, size: float) -> tuple[Floats, float]:
-        rows = xhat.size
-        m = y[:rows] - xhat
-        m_mid = self.problem.parent_values(self._flow_towards(y, m, xhat, 0.5 * dtau)[0])
-        s_mid = y[:rows] - m_mid
-        y_next, left = self._flow_towards(y, m_mid, s_mid, dtau)
-        hit = ((m_mid != m) & (s_mid != 0)).nonzero()[0]
-        if hit.size == 0:
-            return y_next, 0.0
-        gone = 1.0 - left[hit] / s_mid[hit]
-        share = np.abs(m_mid[hit] - m[hit]) * gone / (size + np.abs(xhat[hit]))
-        return y_next, float(share.max())
-
-    def _flow_towards(self, y: Floats, m: Floats, s: Floats, dtau: float) -> tuple[Floats, Floats]:
-        moving = s.nonzero()[0]
-        left = np.zeros_like(s)
-        left[moving] = self.flow.advance(s[moving], dtau)
-        y_next = y.copy()
-        np.add(m, left, out=y_next[: m.size])
-        return y_next, left
+def _largest_share(moved: Floats, s: Floats, left: Floats, scale: Floats) -> float:
+    hit = (moved * s).nonzero()[0]
+    if hit.size == 0:
+        return 0.0
+    gone = 1.0 - left[hit] / s[hit]
+    return float((np.abs(moved[hit]) * gone / scale[hit]).max())

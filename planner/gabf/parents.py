@@ -1,0 +1,100 @@
+"""min_j f_i(y_j, w_ij) over the rows that still move: the only part of a step that reads the graph."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from planner.arrays import Bools, Floats, Ints
+from planner.gabf.arcmaps import ArcMap
+from planner.gabf.problem import Problem
+
+GROUP_FROM = 5_000
+"""Rows from which grouping by degree is faster than one reduceat (at 1e5 rows 17 against 40 ns a row)."""
+
+
+class Parents(Protocol):
+    """Parent values of the ``rows`` that still move; :meth:`retire` drops those that never will again."""
+
+    @property
+    def rows(self) -> Ints | slice: ...
+    def __call__(self, y: Floats) -> Floats: ...
+    def retire(self, y: Floats, xhat: Floats) -> Parents: ...
+
+
+def parents_of(problem: Problem) -> Parents:
+    return AllRows(problem) if problem.n_rows < GROUP_FROM else by_degree(problem)
+
+
+@dataclass(frozen=True, eq=False)
+class AllRows:
+    """Every row in one call: the fastest for small problems, where calls cost more than arithmetic."""
+
+    problem: Problem
+
+    @property
+    def rows(self) -> slice:
+        return slice(0, self.problem.n_rows)
+
+    def __call__(self, y: Floats) -> Floats:
+        return self.problem.parent_values(y)
+
+    def retire(self, y: Floats, xhat: Floats) -> AllRows:
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Rows of equal degree k: ``heads`` (k, rows), so that their minimum runs along whole columns."""
+
+    rows: Ints
+    heads: Ints
+    arcs: ArcMap
+
+    def __call__(self, y: Floats) -> Floats:
+        return self.arcs(y[self.heads].ravel()).reshape(self.heads.shape).min(axis=0)
+
+    def keep(self, kept: Bools) -> Group:
+        columns = np.broadcast_to(kept, self.heads.shape).ravel()
+        return Group(self.rows[kept], self.heads[:, kept], self.arcs.take(columns))
+
+
+@dataclass(frozen=True, eq=False)
+class ByDegree:
+    """The moving rows of a large problem, grouped by degree."""
+
+    groups: list[Group]
+    rows: Ints
+
+    def __call__(self, y: Floats) -> Floats:
+        return np.concatenate([group(y) for group in self.groups]) if self.groups else np.empty(0)
+
+    def retire(self, y: Floats, xhat: Floats) -> ByDegree:
+        """Drop the rows that rest for good, once they are a quarter of all.
+
+        Let v be the least of y and m over the moving rows. Rows at rest below v read only rows at rest below v, and no
+        state falls below v any more: the moving row that is lowest has parent values of at least v. So they never
+        move again; this is lemma (globalbound) applied to the rest of the network.
+        """
+        s, here = xhat[self.rows], y[self.rows]
+        moving = s != 0
+        least = np.minimum(here, here - s)[moving].min(initial=np.inf)
+        kept = moving | (here > least)
+        if kept.sum() > 0.75 * kept.size:
+            return self
+        ends = np.cumsum([group.rows.size for group in self.groups])[:-1]
+        groups = [g.keep(k) for g, k in zip(self.groups, np.split(kept, ends), strict=True) if k.any()]
+        return ByDegree(groups, self.rows[kept])
+
+
+def by_degree(problem: Problem) -> ByDegree:
+    degree = np.diff(problem.starts, append=problem.heads.size)
+    groups = [_group(problem, np.flatnonzero(degree == k), int(k)) for k in np.unique(degree)]
+    return ByDegree(groups, np.concatenate([group.rows for group in groups]))
+
+
+def _group(problem: Problem, rows: Ints, degree: int) -> Group:
+    arcs = problem.starts[rows] + np.arange(degree)[:, None]
+    return Group(rows, problem.heads[arcs], problem.arcs.take(arcs.ravel()))
