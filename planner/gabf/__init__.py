@@ -7,7 +7,10 @@
 Needs NumPy; SciPy and Numba are loaded by the functions that use them. Nothing here knows of robots.
 """
 
+from planner.gabf import examples
 from planner.gabf.assumptions import Premises, overestimate
+from planner.gabf.bounds import T_star_corrected, T_star_printed, T_star_sharp
+from planner.gabf.certificates import Assumption, Certificate, certify
 from planner.gabf.kernels import (
     Additive,
     EdgeIntegral,
@@ -26,11 +29,14 @@ from planner.gabf.result import CostToGo, Ending, Trajectory
 from planner.gabf.saving import AtTimes, EverySteps
 from planner.gabf.solve import solve
 from planner.gabf.splitting import Splitting
+from planner.gabf.structure import Structure, structure, true_parents
 
 __all__ = [
     "Additive",
+    "Assumption",
     "AtTimes",
     "BackwardEuler",
+    "Certificate",
     "CostToGo",
     "EdgeIntegral",
     "Ending",
@@ -47,11 +53,17 @@ __all__ = [
     "RungeKutta45",
     "SingularityFree",
     "Splitting",
+    "Structure",
+    "T_star_corrected",
+    "T_star_printed",
+    "T_star_sharp",
     "TradeOff",
     "Trajectory",
     "UserKernel",
     "bellman_operator",
+    "certify",
     "control_input",
+    "examples",
     "extract_path",
     "max_error",
     "oracle",
@@ -59,5 +71,7 @@ __all__ = [
     "residual",
     "right_side",
     "solve",
+    "structure",
+    "true_parents",
     "value_iteration",
 ]

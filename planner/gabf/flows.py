@@ -84,7 +84,9 @@ class PowerFlow(Flow):
 
     @cached_property
     def _roots(self) -> list[tuple[float, int]]:
-        """1 / (1 - p) and 1 / (q - 1), each with its number of halves, 0 where products would not be cheaper."""
+        """1 / (1 - p) and 1 / (q - 1), each with its number of halves, 0 where products would not be
+        cheaper.
+        """
         roots = 1 / (1 - self.p), 1 / (self.q - 1)
         return [(float(r), r.numerator if r.denominator == 2 and r < 6 else 0) for r in roots]
 

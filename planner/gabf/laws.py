@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
+import numpy as np
+
 from planner.arrays import Floats
 from planner.errors import OptionError
 from planner.gabf.clock import PrescribedClock, Reading, UniformClock
@@ -161,8 +163,13 @@ class SingularityFree(Law):
 
 
 def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
-    """u_i = dx_i/dt at clock reading ``tau``, for the disequilibria ``xhat`` of eq. (xhat), any shape."""
-    return -law.clock.gain(tau) * law.flow.rate(xhat)
+    """u_i = dx_i/dt at clock reading ``tau``, for the disequilibria ``xhat`` of eq. (xhat), any shape.
+
+    0 where xhat_i = 0, however large the gain, and from T_p on.
+    """
+    rate = law.flow.rate(xhat)
+    with np.errstate(invalid="ignore", over="ignore"):
+        return np.where(rate == 0.0, 0.0, -law.clock.gain(tau) * rate)
 
 
 def _require_positive(**values: float) -> None:

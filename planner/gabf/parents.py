@@ -74,10 +74,9 @@ class ByDegree:
     def retire(self, y: Floats, xhat: Floats) -> ByDegree:
         """Drop the rows that rest for good, once they are a quarter of all.
 
-        Let v be the least of y and m over the moving rows. Rows at rest below v read only rows at rest below v, and no
-        state falls below v any more: the moving row that is lowest has parent values of at least v. So they never
-        move again; this is lemma (globalbound) applied to the rest of the network.
-        """
+        Let v be the least of y and m over the moving rows. Rows at rest below v read only rows at rest below
+        v, and no state falls below v any more: the moving row that is lowest has parent values of at least v.
+        So they never move again; this is lemma (globalbound) applied to the rest of the network."""
         s, here = xhat[self.rows], y[self.rows]
         moving = s != 0
         least = np.minimum(here, here - s)[moving].min(initial=np.inf)

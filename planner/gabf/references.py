@@ -22,8 +22,8 @@ class RungeKutta45(Solver):
     """SciPy's explicit RK45 in tau: the paper's ode45, remark (implementation).
 
     Its right side is not Lipschitz at xhat = 0 under the fixed-time laws, where it chatters at about the size
-    of ``rtol``: bound the run by ``until_tau`` or a loose ``settle_tolerance``. A smaller ``rtol`` takes more steps.
-    """
+    of ``rtol``: bound the run by ``until_tau`` or a loose ``settle_tolerance``. A smaller ``rtol`` takes more
+    steps."""
 
     rtol: float = 1e-6
     atol: float = 1e-9
@@ -47,9 +47,9 @@ class RungeKutta45(Solver):
         yield _state(problem, 0.0, y0, 1)
         while True:
             stepper.step()
-            while left and left[-1] < stepper.t:
+            while left and left[-1] < float(stepper.t):
                 tau = left.pop()
-                if tau > stepper.t_old:
+                if stepper.t_old is not None and tau > stepper.t_old:
                     yield _state(problem, tau, stepper.dense_output()(tau), stepper.nfev)
             yield _state(problem, stepper.t, stepper.y.copy(), stepper.nfev)
 
@@ -59,9 +59,8 @@ class BackwardEuler(Solver):
     """y_new = y - dtau phi(y_new - m(y_new)): the implicit method of remark (implementation), in tau.
 
     For given parent values m each node's equation has one root; m is iterated to its fixed point (a
-    contraction for L <= 1, and one more hop is exact a sweep). A smaller ``step`` in tau is more accurate, order 1, and takes
-    proportionally more steps.
-    """
+    contraction for L <= 1, and one more hop is exact a sweep). A smaller ``step`` in tau is more accurate,
+    order 1, and takes proportionally more steps."""
 
     step: float = 0.05
     order: ClassVar[int] = 1
@@ -85,8 +84,8 @@ class BackwardEuler(Solver):
 def right_side(net: Network, law: Law) -> Callable[[float, Floats], Floats]:
     """(t, x) -> dx/dt in the paper's own time, for any ODE solver: x (n,), 0 where no source is reached.
 
-    Near T_p the gain grows without bound and t stops resolving T_p - t; that is what integrating in tau avoids.
-    """
+    Near T_p the gain grows without bound and t stops resolving T_p - t; that is what integrating in tau
+    avoids."""
     problem = reduce(net)
 
     def speed(t: float, x: Floats) -> Floats:

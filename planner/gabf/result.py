@@ -46,8 +46,9 @@ class CostToGo:
     ever after, None if that was not reached; ``settling_time`` the same in t, and ``log10_remaining``
     log10(T_p - t) there (None for laws without T_p). ``error_bound`` bounds max |x - x*|, proved without an
     oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
-    and :func:`planner.gabf.residual` recomputes it. ``premises`` holds the interval that the run stayed in
-    with zeta and L on it."""
+    and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
+    non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
+    that the run stayed in with zeta and L on it."""
 
     x: Floats
     x0: Floats
@@ -60,6 +61,9 @@ class CostToGo:
     log10_remaining: float | None
     end_tau: float
     residual: float
+    lowest: float
+    highest: float
+    largest_input: float
     error_bound: float
     settle_tolerance: float
     steps: int

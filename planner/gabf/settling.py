@@ -10,6 +10,7 @@ from planner.arrays import Floats
 from planner.errors import AssumptionError
 from planner.gabf.assumptions import Premises
 from planner.gabf.flows import Flow
+from planner.gabf.laws import Law, control_input
 from planner.gabf.problem import Problem
 from planner.gabf.solvers import State
 
@@ -95,3 +96,22 @@ class EndPhase:
         if second > 0.0:
             return step * fall / flow.time_between(first * width, second * width)
         return min(step, fall)
+
+
+class Extremes:
+    """The lowest and highest state, and the largest control input, over the steps of a run."""
+
+    def __init__(self, n_rows: int):
+        self._n_rows, self._lowest, self._highest = n_rows, math.inf, -math.inf
+        self._readings: list[tuple[float, float]] = []
+
+    def add(self, state: State, residual: float) -> None:
+        rows = state.y[: self._n_rows]
+        self._lowest = min(self._lowest, float(rows.min(initial=math.inf)))
+        self._highest = max(self._highest, float(rows.max(initial=-math.inf)))
+        self._readings.append((state.tau, residual))
+
+    def over(self, law: Law) -> tuple[float, float, float]:
+        """The input is largest where the residual is, as the gain is common to all nodes."""
+        tau, residual = np.array(self._readings).T
+        return self._lowest, self._highest, float(-control_input(law, tau, residual).min(initial=0.0))

@@ -15,7 +15,7 @@ from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce
 from planner.gabf.result import CostToGo, Ending, Trajectory
 from planner.gabf.saving import Recorder, Save
-from planner.gabf.settling import EndPhase, error_bound, require_rooted
+from planner.gabf.settling import EndPhase, Extremes, error_bound, require_rooted
 from planner.gabf.solvers import Solver, State
 from planner.gabf.splitting import Splitting
 
@@ -83,6 +83,7 @@ class _Run:
     steps: int
     residual: float
     error_bound: float
+    extremes: tuple[float, float, float]
     settling_tau: float | None
     trajectory: Trajectory | None
 
@@ -96,7 +97,7 @@ def _run(
     recorder: Recorder,
     limits: Limits,
 ) -> _Run:
-    end_phase = EndPhase(bounds, limits.tolerance)
+    end_phase, extremes = EndPhase(bounds, limits.tolerance), Extremes(problem.n_rows)
     targets = np.unique(np.append(recorder.targets, limits.until_tau))
     states = solver.states(problem, law.flow, y0, targets)
     step = -1
@@ -104,13 +105,14 @@ def _run(
         step, state = step + 1, next(states)
         residual = float(np.abs(state.xhat).max(initial=0.0))
         end_phase.add(state, residual)
+        extremes.add(state, residual)
         recorder.offer(step, state)
         settled = _is_settled(problem, solver, bounds, state, residual, limits)
         if settled or limits.reached(step, state.tau):
             break
     proved = error_bound(problem, bounds, state.y, residual)
     date = end_phase.settling_tau(state.y, law.flow) if settled else None
-    return _Run(state, step, residual, proved, date, recorder.trajectory(state))
+    return _Run(state, step, residual, proved, extremes.over(law), date, recorder.trajectory(state))
 
 
 def _is_settled(
@@ -139,6 +141,9 @@ def _result(
         log10_remaining=None if settled is None else law.clock.log10_remaining(settled),
         end_tau=run.last.tau,
         residual=run.residual,
+        lowest=run.extremes[0],
+        highest=run.extremes[1],
+        largest_input=run.extremes[2],
         error_bound=run.error_bound,
         settle_tolerance=tolerance,
         steps=run.steps,

@@ -15,20 +15,22 @@ from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem
 from planner.gabf.solvers import Solver, State, Targets, mean_cost
 
+SAFETY = 0.9
 RETIRE_EVERY = 8
 """Steps between two looks for rows that rest for good."""
 
 
 @dataclass(frozen=True)
 class Splitting(Solver):
-    """Hold each parent value m_i = min_j f_i(y_j, w_ij), and y_i - m_i follows a scalar equation of exact flow.
+    """Hold each parent value m_i = min_j f_i(y_j, w_ij), and y_i - m_i follows a scalar equation of exact
+    flow.
 
     A step takes m from a half step (midpoint rule, order 2) and flows across the whole. It has no stability
     limit, no chatter at y_i = m_i, and ends on the fixed point to the last bit: large steps become
-    Bellman-Ford sweeps. ``tolerance`` is the error in tau that one step may make, estimated from how far m moved:
-    a smaller one takes more steps and places the settling time better (at 0.05 it is about 5 % late, at 0.005
-    below 1 %); the final x is the same. ``max_step`` bounds a step in tau; with an infinite tolerance every step
-    has that size.
+    Bellman-Ford sweeps. ``tolerance`` is the error in tau that one step may make, estimated from how far m
+    moved: a smaller one takes more steps and places the settling time better (at 0.05 it is about 5 % late,
+    at 0.005 below 1 %); the final x is the same. ``max_step`` bounds a step in tau; with an infinite
+    tolerance every step has that size.
 
         solve(net, solver=Splitting(tolerance=1e-3))
     """
@@ -64,10 +66,10 @@ class Splitting(Solver):
                 count += 1
                 if share <= allowed:
                     break
-                dtau = step * max(0.2, 0.9 * allowed / share)
+                dtau = step * max(0.2, SAFETY * allowed / share)
             tau, y = reached, y_next
             xhat, count = stepper.disequilibrium(y), count + 1
-            growth = 0.9 * allowed / share if share > 0.45 * allowed else 2.0
+            growth = SAFETY * allowed / share if share > 0.5 * SAFETY * allowed else 2.0
             dtau = min(max(dtau, step) * growth, self.max_step)
 
     def _first_step(self, flow: Flow, xhat: Floats, hop: float) -> float:
@@ -113,7 +115,7 @@ class Stepper:
 
 
 def _moved(flow: Callable[[Floats, float], Floats], s: Floats, dtau: float) -> Floats:
-    moving = s.nonzero()[0]
+    moving = (s != 0.0).nonzero()[0]
     if moving.size == s.size:
         return flow(s, dtau)
     left = np.zeros_like(s)
@@ -122,8 +124,5 @@ def _moved(flow: Callable[[Floats, float], Floats], s: Floats, dtau: float) -> F
 
 
 def _largest_share(moved: Floats, s: Floats, left: Floats, scale: Floats) -> float:
-    hit = (moved * s).nonzero()[0]
-    if hit.size == 0:
-        return 0.0
-    gone = 1.0 - left[hit] / s[hit]
-    return float((np.abs(moved[hit]) * gone / scale[hit]).max())
+    scale *= np.abs(s) + np.finfo(float).tiny
+    return float((np.abs(moved * (s - left)) / scale).max(initial=0.0))

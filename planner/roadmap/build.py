@@ -39,7 +39,6 @@ class RoadmapSettings:
 
 
 def grow_roadmap(
-    robot: Robot,
     checker: CollisionChecker,
     starts: Floats,
     goals: Floats,
@@ -53,7 +52,7 @@ def grow_roadmap(
 
     ``measure`` turns manipulability and the two lengths into the cost scale that is kept with the roadmap.
     """
-    prover = EdgeProver(checker)
+    robot, prover = checker.world.robot, EdgeProver(checker)
     growth = grow(
         robot,
         prover,
@@ -66,37 +65,34 @@ def grow_roadmap(
         stop,
     )
     target = round(settings.density * len(growth.nodes))
-    report = lambda done, total: progress("links", done, total)  # noqa: E731
-    edges = connect(robot, prover, growth.nodes, growth.edges, target, report, stop)
+    edges = connect(
+        robot,
+        prover,
+        growth.nodes,
+        growth.edges,
+        target,
+        lambda done, total: progress("links", done, total),
+        stop,
+    )
     edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))]
-    return measured(robot, checker, growth.nodes, edges, len(starts), len(goals), seed, measure)
+    return measured(checker, growth.nodes, edges, growth.starts, growth.goals, origin_of(checker, seed), measure)
 
 
 def measured(
-    robot: Robot,
     checker: CollisionChecker,
     nodes: Floats,
     edges: Ints,
-    starts: int,
-    goals: int,
-    seed: int,
+    starts: Ints,
+    goals: Ints,
+    origin: Origin,
     measure: Callable[[Floats, Floats, Floats], CostScale],
 ) -> Roadmap:
-    """A roadmap of proven ``edges`` with its manipulability, its lengths and where it comes from."""
+    """A roadmap of proven ``edges`` with its manipulability and lengths."""
+    robot = checker.world.robot
     w = manipulability(robot, nodes)
     joint, tool = edge_lengths(robot, nodes, edges)
-    return Roadmap(
-        nodes=nodes,
-        edges=edges,
-        proven=np.ones(len(edges), dtype=bool),
-        starts=np.arange(starts),
-        goals=np.arange(starts, starts + goals),
-        manipulability=w,
-        joint_length=joint,
-        tool_length=tool,
-        scale=measure(w, joint, tool),
-        origin=origin_of(checker, seed),
-    )
+    proven = np.ones(len(edges), dtype=bool)
+    return Roadmap(nodes, edges, proven, starts, goals, w, joint, tool, measure(w, joint, tool), origin)
 
 
 def origin_of(checker: CollisionChecker, seed: int) -> Origin:

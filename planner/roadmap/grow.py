@@ -21,11 +21,14 @@ class GrowthSettings:
     """How far a tree steps and how long it tries; counts, never clocks, so that a run can be repeated.
 
     ``range`` (rad): longer steps cross free space sooner, shorter ones enter narrow passages. ``join_motions``: motions
-    that RRTConnect may check before it gives up. ``motions_per_node``: motions that RRT may check for each node it is to add.
+    that RRTConnect may check before it gives up; ``spines``: first paths it is asked for; ``shortcuts``: attempts to
+    shorten each. ``motions_per_node``: motions that RRT may check for each node it is to add.
     """
 
     range: float = 0.8
     join_motions: int = 20_000
+    spines: int = 1
+    shortcuts: int = 100
     motions_per_node: int = 20
 
 
@@ -35,7 +38,9 @@ class Growth:
 
     nodes: Floats
     edges: Ints
-    joined: bool  # start and goal by RRTConnect
+    starts: Ints
+    goals: Ints
+    joined: bool  # a start and a goal, by RRTConnect
     motions: int  # motions checked
 
 
@@ -58,14 +63,16 @@ def grow(
     ou.RNG.setSeed(seed + 1)  # OMPL turns seed 0 into 1, so pass on seed + 1 to keep them apart
     motions = _Motions(robot, prover, stop)
     try:
-        forest = _Forest(np.vstack([starts, goals]))
-        spine = _join(motions, starts, goals, settings) if len(starts) and len(goals) else None
-        if spine is not None:
+        forest = _Forest()
+        first = np.array([forest.add(q) for q in starts], dtype=np.int64)
+        last = np.array([forest.add(q) for q in goals], dtype=np.int64)
+        spines = [] if np.intersect1d(first, last).size else _join(motions, starts, goals, settings)
+        for spine in spines:
             forest.add_path(spine)
         wanted = nodes - len(forest)
         if wanted > 0 and not stop():
             _grow_tree(motions, forest, wanted, settings, progress)
-        return Growth(forest.nodes(), forest.edges(), spine is not None, motions.checked)
+        return Growth(forest.nodes(), forest.edges(), first, last, bool(spines), motions.checked)
     finally:
         motions.release()
 
@@ -73,12 +80,10 @@ def grow(
 class _Forest:
     """Nodes by their exact values, so that what two planners share is one node."""
 
-    def __init__(self, roots: Floats) -> None:
+    def __init__(self) -> None:
         self._index: dict[bytes, int] = {}
         self._nodes: list[Floats] = []
         self._edges: list[tuple[int, int]] = []
-        for q in roots:
-            self.add(q)
 
     def __len__(self) -> int:
         return len(self._nodes)
@@ -198,22 +203,45 @@ def _real_space(lower: Floats, upper: Floats) -> Any:
     return space
 
 
-def _join(motions: _Motions, starts: Floats, goals: Floats, settings: GrowthSettings) -> Floats | None:
-    """A first path (k, dof) from a start to a goal, or None."""
-    goal = ob.GoalStates(motions.info)
-    for q in goals:
-        goal.addState(motions.state(q))
-    problem = motions.problem(starts, goal)
-    planner = og.RRTConnect(motions.info)
-    planner.setRange(settings.range)
-    planner.setProblemDefinition(problem)
-    planner.setup()
-    limit = motions.checked + settings.join_motions
-    planner.solve(ob.PlannerTerminationCondition(lambda: motions.checked >= limit or motions.stop()))
-    if not problem.hasExactSolution():
-        return None
-    path = problem.getSolutionPath()
-    return np.array([motions.read(path.getState(k)) for k in range(path.getStateCount())])
+def _join(motions: _Motions, starts: Floats, goals: Floats, settings: GrowthSettings) -> list[Floats]:
+    """Paths (k, dof) from a start to a goal, each shortcut and cut into steps of the range; none if the first search fails."""
+    paths: list[Floats] = []
+    for _ in range(settings.spines if len(starts) and len(goals) else 0):
+        goal = ob.GoalStates(motions.info)
+        for q in goals:
+            goal.addState(motions.state(q))
+        problem = motions.problem(starts, goal)
+        planner = og.RRTConnect(motions.info)
+        planner.setRange(settings.range)
+        planner.setProblemDefinition(problem)
+        planner.setup()
+        limit = motions.checked + settings.join_motions
+        planner.solve(_until(motions, limit))
+        if not problem.hasExactSolution():
+            break
+        path = problem.getSolutionPath()
+        og.PathSimplifier(motions.info).partialShortcutPath(path, settings.shortcuts, settings.shortcuts, 1.0)
+        paths.append(_subdivided(motions, path, settings.range))
+    return paths
+
+
+def _until(motions: _Motions, limit: int, accepted: int | None = None) -> Any:
+    """A termination condition that counts; OMPL's own would look at the clock."""
+    return ob.PlannerTerminationCondition(
+        lambda: motions.checked >= limit or motions.stop() or (accepted is not None and motions.accepted >= accepted)
+    )
+
+
+def _subdivided(motions: _Motions, path: Any, step: float) -> Floats:
+    """The path's states with no two further apart than ``step``: a piece of a proven motion is proven."""
+    states = [motions.read(path.getState(k)) for k in range(path.getStateCount())]
+    rows = [states[0]]
+    for a, b in zip(states[:-1], states[1:], strict=True):
+        delta = motions.robot.difference(a, b)
+        pieces = max(1, int(np.ceil(np.linalg.norm(delta) / step)))
+        rows += [motions.robot.normalise(a + k / pieces * delta) for k in range(1, pieces)]
+        rows.append(b)
+    return np.array(rows)
 
 
 def _grow_tree(
@@ -234,11 +262,7 @@ def _grow_tree(
     planner.setProblemDefinition(motions.problem(forest.nodes(), _Nowhere(motions.info)))
     planner.setup()
     limit = motions.checked + settings.motions_per_node * wanted
-    planner.solve(
-        ob.PlannerTerminationCondition(
-            lambda: motions.accepted >= wanted or motions.checked >= limit or motions.stop()
-        )
-    )
+    planner.solve(_until(motions, limit, wanted))
     data = ob.PlannerData(motions.info)
     planner.getPlannerData(data)
     states = [motions.read(data.getVertex(k).getState()) for k in range(data.numVertices())]

@@ -1,0 +1,139 @@
+"""The paper's bounds as functions of their own symbols; in logarithms where alpha or the gain would
+overflow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.gabf.clock import PrescribedClock
+from planner.gabf.flows import PowerFlow
+from planner.gabf.laws import FixedTime, SingularityFree
+
+
+def log_alpha(diameter: int) -> float:
+    """ln alpha of theorem (exponential): max over k = 0 .. D - 2 of k ln(2k / e): at one of the ends."""
+    k = diameter - 2
+    return max(0.0, k * math.log(2.0 * k / math.e)) if k >= 1 else 0.0
+
+
+def log_exponential_factor(e_max: float, L: float, diameter: int) -> float:
+    """ln M, M = e_max(0) Lbar (D - 1) alpha of eqs. (exTraj) and (boundt), Lbar = max(1, L^(D - 2))."""
+    if diameter < 2 or e_max <= 0:
+        return -math.inf
+    log_Lbar = max(0.0, (diameter - 2) * math.log(L))
+    return math.log(e_max) + log_Lbar + math.log(diameter - 1) + log_alpha(diameter)
+
+
+def log_boundt(log_M: float, tau: float) -> float:
+    """ln of M e^(-tau / 2): eq. (exTraj) with tau = eta t, eq. (boundt) with eq. (ts)'s tau."""
+    return log_M - 0.5 * tau
+
+
+def log_errorbound(e_max: float, L: float, hops: int, tau: float) -> float:
+    """ln of e_max(0) e^-tau sum_(k < hops) (L tau)^k / k!, eq. (errorbound), where hops is D - 1.
+
+    Sharp: equality on a path of ``hops`` arcs whose starts all lie e_max above x*.
+    """
+    if hops < 1 or e_max <= 0:
+        return -math.inf
+    k = np.arange(hops)
+    log_factorial = np.concatenate(([0.0], np.cumsum(np.log(np.arange(1, hops)))))
+    power = k * math.log(L * tau) if tau > 0 else np.where(k == 0, 0.0, -np.inf)
+    terms = power - log_factorial
+    top = float(terms.max())
+    return math.log(e_max) - tau + top + math.log(float(np.exp(terms - top).sum()))
+
+
+def tau_when(log_bound: Callable[[float], float], tolerance: float) -> float:
+    """The tau from which a bound stays below ``tolerance``, by bisection from the far side of its single
+    hump.
+    """
+    goal = math.log(tolerance)
+    low, high = 0.0, 1.0
+    while log_bound(high) > goal or log_bound(2.0 * high) > goal:
+        low, high = high, 2.0 * high
+    if log_bound(low) <= goal:
+        return low
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if log_bound(middle) > goal else (low, middle)
+    return high
+
+
+def input_bounds(
+    clock: PrescribedClock, log_M: float, L: float, e_start: Floats, tau: Floats
+) -> tuple[Floats, Floats]:
+    """Lower and upper bound (k, n) on dx_i/dt at readings ``tau`` (k,): eqs. (lowerli) and (ute); both go to
+    0 at T_p.
+
+    eq. (lowerli) is -etabar M e^(-tau / 2). eq. (ute) is etabar (L M e^(-tau / 2) - e_i(0) e^-tau), since
+    rho^-2 e^(-gamma t) = e^-tau (the lambda printed there is gamma). Infinite where M overflows.
+    """
+    tau = np.asarray(tau, dtype=np.float64)[:, None]
+    with np.errstate(over="ignore", divide="ignore"):
+        log_gain = np.log(clock.gain(tau))
+        pull = np.exp(log_gain + log_M - 0.5 * tau)
+        floor = np.exp(log_gain - tau) * e_start
+    return np.broadcast_to(-pull, floor.shape), L * pull - floor
+
+
+def T_star_printed(law: FixedTime | SingularityFree) -> float:
+    """T_* as eq. (fixtime) prints it, in tau: m2/(beta1 (m1 - m2)) + p1/(beta2 (p2 - p1)).
+
+    Not a bound: beta1 and beta2 are swapped, and p1 stands where p2 belongs. See :func:`T_star_corrected`.
+    """
+    (p1, p2), (m1, m2) = law.p, law.m
+    return m2 / (law.beta1 * (m1 - m2)) + p1 / (law.beta2 * (p2 - p1))
+
+
+def T_star_corrected(law: FixedTime | SingularityFree) -> float:
+    """The bound that eq. (fixtime) means, in tau: m2/(beta2 (m1 - m2)) + p2/(beta1 (p2 - p1)).
+
+    From infinity to 1 the power above one alone takes the first term, from 1 to 0 the power below one the
+    second."""
+    (p1, p2), (m1, m2) = law.p, law.m
+    return m2 / (law.beta2 * (m1 - m2)) + p2 / (law.beta1 * (p2 - p1))
+
+
+def T_star_sharp(law: FixedTime | SingularityFree) -> float:
+    """The supremum itself, in tau: the time of s' = -(beta1 s^p + beta2 s^q) from infinity to 0.
+
+    pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r with r = (1 - p)/(q - p).
+    """
+    p, q = law.p[0] / law.p[1], law.m[0] / law.m[1]
+    r = (1.0 - p) / (q - p)
+    return math.pi / ((q - p) * math.sin(math.pi * r)) * law.beta1 ** (r - 1.0) * law.beta2**-r
+
+
+def T_f(flow: PowerFlow, highest: float, lowest: float, zeta: float) -> float:
+    """Right side of eq. (Tf), in tau: (xbar_R* - zeta - min{xbar_1*, x_min(0)}) / phi(zeta); may be
+    negative.
+    """
+    return (highest - zeta - lowest) / flow.speed(zeta)
+
+
+def settling_bound(levels: int, T_star: float, rise: float) -> float:
+    """2 levels T_* + levels max(0, T_f): theorem (fix) with levels = |V \\ S|, or R of definition (S)."""
+    return 2.0 * levels * T_star + levels * max(0.0, rise)
+
+
+def two_sided_bound(flow: PowerFlow, T_star: float, hops: int, rungs: Floats | None, zeta: float) -> float:
+    """Ours: the time after which x <= x* and the time after which x >= x*, whichever is longer.
+
+    From above: x_i > x_i* falls at least at phi(e_i) once one true parent has e <= 0, so each of at most
+    ``hops`` arcs of an optimal path of fewest hops costs one T_*. From below: the first half of lemma
+    (overfinite) needs only x_j >= x_j* on the levels before, and lifts the least state of the others from one
+    of ``rungs`` (lowest start, xbar_1*, .., xbar_R*) to the next at phi(zeta) until zeta is missing, then by
+    the law's own decay. ``rungs`` is None where no start lies below x*."""
+    above = hops * T_star
+    if rungs is None:
+        return above
+    gaps = np.diff(rungs)
+    rise = np.maximum(gaps - zeta, 0.0).sum() / flow.speed(zeta)
+    last = sum(flow.time_between(float(gap), 0.0) for gap in np.minimum(gaps, zeta) if gap > 0)
+    return max(above, float(rise + last))

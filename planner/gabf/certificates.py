@@ -1,0 +1,250 @@
+"""What the theorems promise about a run, beside what the run did: checked, measured, and ready for a file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.gabf import bounds
+from planner.gabf.clock import PrescribedClock
+from planner.gabf.laws import FixedTime, Law, SingularityFree
+from planner.gabf.network import Network
+from planner.gabf.oracle import oracle
+from planner.gabf.problem import reduce
+from planner.gabf.result import CostToGo
+from planner.gabf.structure import Structure, structure
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One assumption of a theorem, whether the data meet it, and by what number."""
+
+    name: str
+    holds: bool
+    value: str
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """A bound of the paper, or one of ``ours``, beside the measured value; ``slack`` >= 0 where it holds.
+
+    ``quantity`` says what both numbers are. A theorem whose ``assumptions`` fail promises nothing.
+    ``log10_remaining`` is log10(T_p - t) at a bound in tau: how long before T_p the law is promised to have
+    settled."""
+
+    name: str
+    equation: str
+    quantity: str
+    bound: float
+    measured: float | None
+    slack: float | None
+    assumptions: tuple[Assumption, ...]
+    ours: bool = False
+    log10_remaining: float | None = None
+
+    @property
+    def applies(self) -> bool:
+        return all(assumption.holds for assumption in self.assumptions)
+
+    @property
+    def holds(self) -> bool:
+        """Slack of at least 0, up to rounding in the last digits of the two numbers it is the difference of."""
+        if self.slack is None or self.measured is None:
+            return False
+        return self.slack >= -1e-12 * max(1.0, abs(self.measured))
+
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON: numbers that overflow become null."""
+        plain = asdict(self) | {"applies": self.applies, "holds": self.holds}
+        return {key: None if _is_infinite(value) else value for key, value in plain.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class Facts:
+    """The symbols that the bounds are made of, read off one run and its optimum."""
+
+    law: Law
+    result: CostToGo
+    optimum: Structure
+    error: Floats
+    zeta: float
+    L: float
+    base: tuple[Assumption, ...]
+
+    @property
+    def n_rows(self) -> int:
+        return self.error.size
+
+    @property
+    def e_max(self) -> float:
+        """Largest overestimate of the start, eq. (largestini); 0 if there is none."""
+        return float(self.error.max(initial=0.0))
+
+    @property
+    def lowest(self) -> float:
+        """min{xbar_1*, x_min(0)}, lemma (globalbound)."""
+        rows = self.optimum.longest > 0
+        return float(min(self.optimum.x_star[rows].min(), self.result.x0[rows].min()))
+
+    @property
+    def below(self) -> bool:
+        return bool((self.error < 0).any())
+
+    @property
+    def fewest(self) -> int:
+        return int(self.optimum.fewest.max())
+
+    @property
+    def over(self) -> tuple[Assumption, ...]:
+        """Assumption (over) added to the general ones."""
+        least = float(self.error.min(initial=np.inf))
+        strict = Assumption("(over): starts above x*", least > 0, f"least excess {least:.6g}")
+        return (*self.base, strict)
+
+
+def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None = None) -> list[Certificate]:
+    """Every bound of the paper, and ours, whose assumptions this run meets.
+
+    ``optimum``: from :func:`structure` unless given. Bounds on the settling time are in tau, where they stay
+    representable. Bounds on the whole trajectory and on the control input need a result that saved its
+    states."""
+    if not (reachable := reduce(net)).n_rows:
+        return []
+    known = result.x if result.error_bound == 0.0 else oracle(net)
+    optimum = structure(net, known) if optimum is None else optimum
+    facts = _facts(law, result, optimum, reachable.rows)
+    found = [_globalbound(facts), _upper(facts)]
+    found += _fixed_time(law, facts) if isinstance(law, FixedTime | SingularityFree) else _exponential(facts)
+    return [certificate for certificate in found if certificate.applies]
+
+
+def _facts(law: Law, result: CostToGo, optimum: Structure, rows: Any) -> Facts:
+    premises = result.premises
+    how = "sampled" if premises.sampled else "exact"
+    left_out = optimum.unreachable.size
+    base = (
+        Assumption("(main): a path to the sources", True, f"{left_out} nodes without one left out"),
+        Assumption("(Lip): Lipschitz", math.isfinite(premises.L), f"L = {premises.L:.6g}, {how}"),
+        Assumption("progressive", premises.zeta > 0, f"zeta = {premises.zeta:.6g}, {how}"),
+    )
+    error = result.x0[rows] - optimum.x_star[rows]
+    return Facts(law, result, optimum, error, premises.zeta, premises.L, base)
+
+
+def _settling(
+    facts: Facts,
+    name: str,
+    equation: str,
+    bound: float,
+    assumptions: tuple[Assumption, ...],
+    ours: bool = False,
+) -> Certificate:
+    measured = facts.result.settling_tau
+    slack = None if measured is None else bound - measured
+    remaining = facts.law.clock.log10_remaining(bound) if math.isfinite(bound) else None
+    return Certificate(name, equation, "settling tau", bound, measured, slack, assumptions, ours, remaining)
+
+
+def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Certificate]:
+    flow, optimum = law.flow, facts.optimum
+    rise = bounds.T_f(flow, float(optimum.values[-1]), facts.lowest, facts.zeta)
+    theorem = "theorem (singularity)" if law.prescribed_time else "theorem (fix)"
+    for name, T_star in (
+        ("T_* as printed, which is no bound", bounds.T_star_printed(law)),
+        ("T_* corrected", bounds.T_star_corrected(law)),
+        ("T_* sharp", bounds.T_star_sharp(law)),
+    ):
+        bound = bounds.settling_bound(facts.n_rows, T_star, rise)
+        yield _settling(facts, f"{theorem}, {name}", "eqs. (fixtime), (Tf)", bound, facts.base)
+    sharp = bounds.T_star_sharp(law)
+    by_levels = bounds.settling_bound(optimum.R, sharp, rise)
+    yield _settling(facts, "R levels instead of |V\\S|", "definition (S)", by_levels, facts.base, ours=True)
+    rungs = np.concatenate(([facts.lowest], optimum.values[1:])) if facts.below else None
+    both = bounds.two_sided_bound(flow, sharp, facts.fewest, rungs, facts.zeta)
+    yield _settling(facts, "from above by hops, from below by levels", "", both, facts.base, ours=True)
+
+
+def _exponential(facts: Facts) -> Iterator[Certificate]:
+    D, L, tolerance = facts.optimum.diameter, facts.L, facts.result.settle_tolerance
+    log_M = bounds.log_exponential_factor(facts.e_max, L, D)
+    label = "eq. (boundt)" if facts.law.prescribed_time else "eq. (exTraj)"
+    loose = bounds.tau_when(lambda tau: bounds.log_boundt(log_M, tau), tolerance)
+    yield _settling(facts, "exponential bound", label, loose, facts.over)
+    for hops, name, ours in ((D - 1, "error bound", False), (facts.fewest, "fewest optimal hops", True)):
+
+        def log_bound(tau: float, hops: int = hops) -> float:
+            return bounds.log_errorbound(facts.e_max, L, hops, tau)
+
+        tight = bounds.tau_when(log_bound, tolerance)
+        yield _settling(facts, name, "eq. (errorbound)", tight, facts.over, ours)
+    if facts.result.trajectory is not None:
+        yield from _along_trajectory(facts, log_M)
+
+
+def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
+    saved = facts.result.trajectory
+    assert saved is not None
+    rows, live = facts.optimum.longest > 0, np.isfinite(saved.tau)
+    tau, x, u = saved.tau[live], saved.x[live][:, rows], saved.u[live][:, rows]
+    error = x - facts.optimum.x_star[rows]
+    limit = np.exp(np.minimum(log_M - 0.5 * tau, 700.0))[:, None]
+    yield _least_slack("x - x* along the run", "eq. (boundt)", "x - x*", limit, error, facts.over)
+    yield _least_slack(
+        "x* is not undershot", "lemma (over)", "x* - x", np.zeros_like(error), -error, facts.over
+    )
+    clock = facts.law.clock
+    if isinstance(clock, PrescribedClock):
+        lower, upper = bounds.input_bounds(clock, log_M, facts.L, facts.error, tau)
+        yield _least_slack("control input from below", "eq. (lowerli)", "-dx/dt", -lower, -u, facts.over)
+        yield _least_slack("control input from above", "eq. (ute)", "dx/dt", upper, u, facts.over)
+
+
+def _least_slack(
+    name: str,
+    equation: str,
+    quantity: str,
+    bound: Floats,
+    measured: Floats,
+    assumptions: tuple[Assumption, ...],
+) -> Certificate:
+    """The state and node where the bound is closest."""
+    bound = np.broadcast_to(bound, measured.shape)
+    at = np.unravel_index(int(np.argmin(bound - measured)), measured.shape)
+    b, m = float(bound[at]), float(measured[at])
+    return Certificate(name, equation, quantity, b, m, b - m, assumptions)
+
+
+def _globalbound(facts: Facts) -> Certificate:
+    least = facts.result.lowest
+    return Certificate(
+        "no state falls below",
+        "lemma (globalbound)",
+        "-min x",
+        -facts.lowest,
+        -least,
+        least - facts.lowest,
+        facts.base,
+    )
+
+
+def _upper(facts: Facts) -> Certificate:
+    most, bound = facts.result.highest, facts.result.premises.upper
+    return Certificate(
+        "no state rises above",
+        "lemma (globalexistence)",
+        "max x",
+        bound,
+        most,
+        bound - most,
+        facts.base,
+        ours=True,
+    )
+
+
+def _is_infinite(value: Any) -> bool:
+    return isinstance(value, float) and not math.isfinite(value)

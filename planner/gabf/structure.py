@@ -1,0 +1,105 @@
+"""The structure of the optimum, without an ODE: true parents, longest optimal paths, levels, effective
+diameter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Bools, Floats, Ints
+from planner.gabf.network import Network
+from planner.gabf.oracle import oracle
+from planner.gabf.problem import Problem, reduce
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """What definitions (true), (longest) and (S) name; arrays over the n nodes, -1 where a node reaches no
+    source.
+
+    ``x_star`` (n,); ``true_arcs`` ids of the arcs (i, j) with j in P(i); ``longest`` the l of F_l; ``fewest``
+    arcs on the optimal path of fewest hops (ours); ``level`` the l of S_l; ``values`` (R + 1,) the distinct
+    xbar_l*, the sources' smallest value first; ``diameter`` D(G) in nodes, so that 6 -> 8 -> 9 counts three.
+    """
+
+    x_star: Floats
+    true_arcs: Ints
+    longest: Ints
+    fewest: Ints
+    level: Ints
+    values: Floats
+    diameter: int
+    unreachable: Ints
+
+    @property
+    def R(self) -> int:
+        """The number of levels, R of definition (S)."""
+        return self.values.size - 1
+
+
+def structure(net: Network, x_star: Floats | None = None, ties: float = 1e-12) -> Structure:
+    """Everything about the optimum of any progressive increasing kernel.
+
+    ``x_star``: the oracle's unless given. Values that differ by at most ``ties`` max(1, |x*|) count as equal,
+    since paths of equal cost differ in rounding; a larger one merges more."""
+    x = oracle(net) if x_star is None else np.asarray(x_star, dtype=np.float64)
+    problem = reduce(net)
+    y = problem.pack(x)
+    tight = _true_arcs(problem, y, ties)
+    longest = _hops(problem, tight, longest=True)
+    level, values = _levels(problem, y, ties)
+    return Structure(
+        x_star=x,
+        true_arcs=problem.arc_ids[tight],
+        longest=_spread(problem, longest),
+        fewest=_spread(problem, _hops(problem, tight, longest=False)),
+        level=_spread(problem, level),
+        values=values,
+        diameter=int(longest.max(initial=0)) + 1,
+        unreachable=np.setdiff1d(np.arange(net.n_nodes), problem.nodes),
+    )
+
+
+def true_parents(net: Network, found: Structure, i: int) -> Ints:
+    """P(i), definition (true), ascending; empty at sources and at nodes that reach none."""
+    arcs = found.true_arcs
+    return np.unique(net.indices[arcs[net.tails[arcs] == i]])
+
+
+def _true_arcs(problem: Problem, y: Floats, ties: float) -> Bools:
+    """Arcs with f_i(x_j*, w_ij) = x_i*, and x_j* < x_i*, so that no cycle of ties is let in."""
+    values, own, head = problem.arcs(y[problem.heads]), y[problem.owners], y[problem.heads]
+    return (values <= own + ties * np.maximum(1.0, np.abs(own))) & (head < own)
+
+
+def _hops(problem: Problem, tight: Bools, longest: bool) -> Ints:
+    """Most or fewest true arcs from each node to a source; at most D(G) sweeps over the true arcs."""
+    owners, heads = problem.owners[tight], problem.heads[tight]
+    worst = problem.nodes.size
+    hops = np.where(np.arange(worst) < problem.n_rows, 0 if longest else worst, 0)
+    better, sign = (np.maximum, 1) if longest else (np.minimum, -1)
+    while True:
+        offered = hops.copy()
+        better.at(offered, owners, hops[heads] + 1)
+        if not ((offered - hops) * sign > 0).any():
+            return hops
+        hops = offered
+
+
+def _levels(problem: Problem, y: Floats, ties: float) -> tuple[Ints, Floats]:
+    """The l of S_l for every node, and the values; all sources are S_0."""
+    rows = y[: problem.n_rows]
+    order = np.argsort(rows, kind="stable")
+    ascending = rows[order]
+    fresh = np.diff(ascending, prepend=-np.inf) > ties * np.maximum(1.0, np.abs(ascending))
+    level = np.zeros(problem.nodes.size, dtype=np.int64)
+    level[order] = np.cumsum(fresh)
+    return level, np.concatenate(([problem.anchors.min()], ascending[fresh]))
+
+
+def _spread(problem: Problem, values: Ints) -> Ints:
+    spread = np.full(problem.network.n_nodes, -1, dtype=np.int64)
+    spread[problem.nodes] = values
+    return spread

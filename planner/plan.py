@@ -1,0 +1,306 @@
+"""One plan, as the paper's method section: a roadmap, costs, the dynamics, the path. Read this file first."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from planner import gabf
+from planner.arrays import Floats, Ints, frozen
+from planner.collision import make_checker
+from planner.collision.checker import CollisionChecker
+from planner.collision.edges import recheck
+from planner.costs import (
+    DEFAULT_COST,
+    DEFAULT_METRIC,
+    ManipulabilityCost,
+    Metric,
+    build_network,
+    distance_cost,
+    measure_scale,
+)
+from planner.errors import OptionError
+from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.outcome import Outcome
+from planner.roadmap.attach import attach
+from planner.roadmap.build import PAPER_NODES, RoadmapSettings, grow_roadmap
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import load_roadmap, require_same_world
+from planner.robot import Robot
+from planner.scene import Scene
+from planner.targets import parse_target, resolve
+
+LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
+Progress = Callable[[str, int, int], None]
+
+_W_STEP = 0.01  # rad of joint motion between the samples of w along the path
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """What to plan; every field is an option of ``planner plan``, and all of them are kept in the result.
+
+    Raises :class:`OptionError` where a number is outside its own range.
+    """
+
+    robot: str = "iiwa14"
+    scene: str = "paper"
+    start: str = "start"
+    goal: str = "goal"
+    beta: float = 0.5
+    nodes: int = PAPER_NODES
+    seed: int = 0
+    law: LawName = "singularity-free"
+    prescribed_time: float = 4.0
+    collision: Literal["fcl"] = "fcl"
+    roadmap: Path | None = None
+    tool: str | None = None
+    metric: Metric = DEFAULT_METRIC
+    manipulability_cost: ManipulabilityCost = DEFAULT_COST
+    margin: float = 0.0
+
+    def __post_init__(self) -> None:
+        parse_target(self.start)
+        parse_target(self.goal)
+        RoadmapSettings(nodes=self.nodes)
+        if not 0.0 <= self.beta <= 1.0:
+            raise OptionError(f"beta {self.beta:g} is outside [0, 1]: 0 minds manipulability only, 1 distance only.")
+        if not 0.0 < self.prescribed_time < np.inf:
+            raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number.")
+        if not 0.0 <= self.margin < np.inf:
+            raise OptionError(f"margin {self.margin:g} m is not usable: give a distance of 0 or more.")
+        if not 0 <= self.seed < 2**31:
+            raise OptionError(f"seed {self.seed} is not usable: give a whole number from 0 to 2147483647.")
+
+
+@dataclass(frozen=True, eq=False)
+class PathCost:
+    """The path's cost as eq. (finew) sums it: total = (1 - beta) manipulability + beta distance."""
+
+    total: float
+    manipulability: float
+    distance: float
+    beta: float
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A plan with everything it was made from; ``path`` (k, dof) and ``path_nodes`` are empty where there is none.
+
+    A continuous joint is unwound along the path, so that following it is never a jump.
+    """
+
+    request: PlanRequest
+    outcome: Outcome
+    robot: Robot
+    scene: Scene
+    checker: CollisionChecker
+    roadmap: Roadmap
+    network: gabf.Network | None = None
+    field: gabf.CostToGo | None = None
+    path: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    cost: PathCost | None = None
+    edges_removed: int = 0
+    max_error_vs_oracle: float | None = None
+    timings: dict[str, float] = field(default_factory=dict)
+
+
+def plan(
+    request: PlanRequest,
+    progress: Progress = lambda stage, done, total: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Plan:
+    """Plan as the paper does: roadmap by RRT, manipulability at nodes, GABF for the cost-to-go, the path along minimisers.
+
+    ``progress`` hears (stage, done, total); once ``stop`` returns True the work ends as soon as it can and what there
+    is comes back with ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
+    """
+    clock = _Stopwatch()
+    with clock("setup"):
+        robot, scene, checker = load_world(request)
+        starts, goals = resolve_ends(request, checker)
+    with clock("roadmap"):
+        roadmap = _roadmap(request, checker, starts, goals, progress, stop)
+    draft = Plan(request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, timings=clock.seconds)
+    if stop():
+        return draft
+    with clock("costs"):
+        network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric)
+    return _solve_and_extract(draft, network, clock)
+
+
+def load_world(request: PlanRequest) -> tuple[Robot, Scene, CollisionChecker]:
+    """Robot and scene as the scene sets the robot up, and a checker for them."""
+    scene = Scene.load(request.scene)
+    placement = scene.placement(request.robot)
+    robot = Robot.load(
+        request.robot,
+        tool=request.tool or placement.tool,
+        fixed_joints=placement.fixed_joints,
+        base=placement.base.matrix(),
+    )
+    return robot, scene, make_checker(robot, scene, request.collision, request.margin)
+
+
+def resolve_ends(request: PlanRequest, checker: CollisionChecker) -> tuple[Floats, Floats]:
+    """Start and goal configurations (1, dof) each."""
+    states = checker.world.scene.states_of(checker.world.robot.name)
+    start = resolve(parse_target(request.start), checker, states, "start")
+    goal = resolve(parse_target(request.goal), checker, states, "goal")
+    return start, goal
+
+
+def make_law(request: PlanRequest) -> gabf.Law:
+    """The control law by its name; laws without a prescribed time do not mind T_p."""
+    match request.law:
+        case "nominal":
+            return gabf.Nominal()
+        case "fixed-time":
+            return gabf.FixedTime()
+        case "prescribed-time":
+            return gabf.PrescribedTime(T=request.prescribed_time)
+        case "singularity-free":
+            return gabf.SingularityFree(T=request.prescribed_time)
+
+
+def build_roadmap(
+    robot: Robot,
+    checker: CollisionChecker,
+    start: Floats,
+    goal: Floats,
+    nodes: int = PAPER_NODES,
+    seed: int = 0,
+    progress: Progress = lambda stage, done, total: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Roadmap:
+    """A roadmap of proven edges between configurations ``start`` and ``goal`` ((dof,) or (k, dof), rad)."""
+    if robot is not checker.world.robot:
+        raise OptionError("the checker was made for another robot: make one with make_checker(robot, scene).")
+    starts, goals = np.atleast_2d(start), np.atleast_2d(goal)
+    return grow_roadmap(checker, starts, goals, RoadmapSettings(nodes), seed, measure_scale, progress, stop)
+
+
+def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
+    """The configurations (k, dof) of a node sequence, continuous joints unwound."""
+    if not len(nodes):
+        return np.zeros((0, robot.dof))
+    q = roadmap.nodes[nodes]
+    steps = robot.difference(q[:-1], q[1:])
+    return frozen(np.vstack([q[:1], q[:1] + np.cumsum(steps, axis=0)]))
+
+
+def dense_path(path: Floats, step: float = _W_STEP) -> Floats:
+    """Configurations (n, dof) along a joint path, no joint moving more than ``step`` (rad) between two of them."""
+    rows = [path[:1]]
+    for a, b in zip(path[:-1], path[1:], strict=True):
+        count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
+        rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
+    return np.concatenate(rows)
+
+
+def path_manipulability(robot: Robot, path: Floats) -> Floats:
+    """w (n,) sampled densely along a joint path."""
+    return manipulability(robot, dense_path(path))
+
+
+def tool_path_length(robot: Robot, path: Floats) -> float:
+    """Length (m) of the tool's way along a joint path."""
+    return float(np.linalg.norm(np.diff(tool_positions(robot, dense_path(path)), axis=0), axis=1).sum())
+
+
+def _roadmap(
+    request: PlanRequest,
+    checker: CollisionChecker,
+    starts: Floats,
+    goals: Floats,
+    progress: Progress,
+    stop: Callable[[], bool],
+) -> Roadmap:
+    if request.roadmap is None:
+        return build_roadmap(
+            checker.world.robot, checker, starts, goals, request.nodes, request.seed, progress, stop
+        )
+    roadmap = load_roadmap(request.roadmap)
+    require_same_world(roadmap, checker, request.roadmap)
+    return attach(roadmap, checker, starts, goals)
+
+
+def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) -> Plan:
+    """Solve, extract, look again at 1 mm; an edge that fails is removed and the field heals from the x at hand."""
+    law, roadmap, field_ = make_law(draft.request), draft.roadmap, None
+    removed = 0
+    while True:
+        with clock("gabf"):
+            field_ = gabf.solve(network, law=law, x0=None if field_ is None else _warm(field_.x, network))
+        start = int(roadmap.starts[np.argmin(field_.x[roadmap.starts])])
+        if not np.isfinite(field_.x[start]):
+            outcome, nodes = Outcome.NO_PATH, np.zeros(0, dtype=np.int64)
+            break
+        with clock("path"):
+            nodes = gabf.extract_path(network, field_, start)
+            bad = _first_contact(draft.checker, roadmap, nodes)
+        if bad is None:
+            outcome = Outcome.SOLVED
+            break
+        i, j = bad
+        network = network.without_arcs(np.concatenate([network.arcs_between(i, j), network.arcs_between(j, i)]))
+        roadmap = roadmap.without_edge(roadmap.edge_index(i, j))
+        removed += 1
+    return replace(
+        draft,
+        outcome=outcome,
+        roadmap=roadmap,
+        network=network,
+        field=field_,
+        path=path_waypoints(roadmap, draft.robot, nodes),
+        path_nodes=frozen(nodes, np.int64),
+        cost=_cost(draft.request, roadmap, network, nodes) if outcome is Outcome.SOLVED else None,
+        edges_removed=removed,
+        max_error_vs_oracle=gabf.max_error(field_, gabf.oracle(network)),
+    )
+
+
+def _warm(x: Floats, network: gabf.Network) -> Floats:
+    """The x at hand as a start; where a node had no way out any number will do."""
+    return np.where(np.isfinite(x), x, np.max(x, where=np.isfinite(x), initial=0.0))
+
+
+def _first_contact(checker: CollisionChecker, roadmap: Roadmap, nodes: Ints) -> tuple[int, int] | None:
+    """The first edge of the path that touches something when looked at every millimetre of motion."""
+    for i, j in zip(nodes[:-1], nodes[1:], strict=True):
+        delta = checker.world.robot.difference(roadmap.nodes[i], roadmap.nodes[j])
+        if recheck(checker, roadmap.nodes[i], delta, 1e-3) is not None:
+            return int(i), int(j)
+    return None
+
+
+def _cost(request: PlanRequest, roadmap: Roadmap, network: gabf.Network, nodes: Ints) -> PathCost:
+    weight = distance_cost(roadmap, request.metric)
+    rows = [roadmap.edge_index(i, j) for i, j in zip(nodes[:-1], nodes[1:], strict=True)]
+    assert network.node_cost is not None
+    omega, distance = float(network.node_cost[nodes[1:]].sum()), float(weight[rows].sum())
+    beta = request.beta
+    return PathCost((1.0 - beta) * omega + beta * distance, omega, distance, beta)
+
+
+class _Stopwatch:
+    """Seconds a stage, summed where a stage is entered again."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - begin

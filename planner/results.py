@@ -1,0 +1,88 @@
+"""What a plan writes: ``plan.json`` and ``roadmap.npz``; the page comes from :mod:`planner.view`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.files import write_whole
+from planner.outcome import Outcome
+from planner.plan import Plan, path_manipulability, tool_path_length
+from planner.roadmap.build import versions
+from planner.roadmap.storage import save_roadmap
+
+
+def plan_record(plan: Plan) -> dict[str, Any]:
+    """The plan as plain data, the keys of ``plan.json``; units in rad, m and s."""
+    request, roadmap = plan.request, plan.roadmap
+    return {
+        "outcome": plan.outcome.key,
+        "message": plan.outcome.value,
+        "robot": plan.robot.name,
+        "scene": plan.scene.name,
+        "seed": request.seed,
+        "config": {**asdict(request), "roadmap": str(request.roadmap) if request.roadmap else None},
+        "versions": versions(),
+        "joints": list(plan.robot.joints),
+        "tool": plan.robot.tool,
+        "path": plan.path.tolist(),
+        "path_nodes": plan.path_nodes.tolist(),
+        "cost": asdict(plan.cost) if plan.cost else None,
+        "manipulability": _manipulability(plan),
+        "path_length": _lengths(plan),
+        "roadmap": {
+            "nodes": len(roadmap.nodes),
+            "edges": len(roadmap.edges),
+            "components": roadmap.component_count,
+            "edges_certified": int(roadmap.proven.sum()),
+            "edges_removed": plan.edges_removed,
+            "sha256": roadmap.sha256,
+            "scale": asdict(roadmap.scale),
+        },
+        "gabf": _gabf(plan),
+        "timings_s": {stage: round(seconds, 6) for stage, seconds in plan.timings.items()},
+    }
+
+
+def save_plan(plan: Plan, folder: Path, timings: dict[str, float]) -> dict[str, Any]:
+    """Write ``roadmap.npz`` and ``plan.json`` under ``folder``; returns the record that was written."""
+    save_roadmap(plan.roadmap, folder / "roadmap.npz")
+    record = plan_record(plan)
+    record["timings_s"] |= {stage: round(seconds, 6) for stage, seconds in timings.items()}
+    write_whole(folder / "plan.json", (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())
+    return record
+
+
+def _manipulability(plan: Plan) -> dict[str, Any] | None:
+    if plan.outcome is not Outcome.SOLVED:
+        return None
+    w = path_manipulability(plan.robot, plan.path)
+    return {"min": float(w.min()), "mean": float(w.mean()), "rows": plan.robot.rows, "frame": plan.robot.tool}
+
+
+def _lengths(plan: Plan) -> dict[str, float] | None:
+    if plan.outcome is not Outcome.SOLVED:
+        return None
+    joint = np.linalg.norm(np.diff(plan.path, axis=0), axis=1).sum()
+    return {"joint": float(joint), "workspace": tool_path_length(plan.robot, plan.path)}
+
+
+def _gabf(plan: Plan) -> dict[str, Any] | None:
+    if plan.field is None:
+        return None
+    return {
+        "law": plan.request.law,
+        "prescribed_time": plan.request.prescribed_time,
+        "settling_time": plan.field.settling_time,
+        "settling_tau": plan.field.settling_tau,
+        "log10_remaining": plan.field.log10_remaining,
+        "steps": plan.field.steps,
+        "residual": plan.field.residual,
+        "max_error_vs_oracle": plan.max_error_vs_oracle,
+        "outcome": plan.field.outcome.key,
+        "certificate": None,
+    }

@@ -1,0 +1,66 @@
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from planner.gabf.flows import BLOCK, LinearFlow, PowerFlow, fractional_power
+
+PAPER = PowerFlow(1.0, 1.0, Fraction(3, 5), Fraction(9, 7))
+OTHER = PowerFlow(0.3, 2.5, Fraction(1, 9), Fraction(5, 1))
+FLOWS = [LinearFlow(), PAPER, OTHER, PowerFlow(2.0, 0.5, Fraction(9, 11), Fraction(15, 7))]
+
+
+@pytest.mark.parametrize("flow", FLOWS)
+def test_flow_follows_its_equation(flow):
+    s = np.array([-3.0, -0.4, 0.2, 5.0])
+    exact = solve_ivp(lambda _, s: -flow.rate(s), (0, 0.05), s, rtol=1e-11, atol=1e-13).y[:, -1]
+    steps = s
+    for _ in range(50):
+        steps = flow.advance(steps, 0.001)
+    assert np.allclose(steps, exact, rtol=2e-4, atol=1e-6)
+
+
+@pytest.mark.parametrize("flow", FLOWS)
+def test_flow_is_odd_rests_at_zero_and_never_overshoots(flow):
+    s = np.array([0.0, 1e-12, 0.3, 1e9])
+    for move in (flow.advance, flow.sketch):
+        for dtau in (1e-6, 0.3, 50.0):
+            moved = move(s, dtau)
+            assert moved[0] == 0.0
+            assert (moved >= 0).all()
+            assert (moved <= s).all()
+            assert np.array_equal(move(-s, dtau), -moved)
+
+
+def test_fixed_time_flows_reach_zero_exactly():
+    assert (PAPER.advance(np.array([1e-3, 1.0, 1e12]), 6.0) == 0.0).all()
+
+
+def test_long_arrays_flow_like_short_ones():
+    s = np.random.default_rng(0).random(3 * BLOCK + 7)
+    assert np.array_equal(PAPER.advance(s, 0.1)[-7:], PAPER.advance(s[-7:], 0.1))
+    assert PAPER.advance(s, 0.1).shape == s.shape
+
+
+@pytest.mark.parametrize("flow", FLOWS)
+def test_resolvent_solves_its_equation(flow):
+    c = np.array([-7.0, -1e-6, 0.0, 1e-9, 0.4, 300.0])
+    for dtau in (1e-3, 0.5, 20.0):
+        s = flow.resolvent(c, dtau)
+        assert np.allclose(s + dtau * flow.rate(s), c, rtol=1e-10, atol=1e-18)
+    assert flow.resolvent(c, 0.5)[2] == 0.0
+
+
+@pytest.mark.parametrize("flow", FLOWS)
+def test_time_between_agrees_with_integration(flow):
+    exact = solve_ivp(
+        lambda s, _: [-1.0 / flow.rate(np.array([s]))[0]], (4.0, 0.01), [0.0], rtol=1e-10, atol=1e-13
+    ).y[0, -1]
+    assert flow.time_between(4.0, 0.01) == pytest.approx(exact, rel=1e-7)
+
+
+def test_fractional_power_takes_roots_only_for_half_integers():
+    base = np.array([0.0, 0.3, 2.0, 7.0])
+    assert np.allclose(fractional_power(base, 3.5, 7), base**3.5, rtol=1e-14)
+    assert np.array_equal(fractional_power(base, 1.75, 0), base**1.75)

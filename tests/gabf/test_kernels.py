@@ -1,0 +1,96 @@
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.errors import AssumptionError, OptionError
+
+from .networks import chain, from_arcs
+
+
+def value(kernel, a, **more):
+    net = from_arcs(2, [(1, 0, 0.25)], kernel=kernel, source_values=[a], **more)
+    return float(net.arcs(np.array([a]))[0])
+
+
+def test_each_kernel_is_its_formula():
+    assert value(gabf.Additive(), 2.0) == 2.25
+    assert value(gabf.TradeOff(beta=0.25), 2.0, node_cost=[8.0, 5.0]) == 2.0 + 0.75 * 8.0 + 0.25 * 0.25
+    assert value(gabf.EdgeIntegral(beta=0.25), 2.0, arc_cost=[8.0]) == 2.0 + 0.75 * 8.0 + 0.25 * 0.25
+    assert value(gabf.Multiplicative(), 0.5) == pytest.approx(1 - (1 - 0.5) * 0.25, abs=1e-15)
+    assert value(gabf.Multiplicative(K=2.0), 0.5) == pytest.approx(1 - (1 - 0.5) * (1 - 0.125), abs=1e-15)
+    assert value(gabf.NodeDependent(), 2.0) == 2 * 2.0 + 0.25
+    assert value(gabf.UserKernel(lambda i, a, b: a + i * b), 2.0) == 2.25
+
+
+def test_trade_off_charges_the_node_that_is_read():
+    net = chain(3, node_cost=[1.0, 10.0, 100.0], kernel=gabf.TradeOff(beta=0.0))
+    assert gabf.oracle(net).tolist() == [0.0, 1.0, 11.0]
+
+
+@pytest.mark.parametrize("beta", [-0.1, 1.1, np.nan])
+def test_beta_outside_the_unit_interval_is_refused(beta):
+    with pytest.raises(OptionError, match="beta must lie in"):
+        gabf.TradeOff(beta)
+    with pytest.raises(OptionError, match="beta must lie in"):
+        gabf.EdgeIntegral(beta)
+
+
+def test_missing_costs_are_named():
+    with pytest.raises(AssumptionError, match="TradeOff kernel reads node_cost"):
+        chain(3, kernel=gabf.TradeOff())
+    with pytest.raises(AssumptionError, match="EdgeIntegral kernel reads arc_cost"):
+        chain(3, kernel=gabf.EdgeIntegral())
+
+
+def test_wbar_outside_its_range_names_the_arc():
+    with pytest.raises(AssumptionError, match=r"arc \(1, 0\) has 1.5"):
+        chain(2, cost=1.5, kernel=gabf.Multiplicative())
+    with pytest.raises(AssumptionError, match=r"arc \(1, 0\) has -0.5"):
+        chain(2, cost=3.0, kernel=gabf.Multiplicative(K=2.0))
+    with pytest.raises(OptionError, match="K must be a positive number"):
+        gabf.Multiplicative(K=0.0)
+
+
+def premises(net, x0=None):
+    return gabf.solve(net, x0=x0).premises
+
+
+def test_zeta_and_lipschitz_on_the_data():
+    net = from_arcs(3, [(1, 0, 2.0), (2, 1, 0.5)])
+    assert (premises(net).zeta, premises(net).L) == (0.5, 1.0)
+    net = chain(3, cost=0.5, kernel=gabf.Multiplicative())
+    found = premises(net, x0=0.0)
+    assert found.L == 0.5
+    assert found.zeta == pytest.approx((1 - found.upper) * 0.5)
+    found = premises(gabf.examples.nine_node())
+    assert found.L == 2.0
+    assert found.zeta == 1.0  # 2a + |b| - a at a = 1 with |b| = 0.5 is 1.5, and 2|b| = 1
+
+
+def test_a_kernel_that_is_not_progressive_names_node_and_arc():
+    net = from_arcs(3, [(1, 0, 2.0), (2, 1, 0.0)])
+    with pytest.raises(AssumptionError, match=r"not progressive .* 0 on arc 1, by which node 2 reads node 1"):
+        gabf.solve(net)
+
+
+def test_starts_outside_the_domain_name_the_node():
+    net = chain(3, cost=0.5, kernel=gabf.Multiplicative())
+    with pytest.raises(AssumptionError, match=r"node 1 starts at 1, outside the domain \[-inf, 1\)"):
+        gabf.solve(net, x0=1.0)
+    with pytest.raises(AssumptionError, match=r"node 1 starts at 0.5, outside the domain \[1, inf\]"):
+        gabf.solve(gabf.examples.nine_node(), x0=0.5)
+
+
+def test_user_kernels_are_sampled_and_say_so():
+    net = chain(4, kernel=gabf.UserKernel(lambda i, a, b: a + b + 0.25 * np.sin(a)))
+    result = gabf.solve(net, x0=7.0)
+    assert result.premises.sampled
+    assert 1.2 < result.premises.L <= 1.25
+    assert np.array_equal(result.x, gabf.oracle(net))
+    assert any("sampled" in a.value for c in gabf.certify(net, result.law, result) for a in c.assumptions)
+
+
+def test_a_user_kernel_that_falls_is_refused():
+    net = chain(4, kernel=gabf.UserKernel(lambda i, a, b: 20.0 - a))
+    with pytest.raises(AssumptionError, match="does not increase"):
+        gabf.solve(net, x0=0.0)

@@ -1,0 +1,87 @@
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.errors import AssumptionError
+
+from .networks import chain, from_arcs
+
+
+def test_arrays_are_copied_and_read_only():
+    weight = np.array([1.0, 2.0])
+    net = gabf.Network([0, 0, 1, 2], [0, 1], weight, sources=[0], kernel=gabf.Additive())
+    weight[0] = 9.0
+    assert net.weight[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        net.weight[0] = 3.0
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"indices": [0, 5]}, "arc 1 reads node 5; nodes run from 0 to 2"),
+        ({"indices": [0, 2]}, "node 2 reads itself"),
+        ({"weight": [1.0, np.nan]}, r"weight\[1\] is nan"),
+        ({"weight": [1.0, np.inf]}, r"weight\[1\] is inf"),
+        ({"weight": [1.0]}, "must agree on the number of arcs"),
+        ({"indptr": [0, 2, 1, 2]}, "non-decreasing"),
+        ({"indptr": [1, 1, 1, 2]}, "starts at 0"),
+        ({"indices": [0.0, 1.0]}, "indices must hold integers"),
+        ({"sources": []}, "at least one source"),
+        ({"sources": [3]}, "source 3 is not a node"),
+        ({"sources": [0, 0]}, "listed twice"),
+        ({"source_values": [0.0, 1.0]}, r"source_values has shape \(2,\)"),
+        ({"node_cost": [1.0]}, r"node_cost has shape \(1,\)"),
+        ({"arc_cost": [1.0, np.nan]}, r"arc_cost\[1\] is nan"),
+    ],
+)
+def test_what_is_not_a_graph_is_refused(changes, message):
+    given = {
+        "indptr": [0, 0, 1, 2],
+        "indices": [0, 1],
+        "weight": [1.0, 2.0],
+        "sources": [0],
+        "kernel": gabf.Additive(),
+    }
+    with pytest.raises(AssumptionError, match=message):
+        gabf.Network(**(given | changes))
+
+
+def test_arcs_between_finds_parallel_arcs_in_one_direction():
+    net = from_arcs(3, [(1, 0, 1.0), (1, 0, 2.0), (2, 1, 1.0)])
+    assert net.arcs_between(1, 0).tolist() == [0, 1]
+    assert net.arcs_between(0, 1).size == 0
+
+
+def test_without_arcs_drops_them_and_their_costs():
+    net = from_arcs(3, [(1, 0, 1.0), (1, 0, 2.0), (2, 1, 3.0)], arc_cost=[5.0, 6.0, 7.0])
+    less = net.without_arcs(net.arcs_between(1, 0)[:1])
+    assert less.weight.tolist() == [2.0, 3.0]
+    assert less.arc_cost.tolist() == [6.0, 7.0]
+    assert gabf.oracle(less).tolist() == [0.0, 2.0, 5.0]
+    assert net.n_arcs == 3
+
+
+def test_readers_reverse_the_graph():
+    net = from_arcs(4, [(1, 0, 1.0), (2, 0, 1.0), (3, 2, 1.0), (3, 0, 1.0)])
+    indptr, arcs = net.readers
+    assert net.tails[arcs[indptr[0] : indptr[1]]].tolist() == [1, 2, 3]
+    assert indptr[-1] == net.n_arcs
+
+
+def test_one_node_graph():
+    net = gabf.Network([0, 0], [], [], sources=[0], source_values=[3.0], kernel=gabf.Additive())
+    result = gabf.solve(net)
+    assert result.x.tolist() == [3.0]
+    assert result.outcome is gabf.Ending.SETTLED
+    assert gabf.extract_path(net, result, 0).tolist() == [0]
+    assert gabf.certify(net, result.law, result) == []
+
+
+def test_replacing_the_kernel_rebinds_it():
+    from dataclasses import replace
+
+    net = chain(3, node_cost=[1.0, 2.0, 3.0])
+    other = replace(net, kernel=gabf.TradeOff(beta=0.0))
+    assert gabf.oracle(net).tolist() == [0.0, 1.0, 2.0]
+    assert gabf.oracle(other).tolist() == [0.0, 1.0, 3.0]
