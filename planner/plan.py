@@ -104,7 +104,7 @@ class Plan:
     checker: CollisionChecker
     roadmap: Roadmap
     network: gabf.Network | None = None
-    field: gabf.CostToGo | None = None
+    cost_to_go: gabf.CostToGo | None = None
     path: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cost: PathCost | None = None
@@ -235,17 +235,17 @@ def _roadmap(
 
 def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) -> Plan:
     """Solve, extract, look again at 1 mm; an edge that fails is removed and the field heals from the x at hand."""
-    law, roadmap, field_ = make_law(draft.request), draft.roadmap, None
+    law, roadmap, cost_to_go = make_law(draft.request), draft.roadmap, None
     removed = 0
     while True:
         with clock("gabf"):
-            field_ = gabf.solve(network, law=law, x0=None if field_ is None else _warm(field_.x, network))
-        start = int(roadmap.starts[np.argmin(field_.x[roadmap.starts])])
-        if not np.isfinite(field_.x[start]):
+            cost_to_go = gabf.solve(network, law=law, x0=None if cost_to_go is None else _warm(cost_to_go.x, network))
+        start = int(roadmap.starts[np.argmin(cost_to_go.x[roadmap.starts])])
+        if not np.isfinite(cost_to_go.x[start]):
             outcome, nodes = Outcome.NO_PATH, np.zeros(0, dtype=np.int64)
             break
         with clock("path"):
-            nodes = gabf.extract_path(network, field_, start)
+            nodes = gabf.extract_path(network, cost_to_go, start)
             bad = _first_contact(draft.checker, roadmap, nodes)
         if bad is None:
             outcome = Outcome.SOLVED
@@ -259,12 +259,12 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) ->
         outcome=outcome,
         roadmap=roadmap,
         network=network,
-        field=field_,
+        cost_to_go=cost_to_go,
         path=path_waypoints(roadmap, draft.robot, nodes),
         path_nodes=frozen(nodes, np.int64),
         cost=_cost(draft.request, roadmap, network, nodes) if outcome is Outcome.SOLVED else None,
         edges_removed=removed,
-        max_error_vs_oracle=gabf.max_error(field_, gabf.oracle(network)),
+        max_error_vs_oracle=gabf.max_error(cost_to_go, gabf.oracle(network)),
     )
 
 

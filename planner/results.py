@@ -72,17 +72,17 @@ def _lengths(plan: Plan) -> dict[str, float] | None:
 
 
 def _gabf(plan: Plan) -> dict[str, Any] | None:
-    if plan.field is None:
+    if plan.cost_to_go is None:
         return None
     return {
         "law": plan.request.law,
         "prescribed_time": plan.request.prescribed_time,
-        "settling_time": plan.field.settling_time,
-        "settling_tau": plan.field.settling_tau,
-        "log10_remaining": plan.field.log10_remaining,
-        "steps": plan.field.steps,
-        "residual": plan.field.residual,
+        "settling_time": plan.cost_to_go.settling_time,
+        "settling_tau": plan.cost_to_go.settling_tau,
+        "log10_remaining": plan.cost_to_go.log10_remaining,
+        "steps": plan.cost_to_go.steps,
+        "residual": plan.cost_to_go.residual,
         "max_error_vs_oracle": plan.max_error_vs_oracle,
-        "outcome": plan.field.outcome.key,
+        "outcome": plan.cost_to_go.outcome.key,
         "certificate": None,
     }
