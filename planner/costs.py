@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 
 from planner import gabf
 from planner.arrays import Floats
 from planner.errors import OptionError, choices
+from planner.request import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, require_share
 from planner.roadmap.roadmap import CostScale, Roadmap
 
-Metric = Literal["joint", "workspace"]
-ManipulabilityCost = Literal["inverse", "log", "linear"]
-
 METRICS: tuple[str, ...] = get_args(Metric)
-DEFAULT_COST: ManipulabilityCost = "log"
-DEFAULT_METRIC: Metric = "joint"
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
 
@@ -60,8 +56,10 @@ def manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = 
 
 
 def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
-    """The normalised length w_ij of every edge (m,), at least zeta: ``joint`` is the Euclidean joint motion, ``workspace``
-    the length of the tool's way."""
+    """The normalised length w_ij of every edge (m,), at least zeta.
+
+    ``joint`` is the Euclidean joint motion, ``workspace`` the length of the tool's way.
+    """
     if metric not in METRICS:
         raise OptionError(f"metric '{metric}' not found; metrics are {choices(METRICS)}.")
     joint = metric == "joint"
@@ -80,8 +78,7 @@ def build_network(
 
     ``beta`` in [0, 1]: larger values weigh distance more and manipulability less.
     """
-    if not 0.0 <= beta <= 1.0:
-        raise OptionError(f"beta {beta:g} is outside [0, 1]: 0 minds manipulability only, 1 distance only.")
+    require_share(beta)
     n = len(roadmap.nodes)
     reader = np.concatenate([roadmap.edges[:, 0], roadmap.edges[:, 1]])
     read = np.concatenate([roadmap.edges[:, 1], roadmap.edges[:, 0]])

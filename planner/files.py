@@ -10,7 +10,7 @@ from planner.errors import FileError
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write to a temporary name beside ``path``, then rename. Raises :class:`FileError`; an old file is then untouched."""
+    """Write to a temporary name beside ``path``, then rename; on a :class:`FileError` an old file is untouched."""
     temporary = None
     try:
         handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
@@ -33,12 +33,20 @@ def _umask() -> int:
 
 
 def require_writable_folder(folder: Path) -> None:
-    """Make ``folder`` and see that a file can be written there, before any long work; :class:`FileError` if not."""
+    """See that ``folder`` can be made and written, leaving no trace; :class:`FileError` if not."""
+    existing = next(parent for parent in (folder.absolute(), *folder.absolute().parents) if parent.exists())
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
+        with tempfile.TemporaryDirectory(dir=existing):
             pass
     except OSError as error:
         raise FileError(
             f"folder {folder} cannot be written: {error.strerror or error}; choose another --out."
         ) from None
+
+
+def make_folder(folder: Path) -> None:
+    """Make ``folder`` and those above it; :class:`FileError` if that cannot be done."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"folder {folder} cannot be made: {error.strerror or error}; choose another --out.") from None

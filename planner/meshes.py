@@ -29,7 +29,8 @@ def shape_of(geometry: coal.CollisionGeometry) -> Shape:
     """A coal geometry as one of our shapes; ValueError names a kind that we do not have."""
     match geometry:
         case coal.Box():
-            return Box(tuple(float(2 * half) for half in geometry.halfSide))
+            x, y, z = (float(2 * half) for half in geometry.halfSide)
+            return Box((x, y, z))
         case coal.Sphere():
             return Sphere(float(geometry.radius))
         case coal.Capsule():

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -16,68 +15,24 @@ from planner.arrays import Floats, Ints, frozen
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edges import recheck
-from planner.costs import (
-    DEFAULT_COST,
-    DEFAULT_METRIC,
-    ManipulabilityCost,
-    Metric,
-    build_network,
-    distance_cost,
-    measure_scale,
-)
+from planner.costs import build_network, distance_cost, measure_scale
 from planner.errors import OptionError
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.outcome import Outcome
+from planner.request import PAPER_NODES, PlanRequest
+from planner.resolve import resolve
 from planner.roadmap.attach import attach
-from planner.roadmap.build import PAPER_NODES, RoadmapSettings, grow_roadmap
+from planner.roadmap.build import RoadmapSettings, grow_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.robot import Robot
 from planner.scene import Scene
-from planner.targets import parse_target, resolve
+from planner.targets import parse_target
 
-LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Progress = Callable[[str, int, int], None]
 
 _W_STEP = 0.01  # rad of joint motion between the samples of w along the path
-
-
-@dataclass(frozen=True)
-class PlanRequest:
-    """What to plan; every field is an option of ``planner plan``, and all of them are kept in the result.
-
-    Raises :class:`OptionError` where a number is outside its own range.
-    """
-
-    robot: str = "iiwa14"
-    scene: str = "paper"
-    start: str = "start"
-    goal: str = "goal"
-    beta: float = 0.5
-    nodes: int = PAPER_NODES
-    seed: int = 0
-    law: LawName = "singularity-free"
-    prescribed_time: float = 4.0
-    collision: Literal["fcl"] = "fcl"
-    roadmap: Path | None = None
-    tool: str | None = None
-    metric: Metric = DEFAULT_METRIC
-    manipulability_cost: ManipulabilityCost = DEFAULT_COST
-    margin: float = 0.0
-
-    def __post_init__(self) -> None:
-        parse_target(self.start)
-        parse_target(self.goal)
-        RoadmapSettings(nodes=self.nodes)
-        if not 0.0 <= self.beta <= 1.0:
-            raise OptionError(f"beta {self.beta:g} is outside [0, 1]: 0 minds manipulability only, 1 distance only.")
-        if not 0.0 < self.prescribed_time < np.inf:
-            raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number.")
-        if not 0.0 <= self.margin < np.inf:
-            raise OptionError(f"margin {self.margin:g} m is not usable: give a distance of 0 or more.")
-        if not 0 <= self.seed < 2**31:
-            raise OptionError(f"seed {self.seed} is not usable: give a whole number from 0 to 2147483647.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +73,7 @@ def plan(
     progress: Progress = lambda stage, done, total: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Plan:
-    """Plan as the paper does: roadmap by RRT, manipulability at nodes, GABF for the cost-to-go, the path along minimisers.
+    """Plan as the paper does: RRT roadmap, manipulability at nodes, GABF for the cost-to-go, minimising neighbours.
 
     ``progress`` hears (stage, done, total); once ``stop`` returns True the work ends as soon as it can and what there
     is comes back with ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
@@ -200,7 +155,7 @@ def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
 def dense_path(path: Floats, step: float = _W_STEP) -> Floats:
     """Configurations (n, dof) along a joint path, no joint moving more than ``step`` (rad) between two of them."""
     rows = [path[:1]]
-    for a, b in zip(path[:-1], path[1:], strict=True):
+    for a, b in itertools.pairwise(path):
         count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
         rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
     return np.concatenate(rows)
@@ -225,9 +180,7 @@ def _roadmap(
     stop: Callable[[], bool],
 ) -> Roadmap:
     if request.roadmap is None:
-        return build_roadmap(
-            checker.world.robot, checker, starts, goals, request.nodes, request.seed, progress, stop
-        )
+        return build_roadmap(checker.world.robot, checker, starts, goals, request.nodes, request.seed, progress, stop)
     roadmap = load_roadmap(request.roadmap)
     require_same_world(roadmap, checker, request.roadmap)
     return attach(roadmap, checker, starts, goals)
@@ -275,7 +228,7 @@ def _warm(x: Floats, network: gabf.Network) -> Floats:
 
 def _first_contact(checker: CollisionChecker, roadmap: Roadmap, nodes: Ints) -> tuple[int, int] | None:
     """The first edge of the path that touches something when looked at every millimetre of motion."""
-    for i, j in zip(nodes[:-1], nodes[1:], strict=True):
+    for i, j in itertools.pairwise(nodes):
         delta = checker.world.robot.difference(roadmap.nodes[i], roadmap.nodes[j])
         if recheck(checker, roadmap.nodes[i], delta, 1e-3) is not None:
             return int(i), int(j)
@@ -284,7 +237,7 @@ def _first_contact(checker: CollisionChecker, roadmap: Roadmap, nodes: Ints) -> 
 
 def _cost(request: PlanRequest, roadmap: Roadmap, network: gabf.Network, nodes: Ints) -> PathCost:
     weight = distance_cost(roadmap, request.metric)
-    rows = [roadmap.edge_index(i, j) for i, j in zip(nodes[:-1], nodes[1:], strict=True)]
+    rows = [roadmap.edge_index(i, j) for i, j in itertools.pairwise(nodes)]
     assert network.node_cost is not None
     omega, distance = float(network.node_cost[nodes[1:]].sum()), float(weight[rows].sum())
     beta = request.beta

@@ -15,7 +15,7 @@ def pose(
     rpy: Sequence[float] | None = None,
     quaternion: Sequence[float] | None = None,
 ) -> Floats:
-    """The (4, 4) placement at ``position`` (m), turned by ``rpy`` (rad, fixed axes x-y-z) or ``quaternion`` [x, y, z, w].
+    """The (4, 4) placement at ``position`` (m), turned by ``rpy`` (rad, fixed axes) or ``quaternion`` [x, y, z, w].
 
     The quaternion is normalised; a zero one raises ValueError.
     """

@@ -86,3 +86,39 @@ def _gabf(plan: Plan) -> dict[str, Any] | None:
         "outcome": plan.cost_to_go.outcome.key,
         "certificate": None,
     }
+
+
+def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the terminal's table and the page's panel say about a plan."""
+    roadmap, gabf, cost, w = (record[key] for key in ("roadmap", "gabf", "cost", "manipulability"))
+    rows = [
+        (
+            "roadmap",
+            f"{roadmap['nodes']} nodes, {roadmap['edges']} edges, {roadmap['edges_certified']} of them proven free, "
+            f"{roadmap['components']} component{'s' if roadmap['components'] != 1 else ''}",
+        )
+    ]
+    if cost:
+        rows.append(
+            (
+                "cost",
+                f"{cost['total']:.4f} = {1 - cost['beta']:g} x {cost['manipulability']:.4f} manipulability"
+                f" + {cost['beta']:g} x {cost['distance']:.4f} distance",
+            )
+        )
+        rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path"))
+        length = record["path_length"]
+        rows.append(
+            ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
+        )
+    if gabf:
+        rows.append(("settled", _settling(gabf)))
+        rows.append(("error against oracle", f"{gabf['max_error_vs_oracle']:.1e} relative"))
+    return rows
+
+
+def _settling(gabf: dict[str, Any]) -> str:
+    if gabf["settling_time"] is None:
+        return "not within the budget"
+    limit = f" of T_p = {gabf['prescribed_time']:g} s" if gabf["log10_remaining"] is not None else " s"
+    return f"at t = {gabf['settling_time']:.4f}{limit} (tau = {gabf['settling_tau']:.2f}), law {gabf['law']}"

@@ -98,6 +98,11 @@ class Robot:
         return len(self.joints)
 
     @property
+    def prismatic(self) -> Bools:
+        """(dof,) which joints slide (their values are metres)."""
+        return np.array([self.model.joints[k].shortname().startswith("JointModelP") for k in range(1, self.dof + 1)])
+
+    @property
     def tool_id(self) -> int:
         return urdf.frame_id(self.model, self.tool)
 
@@ -190,7 +195,11 @@ def _assemble(
 
 def _rebuild(robot: Robot, fixed: Mapping[str, float], base: Floats) -> dict[str, Any]:
     full = urdf.build_model(robot.source)
-    return {**_parts(robot.source, full, robot.joints, fixed, base), "fixed_joints": fixed, "base": frozen(base)}
+    return {
+        **_parts(robot.source, full, robot.joints, fixed, base),
+        "fixed_joints": fixed,
+        "base": frozen(base),
+    }
 
 
 def _parts(

@@ -150,9 +150,7 @@ class Scene:
     @property
     def identity(self) -> str:
         """A hash of the obstacles: order and names do not matter, shapes and placements do."""
-        return content_hash(
-            sorted(content_hash([*item.shape.content(), item.placement]) for item in self.obstacles)
-        )
+        return content_hash(sorted(content_hash([*item.shape.content(), item.placement]) for item in self.obstacles))
 
 
 def _build(file: SceneFile, path: Path) -> Scene:

@@ -60,7 +60,9 @@ def read_description(path: Path) -> Description:
     if root.tag != "robot":
         raise RobotError(f"{path} is no URDF: its root element is <{root.tag}>, not <robot> (run xacro first).")
     root.set("version", "1.1")
-    continuous = frozenset(_make_revolute(joint) for joint in root.findall("joint") if joint.get("type") == "continuous")
+    continuous = frozenset(
+        _make_revolute(joint) for joint in root.findall("joint") if joint.get("type") == "continuous"
+    )
     elements = sum(1 for _ in root.iterfind("link/collision/geometry"))
     return Description(path, ET.tostring(root, encoding="unicode"), continuous, elements)
 
@@ -117,7 +119,7 @@ def reduce(
     fixed: Mapping[str, float],
     base: Floats,
 ) -> tuple[pin.Model, pin.GeometryModel]:
-    """The model of the ``planned`` joints only, the others held at ``fixed`` (else their neutral value), placed at ``base``."""
+    """The model of the ``planned`` joints, the others held at ``fixed`` (else at neutral), placed at ``base``."""
     reference = pin.neutral(model)
     for name, value in fixed.items():
         if not model.existJointName(name):

@@ -6,6 +6,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import World
 from planner.errors import OptionError, choices
+from planner.request import require_margin
 from planner.robot import Robot
 from planner.scene import Scene
 
@@ -19,8 +20,7 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
     no check come from the robot (its SRDF or robot file), else they are worked out.
     """
     kind = _backend(backend)
-    if not 0.0 <= margin < float("inf"):
-        raise OptionError(f"margin {margin:g} m is not usable: give a distance of 0 or more.")
+    require_margin(margin)
     disabled = robot.disabled_pairs
     if disabled is None:
         disabled = generate_disabled_pairs(robot, kind)

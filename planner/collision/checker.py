@@ -22,6 +22,8 @@ class CollisionChecker(Protocol):
     name: str
     queries: int  # exact pair distances and state checks asked so far
 
+    def __init__(self, world: World) -> None: ...
+
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
         """The first of the configurations (n, dof) that is not free, and why; None if all are free.
 
@@ -37,7 +39,7 @@ class CollisionChecker(Protocol):
         """
         ...
 
-    def error(self, distance: Floats) -> Floats:
+    def error(self, distance: float) -> float:
         """How much a reported ``distance`` (m) may exceed the true one."""
         ...
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -45,7 +46,7 @@ def box_cover(mesh: Mesh, count: int) -> tuple[Floats, Floats]:
     return 0.5 * (low + high), 0.5 * (high - low)
 
 
-def _spheres(centres: Floats, radii: Floats | float) -> Spheres:
+def _spheres(centres: Any, radii: Any) -> Spheres:
     return Spheres(frozen(centres), frozen(np.broadcast_to(radii, (len(centres),))))
 
 

@@ -1,7 +1,7 @@
 """Proofs that a straight joint-space segment is free: adaptive sampling with clearance (Schwarzer, Saha, Latombe 2005).
 
-At a configuration where a pair of bodies is d apart, no motion that moves them against each other by less than d can make
-them touch. A joint's motion dq moves no point further than its reach times |dq|, so every look at one configuration
+Where a pair of bodies is d apart, no motion that moves them against each other by less than d can make them touch.
+A joint's motion dq moves no point further than its reach times |dq|, so every look at one configuration
 clears an interval of the segment; when the intervals of every pair cover it, the segment is proven, for all
 the configurations on it and not just for those that were sampled.
 """
@@ -63,7 +63,9 @@ class EdgeProver:
         self.bound = ClearanceBound(self.world)
         self._reach_T = np.ascontiguousarray(self.world.pair_reach.T)
         self._static = np.nonzero(~self.world.pair_reach.any(axis=1))[0]
-        self._refinable = np.array([self.bound.can_refine(p) for p in range(len(self.world.pair_reach))], dtype=bool)
+        self._refinable = np.array(
+            [self.bound.can_refine(p) for p in range(len(self.world.pair_reach))], dtype=bool
+        )
         self.static_contact = self._find_static_contact()
 
     def _find_static_contact(self) -> Contact | None:
@@ -93,7 +95,9 @@ class _Run:
         self.pair = np.full(m, -1, dtype=np.int64)
         self.samples = np.zeros(m, dtype=np.int64)
         self.clearance = np.full(m, np.inf)
-        self.rate = np.abs(delta) @ prover._reach_T  # (m, pairs): metres a pair's distance can change on the whole way
+        self.rate = (
+            np.abs(delta) @ prover._reach_T
+        )  # (m, pairs): metres a pair's distance can change on the whole way
         self.rate[:, prover._static] = 0.0
         self.contact_is_static = prover.static_contact is not None
 
@@ -126,7 +130,11 @@ class _Run:
         limit = cleared.argmin(axis=1) if gap.shape[1] else np.zeros(len(edge), dtype=np.int64)
         rows = np.arange(len(edge))
         reach = cleared[rows, limit] if gap.shape[1] else np.full(len(edge), np.inf)
-        stuck = (reach < need) & (gap[rows, limit] < _RESOLUTION) if gap.shape[1] else np.zeros(len(edge), dtype=bool)
+        stuck = (
+            (reach < need) & (gap[rows, limit] < _RESOLUTION)
+            if gap.shape[1]
+            else np.zeros(len(edge), dtype=bool)
+        )
         self._note_clearance(edge, gap, rate, np.minimum(reach, need))
         for k in np.nonzero(stuck)[0]:
             self._stop(int(edge[k]), int(limit[k]), Verdict.UNDECIDED)
@@ -156,7 +164,14 @@ class _Run:
         # a pair that this segment does not move needs a look only where the bound cannot clear it
         short = (gap < np.minimum(wanted, _EXACT)) | ((wanted == 0) & (gap <= 0))
         for row in np.nonzero(short.any(axis=1))[0]:
-            self._look_exactly(int(edge[row]), gap[row], np.nonzero(short[row])[0], rate[row], rotation[:, row], position[:, row])
+            self._look_exactly(
+                int(edge[row]),
+                gap[row],
+                np.nonzero(short[row])[0],
+                rate[row],
+                rotation[:, row],
+                position[:, row],
+            )
         return gap
 
     def _look_exactly(
@@ -171,7 +186,7 @@ class _Run:
             if distance <= margin:
                 self._stop(edge, int(pair), Verdict.COLLIDES)
                 return
-            error = 0.0 if rate[pair] == 0 else float(checker.error(np.float64(distance)))
+            error = 0.0 if rate[pair] == 0 else checker.error(distance)
             gap[pair] = max(gap[pair], distance - error - margin)
 
 

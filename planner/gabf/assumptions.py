@@ -68,10 +68,10 @@ def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:
     """
     if problem.n_rows == 0:
         return Premises(lower, upper, np.inf, 1.0, problem.arcs.sampled)
-    gains = problem.arcs.progress(lower, upper)
-    _refuse(problem, gains > 0, gains, f"is not progressive on [{lower:g}, {upper:g}]: f(a) - a falls to")
     least, steepest = problem.arcs.slopes(lower, upper)
     _refuse(problem, least > 0, least, f"does not increase on [{lower:g}, {upper:g}]: its slope falls to")
+    gains = problem.arcs.progress(lower, upper)
+    _refuse(problem, gains > 0, gains, f"is not progressive on [{lower:g}, {upper:g}]: f(a) - a falls to")
     return Premises(lower, upper, float(gains.min()), float(steepest.max()), problem.arcs.sampled)
 
 

@@ -65,9 +65,7 @@ def tau_when(log_bound: Callable[[float], float], tolerance: float) -> float:
     return high
 
 
-def input_bounds(
-    clock: PrescribedClock, log_M: float, L: float, e_start: Floats, tau: Floats
-) -> tuple[Floats, Floats]:
+def input_bounds(clock: PrescribedClock, log_M: float, L: float, e_start: Floats, tau: Floats) -> tuple[Floats, Floats]:
     """Lower and upper bound (k, n) on dx_i/dt at readings ``tau`` (k,): eqs. (lowerli) and (ute); both go to
     0 at T_p.
 
@@ -75,8 +73,8 @@ def input_bounds(
     rho^-2 e^(-gamma t) = e^-tau (the lambda printed there is gamma). Infinite where M overflows.
     """
     tau = np.asarray(tau, dtype=np.float64)[:, None]
-    with np.errstate(over="ignore", divide="ignore"):
-        log_gain = np.log(clock.gain(tau))
+    log_gain = clock.log_gain(tau)
+    with np.errstate(over="ignore"):
         pull = np.exp(log_gain + log_M - 0.5 * tau)
         floor = np.exp(log_gain - tau) * e_start
     return np.broadcast_to(-pull, floor.shape), L * pull - floor
@@ -103,11 +101,9 @@ def T_star_corrected(law: FixedTime | SingularityFree) -> float:
 def T_star_sharp(law: FixedTime | SingularityFree) -> float:
     """The supremum itself, in tau: the time of s' = -(beta1 s^p + beta2 s^q) from infinity to 0.
 
-    pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r with r = (1 - p)/(q - p).
+    See :attr:`planner.gabf.flows.PowerFlow.total_time`.
     """
-    p, q = law.p[0] / law.p[1], law.m[0] / law.m[1]
-    r = (1.0 - p) / (q - p)
-    return math.pi / ((q - p) * math.sin(math.pi * r)) * law.beta1 ** (r - 1.0) * law.beta2**-r
+    return law.flow.total_time
 
 
 def T_f(flow: PowerFlow, highest: float, lowest: float, zeta: float) -> float:

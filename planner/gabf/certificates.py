@@ -53,7 +53,9 @@ class Certificate:
 
     @property
     def holds(self) -> bool:
-        """Slack of at least 0, up to rounding in the last digits of the two numbers it is the difference of."""
+        """Slack of at least 0, up to rounding in the last digits of the two numbers it is the difference
+        of.
+        """
         if self.slack is None or self.measured is None:
             return False
         return self.slack >= -1e-12 * max(1.0, abs(self.measured))
@@ -194,9 +196,7 @@ def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
     error = x - facts.optimum.x_star[rows]
     limit = np.exp(np.minimum(log_M - 0.5 * tau, 700.0))[:, None]
     yield _least_slack("x - x* along the run", "eq. (boundt)", "x - x*", limit, error, facts.over)
-    yield _least_slack(
-        "x* is not undershot", "lemma (over)", "x* - x", np.zeros_like(error), -error, facts.over
-    )
+    yield _least_slack("x* is not undershot", "lemma (over)", "x* - x", np.zeros_like(error), -error, facts.over)
     clock = facts.law.clock
     if isinstance(clock, PrescribedClock):
         lower, upper = bounds.input_bounds(clock, log_M, facts.L, facts.error, tau)

@@ -28,8 +28,9 @@ class UniformClock:
     def time(self, tau: Reading) -> Floats:
         return np.asarray(tau, dtype=np.float64) / self.eta
 
-    def gain(self, tau: Reading) -> Floats:
-        return np.full(np.shape(tau), self.eta)
+    def log_gain(self, tau: Reading) -> Floats:
+        """ln(d tau / dt)."""
+        return np.full(np.shape(tau), math.log(self.eta))
 
     def log10_remaining(self, tau: float) -> float | None:
         return None
@@ -57,14 +58,13 @@ class PrescribedClock:
     def time(self, tau: Reading) -> Floats:
         return 0.0 - self.T * np.expm1(self._log_share(tau))
 
-    def gain(self, tau: Reading) -> Floats:
-        """etabar, eq. (ebar), at tau < inf, finite as long as T_p - t is a double; 0 at tau = inf, that is
-        from T_p on.
+    def log_gain(self, tau: Reading) -> Floats:
+        """ln etabar, eq. (ebar): finite at every finite tau; -inf at tau = inf, from T_p on, where the gain
+        is 0.
         """
-        share = self._log_share(tau)
-        with np.errstate(over="ignore"):
-            gain = self.gamma + 2.0 * (1.0 + self.h) / self.T * np.exp(-share)
-        return np.where(np.isinf(tau), 0.0, gain)
+        log_share = self._log_share(tau)
+        growing = math.log(2.0 * (1.0 + self.h) / self.T) - log_share
+        return np.where(np.isinf(tau), -np.inf, np.logaddexp(math.log(self.gamma), growing))
 
     def log10_remaining(self, tau: float) -> float | None:
         """log10(T_p - t), finite for every finite tau."""

@@ -38,6 +38,11 @@ class Flow(ABC):
     def resolvent(self, c: Floats, dtau: float) -> Floats:
         """The root s of s + dtau phi(s) = c: one backward Euler step."""
 
+    @property
+    def total_time(self) -> float:
+        """tau from infinity down to 0; infinite for a linear flow."""
+        return math.inf
+
     def speed(self, size: float) -> float:
         """phi of one number."""
         return float(self.rate(np.array([size]))[0])
@@ -89,6 +94,13 @@ class PowerFlow(Flow):
         """
         roots = 1 / (1 - self.p), 1 / (self.q - 1)
         return [(float(r), r.numerator if r.denominator == 2 and r < 6 else 0) for r in roots]
+
+    @property
+    def total_time(self) -> float:
+        """pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r with r = (1 - p)/(q - p)."""
+        p, q, below, _ = self._floats
+        r = below / (q - p)
+        return math.pi / ((q - p) * math.sin(math.pi * r)) * self.beta1 ** (r - 1.0) * self.beta2**-r
 
     def rate(self, s: Floats) -> Floats:
         size = np.abs(s)

@@ -111,9 +111,7 @@ class Multiplicative(Kernel):
 
     def __post_init__(self) -> None:
         if self.K is not None and not (math.isfinite(self.K) and self.K > 0):
-            raise OptionError(
-                f"K must be a positive number, not {self.K}; choose it above the longest weight"
-            )
+            raise OptionError(f"K must be a positive number, not {self.K}; choose it above the longest weight")
 
     @property
     def domain(self) -> Domain:

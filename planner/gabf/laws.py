@@ -144,9 +144,7 @@ class SingularityFree(Law):
     name: ClassVar[str] = "singularity-free"
 
     def __post_init__(self) -> None:
-        _require_positive(
-            T=self.T, h=self.h, gamma=self.gamma, eta=self.eta, beta1=self.beta1, beta2=self.beta2
-        )
+        _require_positive(T=self.T, h=self.h, gamma=self.gamma, eta=self.eta, beta1=self.beta1, beta2=self.beta2)
         _require_exponents(self.p, self.m)
 
     @property
@@ -168,8 +166,9 @@ def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
     0 where xhat_i = 0, however large the gain, and from T_p on.
     """
     rate = law.flow.rate(xhat)
-    with np.errstate(invalid="ignore", over="ignore"):
-        return np.where(rate == 0.0, 0.0, -law.clock.gain(tau) * rate)
+    with np.errstate(divide="ignore", over="ignore"):
+        size = np.exp(law.clock.log_gain(tau) + np.log(np.abs(rate)))
+    return np.copysign(size, -rate)
 
 
 def _require_positive(**values: float) -> None:

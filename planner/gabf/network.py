@@ -96,9 +96,7 @@ class Network:
         keep[arcs] = False
         kept = np.concatenate(([0], np.cumsum(keep)))[self.indptr]
         arc_cost = None if self.arc_cost is None else self.arc_cost[keep]
-        return replace(
-            self, indptr=kept, indices=self.indices[keep], weight=self.weight[keep], arc_cost=arc_cost
-        )
+        return replace(self, indptr=kept, indices=self.indices[keep], weight=self.weight[keep], arc_cost=arc_cost)
 
 
 def _check_arcs(net: Network) -> None:
@@ -112,9 +110,7 @@ def _check_arcs(net: Network) -> None:
         )
     outside = np.flatnonzero((net.indices < 0) | (net.indices >= n))
     if outside.size:
-        raise AssumptionError(
-            f"arc {outside[0]} reads node {net.indices[outside[0]]}; nodes run from 0 to {n - 1}"
-        )
+        raise AssumptionError(f"arc {outside[0]} reads node {net.indices[outside[0]]}; nodes run from 0 to {n - 1}")
     loops = np.flatnonzero(net.indices == net.tails)
     if loops.size:
         raise AssumptionError(f"node {net.indices[loops[0]]} reads itself: remove that self-loop")

@@ -32,8 +32,7 @@ def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
     here = int(np.flatnonzero(problem.nodes == start)[0])
     if hops[here] < 0:
         raise StateError(
-            f"minimising neighbours of node {start} lead to no source: the field has not settled; "
-            "solve it to the end"
+            f"minimising neighbours of node {start} lead to no source: the field has not settled; solve it to the end"
         )
     path = [here]
     while path[-1] < problem.n_rows:
@@ -45,9 +44,7 @@ def _require_start(net: Network, x: Floats, start: int) -> None:
     if not 0 <= start < net.n_nodes:
         raise StateError(f"start {start} is not a node; nodes run from 0 to {net.n_nodes - 1}")
     if not np.isfinite(x[start]):
-        raise StateError(
-            f"node {start} reaches no source: there is no path; connect it, or choose another start"
-        )
+        raise StateError(f"node {start} reaches no source: there is no path; connect it, or choose another start")
 
 
 def _tight_arcs(problem: Problem, y: Floats) -> np.ndarray:

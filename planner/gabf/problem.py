@@ -25,7 +25,9 @@ class Level:
 
     def worst(self, a: float) -> float:
         """g_k(a): the largest, over the nodes, of the cheapest arc's f_ij(a)."""
-        return float(np.minimum.reduceat(self.arcs(np.full(self.width, a)), self.starts).max())
+        with np.errstate(over="ignore"):
+            values = self.arcs(np.full(self.width, a))
+        return float(np.minimum.reduceat(values, self.starts).max())
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 from planner.arrays import Floats
 from planner.errors import OptionError
 from planner.gabf.flows import Flow
-from planner.gabf.laws import Law
+from planner.gabf.laws import Law, control_input
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce
 from planner.gabf.solvers import Solver, State, Targets, disequilibrium
@@ -41,9 +41,7 @@ class RungeKutta45(Solver):
         from scipy.integrate import RK45  # 0.3 s, so not at import
 
         left = [float(t) for t in targets[::-1]]
-        stepper = RK45(
-            lambda _, y: _speed(problem, flow, y), 0.0, y0, np.inf, self.max_step, self.rtol, self.atol
-        )
+        stepper = RK45(lambda _, y: _speed(problem, flow, y), 0.0, y0, np.inf, self.max_step, self.rtol, self.atol)
         yield _state(problem, 0.0, y0, 1)
         while True:
             stepper.step()
@@ -89,8 +87,9 @@ def right_side(net: Network, law: Law) -> Callable[[float, Floats], Floats]:
     problem = reduce(net)
 
     def speed(t: float, x: Floats) -> Floats:
-        gain = law.clock.gain(law.clock.tau(t))
-        return problem.unpack(gain * _speed(problem, law.flow, problem.pack(x)), missing=0.0)
+        xhat = disequilibrium(problem, problem.pack(x))
+        u = control_input(law, law.clock.tau(t), xhat)
+        return problem.unpack(np.append(u, np.zeros(problem.anchors.size)), missing=0.0)
 
     return speed
 

@@ -87,15 +87,14 @@ class EndPhase:
         k = int(outside[-1])
         if k + 1 == len(self._states):
             return self._states[k].tau
-        return self._states[k].tau + self._inside(k, excess[k], excess[k + 1], y_star, band, flow)
+        return self._states[k].tau + self._inside(k, float(excess[k]), float(excess[k + 1]), y_star, band, flow)
 
     def _inside(self, k: int, first: float, second: float, y_star: Floats, band: Floats, flow: Flow) -> float:
         worst = int(np.argmax(np.abs(self._states[k].y - y_star) / band))
         width, step = float(band[worst]), self._states[k + 1].tau - self._states[k].tau
         fall = flow.time_between(first * width, width)
-        if second > 0.0:
-            return step * fall / flow.time_between(first * width, second * width)
-        return min(step, fall)
+        whole = flow.time_between(first * width, second * width) if second > 0.0 else step
+        return step * min(1.0, fall / whole) if whole > 0.0 else step
 
 
 class Extremes:

@@ -111,7 +111,8 @@ def _run(
         if settled or limits.reached(step, state.tau):
             break
     proved = error_bound(problem, bounds, state.y, residual)
-    date = end_phase.settling_tau(state.y, law.flow) if settled else None
+    y_star = state.y if residual == 0.0 or not settled else problem.pack(oracle(problem.network))
+    date = end_phase.settling_tau(y_star, law.flow) if settled else None
     return _Run(state, step, residual, proved, extremes.over(law), date, recorder.trajectory(state))
 
 

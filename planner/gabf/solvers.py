@@ -67,5 +67,7 @@ def disequilibrium(problem: Problem, y: Floats) -> Floats:
 
 def mean_cost(problem: Problem, y: Floats) -> float:
     """What an arc adds on average at state ``y``: the scale that errors of one step are measured by."""
+    if not problem.n_rows:
+        return 0.0
     heads = y[problem.heads]
     return float(np.mean(np.abs(problem.arcs(heads) - heads)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
@@ -52,7 +53,8 @@ class Splitting(Solver):
         stepper, landing = Stepper(problem, flow), Targets(targets)
         tau, y, xhat, count = 0.0, y0, stepper.disequilibrium(y0), 1
         hop, steps = mean_cost(problem, y0), 0
-        dtau = self._first_step(flow, xhat, hop)
+        longest = self._longest_step(flow)
+        dtau = min(self._first_step(flow, xhat, hop), longest)
         while True:
             yield State(tau, y, xhat, count)
             steps += 1
@@ -70,13 +72,19 @@ class Splitting(Solver):
             tau, y = reached, y_next
             xhat, count = stepper.disequilibrium(y), count + 1
             growth = SAFETY * allowed / share if share > 0.5 * SAFETY * allowed else 2.0
-            dtau = min(max(dtau, step) * growth, self.max_step)
+            dtau = min(max(dtau, step) * growth, longest)
+
+    def _longest_step(self, flow: Flow) -> float:
+        """Strang's rule itself errs by about (dtau / T)^3 T in tau, T being the whole fall from infinity."""
+        if np.isinf(self.tolerance):
+            return self.max_step
+        return min(0.3 * math.cbrt(self.tolerance) * flow.total_time, self.max_step)
 
     def _first_step(self, flow: Flow, xhat: Floats, hop: float) -> float:
         if np.isinf(self.tolerance):
             return self.max_step
         size = max(min(float(np.abs(xhat).max(initial=0.0)), hop), np.finfo(float).tiny)
-        return min(size / flow.speed(size), self.max_step)
+        return size / flow.speed(size)
 
 
 class Stepper:

@@ -35,8 +35,8 @@ class Chain:
         model = robot.model
         data = model.createData()
         joints = range(1, model.njoints)
-        axes = np.array([_axis(model, data, joint) for joint in joints])
-        prismatic = np.array([_is_prismatic(model, joint) for joint in joints])
+        prismatic = robot.prismatic
+        axes = np.array([_axis(model, data, joint, bool(prismatic[joint - 1])) for joint in joints])
         placements = [model.jointPlacements[joint] for joint in joints]
         return Chain(
             parent=frozen([model.parents[joint] for joint in joints], np.int64),
@@ -85,16 +85,12 @@ def tool_pose(robot: Robot, q: Floats) -> pin.SE3:
     return data.oMf[robot.tool_id].copy()
 
 
-def _axis(model: pin.Model, data: pin.Data, joint: int) -> Floats:
+def _axis(model: pin.Model, data: pin.Data, joint: int, prismatic: bool) -> Floats:
     """The unit direction that a joint turns about or slides along, in its own frame."""
     q = pin.neutral(model)
     pin.computeJointJacobians(model, data, q)
     column = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL)[:, model.joints[joint].idx_v]
-    return column[:3] if _is_prismatic(model, joint) else column[3:]
-
-
-def _is_prismatic(model: pin.Model, joint: int) -> bool:
-    return model.joints[joint].shortname().startswith("JointModelP")
+    return column[:3] if prismatic else column[3:]
 
 
 def _rodrigues(placement: Floats, axis: Floats) -> Floats:

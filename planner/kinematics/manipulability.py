@@ -19,8 +19,8 @@ ROWS = {"pose": slice(0, 6), "translation": slice(0, 3), "planar": slice(0, 2)}
 def jacobian(robot: Robot, q: Floats) -> Floats:
     """The tool's Jacobian (rows, dof) at one configuration, in world axes at the tool's origin.
 
-    Linear rows first (m/rad), then angular ones; ``robot.rows`` says which are kept. Translation and pose manipulability
-    rank configurations differently (rank correlation 0.6 to 0.75), so the choice is the robot file's, not a guess.
+    Linear rows first (m/rad), then angular ones; ``robot.rows`` says which are kept. Translation and pose
+    manipulability rank configurations differently (rank correlation 0.6 to 0.75), so the robot file chooses.
     """
     return _jacobian_function(robot)(np.asarray(q, dtype=float))
 

@@ -11,15 +11,14 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
 from planner.collision.edges import EdgeProver
-from planner.errors import OptionError
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import manipulability
+from planner.request import PAPER_EDGES, PAPER_NODES, require_nodes
 from planner.roadmap.connect import connect
 from planner.roadmap.grow import GrowthSettings, grow
 from planner.roadmap.roadmap import CostScale, Origin, Roadmap
 from planner.robot import Robot
 
-PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 _TOOL_STEP = 0.05  # rad of joint motion between the points that the length of the tool's way is summed over
 
 Progress = Callable[[str, int, int], None]
@@ -34,8 +33,7 @@ class RoadmapSettings:
     growth: GrowthSettings = field(default_factory=GrowthSettings)
 
     def __post_init__(self) -> None:
-        if self.nodes < 2:
-            raise OptionError(f"{self.nodes} nodes are too few: a roadmap needs at least 2.")
+        require_nodes(self.nodes)
 
 
 def grow_roadmap(
@@ -75,7 +73,9 @@ def grow_roadmap(
         stop,
     )
     edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))]
-    return measured(checker, growth.nodes, edges, growth.starts, growth.goals, origin_of(checker, seed), measure)
+    return measured(
+        checker, growth.nodes, edges, growth.starts, growth.goals, origin_of(checker, seed), measure
+    )
 
 
 def measured(

@@ -66,7 +66,9 @@ def connect(
     while len(accepted) < target and len(candidates) and not stop():
         top = np.argsort(-detour, kind="stable")[: 4 * _BATCH]
         if len(accepted):
-            detour[top] = _way_lengths(robot, nodes, accepted, candidates[top]) / np.maximum(direct[top], 1e-12)
+            detour[top] = _way_lengths(robot, nodes, accepted, candidates[top]) / np.maximum(
+                direct[top], 1e-12
+            )
         top = top[np.argsort(-detour[top], kind="stable")]
         batch = top[_one_a_node(candidates[top])][:_BATCH]
         pairs = candidates[batch]
@@ -81,7 +83,7 @@ def connect(
 
 
 def _one_a_node(pairs: Ints) -> Ints:
-    """Rows of ``pairs``, in order, that share no node with an earlier one: a batch must not bridge one gap many times."""
+    """Rows of ``pairs``, in order, that share no node with an earlier one: no gap is bridged twice in a batch."""
     used: set[int] = set()
     rows = []
     for row, (i, j) in enumerate(pairs.tolist()):

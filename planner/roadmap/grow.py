@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -100,7 +101,7 @@ class _Forest:
             self._edges.append((min(i, j), max(i, j)))
 
     def add_path(self, path: Floats) -> None:
-        for a, b in zip(path[:-1], path[1:], strict=True):
+        for a, b in itertools.pairwise(path):
             self.add_edge(a, b)
 
     def nodes(self) -> Floats:
@@ -144,7 +145,9 @@ class _Motions:
         parts = [state] if not self.robot.continuous.any() else None
         if parts:
             return np.array([state[k] for k in range(self.robot.dof)])
-        return np.array([state[k].value if wraps else state[k][0] for k, wraps in enumerate(self.robot.continuous)])
+        return np.array(
+            [state[k].value if wraps else state[k][0] for k, wraps in enumerate(self.robot.continuous)]
+        )
 
     def state(self, q: Floats) -> Any:
         state = self.info.allocState()
@@ -170,7 +173,7 @@ class _Validator(ob.MotionValidator):
         super().__init__(info)
         self.motions: _Motions | None = motions
 
-    def checkMotion(self, a: Any, b: Any, last_valid: Any = None) -> bool:  # noqa: N802 (OMPL's name)
+    def checkMotion(self, a: Any, b: Any, last_valid: Any = None) -> bool:
         motions = self.motions
         return motions is not None and not motions.stop() and motions.check(a, b)
 
@@ -178,7 +181,7 @@ class _Validator(ob.MotionValidator):
 class _Nowhere(ob.Goal):
     """A goal that is never met: RRT would stop growing as soon as it meets its goal."""
 
-    def isSatisfied(self, *_: Any) -> bool:  # noqa: N802 (OMPL's name)
+    def isSatisfied(self, *_: Any) -> bool:
         return False
 
 
@@ -204,7 +207,7 @@ def _real_space(lower: Floats, upper: Floats) -> Any:
 
 
 def _join(motions: _Motions, starts: Floats, goals: Floats, settings: GrowthSettings) -> list[Floats]:
-    """Paths (k, dof) from a start to a goal, each shortcut and cut into steps of the range; none if the first search fails."""
+    """Paths (k, dof) from a start to a goal, shortcut and cut into steps of the range; none if the search fails."""
     paths: list[Floats] = []
     for _ in range(settings.spines if len(starts) and len(goals) else 0):
         goal = ob.GoalStates(motions.info)
@@ -228,7 +231,11 @@ def _join(motions: _Motions, starts: Floats, goals: Floats, settings: GrowthSett
 def _until(motions: _Motions, limit: int, accepted: int | None = None) -> Any:
     """A termination condition that counts; OMPL's own would look at the clock."""
     return ob.PlannerTerminationCondition(
-        lambda: motions.checked >= limit or motions.stop() or (accepted is not None and motions.accepted >= accepted)
+        lambda: (
+            motions.checked >= limit
+            or motions.stop()
+            or (accepted is not None and motions.accepted >= accepted)
+        )
     )
 
 
@@ -236,7 +243,7 @@ def _subdivided(motions: _Motions, path: Any, step: float) -> Floats:
     """The path's states with no two further apart than ``step``: a piece of a proven motion is proven."""
     states = [motions.read(path.getState(k)) for k in range(path.getStateCount())]
     rows = [states[0]]
-    for a, b in zip(states[:-1], states[1:], strict=True):
+    for a, b in itertools.pairwise(states):
         delta = motions.robot.difference(a, b)
         pieces = max(1, int(np.ceil(np.linalg.norm(delta) / step)))
         rows += [motions.robot.normalise(a + k / pieces * delta) for k in range(1, pieces)]

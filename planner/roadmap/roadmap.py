@@ -14,7 +14,7 @@ from planner.hashing import content_hash
 
 @dataclass(frozen=True)
 class Origin:
-    """Which robot and scene a roadmap belongs to, and how it was grown; written with it, asked for when it is loaded."""
+    """Which robot and scene a roadmap belongs to, and how it was grown; checked when it is loaded."""
 
     robot: str
     robot_identity: str
@@ -31,9 +31,9 @@ class Origin:
 class CostScale:
     """What turns manipulability and length into costs of comparable size; kept with the roadmap and reused as it grows.
 
-    The manipulability cost is decreasing in w, capped below ``w_low`` (so that one near-singular node cannot stretch the
-    scale), 1 there and ``zeta`` at ``w_high``. A length is divided by ``length``. ``zeta`` > 0 keeps the kernel
-    progressive, eq. (progressive), at every beta.
+    The manipulability cost is decreasing in w, capped below ``w_low`` (so that one near-singular node cannot stretch
+    the scale), 1 there and ``zeta`` at ``w_high``. A length is divided by the longest one. ``zeta`` > 0 keeps the
+    kernel progressive, eq. (progressive), at every beta.
     """
 
     w_low: float
@@ -120,7 +120,7 @@ _DTYPES = {
 
 
 def component_labels(n: int, edges: Ints) -> Ints:
-    """Connected components by repeated minimum over neighbours with pointer jumping (no SciPy: it takes 0.6 s to load)."""
+    """(n,) component numbers by minimum over neighbours with pointer jumping (SciPy's takes 0.6 s to load)."""
     label = np.arange(n)
     while len(edges):
         a, b = label[edges[:, 0]], label[edges[:, 1]]

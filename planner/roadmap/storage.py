@@ -35,7 +35,9 @@ def save_roadmap(roadmap: Roadmap, path: Path) -> None:
     }
     arrays: dict[str, Any] = {name: getattr(roadmap, name) for name in _ARRAYS}
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, header=np.array(json.dumps(header, sort_keys=True)), **arrays)
+    np.savez_compressed(
+        buffer, allow_pickle=False, header=np.array(json.dumps(header, sort_keys=True)), **arrays
+    )
     write_whole(path, buffer.getvalue())
 
 
@@ -48,7 +50,16 @@ def load_roadmap(path: Path) -> Roadmap:
         roadmap = _build(header, arrays)
     except FileError:
         raise
-    except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile, zlib.error, MemoryError) as error:
+    except (
+        OSError,
+        EOFError,
+        ValueError,
+        KeyError,
+        TypeError,
+        zipfile.BadZipFile,
+        zlib.error,
+        MemoryError,
+    ) as error:
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise FileError(f"roadmap {path} is damaged or no roadmap ({reason}): build it again.") from None
     if roadmap.sha256 != header["sha256"]:
@@ -66,9 +77,13 @@ def require_same_world(roadmap: Roadmap, checker: CollisionChecker, path: Path) 
         ("scene", mine.scene, wanted.scene),
     ):
         if a != b:
-            raise FileError(f"roadmap {path} is for {what} {_text(a)}, not {_text(b)}: build one for this {what}.")
+            raise FileError(
+                f"roadmap {path} is for {what} {_text(a)}, not {_text(b)}: build one for this {what}."
+            )
     if mine.robot_identity != wanted.robot_identity:
-        raise FileError(f"roadmap {path} is for a '{mine.robot}' of other geometry or set-up: build it again.")
+        raise FileError(
+            f"roadmap {path} is for a '{mine.robot}' of other geometry or set-up: build it again."
+        )
     if mine.scene_identity != wanted.scene_identity:
         raise FileError(f"roadmap {path} is for a scene '{mine.scene}' with other obstacles: build it again.")
     if mine.margin < wanted.margin:
@@ -85,14 +100,17 @@ def _text(value: Any) -> str:
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     with zipfile.ZipFile(path) as archive:
         if sum(item.file_size for item in archive.infolist()) > _LARGEST:
-            raise FileError(f"roadmap {path} would unpack to more than {_LARGEST >> 30} GiB: it is no roadmap of ours.")
+            raise FileError(
+                f"roadmap {path} would unpack to more than {_LARGEST >> 30} GiB: it is no roadmap of ours."
+            )
     with np.load(path, allow_pickle=False) as content:
         header = json.loads(str(content["header"]))
         if not isinstance(header, dict) or header.get("format") != FORMAT:
             raise FileError(f"{path} is not a roadmap of this planner.")
         if header.get("version") != VERSION:
             raise FileError(
-                f"roadmap {path} has format version {header.get('version')}, this planner reads {VERSION}: build it again."
+                f"roadmap {path} has format version {header.get('version')}, this planner reads {VERSION}: "
+                "build it again."
             )
         return header, {name: content[name] for name in _ARRAYS}
 
@@ -122,7 +140,7 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
         if not np.isfinite(arrays[name]).all():
             raise ValueError(f"array '{name}' holds values that are not finite")
     for name in ("edges", "starts", "goals"):
-        if arrays[name].size and not (0 <= arrays[name].min() and arrays[name].max() < n):
+        if arrays[name].size and not (arrays[name].min() >= 0 and arrays[name].max() < n):
             raise ValueError(f"array '{name}' points at nodes that are not there")
     if (arrays["edges"][:, 0] >= arrays["edges"][:, 1]).any():
         raise ValueError("an edge does not name its lower node first")

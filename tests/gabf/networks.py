@@ -44,3 +44,13 @@ def path_cost(net, path):
         arcs = net.arcs_between(i, j)
         cost = float(net.arcs.take(arcs)(np.full(arcs.size, cost)).min())
     return cost
+
+
+def require_paths(net, result):
+    """From every node that reaches a source the extracted path costs x_i, ends at a source and repeats no node."""
+    for start in np.flatnonzero(np.isfinite(result.x)):
+        path = gabf.extract_path(net, result, int(start))
+        assert path[0] == start
+        assert path[-1] in net.sources
+        assert np.unique(path).size == path.size
+        assert path_cost(net, path) == result.x[start]

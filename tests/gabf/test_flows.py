@@ -54,9 +54,9 @@ def test_resolvent_solves_its_equation(flow):
 
 @pytest.mark.parametrize("flow", FLOWS)
 def test_time_between_agrees_with_integration(flow):
-    exact = solve_ivp(
-        lambda s, _: [-1.0 / flow.rate(np.array([s]))[0]], (4.0, 0.01), [0.0], rtol=1e-10, atol=1e-13
-    ).y[0, -1]
+    exact = solve_ivp(lambda s, _: [-1.0 / flow.rate(np.array([s]))[0]], (4.0, 0.01), [0.0], rtol=1e-10, atol=1e-13).y[
+        0, -1
+    ]
     assert flow.time_between(4.0, 0.01) == pytest.approx(exact, rel=1e-7)
 
 

@@ -1,0 +1,190 @@
+"""The command line: typed functions are the commands, their docstrings the help. The one place that prints."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from planner.errors import PlannerError
+from planner.request import PlanRequest
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+    from rich.table import Table
+
+_STARTED = time.perf_counter()
+
+app = tyro.extras.SubcommandApp()
+Flag = tyro.conf.FlagCreatePairsOff[bool]
+
+
+@app.command
+def plan(
+    request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
+    out: Path = Path("out"),
+    debug: Flag = False,
+) -> int:
+    """Plan a joint path from a start to a goal that keeps away from obstacles and singular configurations.
+
+    A start or goal is a name from the scene file, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool
+    position, m) or pose:x,y,z,qx,qy,qz,qw. With no options this is the paper's scenario: a KUKA LBR iiwa 14
+    among obstacles. Examples:
+
+    planner plan --beta 0 --seed 3
+
+    planner plan --robot panda --scene shelf --out shelf
+
+    planner plan --start home --goal xyz:0.5,0.3,0.6 --roadmap out/roadmap.npz
+
+    Writes plan.json, plan.html (open it in a browser) and roadmap.npz. Exit code 0: solved; 2: a wrong option;
+    3: an unusable robot, scene, state or file; 4: no path within the budget; 130: interrupted.
+
+    Args:
+        out: Folder to write into.
+        debug: Show tracebacks of errors.
+    """
+    from planner.files import make_folder, require_writable_folder
+    from planner.interrupt import StopRequest
+
+    require_writable_folder(out)
+    from planner import plan as planning
+    from planner.results import save_plan
+    from planner.view.page import write_plan_page
+
+    imported = time.perf_counter() - _STARTED
+    with StopRequest() as stop:
+        with _progress() as bar:
+            result = planning.plan(request, _reporter(bar), stop)
+        make_folder(out)
+        before_page = time.perf_counter()
+        write_plan_page(result, out / "plan.html")
+        page = time.perf_counter() - before_page
+        timings = {"import": imported, "page": page, "total": time.perf_counter() - _STARTED}
+        record = save_plan(result, out, timings)
+    _print(_plan_table(record))
+    _say(f"{result.outcome.value} Written: {out / 'plan.json'}, {out / 'plan.html'}, {out / 'roadmap.npz'}")
+    return result.outcome.exit_code
+
+
+@app.command
+def robots(debug: Flag = False) -> int:
+    """List the robots, with their joints and limits.
+
+    Args:
+        debug: Show tracebacks of errors.
+    """
+    from rich.table import Table
+
+    from planner.resources import robot_names
+    from planner.robot import Robot
+
+    table = Table("robot", "joint", "from", "to", "unit", "tool frame")
+    for name in robot_names():
+        robot = Robot.load(name)
+        for k, joint in enumerate(robot.joints):
+            first = k == 0
+            unit = "m" if robot.prismatic[k] else "rad, turns freely" if robot.continuous[k] else "rad"
+            table.add_row(
+                name if first else "",
+                joint,
+                f"{robot.lower[k]:.4f}",
+                f"{robot.upper[k]:.4f}",
+                unit,
+                robot.tool if first else "",
+            )
+        table.add_section()
+    _print(table)
+    return 0
+
+
+@app.command
+def scenes(debug: Flag = False) -> int:
+    """List the scenes, with their obstacles and named states.
+
+    Args:
+        debug: Show tracebacks of errors.
+    """
+    from rich.table import Table
+
+    from planner.resources import scene_names
+    from planner.scene import Scene
+
+    table = Table("scene", "description", "obstacles", "robots: named states")
+    for name in scene_names():
+        scene = Scene.load(name)
+        states = "\n".join(f"{robot}: {', '.join(named)}" for robot, named in scene.states.items())
+        table.add_row(name, scene.description, ", ".join(o.name for o in scene.obstacles) or "none", states)
+        table.add_section()
+    _print(table)
+    return 0
+
+
+def main() -> None:
+    """Run the command line; every expected error is one sentence on standard error and an exit code."""
+    logging.basicConfig(level=logging.WARNING, format="planner: %(message)s", stream=sys.stderr)
+    debug = "--debug" in sys.argv[1:]
+    try:
+        code = app.cli(
+            prog="planner",
+            description="Singularity-averse path planning for robot arms, with proven edges and a certified cost-to-go.",
+        )
+    except PlannerError as error:
+        if debug:
+            raise
+        print(f"planner: error: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        print("planner: interrupted before there was anything to save.", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        # the reader of our output has gone, as `planner robots | head` does
+        sys.stderr.close()
+        sys.exit(0)
+    sys.exit(code)
+
+
+def _say(text: str) -> None:
+    print(text)
+
+
+def _print(renderable: Any) -> None:
+    from rich.console import Console
+
+    Console(soft_wrap=not sys.stdout.isatty()).print(renderable)
+
+
+def _progress() -> Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description:10}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return Progress(*columns, console=Console(stderr=True))
+
+
+def _reporter(bar: Progress) -> Callable[[str, int, int], None]:
+    tasks: dict[str, Any] = {}
+
+    def report(stage: str, done: int, total: int) -> None:
+        if stage not in tasks:
+            tasks[stage] = bar.add_task(stage, total=total)
+        bar.update(tasks[stage], completed=min(done, total), total=total)
+
+    return report
+
+
+def _plan_table(record: dict[str, Any]) -> Table:
+    from rich.table import Table
+
+    from planner.results import summary_rows
+
+    table = Table("", "", title=f"{record['robot']} in {record['scene']}", show_header=False)
+    for name, value in summary_rows(record):
+        table.add_row(name, value)
+    table.add_row("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items()))
+    return table

@@ -1,0 +1,89 @@
+"""What can be asked of the planner, as typed options; loads no library, so that ``planner --help`` is quick."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from planner.errors import OptionError
+from planner.targets import parse_target
+
+LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
+Backend = Literal["fcl"]
+Metric = Literal["joint", "workspace"]
+ManipulabilityCost = Literal["inverse", "log", "linear"]
+
+PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
+DEFAULT_COST: ManipulabilityCost = "log"
+DEFAULT_METRIC: Metric = "joint"
+
+
+@dataclass(frozen=True)
+class PlanRequest:
+    """Plan a joint path for a robot arm from a start to a goal.
+
+    A start or goal is a name from the scene file, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
+    or pose:x,y,z,qx,qy,qz,qw. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles.
+    """
+
+    robot: str = "iiwa14"
+    """Name of a built-in robot (see 'planner robots') or the path of a URDF."""
+    scene: str = "paper"
+    """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
+    start: str = "start"
+    """Where the arm starts."""
+    goal: str = "goal"
+    """Where the arm should go."""
+    beta: float = 0.5
+    """Trade-off in [0, 1]: 0 minds manipulability only, 1 distance only."""
+    nodes: int = PAPER_NODES
+    """Configurations in the roadmap; more find better paths and take longer."""
+    seed: int = 0
+    """Seed of all randomness: the same command and seed give the same path."""
+    law: LawName = "singularity-free"
+    """Control law under which the dynamics runs."""
+    prescribed_time: float = 4.0
+    """T_p in seconds: the field settles before it (laws without a prescribed time do not mind it)."""
+    collision: Backend = "fcl"
+    """Collision library."""
+    roadmap: Path | None = None
+    """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
+    tool: str | None = None
+    """Frame of the robot that targets and manipulability speak of; the robot's or the scene's own where left out."""
+    metric: Metric = DEFAULT_METRIC
+    """What distance means: joint motion (rad), or the length of the tool's way in the workspace (m)."""
+    manipulability_cost: ManipulabilityCost = DEFAULT_COST
+    """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
+    margin: float = 0.0
+    """Distance in metres to keep from every obstacle, and between links."""
+
+    def __post_init__(self) -> None:
+        parse_target(self.start)
+        parse_target(self.goal)
+        require_nodes(self.nodes)
+        require_share(self.beta)
+        if not 0.0 < self.prescribed_time < math.inf:
+            raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number.")
+        require_margin(self.margin)
+        if not 0 <= self.seed < 2**31:
+            raise OptionError(f"seed {self.seed} is not usable: give a whole number from 0 to 2147483647.")
+
+
+def require_share(beta: float) -> None:
+    """Raise :class:`OptionError` unless beta lies in [0, 1]."""
+    if not 0.0 <= beta <= 1.0:
+        raise OptionError(f"beta {beta:g} is outside [0, 1]: 0 minds manipulability only, 1 distance only.")
+
+
+def require_nodes(nodes: int) -> None:
+    """Raise :class:`OptionError` unless a roadmap of so many nodes makes sense."""
+    if not 2 <= nodes <= 10_000_000:
+        raise OptionError(f"{nodes} nodes make no roadmap: give a whole number from 2 to 10000000.")
+
+
+def require_margin(margin: float) -> None:
+    """Raise :class:`OptionError` unless a margin (m) is a distance."""
+    if not 0.0 <= margin < math.inf:
+        raise OptionError(f"margin {margin:g} m is not usable: give a distance of 0 or more.")

@@ -1,0 +1,1 @@
+"""Pictures: the self-contained meshcat page. Nobody below imports this package."""

@@ -1,0 +1,142 @@
+"""The door to meshcat: objects as viewer commands, and the page that replays them without a server."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import meshcat
+import meshcat.geometry as g
+import numpy as np
+import umsgpack
+from meshcat.commands import SetObject, SetProperty, SetTransform
+from meshcat.path import Path as ScenePath
+
+from planner.arrays import Floats
+from planner.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.view.colours import hex_colour
+from planner.view.surfaces import creased, tube
+
+_Z_FROM_Y = np.array(
+    [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float
+)  # three.js cylinders lie on y
+
+
+class Canvas:
+    """Records what a meshcat viewer would be sent; no server, no port, no browser."""
+
+    def __init__(self) -> None:
+        self.commands: list[dict[str, Any]] = []
+
+    def shape(self, path: str, shape: Shape, placement: Floats, rgba: tuple[float, ...]) -> None:
+        """A shape at a placement (4, 4) relative to what ``path`` hangs under."""
+        turned = placement @ _Z_FROM_Y if isinstance(shape, Cylinder) else placement
+        self._send(SetObject(_geometry(shape), _material(rgba), _path(path)))
+        self.transform(path, turned)
+
+    def surface(self, path: str, mesh: Mesh, rgba: tuple[float, ...]) -> None:
+        """A mesh as it is, in the frame that ``path`` hangs under."""
+        self._send(SetObject(_triangles(mesh), _material(rgba), _path(path)))
+
+    def points(self, path: str, positions: Floats, colours: Floats, size: float) -> None:
+        """Dots (n, 3) with colours (n, 3); ``size`` in metres."""
+        geometry = g.PointsGeometry(_columns(positions), _columns(colours))
+        self._send(SetObject(g.Points(geometry, g.PointsMaterial(size=float(size))), None, _path(path)))
+
+    def segments(self, path: str, ends: Floats, colours: Floats) -> None:
+        """Lines between consecutive pairs of ``ends`` (2 k, 3), all in one object."""
+        geometry = g.PointsGeometry(_columns(ends), _columns(colours))
+        material = g.LineBasicMaterial(vertexColors=True, transparent=True, opacity=0.45)
+        self._send(SetObject(g.LineSegments(geometry, material), None, _path(path)))
+
+    def transform(self, path: str, matrix: Floats) -> None:
+        self._send(SetTransform(np.asarray(matrix, dtype=float), _path(path)))
+
+    def set(self, path: str, key: str, value: Any) -> None:
+        """A property of an object, as ``visible``."""
+        self._send(SetProperty(key.encode().decode(), value, ScenePath(tuple(path.strip("/").split("/")))))
+
+    def _send(self, command: Any) -> None:
+        self.commands.append(command.lower())
+
+    def packed(self) -> tuple[str, list[int]]:
+        """All commands in MessagePack, one after another, gzipped (no time stamp) in base64; and their lengths."""
+        parts = [umsgpack.packb(command) for command in self.commands]
+        return base64.b64encode(gzip.compress(b"".join(parts), 9, mtime=0)).decode(), [len(part) for part in parts]
+
+
+def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
+    """A self-contained HTML page: the viewer, the recorded scene, our controls and ``data`` for them."""
+    folder = resources.files("planner.view")
+    scene, lengths = canvas.packed()
+    data = {**data, "lengths": lengths}
+    parts = {
+        "TITLE": _escape(title),
+        "STYLE": (folder / "page.css").read_text("utf-8"),
+        "VIEWER": _viewer_script(),
+        "SCRIPT": (folder / "page.js").read_text("utf-8"),
+        "SCENE": scene,
+        "DATA": json.dumps(data, allow_nan=False).replace("</", "<\\/"),
+    }
+    page = (folder / "page.html").read_text("utf-8")
+    for name, text in parts.items():
+        page = page.replace(f"@@{name}@@", text)
+    return page
+
+
+@cache
+def _viewer_script() -> str:
+    """meshcat's own viewer, as its wheel ships it; its licence note is kept at its head."""
+    folder = Path(meshcat.__file__).parent / "viewer" / "dist"
+    return (folder / "main.min.js").read_text("utf-8").replace("</script>", "<\\/script>")
+
+
+def _escape(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
+
+
+def _path(path: str) -> ScenePath:
+    return ScenePath(("meshcat", *path.strip("/").split("/")))
+
+
+def _columns(rows: Floats) -> Floats:
+    return np.ascontiguousarray(np.asarray(rows, dtype=np.float32).T)
+
+
+def _material(rgba: tuple[float, ...]) -> Any:
+    opacity = float(rgba[3])
+    return g.MeshPhongMaterial(color=hex_colour(rgba), opacity=opacity, transparent=opacity < 1.0)
+
+
+def _triangles(mesh: Mesh) -> Any:
+    return g.TriangularMeshGeometry(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32))
+
+
+def _geometry(shape: Shape) -> Any:
+    match shape:
+        case Box(size):
+            return g.Box([float(side) for side in size])
+        case Sphere(radius):
+            return g.Sphere(float(radius))
+        case Cylinder(radius, length):
+            return g.Cylinder(float(length), float(radius))
+        case Capsule():
+            return _triangles(_capsule(shape))
+        case Mesh():
+            return _triangles(creased(shape))
+
+
+def _capsule(shape: Capsule, rings: int = 8) -> Mesh:
+    """A tube whose ends are drawn in to half spheres."""
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 2 * rings)
+    z = shape.radius * np.sin(angle) + np.where(angle < 0, -0.5, 0.5) * shape.length
+    radius = np.maximum(shape.radius * np.cos(angle), 1e-6)
+    straight = tube(np.column_stack([0 * z, 0 * z, z]), 1.0, 20)
+    vertices = straight.vertices.copy()
+    vertices[:, :2] *= np.repeat(radius, 20)[:, None]
+    return Mesh(vertices, straight.triangles)

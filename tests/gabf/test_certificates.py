@@ -1,0 +1,66 @@
+import json
+
+import numpy as np
+import pytest
+
+from planner import gabf
+
+from .networks import scattered
+
+NET = scattered(100, seed=6)
+FINE = gabf.Splitting(0.005)
+
+
+def by_name(certificates):
+    return {(c.equation, c.ours): c for c in certificates}
+
+
+@pytest.mark.parametrize("start", [None, 0.0, 50.0, "mixed"])
+@pytest.mark.parametrize("law", [gabf.FixedTime(), gabf.SingularityFree()], ids=lambda law: law.name)
+def test_fixed_time_certificates_hold(law, start):
+    x0 = np.random.default_rng(1).uniform(-10, 40, 100) if start == "mixed" else start
+    found = gabf.certify(NET, law, gabf.solve(NET, law, x0, FINE))
+    assert len(found) == 7
+    assert all(c.holds for c in found), [c.name for c in found if not c.holds]
+    theorem = next(c for c in found if "corrected" in c.name)
+    ours = min(c.bound for c in found if c.ours and c.quantity == "settling tau")
+    assert ours < theorem.bound
+    if law.prescribed_time:
+        assert theorem.log10_remaining < np.log10(law.T)
+    else:
+        assert theorem.log10_remaining is None
+
+
+@pytest.mark.parametrize("law", [gabf.Nominal(), gabf.PrescribedTime()], ids=lambda law: law.name)
+def test_exponential_certificates_hold_along_the_whole_run(law):
+    result = gabf.solve(NET, law, solver=FINE, save=gabf.EverySteps(1))
+    found = gabf.certify(NET, law, result)
+    equations = {c.equation for c in found}
+    assert {"eq. (errorbound)", "lemma (over)", "eq. (boundt)"} <= equations
+    if law.prescribed_time:
+        assert {"eq. (lowerli)", "eq. (ute)"} <= equations
+    assert all(c.holds for c in found), [c.name for c in found if not c.holds]
+
+
+def test_theorems_whose_assumptions_fail_promise_nothing():
+    result = gabf.solve(NET, gabf.Nominal(), x0=0.0)
+    assert {c.equation for c in gabf.certify(NET, result.law, result)} == {
+        "lemma (globalbound)",
+        "lemma (globalexistence)",
+    }
+
+
+def test_a_certificate_can_be_stored():
+    result = gabf.solve(NET)
+    stored = json.loads(json.dumps([c.to_dict() for c in gabf.certify(NET, result.law, result)], allow_nan=False))
+    assert all(c["slack"] == pytest.approx(c["bound"] - c["measured"]) for c in stored)
+    assert {c["ours"] for c in stored} == {True, False}
+    assert all(a["holds"] for c in stored for a in c["assumptions"])
+
+
+def test_a_run_that_did_not_settle_holds_no_certificate_on_its_settling():
+    result = gabf.solve(NET, max_steps=2)
+    settling = [c for c in gabf.certify(NET, result.law, result) if c.quantity == "settling tau"]
+    assert settling
+    assert not any(c.holds for c in settling)
+    assert all(c.measured is None and c.to_dict()["slack"] is None for c in settling)

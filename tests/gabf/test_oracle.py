@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from planner import gabf
+from planner.errors import AssumptionError
+
+from .networks import chain, from_arcs, scattered
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_oracle_agrees_with_scipy_where_the_kernel_is_additive(seed):
+    net = scattered(150, seed=seed, kernel=gabf.Additive())
+    graph = csr_matrix((net.weight, (net.indices, net.tails)), shape=(150, 150))
+    expected = dijkstra(graph, indices=0)
+    assert np.allclose(gabf.oracle(net), expected, rtol=1e-13, equal_nan=True)
+
+
+def test_value_iteration_is_a_second_opinion_from_above_and_below():
+    for kernel in (gabf.TradeOff(0.3), gabf.Multiplicative(K=40.0), gabf.UserKernel(lambda i, a, b: 1.1 * a + b)):
+        net = scattered(80, seed=1, kernel=kernel)
+        x_star = gabf.oracle(net)
+        for start in (gabf.overestimate(net), np.zeros(80)):
+            x, sweeps = gabf.value_iteration(net, start)
+            assert np.array_equal(x, x_star)
+            assert sweeps > 1
+        assert np.array_equal(gabf.bellman_operator(net, x_star), x_star)
+
+
+def test_value_iteration_takes_as_many_sweeps_as_the_chain_has_arcs():
+    net = chain(7)
+    assert gabf.value_iteration(net, np.full(7, 100.0))[1] == 6
+    with pytest.raises(AssumptionError, match="still moves after 3 sweeps"):
+        gabf.value_iteration(net, np.full(7, 100.0), max_sweeps=3)
+
+
+def test_the_oracle_refuses_a_kernel_that_is_not_progressive():
+    net = from_arcs(3, [(1, 0, 2.0), (2, 1, -1.0)])
+    with pytest.raises(AssumptionError, match="node 2 would cost less than node 1"):
+        gabf.oracle(net)
+
+
+def test_max_error_is_relative_and_catches_disagreement_on_reachability():
+    x_star = np.array([0.0, 0.5, 100.0, np.inf])
+    assert gabf.max_error(np.array([0.0, 0.6, 101.0, np.inf]), x_star) == pytest.approx(0.1)
+    assert gabf.max_error(np.array([0.0, 0.5, 101.0, np.inf]), x_star) == pytest.approx(0.01)
+    assert gabf.max_error(np.array([0.0, 0.5, 100.0, 7.0]), x_star) == np.inf

@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.gabf import parents, splitting
+from planner.gabf.problem import reduce
+
+from .networks import scattered
+
+KERNELS = [
+    gabf.TradeOff(0.5),
+    gabf.Multiplicative(K=20.0),
+    gabf.UserKernel(lambda i, a, b: a + b + 0.1 * (i % 3)),
+]
+
+
+@pytest.mark.parametrize("kernel", KERNELS, ids=lambda k: type(k).__name__)
+def test_grouped_rows_give_the_same_minima(kernel):
+    problem = reduce(scattered(120, kernel=kernel))
+    y = problem.pack(np.random.default_rng(0).random(120))
+    grouped = parents.by_degree(problem)
+    assert np.array_equal(np.sort(grouped.rows), np.arange(problem.n_rows))
+    assert np.array_equal(grouped(y), problem.parent_values(y)[grouped.rows])
+
+
+@pytest.mark.parametrize("kernel", KERNELS, ids=lambda k: type(k).__name__)
+@pytest.mark.parametrize("start", [None, 0.0, "mixed"])
+def test_large_problems_settle_like_small_ones(monkeypatch, kernel, start):
+    net = scattered(150, seed=1, kernel=kernel)
+    x0 = np.random.default_rng(5).random(150) * 0.9 if start == "mixed" else start
+    small = gabf.solve(net, x0=x0, save=gabf.EverySteps(1))
+    monkeypatch.setattr(parents, "GROUP_FROM", 0)
+    monkeypatch.setattr(splitting, "RETIRE_EVERY", 1)
+    large = gabf.solve(net, x0=x0, save=gabf.EverySteps(1))
+    assert np.array_equal(small.x, large.x)
+    assert small.settling_tau == pytest.approx(large.settling_tau, rel=1e-9)
+    assert small.steps == large.steps
+    finite = np.isfinite(small.x)
+    assert np.allclose(small.trajectory.x[:, finite], large.trajectory.x[:, finite], rtol=1e-9, atol=1e-12)
+
+
+def test_rows_are_retired_as_the_wave_passes():
+    problem = reduce(scattered(300, seed=1))
+    grouped = parents.by_degree(problem)
+    x_star = problem.pack(gabf.oracle(problem.network))
+    y = x_star + np.where(x_star > np.median(x_star), 1.0, 0.0)
+    xhat = y[: problem.n_rows] - problem.parent_values(y)
+    fewer = grouped.retire(y, xhat)
+    assert fewer.rows.size < 0.75 * problem.n_rows
+    assert np.array_equal(fewer(y), problem.parent_values(y)[fewer.rows])
+    retired = np.setdiff1d(np.arange(problem.n_rows), fewer.rows)
+    assert np.array_equal(y[retired], x_star[retired])

@@ -1,0 +1,162 @@
+"""What must hold for every network, kernel, law and start."""
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from planner import gabf
+
+from .networks import from_arcs, require_paths
+
+LENGTHS = st.one_of(st.integers(1, 4).map(float), st.floats(1e-3, 1e3))
+FINE = gabf.Splitting(0.01)
+
+
+@st.composite
+def networks(draw, kernels=("additive", "tradeoff", "integral", "product", "parity", "user")):
+    n = draw(st.integers(1, 12))
+    linked = draw(st.integers(min(1, n - 1), n - 1))
+    tree = [(i, draw(st.integers(0, i - 1)), draw(LENGTHS)) for i in range(1, linked + 1)]
+    pairs = st.tuples(st.integers(0, n - 1), st.integers(0, n - 1), LENGTHS)
+    extra = draw(st.lists(pairs, max_size=30))
+    arcs = tree + [arc for arc in extra if arc[0] != arc[1]]
+    sources = sorted({0, *draw(st.sets(st.integers(0, n - 1), max_size=2))})
+    kind = draw(st.sampled_from(kernels))
+    if kind == "product":
+        arcs = [(i, j, 0.05 + 0.9 * w / (1.0 + w)) for i, j, w in arcs]
+    values = np.ones(len(sources)) if kind == "parity" else np.zeros(len(sources))
+    costs = np.array([draw(st.floats(0.01, 3.0)) for _ in range(max(n, len(arcs)))])
+    more = {"node_cost": costs[:n], "arc_cost": costs[: len(arcs)]}
+    return from_arcs(n, arcs, sources, source_values=values, kernel=_kernel(draw, kind), **more)
+
+
+def _kernel(draw, kind):
+    beta = draw(st.floats(0.0, 1.0))
+    return {
+        "additive": gabf.Additive(),
+        "tradeoff": gabf.TradeOff(beta),
+        "integral": gabf.EdgeIntegral(beta),
+        "product": gabf.Multiplicative(),
+        "parity": gabf.NodeDependent(),
+        "user": gabf.UserKernel(lambda i, a, b: a + b + 0.3 * np.tanh(a) + 0.3),
+    }[kind]
+
+
+@st.composite
+def runs(draw):
+    """A network with a start inside its kernel's domain, possibly the default one."""
+    net = draw(networks())
+    if draw(st.booleans()):
+        return net, None
+    low, high = {gabf.Multiplicative: (-3.0, 0.9), gabf.NodeDependent: (1.0, 60.0)}.get(
+        type(net.kernel), (-20.0, 200.0)
+    )
+    return net, np.array([draw(st.floats(low, high)) for _ in range(net.n_nodes)])
+
+
+FIXED = st.builds(
+    gabf.SingularityFree,
+    T=st.floats(0.01, 100),
+    h=st.floats(0.1, 8),
+    gamma=st.floats(0.1, 20),
+    beta1=st.floats(0.3, 3),
+    beta2=st.floats(0.3, 3),
+    p=st.sampled_from([(3, 5), (5, 7), (9, 11), (1, 3)]),
+    m=st.sampled_from([(9, 7), (11, 7), (15, 7), (3, 1)]),
+)
+LINEAR = st.builds(gabf.PrescribedTime, T=st.floats(0.01, 100), h=st.floats(0.1, 8), gamma=st.floats(0.1, 20))
+
+
+@settings(max_examples=300, deadline=None)
+@given(runs(), FIXED)
+def test_singularity_free_settles_before_T_on_the_oracle_and_within_every_bound(run, law):
+    net, x0 = run
+    result = gabf.solve(net, law, x0, FINE)
+    assert result.outcome is gabf.Ending.SETTLED
+    assert np.array_equal(result.x, gabf.oracle(net))
+    assert result.settling_time <= law.T
+    assert np.isfinite(result.log10_remaining)
+    assert result.log10_remaining <= np.log10(law.T) + 1e-12
+    for certificate in gabf.certify(net, law, result):
+        if "as printed" not in certificate.name:
+            assert certificate.slack >= -0.03 * abs(certificate.measured) - 1e-9, certificate
+
+
+@settings(max_examples=100, deadline=None)
+@given(networks(), LINEAR)
+def test_prescribed_time_settles_at_T_from_above_and_within_every_bound(net, law):
+    result = gabf.solve(net, law, solver=FINE, save=gabf.EverySteps(1))
+    x_star = gabf.oracle(net)
+    finite = np.isfinite(x_star)
+    assert np.array_equal(result.x, x_star)
+    assert result.settling_time <= law.T
+    assert (result.trajectory.x[:, finite] >= x_star[finite] - 1e-12 * np.abs(x_star[finite])).all()
+    for certificate in gabf.certify(net, law, result):
+        if certificate.quantity == "settling tau":
+            assert certificate.slack >= -0.03 * certificate.measured - 1e-9, certificate
+        else:
+            assert certificate.holds, certificate
+
+
+@settings(max_examples=100, deadline=None)
+@given(networks(), st.floats(1e-6, 10.0))
+def test_starts_above_stay_above_under_the_fixed_time_laws(net, excess):
+    x_star = gabf.oracle(net)
+    finite = np.isfinite(x_star)
+    x0 = np.where(finite, x_star, 0.0)
+    x0 += excess * (1.0 - x0) / 11.0 if _bounded(net) else excess
+    saved = gabf.solve(net, gabf.FixedTime(), x0, save=gabf.EverySteps(1)).trajectory
+    assert (saved.x[:, finite] >= x_star[finite] - 1e-12 * np.abs(x_star[finite])).all()
+
+
+def _bounded(net):
+    return isinstance(net.kernel, gabf.Multiplicative)
+
+
+@settings(max_examples=100, deadline=None)
+@given(runs())
+def test_paths_cost_what_the_field_says_and_repeat_no_node(run):
+    net, x0 = run
+    result = gabf.solve(net, x0=x0)
+    require_paths(net, result)
+
+
+@settings(max_examples=100, deadline=None)
+@given(networks(("additive", "tradeoff", "integral", "product")), st.randoms(use_true_random=False))
+def test_renumbering_the_nodes_renumbers_the_result(net, random):
+    order = list(range(net.n_nodes))
+    random.shuffle(order)
+    new = np.array(order)
+    arcs = np.argsort(new[net.tails], kind="stable")
+    renumbered = gabf.Network(
+        np.concatenate(([0], np.cumsum(np.bincount(new[net.tails], minlength=net.n_nodes)))),
+        new[net.indices[arcs]],
+        net.weight[arcs],
+        new[net.sources],
+        source_values=net.source_values,
+        node_cost=net.node_cost[np.argsort(new)],
+        arc_cost=net.arc_cost[arcs],
+        kernel=net.kernel,
+    )
+    one, two = gabf.solve(net), gabf.solve(renumbered)
+    assert np.array_equal(one.x, two.x[new])
+    assert one.steps == two.steps
+    assert np.isclose(one.settling_tau, two.settling_tau, rtol=1e-9)
+
+
+@settings(max_examples=100, deadline=None)
+@given(networks())
+def test_the_two_oracles_agree(net):
+    x, _ = gabf.value_iteration(net, gabf.overestimate(net))
+    assert np.array_equal(x, gabf.oracle(net))
+
+
+@settings(max_examples=100, deadline=None)
+@given(runs(), st.integers(0, 10_000))
+def test_a_changed_network_is_healed_from_the_old_field(run, pick):
+    net, _ = run
+    assume(net.n_arcs > 1)
+    before = gabf.solve(net)
+    changed = net.without_arcs([pick % net.n_arcs])
+    warm = np.where(np.isfinite(before.x), before.x, 1.0 if not _bounded(net) else 0.0)
+    assert np.array_equal(gabf.solve(changed, x0=warm).x, gabf.oracle(changed))

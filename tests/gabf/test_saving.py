@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.errors import OptionError
+
+from .networks import from_arcs, scattered
+
+NET = scattered(50, seed=1)
+
+
+def test_nothing_is_kept_unless_asked():
+    assert gabf.solve(NET).trajectory is None
+
+
+def test_every_step_keeps_start_and_end():
+    result = gabf.solve(NET, save=gabf.EverySteps(1))
+    saved = result.trajectory
+    assert len(saved.tau) == result.steps + 1
+    assert np.array_equal(saved.x[0], result.x0)
+    assert np.array_equal(saved.x[-1], result.x)
+    thin = gabf.solve(NET, save=gabf.EverySteps(4)).trajectory
+    assert len(thin.tau) == (result.steps + 3) // 4 + 1
+    assert np.array_equal(thin.x[1], saved.x[4])
+    assert np.array_equal(thin.x[-1], result.x)
+
+
+def test_chosen_times_are_hit_exactly_and_reach_past_the_deadline():
+    t = np.array([0.0, 0.1, 1.0, 3.9, 4.0, 7.0])
+    for law in (gabf.SingularityFree(), gabf.PrescribedTime(), gabf.Nominal()):
+        result = gabf.solve(NET, law, save=gabf.AtTimes(t))
+        saved = result.trajectory
+        assert np.array_equal(saved.t, t)
+        assert np.array_equal(saved.tau, law.clock.tau(t))
+        assert np.array_equal(saved.x[0], result.x0)
+    saved = gabf.solve(NET, save=gabf.AtTimes(t)).trajectory
+    assert np.array_equal(saved.x[-1], gabf.oracle(NET))
+    assert (saved.u[-2:] == 0).all()
+
+
+def test_asking_for_times_does_not_change_where_the_run_ends():
+    assert np.array_equal(gabf.solve(NET, save=gabf.AtTimes([0.123, 0.5])).x, gabf.solve(NET).x)
+
+
+def test_unreachable_nodes_are_infinite_and_have_no_input():
+    net = from_arcs(3, [(1, 0, 1.0)])
+    saved = gabf.solve(net, save=gabf.EverySteps(1)).trajectory
+    assert np.isinf(saved.x[:, 2]).all()
+    assert (saved.u[:, [0, 2]] == 0).all()
+    assert saved.u[0, 1] < 0
+
+
+@pytest.mark.parametrize("t", [[1.0, 0.5], [-1.0], [np.nan], [[1.0]], [0.5, 0.5]])
+def test_times_must_ascend(t):
+    with pytest.raises(OptionError, match="ascending"):
+        gabf.AtTimes(t)
+
+
+def test_k_must_be_positive():
+    with pytest.raises(OptionError, match="at least 1"):
+        gabf.EverySteps(0)

@@ -1,0 +1,68 @@
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.gabf import bounds
+
+from .networks import chain, from_arcs, scattered
+
+
+def test_the_nine_node_example_is_what_the_text_says():
+    """Section 2, in the paper's numbering: node k is index k - 1."""
+    net = gabf.examples.nine_node()
+    found = gabf.structure(net)
+    assert found.x_star[[0, 8]].tolist() == [1.0, 1.0]
+    assert found.x_star[3] == 7.0
+    assert (gabf.true_parents(net, found, 3) + 1).tolist() == [2, 3]
+    assert found.diameter == 3
+    assert found.x_star[5] == 7.0
+    assert (gabf.true_parents(net, found, 5) + 1).tolist() == [8, 9]
+    assert found.longest[5] == 2
+    assert found.fewest[5] == 1
+    assert (np.flatnonzero(found.longest == 0) + 1).tolist() == [1, 9]
+    assert gabf.true_parents(net, found, 0).size == 0
+    assert net.n_nodes == 9
+    assert (net.weight < 0).any()
+
+
+@pytest.mark.parametrize("law", [gabf.Nominal(), gabf.PrescribedTime(), gabf.FixedTime(), gabf.SingularityFree()])
+def test_every_law_solves_the_nine_node_example(law):
+    result = gabf.solve(gabf.examples.nine_node(), law)
+    assert result.x.tolist() == [1, 3, 3, 7, 5, 7, 4, 3, 1]
+
+
+def test_levels_are_the_distinct_values_and_longest_paths_follow_true_parents():
+    net = scattered(90, seed=7)
+    found = gabf.structure(net)
+    rows = np.flatnonzero(found.longest > 0)
+    assert np.unique(np.round(found.x_star[rows], 10)).size == found.R
+    assert np.allclose(found.values[found.level[rows]], found.x_star[rows])
+    for i in rows:
+        parents = gabf.true_parents(net, found, int(i))
+        assert parents.size
+        assert found.longest[i] == 1 + found.longest[parents].max()
+        assert found.fewest[i] == 1 + found.fewest[parents].min()
+        assert (found.level[parents] < found.level[i]).all()
+    assert found.diameter == found.longest.max() + 1
+
+
+def test_paths_that_tie_up_to_rounding_count_as_ties():
+    net = from_arcs(4, [(1, 0, 0.1), (2, 1, 0.2), (3, 2, 0.3), (3, 0, 0.6)])
+    found = gabf.structure(net)
+    assert 0.1 + 0.2 + 0.3 != 0.6
+    assert gabf.true_parents(net, found, 3).tolist() == [0, 2]
+    assert (found.longest[3], found.fewest[3]) == (3, 1)
+
+
+def test_a_chain_is_one_path():
+    found = gabf.structure(chain(5))
+    assert (found.diameter, found.R) == (5, 4)
+    assert found.longest.tolist() == found.fewest.tolist() == found.level.tolist() == [0, 1, 2, 3, 4]
+
+
+def test_log_alpha_is_the_maximum_that_theorem_exponential_defines():
+    for diameter in (2, 3, 4, 9, 50):
+        k = np.arange(diameter - 1)
+        alpha = [(i / (0.5 * np.e)) ** i for i in k]
+        assert bounds.log_alpha(diameter) == pytest.approx(np.log(max(alpha)), abs=1e-12)
+    assert np.isfinite(bounds.log_alpha(100_000))
