@@ -4,7 +4,7 @@
     result = gabf.solve(net, law=gabf.SingularityFree(T=4.0))
     path = gabf.extract_path(net, result, start=17)
 
-Needs NumPy; SciPy and Numba are loaded by the functions that use them. Nothing here knows of robots.
+Needs NumPy, and SciPy for :class:`RungeKutta45` only, loaded when that runs. Nothing here knows of robots.
 """
 
 from planner.gabf import examples

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from planner.arrays import Bools, Floats, Ints
+from planner.errors import AssumptionError
 
 UserFunction = Callable[[Ints, Floats, Floats], Floats]
 
@@ -66,7 +67,13 @@ class FunctionArcs:
     sampled: bool = True
 
     def __call__(self, a: Floats) -> Floats:
-        return np.asarray(self.function(self.tails, a, self.weight), dtype=np.float64)
+        values = np.asarray(self.function(self.tails, a, self.weight), dtype=np.float64)
+        if values.shape != a.shape:
+            raise AssumptionError(
+                f"the user kernel returned shape {values.shape} for arcs of shape {a.shape}: f(i, a, b) must work "
+                "on arrays, one value an arc"
+            )
+        return values
 
     def take(self, arcs: Ints | Bools) -> FunctionArcs:
         return FunctionArcs(self.function, self.tails[arcs], self.weight[arcs])

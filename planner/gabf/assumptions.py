@@ -14,11 +14,12 @@ from planner.gabf.problem import Problem, reduce, require_state
 
 @dataclass(frozen=True)
 class Premises:
-    """The invariant interval [lower, upper] of a run, and on it zeta of eq. (progressive) and L of eq.
-    (Lipschitz).
+    """The interval [lower, upper] that a run stays in, and zeta of eq. (progressive) and L of eq. (Lipschitz)
+    on it.
 
     ``sampled`` is True where a user's kernel was probed on a grid, which can refuse a kernel but prove
-    nothing."""
+    nothing.
+    """
 
     lower: float
     upper: float
@@ -28,19 +29,19 @@ class Premises:
 
 
 def overestimate(net: Network) -> Floats:
-    """(n,) a strict overestimate of x*, as assumption (over) asks and remark (over) suggests; +inf if
-    unreachable.
+    """(n,) a strict overestimate of x*, as assumption (over) asks; +inf at nodes that reach no source.
 
     U_0 = max source value, U_k = g_k(U_(k-1)) with g_k(a) the largest, over nodes of k hops, of their
     cheapest arc's f_ij(a) towards k - 1 hops: a fewest-hops path costs at most U_k. Nodes of k hops start at
-    g_k(U_k) > U_k."""
+    g_k(U_k) > U_k.
+    """
     problem = reduce(net)
     return problem.unpack(start_above(problem))
 
 
 def start_above(problem: Problem) -> Floats:
-    rungs = _ladder(problem, np.full(len(problem.levels) + 1, -np.inf))
-    starts = [0.0, *(level.worst(a) for level, a in zip(problem.levels, rungs[1:], strict=True))]
+    rungs = _ladder(problem, np.full(problem.depth + 1, -np.inf))
+    starts = [0.0, *(problem.climb(k, rungs[k]) for k in range(1, rungs.size))]
     return np.concatenate((np.array(starts)[problem.hops], problem.anchors))
 
 
@@ -50,10 +51,11 @@ def premises(problem: Problem, y0: Floats) -> Premises:
     The interval: lemma (globalbound) from below, where x_i >= min{xbar_1*, min x(0)}, loosened to the
     sources' smallest value. From above (ours, for lemma (globalexistence) names no number): V_0 = max source,
     V_k = max(x_i(0) over nodes of k hops, g_k(V_(k-1))) with g_k of :func:`overestimate` satisfies T'V <= V,
-    and the flow keeps order, so x stays below V."""
+    and the flow keeps order, so x stays below V.
+    """
     _require_domain(problem, y0)
     rows = y0[: problem.n_rows]
-    floor = np.full(len(problem.levels) + 1, -np.inf)
+    floor = np.full(problem.depth + 1, -np.inf)
     np.maximum.at(floor, problem.hops, rows)
     upper = float(_ladder(problem, floor).max())
     if not np.isfinite(upper):
@@ -63,9 +65,7 @@ def premises(problem: Problem, y0: Floats) -> Premises:
 
 
 def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:
-    """zeta, L and monotonicity of the kernel on [lower, upper]; AssumptionError if it is not progressive
-    there.
-    """
+    """zeta, L and monotonicity of the kernel on [lower, upper]; AssumptionError where one fails."""
     if problem.n_rows == 0:
         return Premises(lower, upper, np.inf, 1.0, problem.arcs.sampled)
     least, steepest = problem.arcs.slopes(lower, upper)
@@ -88,9 +88,7 @@ def require_overestimate(problem: Problem, y0: Floats, y_star: Floats, law: str)
 
 
 def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
-    """The start as the solver holds it: ``x0`` (n,) or one number for all; sources stay at their own
-    values.
-    """
+    """The start as the solver holds it: ``x0`` (n,) or one number for all; sources keep their values."""
     if x0 is None:
         return start_above(problem)
     x = np.asarray(x0, dtype=np.float64)
@@ -102,8 +100,8 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
 def _ladder(problem: Problem, floor: Floats) -> Floats:
     rungs = np.empty(floor.size)
     rungs[0] = problem.anchors.max()
-    for k, level in enumerate(problem.levels, start=1):
-        rungs[k] = max(floor[k], level.worst(rungs[k - 1]))
+    for k in range(1, rungs.size):
+        rungs[k] = max(floor[k], problem.climb(k, rungs[k - 1]))
     return rungs
 
 

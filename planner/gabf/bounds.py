@@ -93,7 +93,8 @@ def T_star_corrected(law: FixedTime | SingularityFree) -> float:
     """The bound that eq. (fixtime) means, in tau: m2/(beta2 (m1 - m2)) + p2/(beta1 (p2 - p1)).
 
     From infinity to 1 the power above one alone takes the first term, from 1 to 0 the power below one the
-    second."""
+    second.
+    """
     (p1, p2), (m1, m2) = law.p, law.m
     return m2 / (law.beta2 * (m1 - m2)) + p2 / (law.beta1 * (p2 - p1))
 
@@ -125,7 +126,8 @@ def two_sided_bound(flow: PowerFlow, T_star: float, hops: int, rungs: Floats | N
     ``hops`` arcs of an optimal path of fewest hops costs one T_*. From below: the first half of lemma
     (overfinite) needs only x_j >= x_j* on the levels before, and lifts the least state of the others from one
     of ``rungs`` (lowest start, xbar_1*, .., xbar_R*) to the next at phi(zeta) until zeta is missing, then by
-    the law's own decay. ``rungs`` is None where no start lies below x*."""
+    the law's own decay. ``rungs`` is None where no start lies below x*.
+    """
     above = hops * T_star
     if rungs is None:
         return above

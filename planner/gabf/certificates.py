@@ -35,7 +35,8 @@ class Certificate:
 
     ``quantity`` says what both numbers are. A theorem whose ``assumptions`` fail promises nothing.
     ``log10_remaining`` is log10(T_p - t) at a bound in tau: how long before T_p the law is promised to have
-    settled."""
+    settled.
+    """
 
     name: str
     equation: str
@@ -53,9 +54,7 @@ class Certificate:
 
     @property
     def holds(self) -> bool:
-        """Slack of at least 0, up to rounding in the last digits of the two numbers it is the difference
-        of.
-        """
+        """Slack of at least 0, up to rounding of the two numbers it is the difference of."""
         if self.slack is None or self.measured is None:
             return False
         return self.slack >= -1e-12 * max(1.0, abs(self.measured))
@@ -114,7 +113,8 @@ def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None 
 
     ``optimum``: from :func:`structure` unless given. Bounds on the settling time are in tau, where they stay
     representable. Bounds on the whole trajectory and on the control input need a result that saved its
-    states."""
+    states.
+    """
     if not (reachable := reduce(net)).n_rows:
         return []
     known = result.x if result.error_bound == 0.0 else oracle(net)

@@ -16,9 +16,7 @@ Reading: TypeAlias = float | Floats
 
 @dataclass(frozen=True)
 class UniformClock:
-    """tau = eta t: the clock of laws without a prescribed time. A larger ``eta`` makes everything faster in
-    t.
-    """
+    """tau = eta t: the clock of laws without a prescribed time; a larger ``eta`` is faster in t."""
 
     eta: float
 
@@ -42,7 +40,8 @@ class PrescribedClock:
 
     Its rate is etabar(t) = gamma + 2 (1 + h) / (T_p - t) of eq. (ebar). Larger ``gamma`` and ``h`` reach a
     given tau earlier, with a larger gain. From tau of about gamma T + 74 (1 + h) on no double t < T_p is
-    left, so tau and log10(T_p - t) are the record, and t rounds to T_p."""
+    left, so tau and log10(T_p - t) are the record, and t rounds to T_p.
+    """
 
     T: float
     h: float
@@ -59,9 +58,7 @@ class PrescribedClock:
         return 0.0 - self.T * np.expm1(self._log_share(tau))
 
     def log_gain(self, tau: Reading) -> Floats:
-        """ln etabar, eq. (ebar): finite at every finite tau; -inf at tau = inf, from T_p on, where the gain
-        is 0.
-        """
+        """ln etabar, eq. (ebar): finite at every finite tau; -inf from T_p on, where the gain is 0."""
         log_share = self._log_share(tau)
         growing = math.log(2.0 * (1.0 + self.h) / self.T) - log_share
         return np.where(np.isinf(tau), -np.inf, np.logaddexp(math.log(self.gamma), growing))
@@ -74,7 +71,8 @@ class PrescribedClock:
         """l = ln((T_p - t) / T_p), the root of gamma T (1 - e^l) - 2 (1 + h) l = tau.
 
         Newton from l = 0: the left side is decreasing and concave, so the iterates fall monotonically to the
-        root."""
+        root.
+        """
         tau = np.asarray(tau, dtype=np.float64)
         slope, drift = 2.0 * (1.0 + self.h), self.gamma * self.T
         share = np.where(np.isinf(tau), -np.inf, 0.0)

@@ -33,7 +33,8 @@ def nine_node() -> Network:
 
     Array index k is node k + 1. Sources 1 and 9 with x* = 1; x_4* = 7 through 2 or 3, so P(4) = {2, 3}; 6
     reaches 9 both directly and through 8 at x_6* = 7, so 6 is in F_2 and not in F_1; D(G) = 3. Some weights
-    are negative, as the kernels read |b|; the figure itself is not part of the paper's source."""
+    are negative, as the kernels read |b|; the figure itself is not part of the paper's source.
+    """
     i, j, w = (np.array(column) for column in zip(*_NINE_NODE_ARCS, strict=True))
     indptr = np.concatenate(([0], np.cumsum(np.bincount(i - 1, minlength=9))))
     return Network(

@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -71,8 +71,7 @@ class LinearFlow(Flow):
 
 @dataclass(frozen=True)
 class PowerFlow(Flow):
-    """s' = -(beta1 |s|^p + beta2 |s|^q) sgn(s), 0 < p < 1 < q: the fixed-time and the singularity-free law in
-    tau.
+    """s' = -(beta1 |s|^p + beta2 |s|^q) sgn(s), 0 < p < 1 < q: the two fixed-time laws in tau.
 
     Each half has an exact flow: |s|^(1-p) falls linearly and reaches zero in finite time, |s|^-(q-1) grows
     linearly. They are composed by Strang's rule (half, full, half), second order in dtau, exact at s = 0.
@@ -89,9 +88,7 @@ class PowerFlow(Flow):
 
     @cached_property
     def _roots(self) -> list[tuple[float, int]]:
-        """1 / (1 - p) and 1 / (q - 1), each with its number of halves, 0 where products would not be
-        cheaper.
-        """
+        """1 / (1 - p) and 1 / (q - 1), each with its number of halves, or 0 if products are not cheaper."""
         roots = 1 / (1 - self.p), 1 / (self.q - 1)
         return [(float(r), r.numerator if r.denominator == 2 and r < 6 else 0) for r in roots]
 
@@ -140,7 +137,8 @@ class PowerFlow(Flow):
         """tau that |s| takes from ``start`` down to ``end`` >= 0.
 
         With z = s^(1-p) the integrand 1 / ((1-p) (beta1 + beta2 z^r)), r = (q-p)/(1-p) > 1, is smooth down to
-        zero; panels double towards large z, so that ten Gauss points in each leave an error below 1e-9."""
+        zero; panels double towards large z, so that ten Gauss points in each leave an error below 1e-9.
+        """
         one_p = float(1 - self.p)
         low, high = end**one_p, start**one_p
         edges = [low]
@@ -149,10 +147,11 @@ class PowerFlow(Flow):
         return sum(self._panel(a, b) for a, b in itertools.pairwise(edges))
 
     def _panel(self, a: float, b: float) -> float:
-        z = 0.5 * (a + b) + 0.5 * (b - a) * GAUSS_POINTS
+        points, weights = _gauss()
+        z = 0.5 * (a + b) + 0.5 * (b - a) * points
         r = float((self.q - self.p) / (1 - self.p))
         inverse_speed = 1.0 / (float(1 - self.p) * (self.beta1 + self.beta2 * z**r))
-        return float(0.5 * (b - a) * (GAUSS_WEIGHTS @ inverse_speed))
+        return float(0.5 * (b - a) * (weights @ inverse_speed))
 
     def _sink(self, size: Floats, dtau: float) -> Floats:
         """s' = -beta1 s^p, in place."""
@@ -195,4 +194,6 @@ def fractional_power(base: Floats, exponent: float, halves: int) -> Floats:
     return result
 
 
-GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)
+@cache
+def _gauss() -> tuple[Floats, Floats]:
+    return np.polynomial.legendre.leggauss(10)

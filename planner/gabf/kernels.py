@@ -105,7 +105,8 @@ class Multiplicative(Kernel):
 
     With a number ``K`` the weights are lengths and wbar_ij = 1 - w_ij / K: a larger K brings the optimal path
     closer to the shortest one. With ``K`` None the weights are wbar_ij itself, as the learning rule moves it.
-    zeta = min (1 - a)(1 - wbar_ij), which vanishes as a reaches 1; L = max wbar_ij < 1."""
+    zeta = min (1 - a)(1 - wbar_ij), which vanishes as a reaches 1; L = max wbar_ij < 1.
+    """
 
     K: float | None = None
 
@@ -135,7 +136,8 @@ class NodeDependent(Kernel):
     ones.
 
     The paper numbers from 1, so array index i is node i + 1. Domain a >= 1; zeta = min of 1 + |b| and 2|b|, L
-    = 2."""
+    = 2.
+    """
 
     @property
     def domain(self) -> Domain:

@@ -69,7 +69,8 @@ class PrescribedTime(Law):
     Assumption (over): every start must lie strictly above the optimum, so others are refused. The state
     settles at ``T`` exactly, not before; larger ``h`` and ``gamma`` bring it close to x* earlier and need a
     larger input. From T_p on the gain is 0 and the law inert: a weight that changes before T_p is healed,
-    after one that changes later solve again, which restarts the clock."""
+    after one that changes later solve again, which restarts the clock.
+    """
 
     T: float = 4.0
     h: float = 1.0
@@ -101,7 +102,8 @@ class FixedTime(Law):
     ``p`` = (p1, p2) and ``m`` = (m1, m2) are odd and positive with p1 < p2 and m1 > m2. A larger ``eta`` or
     ``beta1`` speeds up the end, ``beta2`` the approach from far; smaller exponents near 1 from above and
     below mean less far and more near effort. For a deadline that does not depend on the graph use
-    :class:`SingularityFree`."""
+    :class:`SingularityFree`.
+    """
 
     eta: float = 15.0
     beta1: float = 1.0
@@ -131,7 +133,8 @@ class SingularityFree(Law):
     Parameters as in :class:`FixedTime` and :class:`PrescribedTime`; the defaults are those of section
     (comparison). A larger ``T`` is slower and gentler, larger ``h`` and ``gamma`` settle earlier with more
     input. ``eta`` has no effect: its branch of eq. (fully) acts only where xhat_i = 0, and there the right
-    side is 0. From T_p on the law is inert: solve again, warm, after a change (``x0=result.x``)."""
+    side is 0. From T_p on the law is inert: solve again, warm, after a change (``x0=result.x``).
+    """
 
     T: float = 4.0
     h: float = 1.0

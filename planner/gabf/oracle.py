@@ -21,7 +21,8 @@ def oracle(net: Network) -> Floats:
     unreachable.
 
     Nodes leave the heap in ascending order of x*, as the levels S_l of eq. (S). An arc that lowers a value
-    below that of the node it came from breaks the order, and raises AssumptionError."""
+    below that of the node it came from breaks the order, and raises AssumptionError.
+    """
     problem = reduce(net)
     return problem.unpack(_dijkstra(problem))
 
@@ -87,7 +88,8 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     """Iterate T' of eq. (bellman-gabf), remark (SSP), until nothing changes: the discrete algorithm.
 
     Returns x and the number of sweeps that changed it. From overestimates n sweeps suffice; from below the
-    number grows like x* / zeta. AssumptionError if ``max_sweeps`` (default 1000 n) do not suffice."""
+    number grows like x* / zeta. AssumptionError if ``max_sweeps`` (default 1000 n) do not suffice.
+    """
     problem = reduce(net)
     y = problem.pack(np.asarray(x0, dtype=np.float64))
     budget = 1000 * net.n_nodes if max_sweeps is None else max_sweeps

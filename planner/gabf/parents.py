@@ -76,11 +76,12 @@ class ByDegree:
 
         Let v be the least of y and m over the moving rows. Rows at rest below v read only rows at rest below
         v, and no state falls below v any more: the moving row that is lowest has parent values of at least v.
-        So they never move again; this is lemma (globalbound) applied to the rest of the network."""
+        So they never move again; this is lemma (globalbound) applied to the rest of the network.
+        """
         s, here = xhat[self.rows], y[self.rows]
         moving = s != 0
         least = np.minimum(here, here - s)[moving].min(initial=np.inf)
-        kept = moving | (here > least)
+        kept = moving | (here >= least)
         if kept.sum() > 0.75 * kept.size:
             return self
         ends = np.cumsum([group.rows.size for group in self.groups])[:-1]

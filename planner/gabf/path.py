@@ -7,29 +7,26 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.errors import StateError
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem, reduce
+from planner.gabf.problem import Problem, reduce, require_state
 from planner.gabf.result import CostToGo
 
 SLACK = 1e-9
-"""Arcs this close to the minimum, relative to max(1, |x|), count as ties where the field is not the fixed
-point.
-"""
+"""Arcs this close to the minimum, relative to max(1, |x|), count as ties if the field is not settled to the bit."""
 
 
 def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
-    """Nodes from ``start`` to a source along minimising neighbours, with fewest hops, then smallest indices,
-    at ties.
+    """Nodes from ``start`` to a source along minimising neighbours; ties: fewest hops, then smallest index.
 
     Hops are counted along minimising arcs, each step goes one hop down, so no node repeats, also where two
     states round to the same number. StateError if ``start`` is not a node, reaches no source, or the field
-    has not settled."""
+    has not settled; AssumptionError if the field does not belong to this network.
+    """
     x = result.x if isinstance(result, CostToGo) else np.asarray(result, dtype=np.float64)
-    _require_start(net, x, start)
     problem = reduce(net)
-    y = problem.pack(x)
-    tight = _tight_arcs(problem, y)
-    hops = _hops_along(problem, tight)
-    here = int(np.flatnonzero(problem.nodes == start)[0])
+    here = _position(problem, start)
+    require_state(problem, x, "x")
+    tight = _tight_arcs(problem, problem.pack(x))
+    hops = _hops_along(problem, tight, here)
     if hops[here] < 0:
         raise StateError(
             f"minimising neighbours of node {start} lead to no source: the field has not settled; solve it to the end"
@@ -40,11 +37,15 @@ def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
     return problem.nodes[path]
 
 
-def _require_start(net: Network, x: Floats, start: int) -> None:
-    if not 0 <= start < net.n_nodes:
-        raise StateError(f"start {start} is not a node; nodes run from 0 to {net.n_nodes - 1}")
-    if not np.isfinite(x[start]):
-        raise StateError(f"node {start} reaches no source: there is no path; connect it, or choose another start")
+def _position(problem: Problem, start: int) -> int:
+    """Where ``start`` stands among the problem's nodes."""
+    n = problem.network.n_nodes
+    if not 0 <= start < n:
+        raise StateError(f"start {start} is not a node; nodes run from 0 to {n - 1}")
+    found = np.flatnonzero(problem.nodes == start)
+    if not found.size:
+        raise StateError(f"node {start} reaches no source: there is no path; connect it, or start elsewhere")
+    return int(found[0])
 
 
 def _tight_arcs(problem: Problem, y: Floats) -> np.ndarray:
@@ -55,15 +56,15 @@ def _tight_arcs(problem: Problem, y: Floats) -> np.ndarray:
     return values <= (least + slack)[problem.owners]
 
 
-def _hops_along(problem: Problem, tight: np.ndarray) -> Ints:
-    """Fewest tight arcs to a source, -1 where there is no such path."""
+def _hops_along(problem: Problem, tight: np.ndarray, here: int) -> Ints:
+    """Fewest tight arcs to a source, as far as ``here``; -1 beyond, and where there is no such path."""
     hops = np.full(problem.nodes.size, -1, dtype=np.int64)
     hops[problem.n_rows :] = 0
     owners, heads = problem.owners[tight], problem.heads[tight]
     level = 0
     while True:
         found = owners[(hops[heads] == level) & (hops[owners] < 0)]
-        if not found.size:
+        if not found.size or hops[here] >= 0:
             return hops
         level += 1
         hops[found] = level

@@ -10,7 +10,7 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.errors import AssumptionError
-from planner.gabf.arcmaps import ArcMap
+from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.network import Network
 from planner.gabf.reachability import hops_to_source
 
@@ -36,7 +36,8 @@ class Problem:
 
     ``nodes`` (R + S,) their indices in the network, ``anchors`` (S,) the values of the sources; row i reads
     ``heads[starts[i]:starts[i + 1]]`` (positions in ``nodes``) through ``arcs``, which are the arcs
-    ``arc_ids`` of the network. ``hops`` (R,) fewest arcs to a source. Every row has an arc."""
+    ``arc_ids`` of the network. ``hops`` (R,) fewest arcs to a source. Every row has an arc.
+    """
 
     network: Network
     nodes: Ints
@@ -69,6 +70,27 @@ class Problem:
         downhill = downhill[np.argsort(height, kind="stable")]
         ends = np.cumsum(np.bincount(height, minlength=1))
         return [self._level(downhill[a:b]) for a, b in pairwise(ends)]
+
+    @cached_property
+    def climbs(self) -> list[float] | None:
+        """For the additive family, what each level adds to any a: g_k(a) = a + climbs[k - 1]; else None."""
+        if not isinstance(self.arcs, AffineArcs) or self.arcs.slope is not None or not self.n_rows:
+            return None
+        depth = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
+        uphill = depth[self.heads] >= depth[self.owners]
+        cheapest = np.minimum.reduceat(np.where(uphill, np.inf, self.arcs.offset), self.starts)
+        steepest = np.full(int(self.hops.max()), -np.inf)
+        np.maximum.at(steepest, self.hops - 1, cheapest)
+        return steepest.tolist()
+
+    @cached_property
+    def depth(self) -> int:
+        """The largest hop count."""
+        return int(self.hops.max(initial=0))
+
+    def climb(self, k: int, a: float) -> float:
+        """g_k(a): the largest, over the nodes of k hops, of the cheapest arc's f_ij(a) towards k - 1 hops."""
+        return self.levels[k - 1].worst(a) if self.climbs is None else a + self.climbs[k - 1]
 
     def _level(self, arcs: Ints) -> Level:
         starts = np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))

@@ -35,7 +35,7 @@ def ranges(starts: Ints, counts: Ints) -> Ints:
 
 def distinct(nodes: Ints, n_nodes: int) -> Ints:
     """The distinct entries, ascending."""
-    if nodes.size * 20 < n_nodes:
+    if nodes.size * 500 < n_nodes:
         return np.unique(nodes)
     seen = np.zeros(n_nodes, dtype=bool)
     seen[nodes] = True

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from planner.arrays import Floats
-from planner.errors import OptionError
+from planner.errors import AssumptionError, OptionError
 from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input
 from planner.gabf.network import Network
@@ -23,7 +23,8 @@ class RungeKutta45(Solver):
 
     Its right side is not Lipschitz at xhat = 0 under the fixed-time laws, where it chatters at about the size
     of ``rtol``: bound the run by ``until_tau`` or a loose ``settle_tolerance``. A smaller ``rtol`` takes more
-    steps."""
+    steps.
+    """
 
     rtol: float = 1e-6
     atol: float = 1e-9
@@ -45,6 +46,8 @@ class RungeKutta45(Solver):
         yield _state(problem, 0.0, y0, 1)
         while True:
             stepper.step()
+            if stepper.status == "failed":
+                raise AssumptionError(f"SciPy's RK45 gave up at tau = {stepper.t:g}: use Splitting() instead")
             while left and left[-1] < float(stepper.t):
                 tau = left.pop()
                 if stepper.t_old is not None and tau > stepper.t_old:
@@ -57,8 +60,9 @@ class BackwardEuler(Solver):
     """y_new = y - dtau phi(y_new - m(y_new)): the implicit method of remark (implementation), in tau.
 
     For given parent values m each node's equation has one root; m is iterated to its fixed point (a
-    contraction for L <= 1, and one more hop is exact a sweep). A smaller ``step`` in tau is more accurate,
-    order 1, and takes proportionally more steps."""
+    contraction for L <= 1). A smaller ``step`` in tau is more accurate,
+    order 1, and takes proportionally more steps.
+    """
 
     step: float = 0.05
     order: ClassVar[int] = 1
@@ -83,7 +87,8 @@ def right_side(net: Network, law: Law) -> Callable[[float, Floats], Floats]:
     """(t, x) -> dx/dt in the paper's own time, for any ODE solver: x (n,), 0 where no source is reached.
 
     Near T_p the gain grows without bound and t stops resolving T_p - t; that is what integrating in tau
-    avoids."""
+    avoids.
+    """
     problem = reduce(net)
 
     def speed(t: float, x: Floats) -> Floats:
@@ -109,5 +114,7 @@ def _implicit_step(problem: Problem, flow: Flow, y: Floats, dtau: float) -> tupl
         m = problem.parent_values(guess)
         root = np.concatenate((m + flow.resolvent(y[:rows] - m, dtau), problem.anchors))
         change, sweeps, guess = float(np.abs(root - guess).max()), sweeps + 1, root
-        if change <= 1e-13 * scale or sweeps >= 10_000:
+        if change <= 1e-13 * scale:
             return guess, sweeps
+        if sweeps >= 10_000:
+            raise AssumptionError(f"a backward Euler step of {dtau:g} does not converge: choose a smaller step")

@@ -30,7 +30,8 @@ class Trajectory:
     """Saved states: ``tau`` (k,), ``t`` (k,), ``x`` (k, n) and the control input ``u`` = dx/dt (k, n).
 
     x is +inf and u is 0 at nodes that reach no source. tau is +inf for times from T_p on, where the law is
-    inert."""
+    inert.
+    """
 
     tau: Floats
     t: Floats
@@ -48,7 +49,8 @@ class CostToGo:
     oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
     and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
     non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
-    that the run stayed in with zeta and L on it."""
+    that the run stayed in with zeta and L on it.
+    """
 
     x: Floats
     x0: Floats

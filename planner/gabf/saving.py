@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.arrays import Floats, frozen
 from planner.errors import OptionError
 from planner.gabf.laws import Law, control_input
 from planner.gabf.problem import Problem
@@ -77,18 +77,21 @@ class Recorder:
         elif self._save.wants(step, state.tau):
             self._kept.append((state.tau, state))
 
-    def trajectory(self, last: State) -> Trajectory | None:
-        """All that was kept; chosen times after the end of the run find the state as it was left."""
+    def trajectory(self, last: State, settled: bool) -> Trajectory | None:
+        """All that was kept. Chosen times after the end find a settled run at rest; a cut one has no answer."""
         if self._save is None:
             return None
-        late = [(float(tau), last) for tau in self.targets[self._landed :]]
-        if not self.targets.size and self._kept[-1][1] is not last:
+        rest = replace(last, xhat=np.zeros_like(last.xhat))
+        late = [(float(tau), rest) for tau in self.targets[self._landed :] if settled]
+        if isinstance(self._save, EverySteps) and self._kept[-1][1] is not last:
             late = [(last.tau, last)]
         kept = self._kept + late
         tau = np.array([reading for reading, _ in kept])
-        t = self._save.t if isinstance(self._save, AtTimes) else self._law.clock.time(tau)
-        x = np.stack([self._problem.unpack(state.y) for _, state in kept])
-        return Trajectory(tau, t, x, np.stack([self._input(reading, state) for reading, state in kept]))
+        t = self._save.t[: tau.size] if isinstance(self._save, AtTimes) else self._law.clock.time(tau)
+        shape = (tau.size, self._problem.network.n_nodes)
+        x = np.array([self._problem.unpack(state.y) for _, state in kept]).reshape(shape)
+        u = np.array([self._input(reading, state) for reading, state in kept]).reshape(shape)
+        return Trajectory(frozen(tau), frozen(t), frozen(x), frozen(u))
 
     def _input(self, tau: float, state: State) -> Floats:
         rows = control_input(self._law, tau, state.xhat)

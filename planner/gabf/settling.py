@@ -15,13 +15,15 @@ from planner.gabf.problem import Problem
 from planner.gabf.solvers import State
 
 
-def error_bound(problem: Problem, premises: Premises, y: Floats, residual: float) -> float:
+def error_bound(problem: Problem, premises: Premises, state: State) -> float:
     """A proved bound on max |y - x*| from the Bellman residual r, +inf where nothing is proved (r >= zeta).
 
     With r < zeta a minimising neighbour j of i has y_j <= y_i - zeta + r < y_i, so these neighbours form no
     cycle and lead to a source: x_i* <= y_i + r (1 + L + ... + L^(N-1)). Along an optimal path y_i <= x_i* +
     the same sum. N bounds the hops of both by the rows, and by how often zeta - r fits into the range of y.
-    Ours."""
+    Ours.
+    """
+    y, residual = state.y, state.residual
     if residual == 0.0:
         return 0.0
     if residual >= premises.zeta:
@@ -63,38 +65,43 @@ class EndPhase:
 
     If every error were within the tolerance band, the residual would be at most (1 + L) times the widest
     band; a larger one clears the list. So it holds a handful of states under the laws that end in finite
-    time."""
+    time.
+    """
 
     def __init__(self, premises: Premises, tolerance: float):
         self._tolerance = tolerance
-        self._factor = 2.0 * (1.0 + premises.L) * tolerance
-        self._states: list[State] = []
+        widest = tolerance * max(1.0, abs(premises.lower), abs(premises.upper))
+        self._clear_above = (1.0 + premises.L) * widest
+        self._states: list[tuple[float, Floats]] = []
 
-    def add(self, state: State, residual: float) -> None:
-        if residual > self._factor * max(1.0, float(np.abs(state.y).max())):
+    def add(self, state: State) -> None:
+        if state.residual > self._clear_above:
             self._states.clear()
-        self._states.append(state)
+        self._states.append((state.tau, state.y))
 
     def settling_tau(self, y_star: Floats, flow: Flow) -> float:
-        """The first tau after which all errors stay in the band, placed inside its step by the law's own
-        decay.
-        """
+        """The first tau after which all errors stay in the band, placed in its step by the law's decay."""
         band = self._tolerance * np.maximum(1.0, np.abs(y_star))
-        excess = np.array([float((np.abs(s.y - y_star) / band).max()) for s in self._states])
-        outside = np.flatnonzero(excess > 1.0)
+        tau = [reading for reading, _ in self._states]
+        excess = [float((np.abs(y - y_star) / band).max()) for _, y in self._states]
+        outside = np.flatnonzero(np.array(excess) > 1.0)
         if outside.size == 0:
-            return self._states[0].tau
+            return tau[0]
         k = int(outside[-1])
-        if k + 1 == len(self._states):
-            return self._states[k].tau
-        return self._states[k].tau + self._inside(k, float(excess[k]), float(excess[k + 1]), y_star, band, flow)
+        if k + 1 == len(tau):
+            return tau[k]
+        worst = int(np.argmax(np.abs(self._states[k][1] - y_star) / band))
+        return tau[k] + _inside(tau[k + 1] - tau[k], excess[k : k + 2], float(band[worst]), flow)
 
-    def _inside(self, k: int, first: float, second: float, y_star: Floats, band: Floats, flow: Flow) -> float:
-        worst = int(np.argmax(np.abs(self._states[k].y - y_star) / band))
-        width, step = float(band[worst]), self._states[k + 1].tau - self._states[k].tau
-        fall = flow.time_between(first * width, width)
-        whole = flow.time_between(first * width, second * width) if second > 0.0 else step
-        return step * min(1.0, fall / whole) if whole > 0.0 else step
+
+def _inside(step: float, excess: list[float], width: float, flow: Flow) -> float:
+    """How far into a step the worst node's error falls to ``width``, of which it is a multiple at both
+    ends.
+    """
+    first, second = (multiple * width for multiple in excess)
+    fall = flow.time_between(first, width)
+    whole = flow.time_between(first, second) if second > 0.0 else step
+    return step * min(1.0, fall / whole) if whole > 0.0 else step
 
 
 class Extremes:
@@ -104,11 +111,11 @@ class Extremes:
         self._n_rows, self._lowest, self._highest = n_rows, math.inf, -math.inf
         self._readings: list[tuple[float, float]] = []
 
-    def add(self, state: State, residual: float) -> None:
+    def add(self, state: State) -> None:
         rows = state.y[: self._n_rows]
         self._lowest = min(self._lowest, float(rows.min(initial=math.inf)))
         self._highest = max(self._highest, float(rows.max(initial=-math.inf)))
-        self._readings.append((state.tau, residual))
+        self._readings.append((state.tau, state.residual))
 
     def over(self, law: Law) -> tuple[float, float, float]:
         """The input is largest where the residual is, as the gain is common to all nodes."""

@@ -81,7 +81,6 @@ class Limits:
 class _Run:
     last: State
     steps: int
-    residual: float
     error_bound: float
     extremes: tuple[float, float, float]
     settling_tau: float | None
@@ -103,27 +102,24 @@ def _run(
     step = -1
     while True:
         step, state = step + 1, next(states)
-        residual = float(np.abs(state.xhat).max(initial=0.0))
-        end_phase.add(state, residual)
-        extremes.add(state, residual)
+        end_phase.add(state)
+        extremes.add(state)
         recorder.offer(step, state)
-        settled = _is_settled(problem, solver, bounds, state, residual, limits)
+        settled = _is_settled(problem, solver, bounds, state, limits)
         if settled or limits.reached(step, state.tau):
             break
-    proved = error_bound(problem, bounds, state.y, residual)
-    y_star = state.y if residual == 0.0 or not settled else problem.pack(oracle(problem.network))
+    proved = error_bound(problem, bounds, state)
+    y_star = state.y if state.residual == 0.0 or not settled else problem.pack(oracle(problem.network))
     date = end_phase.settling_tau(y_star, law.flow) if settled else None
-    return _Run(state, step, residual, proved, extremes.over(law), date, recorder.trajectory(state))
+    return _Run(state, step, proved, extremes.over(law), date, recorder.trajectory(state, settled))
 
 
-def _is_settled(
-    problem: Problem, solver: Solver, bounds: Premises, state: State, residual: float, limits: Limits
-) -> bool:
+def _is_settled(problem: Problem, solver: Solver, bounds: Premises, state: State, limits: Limits) -> bool:
     """Solvers that come to rest exactly run until they do; for others the error must be proved small."""
-    if residual == 0.0:
+    if state.residual == 0.0:
         require_rooted(problem, state.y)
         return True
-    return not solver.exact_rest and error_bound(problem, bounds, state.y, residual) <= limits.tolerance
+    return not solver.exact_rest and error_bound(problem, bounds, state) <= limits.tolerance
 
 
 def _result(
@@ -141,7 +137,7 @@ def _result(
         settling_time=None if settled is None else float(law.clock.time(settled)),
         log10_remaining=None if settled is None else law.clock.log10_remaining(settled),
         end_tau=run.last.tau,
-        residual=run.residual,
+        residual=run.last.residual,
         lowest=run.extremes[0],
         highest=run.extremes[1],
         largest_input=run.extremes[2],

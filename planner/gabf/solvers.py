@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -19,12 +20,18 @@ class State:
     """y (R + S,) at clock reading ``tau``, with xhat (R,) = y_i - min_j f_i(y_j, w_ij), eq. (xhat).
 
     ``evaluations`` counts how often the parent values were computed so far. Arrays are not to be written to,
-    and are not changed after they were handed out."""
+    and are not changed after they were handed out.
+    """
 
     tau: float
     y: Floats
     xhat: Floats
     evaluations: int
+
+    @cached_property
+    def residual(self) -> float:
+        """max |xhat_i|, the Bellman residual."""
+        return float(np.abs(self.xhat).max(initial=0.0))
 
 
 class Solver(ABC):
@@ -50,9 +57,7 @@ class Targets:
         self._left = [float(t) for t in targets[::-1]]
 
     def clip(self, tau: float, dtau: float) -> tuple[float, float]:
-        """The step to take from ``tau`` and the reading it leads to; a near miss of a target is stretched
-        onto it.
-        """
+        """The step to take from ``tau`` and the reading it leads to; near misses are stretched."""
         while self._left and self._left[-1] <= tau:
             self._left.pop()
         if self._left and tau + 1.0001 * dtau >= self._left[-1]:

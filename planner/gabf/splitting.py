@@ -23,7 +23,7 @@ RETIRE_EVERY = 8
 
 @dataclass(frozen=True)
 class Splitting(Solver):
-    """Hold each parent value m_i = min_j f_i(y_j, w_ij), and y_i - m_i follows a scalar equation of exact
+    """Hold each parent value m_i = min_j f_i(y_j, w_ij), and y_i - m_i follows a scalar equation of known
     flow.
 
     A step takes m from a half step (midpoint rule, order 2) and flows across the whole. It has no stability
@@ -56,11 +56,12 @@ class Splitting(Solver):
         longest = self._longest_step(flow)
         dtau = min(self._first_step(flow, xhat, hop), longest)
         while True:
-            yield State(tau, y, xhat, count)
+            state = State(tau, y, xhat, count)
+            yield state
             steps += 1
             if steps % RETIRE_EVERY == 0:
                 stepper.retire(y, xhat)
-            size = min(float(np.abs(xhat).max(initial=0.0)), hop)
+            size = min(state.residual, hop)
             allowed = self.tolerance * flow.speed(size) / size if size else np.inf
             while True:
                 step, reached = landing.clip(tau, dtau)
@@ -132,5 +133,7 @@ def _moved(flow: Callable[[Floats, float], Floats], s: Floats, dtau: float) -> F
 
 
 def _largest_share(moved: Floats, s: Floats, left: Floats, scale: Floats) -> float:
-    scale *= np.abs(s) + np.finfo(float).tiny
-    return float((np.abs(moved * (s - left)) / scale).max(initial=0.0))
+    scale *= np.abs(s)
+    share = np.zeros_like(s)
+    np.divide(np.abs(moved * (s - left)), scale, out=share, where=scale > 0.0)
+    return float(share.max(initial=0.0))

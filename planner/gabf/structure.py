@@ -43,7 +43,8 @@ def structure(net: Network, x_star: Floats | None = None, ties: float = 1e-12) -
     """Everything about the optimum of any progressive increasing kernel.
 
     ``x_star``: the oracle's unless given. Values that differ by at most ``ties`` max(1, |x*|) count as equal,
-    since paths of equal cost differ in rounding; a larger one merges more."""
+    since paths of equal cost differ in rounding; a larger one merges more.
+    """
     x = oracle(net) if x_star is None else np.asarray(x_star, dtype=np.float64)
     problem = reduce(net)
     y = problem.pack(x)

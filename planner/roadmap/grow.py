@@ -27,7 +27,7 @@ class GrowthSettings:
     """
 
     range: float = 0.8
-    join_motions: int = 20_000
+    join_motions: int = 10_000
     spines: int = 1
     shortcuts: int = 100
     motions_per_node: int = 20

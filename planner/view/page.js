@@ -1,6 +1,6 @@
 "use strict";
 // Replays the recorded scene into meshcat's viewer, then drives it from our own controls.
-// The page says when it is ready: <html data-ready="true">, or data-error with what went wrong.
+// The page says when it is ready, in the data-ready attribute of its root, or in data-error what went wrong.
 
 const data = JSON.parse(document.getElementById("data").textContent);
 const viewer = new MeshCat.Viewer(document.getElementById("viewer"));
@@ -26,6 +26,8 @@ function look(eye, target) {
   // meshcat turns z-up into three.js's y-up
   viewer.camera.position.set(eye[0], eye[2], -eye[1]);
   viewer.controls.target.set(target[0], target[2], -target[1]);
+  viewer.camera.fov = 40; // a longer lens than the viewer's own: less distortion
+  viewer.camera.updateProjectionMatrix();
   viewer.controls.update();
   viewer.set_dirty();
 }

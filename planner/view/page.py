@@ -146,7 +146,7 @@ def _camera(plan: Plan) -> tuple[list[float], list[float]]:
     positions = tool_positions(plan.robot, plan.roadmap.nodes)
     size = float(np.linalg.norm(positions - base, axis=1).max())
     target = base + np.array([0.0, 0.0, 0.35 * size])
-    eye = target + size * np.array([1.5, -1.9, 1.0])
+    eye = target + size * np.array([1.7, -2.5, 1.0])
     return eye.round(3).tolist(), target.round(3).tolist()
 
 

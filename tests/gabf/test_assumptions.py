@@ -4,7 +4,7 @@ import pytest
 from planner import gabf
 from planner.errors import AssumptionError
 
-from .networks import chain, from_arcs, scattered
+from .networks import chain, from_arcs, scattered, solve
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -19,20 +19,20 @@ def test_the_overestimate_is_strict_and_infinite_only_where_unreachable(seed):
 def test_the_overestimate_stays_in_the_domain_of_the_multiplicative_kernel():
     net = chain(30, cost=0.5, kernel=gabf.Multiplicative())
     assert (gabf.overestimate(net) < 1).all()
-    assert np.array_equal(gabf.solve(net).x, gabf.oracle(net))
+    assert np.array_equal(solve(net).x, gabf.oracle(net))
 
 
 def test_law_one_refuses_starts_that_are_not_above():
     net = chain(4)
     with pytest.raises(AssumptionError, match=r"node 3 starts at 3 with x\* = 3"):
-        gabf.solve(net, gabf.PrescribedTime(), x0=np.array([0.0, 2.0, 3.0, 3.0]))
-    assert gabf.solve(net, gabf.PrescribedTime(), x0=3.5).outcome is gabf.Ending.SETTLED
+        solve(net, gabf.PrescribedTime(), x0=np.array([0.0, 2.0, 3.0, 3.0]))
+    assert solve(net, gabf.PrescribedTime(), x0=3.5).outcome is gabf.Ending.SETTLED
 
 
 def test_the_state_stays_in_the_interval_that_was_promised():
     net = scattered(80, seed=3)
     x0 = np.random.default_rng(0).uniform(-20, 40, 80)
-    result = gabf.solve(net, x0=x0)
+    result = solve(net, x0=x0)
     assert result.premises.lower <= result.lowest
     assert result.highest <= result.premises.upper
 
@@ -40,22 +40,22 @@ def test_the_state_stays_in_the_interval_that_was_promised():
 def test_bad_starts_are_named():
     net = chain(3)
     with pytest.raises(AssumptionError, match=r"x0 has shape \(2,\)"):
-        gabf.solve(net, x0=np.zeros(2))
+        solve(net, x0=np.zeros(2))
     with pytest.raises(AssumptionError, match=r"x0\[2\] is nan"):
-        gabf.solve(net, x0=np.array([0.0, 1.0, np.nan]))
+        solve(net, x0=np.array([0.0, 1.0, np.nan]))
     with pytest.raises(AssumptionError, match="overflows"):
-        gabf.solve(gabf.examples.nine_node(), x0=1.7e308)
+        solve(gabf.examples.nine_node(), x0=1.7e308)
 
 
 def test_unreachable_nodes_are_infinite_and_left_out():
     net = from_arcs(5, [(1, 0, 1.0), (2, 3, 1.0), (3, 2, 1.0), (1, 2, 1.0), (0, 4, 1.0)])
-    result = gabf.solve(net, x0=np.array([0.0, 5.0, np.nan, np.inf, 0.0]))
+    result = solve(net, x0=np.array([0.0, 5.0, np.nan, np.inf, 0.0]))
     assert result.x.tolist() == [0.0, 1.0, np.inf, np.inf, np.inf]
     assert gabf.structure(net).unreachable.tolist() == [2, 3, 4]
 
 
 def test_no_node_reaches_the_source():
     net = from_arcs(3, [(1, 2, 1.0), (2, 1, 1.0)])
-    result = gabf.solve(net)
+    result = solve(net)
     assert result.x.tolist() == [0.0, np.inf, np.inf]
     assert result.settling_tau == 0.0

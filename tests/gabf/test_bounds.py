@@ -5,7 +5,7 @@ from scipy.integrate import quad
 from planner import gabf
 from planner.gabf import bounds
 
-from .networks import chain
+from .networks import AtTimes, chain, solve
 
 EXPONENTS = [((3, 5), (15, 7)), ((1, 9), (5, 1)), ((3, 5), (9, 7)), ((9, 11), (15, 7)), ((1, 3), (3, 1))]
 BETAS = [(1.0, 1.0), (0.3, 2.0), (5.0, 0.2)]
@@ -32,7 +32,7 @@ def test_the_printed_T_star_is_no_bound():
     assert bounds.T_star_sharp(law) == pytest.approx(2.80, abs=0.005)
     assert bounds.T_star_corrected(law) == pytest.approx(7 / 8 + 2.5)
     law = gabf.FixedTime(eta=1.0, p=(1, 9), m=(5, 1))
-    result = gabf.solve(chain(2), law, x0=1e6, solver=gabf.Splitting(0.001))
+    result = solve(chain(2), law, x0=1e6, solver=gabf.Splitting(0.001))
     printed, *others = [c for c in gabf.certify(chain(2), law, result) if "T_*" in c.name]
     assert printed.bound == pytest.approx(0.75)
     assert result.settling_tau == pytest.approx(1.19, abs=0.01)
@@ -43,7 +43,7 @@ def test_the_printed_T_star_is_no_bound():
 def test_the_error_bound_is_sharp_on_a_chain_and_below_the_exponential_one():
     net, law = chain(8), gabf.Nominal()
     x0 = np.arange(8.0) + 5.0
-    result = gabf.solve(net, law, x0, gabf.RungeKutta45(1e-10, 1e-12), gabf.AtTimes([1.0, 5.0, 20.0]), until_tau=25.0)
+    result = solve(net, law, x0, gabf.RungeKutta45(1e-10, 1e-12), AtTimes([1.0, 5.0, 20.0]), until_tau=25.0)
     for tau, x in zip(result.trajectory.tau, result.trajectory.x, strict=True):
         exact = np.log(x[7] - 7.0)
         assert bounds.log_errorbound(5.0, 1.0, 7, tau) == pytest.approx(exact, abs=1e-5)

@@ -5,7 +5,7 @@ import pytest
 
 from planner import gabf
 
-from .networks import scattered
+from .networks import scattered, solve
 
 NET = scattered(100, seed=6)
 FINE = gabf.Splitting(0.005)
@@ -19,7 +19,7 @@ def by_name(certificates):
 @pytest.mark.parametrize("law", [gabf.FixedTime(), gabf.SingularityFree()], ids=lambda law: law.name)
 def test_fixed_time_certificates_hold(law, start):
     x0 = np.random.default_rng(1).uniform(-10, 40, 100) if start == "mixed" else start
-    found = gabf.certify(NET, law, gabf.solve(NET, law, x0, FINE))
+    found = gabf.certify(NET, law, solve(NET, law, x0, FINE))
     assert len(found) == 7
     assert all(c.holds for c in found), [c.name for c in found if not c.holds]
     theorem = next(c for c in found if "corrected" in c.name)
@@ -33,7 +33,7 @@ def test_fixed_time_certificates_hold(law, start):
 
 @pytest.mark.parametrize("law", [gabf.Nominal(), gabf.PrescribedTime()], ids=lambda law: law.name)
 def test_exponential_certificates_hold_along_the_whole_run(law):
-    result = gabf.solve(NET, law, solver=FINE, save=gabf.EverySteps(1))
+    result = solve(NET, law, solver=FINE, save=gabf.EverySteps(1))
     found = gabf.certify(NET, law, result)
     equations = {c.equation for c in found}
     assert {"eq. (errorbound)", "lemma (over)", "eq. (boundt)"} <= equations
@@ -43,7 +43,7 @@ def test_exponential_certificates_hold_along_the_whole_run(law):
 
 
 def test_theorems_whose_assumptions_fail_promise_nothing():
-    result = gabf.solve(NET, gabf.Nominal(), x0=0.0)
+    result = solve(NET, gabf.Nominal(), x0=0.0)
     assert {c.equation for c in gabf.certify(NET, result.law, result)} == {
         "lemma (globalbound)",
         "lemma (globalexistence)",
@@ -51,7 +51,7 @@ def test_theorems_whose_assumptions_fail_promise_nothing():
 
 
 def test_a_certificate_can_be_stored():
-    result = gabf.solve(NET)
+    result = solve(NET)
     stored = json.loads(json.dumps([c.to_dict() for c in gabf.certify(NET, result.law, result)], allow_nan=False))
     assert all(c["slack"] == pytest.approx(c["bound"] - c["measured"]) for c in stored)
     assert {c["ours"] for c in stored} == {True, False}
@@ -59,7 +59,7 @@ def test_a_certificate_can_be_stored():
 
 
 def test_a_run_that_did_not_settle_holds_no_certificate_on_its_settling():
-    result = gabf.solve(NET, max_steps=2)
+    result = solve(NET, max_steps=2)
     settling = [c for c in gabf.certify(NET, result.law, result) if c.quantity == "settling tau"]
     assert settling
     assert not any(c.holds for c in settling)

@@ -1,10 +1,12 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
 from planner import gabf
 from planner.errors import AssumptionError, OptionError
 
-from .networks import chain, from_arcs
+from .networks import chain, from_arcs, solve
 
 
 def value(kernel, a, **more):
@@ -52,7 +54,7 @@ def test_wbar_outside_its_range_names_the_arc():
 
 
 def premises(net, x0=None):
-    return gabf.solve(net, x0=x0).premises
+    return solve(net, x0=x0).premises
 
 
 def test_zeta_and_lipschitz_on_the_data():
@@ -70,20 +72,20 @@ def test_zeta_and_lipschitz_on_the_data():
 def test_a_kernel_that_is_not_progressive_names_node_and_arc():
     net = from_arcs(3, [(1, 0, 2.0), (2, 1, 0.0)])
     with pytest.raises(AssumptionError, match=r"not progressive .* 0 on arc 1, by which node 2 reads node 1"):
-        gabf.solve(net)
+        solve(net)
 
 
 def test_starts_outside_the_domain_name_the_node():
     net = chain(3, cost=0.5, kernel=gabf.Multiplicative())
     with pytest.raises(AssumptionError, match=r"node 1 starts at 1, outside the domain \[-inf, 1\)"):
-        gabf.solve(net, x0=1.0)
+        solve(net, x0=1.0)
     with pytest.raises(AssumptionError, match=r"node 1 starts at 0.5, outside the domain \[1, inf\]"):
-        gabf.solve(gabf.examples.nine_node(), x0=0.5)
+        solve(gabf.examples.nine_node(), x0=0.5)
 
 
 def test_user_kernels_are_sampled_and_say_so():
     net = chain(4, kernel=gabf.UserKernel(lambda i, a, b: a + b + 0.25 * np.sin(a)))
-    result = gabf.solve(net, x0=7.0)
+    result = solve(net, x0=7.0)
     assert result.premises.sampled
     assert 1.2 < result.premises.L <= 1.25
     assert np.array_equal(result.x, gabf.oracle(net))
@@ -93,4 +95,11 @@ def test_user_kernels_are_sampled_and_say_so():
 def test_a_user_kernel_that_falls_is_refused():
     net = chain(4, kernel=gabf.UserKernel(lambda i, a, b: 20.0 - a))
     with pytest.raises(AssumptionError, match="does not increase"):
-        gabf.solve(net, x0=0.0)
+        solve(net, x0=0.0)
+
+
+def test_a_user_kernel_that_is_not_vectorised_is_told_so():
+    scalar: Any = lambda i, a, b: float(a[0] + b[0])  # noqa: E731
+    net = chain(4, kernel=gabf.UserKernel(scalar))
+    with pytest.raises(AssumptionError, match=r"returned shape \(\) for arcs of shape \(1,\)"):
+        solve(net, x0=9.0)

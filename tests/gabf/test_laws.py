@@ -1,27 +1,30 @@
+from typing import Any
+
 import numpy as np
 import pytest
 
 from planner import gabf
 from planner.errors import OptionError
 
-from .networks import scattered
+from .networks import AtTimes, scattered, solve
 
 NET = scattered(60)
+TRIPLE: Any = (9, 7, 5)
 LAWS = [gabf.Nominal(), gabf.PrescribedTime(), gabf.FixedTime(), gabf.SingularityFree()]
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 def test_every_law_settles_on_the_optimum_from_its_default_start(law):
-    result = gabf.solve(NET, law=law)
+    result = solve(NET, law=law)
     assert result.outcome is gabf.Ending.SETTLED
     assert np.array_equal(result.x, gabf.oracle(NET))
-    assert gabf.solve(NET, law=law).settling_tau == result.settling_tau
+    assert solve(NET, law=law).settling_tau == result.settling_tau
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 def test_the_control_input_is_the_derivative_of_the_state(law):
     t = np.array([0.05, 0.05 + 1e-5])
-    saved = gabf.solve(NET, law, solver=gabf.Splitting(1e-3), save=gabf.AtTimes(t)).trajectory
+    saved = solve(NET, law, solver=gabf.Splitting(1e-3), save=AtTimes(t)).trajectory
     slope = (saved.x[1] - saved.x[0]) / 1e-5
     finite = np.isfinite(slope)
     assert np.allclose(slope[finite], saved.u[0][finite], rtol=2e-3, atol=2e-3)
@@ -29,29 +32,29 @@ def test_the_control_input_is_the_derivative_of_the_state(law):
 
 def test_eta_has_no_effect_under_the_singularity_free_law():
     save = gabf.EverySteps(1)
-    one, two = (gabf.solve(NET, gabf.SingularityFree(eta=eta), x0=1.0, save=save) for eta in (0.01, 99.0))
+    one, two = (solve(NET, gabf.SingularityFree(eta=eta), x0=1.0, save=save) for eta in (0.01, 99.0))
     assert np.array_equal(one.trajectory.x, two.trajectory.x)
     assert np.array_equal(one.trajectory.u, two.trajectory.u)
     assert one.settling_tau == two.settling_tau
 
 
 def test_eta_scales_time_under_the_others():
-    slow, fast = (gabf.solve(NET, gabf.FixedTime(eta=eta)) for eta in (1.0, 4.0))
+    slow, fast = (solve(NET, gabf.FixedTime(eta=eta)) for eta in (1.0, 4.0))
     assert slow.settling_time == pytest.approx(4 * fast.settling_time, rel=1e-12)
 
 
 def test_prescribed_laws_keep_their_deadline_for_any_T():
     for T in (1e-3, 1.0, 1e6):
-        result = gabf.solve(NET, gabf.SingularityFree(T=T))
+        result = solve(NET, gabf.SingularityFree(T=T))
         assert result.settling_time < T
         assert result.log10_remaining < np.log10(T)
-        assert gabf.solve(NET, gabf.PrescribedTime(T=T)).settling_time <= T
+        assert solve(NET, gabf.PrescribedTime(T=T)).settling_time <= T
 
 
 def test_larger_h_and_gamma_settle_earlier():
-    times = [gabf.solve(NET, gabf.SingularityFree(h=h)).settling_time for h in (1, 2, 4, 8)]
+    times = [solve(NET, gabf.SingularityFree(h=h)).settling_time for h in (1, 2, 4, 8)]
     assert times == sorted(times, reverse=True)
-    assert gabf.solve(NET, gabf.SingularityFree(gamma=20)).settling_time < times[0]
+    assert solve(NET, gabf.SingularityFree(gamma=20)).settling_time < times[0]
 
 
 @pytest.mark.parametrize(
@@ -66,7 +69,7 @@ def test_larger_h_and_gamma_settle_earlier():
         (lambda: gabf.SingularityFree(m=(7, 9)), "m1 > m2"),
         (lambda: gabf.FixedTime(p=(2, 5)), "odd integers"),
         (lambda: gabf.FixedTime(m=(9, 0)), "odd integers"),
-        (lambda: gabf.FixedTime(m=(9, 7, 5)), "two positive odd integers"),
+        (lambda: gabf.FixedTime(m=TRIPLE), "two positive odd integers"),
     ],
 )
 def test_parameters_are_validated(make, message):

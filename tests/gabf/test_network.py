@@ -4,12 +4,12 @@ import pytest
 from planner import gabf
 from planner.errors import AssumptionError
 
-from .networks import chain, from_arcs
+from .networks import Network, chain, from_arcs, solve
 
 
 def test_arrays_are_copied_and_read_only():
     weight = np.array([1.0, 2.0])
-    net = gabf.Network([0, 0, 1, 2], [0, 1], weight, sources=[0], kernel=gabf.Additive())
+    net = Network([0, 0, 1, 2], [0, 1], weight, sources=[0], kernel=gabf.Additive())
     weight[0] = 9.0
     assert net.weight[0] == 1.0
     with pytest.raises(ValueError, match="read-only"):
@@ -44,7 +44,7 @@ def test_what_is_not_a_graph_is_refused(changes, message):
         "kernel": gabf.Additive(),
     }
     with pytest.raises(AssumptionError, match=message):
-        gabf.Network(**(given | changes))
+        Network(**(given | changes))
 
 
 def test_arcs_between_finds_parallel_arcs_in_one_direction():
@@ -70,8 +70,8 @@ def test_readers_reverse_the_graph():
 
 
 def test_one_node_graph():
-    net = gabf.Network([0, 0], [], [], sources=[0], source_values=[3.0], kernel=gabf.Additive())
-    result = gabf.solve(net)
+    net = Network([0, 0], [], [], sources=[0], source_values=[3.0], kernel=gabf.Additive())
+    result = solve(net)
     assert result.x.tolist() == [3.0]
     assert result.outcome is gabf.Ending.SETTLED
     assert gabf.extract_path(net, result, 0).tolist() == [0]

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.errors import StateError
+from planner.errors import AssumptionError, StateError
 
-from .networks import from_arcs, require_paths, scattered
+from .networks import from_arcs, require_paths, scattered, solve
 
 
 def test_every_path_costs_what_the_field_says():
     net = scattered(120, seed=3)
-    require_paths(net, gabf.solve(net))
+    require_paths(net, solve(net))
 
 
 def test_ties_go_to_fewer_hops_then_to_smaller_indices():
@@ -24,7 +24,7 @@ def test_no_node_repeats_where_costs_vanish_in_rounding():
     net = from_arcs(
         4, [(1, 0, big), (2, 1, 1e-9), (1, 2, 1e-9), (3, 2, 1e-9), (2, 3, 1e-9), (3, 1, 1e-9), (1, 3, 1e-9)]
     )
-    result = gabf.solve(net)
+    result = solve(net)
     assert result.x[1] == result.x[2] == result.x[3] == big
     assert gabf.extract_path(net, result, 2).tolist() == [2, 1, 0]
     assert gabf.extract_path(net, result, 3).tolist() == [3, 1, 0]
@@ -40,7 +40,7 @@ def test_a_nearly_settled_field_still_gives_the_path():
 
 def test_starts_without_a_path_are_refused():
     net = from_arcs(4, [(1, 0, 1.0), (2, 3, 1.0), (3, 2, 1.0)])
-    result = gabf.solve(net)
+    result = solve(net)
     with pytest.raises(StateError, match="node 2 reaches no source"):
         gabf.extract_path(net, result, 2)
     with pytest.raises(StateError, match="start 4 is not a node; nodes run from 0 to 3"):
@@ -52,3 +52,15 @@ def test_a_field_that_has_not_settled_is_refused():
     net = from_arcs(3, [(1, 0, 9.0), (1, 2, 0.5), (2, 1, 0.5)])
     with pytest.raises(StateError, match="has not settled"):
         gabf.extract_path(net, np.array([0.0, 1.5, 1.0]), 1)
+
+
+def test_a_field_of_another_network_is_refused():
+    net = from_arcs(4, [(1, 0, 1.0), (2, 1, 1.0), (3, 2, 1.0)])
+    before = solve(net)
+    cut = net.without_arcs(net.arcs_between(2, 1))
+    with pytest.raises(StateError, match="node 3 reaches no source"):
+        gabf.extract_path(cut, before, 3)
+    with pytest.raises(AssumptionError, match=r"x has shape \(3,\)"):
+        gabf.extract_path(net, np.zeros(3), 1)
+    with pytest.raises(AssumptionError, match=r"x\[2\] is inf"):
+        gabf.extract_path(net, solve(cut), 1)

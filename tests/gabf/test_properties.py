@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from planner import gabf
 
-from .networks import from_arcs, require_paths
+from .networks import Network, from_arcs, require_paths, solve
 
 LENGTHS = st.one_of(st.integers(1, 4).map(float), st.floats(1e-3, 1e3))
 FINE = gabf.Splitting(0.01)
@@ -67,11 +67,19 @@ FIXED = st.builds(
 LINEAR = st.builds(gabf.PrescribedTime, T=st.floats(0.01, 100), h=st.floats(0.1, 8), gamma=st.floats(0.1, 20))
 
 
+def require_held(certificate):
+    """Settling times are computed to about 1 %, and several bounds are sharp; everything else holds to rounding."""
+    if certificate.quantity == "settling tau":
+        assert certificate.slack >= -0.03 * certificate.measured - 1e-9, certificate
+    else:
+        assert certificate.holds, certificate
+
+
 @settings(max_examples=300, deadline=None)
 @given(runs(), FIXED)
 def test_singularity_free_settles_before_T_on_the_oracle_and_within_every_bound(run, law):
     net, x0 = run
-    result = gabf.solve(net, law, x0, FINE)
+    result = solve(net, law, x0, FINE)
     assert result.outcome is gabf.Ending.SETTLED
     assert np.array_equal(result.x, gabf.oracle(net))
     assert result.settling_time <= law.T
@@ -79,23 +87,20 @@ def test_singularity_free_settles_before_T_on_the_oracle_and_within_every_bound(
     assert result.log10_remaining <= np.log10(law.T) + 1e-12
     for certificate in gabf.certify(net, law, result):
         if "as printed" not in certificate.name:
-            assert certificate.slack >= -0.03 * abs(certificate.measured) - 1e-9, certificate
+            require_held(certificate)
 
 
 @settings(max_examples=100, deadline=None)
 @given(networks(), LINEAR)
 def test_prescribed_time_settles_at_T_from_above_and_within_every_bound(net, law):
-    result = gabf.solve(net, law, solver=FINE, save=gabf.EverySteps(1))
+    result = solve(net, law, solver=FINE, save=gabf.EverySteps(1))
     x_star = gabf.oracle(net)
     finite = np.isfinite(x_star)
     assert np.array_equal(result.x, x_star)
     assert result.settling_time <= law.T
     assert (result.trajectory.x[:, finite] >= x_star[finite] - 1e-12 * np.abs(x_star[finite])).all()
     for certificate in gabf.certify(net, law, result):
-        if certificate.quantity == "settling tau":
-            assert certificate.slack >= -0.03 * certificate.measured - 1e-9, certificate
-        else:
-            assert certificate.holds, certificate
+        require_held(certificate)
 
 
 @settings(max_examples=100, deadline=None)
@@ -105,7 +110,7 @@ def test_starts_above_stay_above_under_the_fixed_time_laws(net, excess):
     finite = np.isfinite(x_star)
     x0 = np.where(finite, x_star, 0.0)
     x0 += excess * (1.0 - x0) / 11.0 if _bounded(net) else excess
-    saved = gabf.solve(net, gabf.FixedTime(), x0, save=gabf.EverySteps(1)).trajectory
+    saved = solve(net, gabf.FixedTime(), x0, save=gabf.EverySteps(1)).trajectory
     assert (saved.x[:, finite] >= x_star[finite] - 1e-12 * np.abs(x_star[finite])).all()
 
 
@@ -117,7 +122,7 @@ def _bounded(net):
 @given(runs())
 def test_paths_cost_what_the_field_says_and_repeat_no_node(run):
     net, x0 = run
-    result = gabf.solve(net, x0=x0)
+    result = solve(net, x0=x0)
     require_paths(net, result)
 
 
@@ -128,7 +133,7 @@ def test_renumbering_the_nodes_renumbers_the_result(net, random):
     random.shuffle(order)
     new = np.array(order)
     arcs = np.argsort(new[net.tails], kind="stable")
-    renumbered = gabf.Network(
+    renumbered = Network(
         np.concatenate(([0], np.cumsum(np.bincount(new[net.tails], minlength=net.n_nodes)))),
         new[net.indices[arcs]],
         net.weight[arcs],
@@ -138,7 +143,7 @@ def test_renumbering_the_nodes_renumbers_the_result(net, random):
         arc_cost=net.arc_cost[arcs],
         kernel=net.kernel,
     )
-    one, two = gabf.solve(net), gabf.solve(renumbered)
+    one, two = solve(net), solve(renumbered)
     assert np.array_equal(one.x, two.x[new])
     assert one.steps == two.steps
     assert np.isclose(one.settling_tau, two.settling_tau, rtol=1e-9)
@@ -156,7 +161,7 @@ def test_the_two_oracles_agree(net):
 def test_a_changed_network_is_healed_from_the_old_field(run, pick):
     net, _ = run
     assume(net.n_arcs > 1)
-    before = gabf.solve(net)
+    before = solve(net)
     changed = net.without_arcs([pick % net.n_arcs])
     warm = np.where(np.isfinite(before.x), before.x, 1.0 if not _bounded(net) else 0.0)
-    assert np.array_equal(gabf.solve(changed, x0=warm).x, gabf.oracle(changed))
+    assert np.array_equal(solve(changed, x0=warm).x, gabf.oracle(changed))

@@ -7,6 +7,8 @@ import numpy as np
 
 from planner import gabf
 
+from .networks import Network, solve
+
 
 def test_importing_the_package_loads_no_robot_library_and_no_scipy():
     code = (
@@ -24,9 +26,9 @@ def test_every_public_name_is_there_and_documented():
 
 
 def test_the_example_in_the_docstrings_runs():
-    net = gabf.Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], kernel=gabf.Additive())
-    assert gabf.solve(net).x.tolist() == [0, 1, 2]
+    net = Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], kernel=gabf.Additive())
+    assert solve(net).x.tolist() == [0, 1, 2]
     omega = np.array([0.2, 0.4, 0.9])
-    net = gabf.Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], node_cost=omega)
-    result = gabf.solve(net, law=gabf.SingularityFree(T=4.0))
+    net = Network([0, 0, 1, 3], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], node_cost=omega)
+    result = solve(net, law=gabf.SingularityFree(T=4.0))
     assert gabf.extract_path(net, result, start=2).tolist() == [2, 1, 0]

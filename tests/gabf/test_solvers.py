@@ -6,7 +6,7 @@ import pytest
 from planner import gabf
 from planner.errors import OptionError
 
-from .networks import chain, scattered
+from .networks import AtTimes, chain, scattered, solve
 
 NET = scattered(40, seed=2)
 START = np.linspace(30.0, 60.0, 40)
@@ -20,7 +20,7 @@ SOLVERS = [gabf.Splitting(), gabf.Splitting(1e-3), gabf.BackwardEuler(), gabf.Ru
 
 
 def final_state(solver, law):
-    result = gabf.solve(NET, law, x0=START, solver=solver, until_tau=UNTIL)
+    result = solve(NET, law, x0=START, solver=solver, until_tau=UNTIL)
     assert result.end_tau == pytest.approx(UNTIL, abs=1e-12)
     return result.x[np.isfinite(result.x)]
 
@@ -41,7 +41,7 @@ def test_rk45_has_order_five_where_the_flow_is_smooth():
     errors = []
     for step in (0.4, 0.2):
         solver = gabf.RungeKutta45(rtol=1.0, atol=1e3, max_step=step)
-        x = gabf.solve(net, law, x0=9.0, solver=solver, until_tau=4.0, save=gabf.AtTimes([4.0])).trajectory.x[0]
+        x = solve(net, law, x0=9.0, solver=solver, until_tau=4.0, save=AtTimes([4.0])).trajectory.x[0]
         errors.append(abs(x[2] - (2 + np.exp(-4.0) * (7 + 8 * 4.0))))
     assert np.log2(errors[0] / errors[1]) > 4.5
 
@@ -49,10 +49,8 @@ def test_rk45_has_order_five_where_the_flow_is_smooth():
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda s: s.name)
 def test_every_solver_follows_the_same_trajectory(solver):
     t = np.array([0.0, 0.02, 0.05, 0.1])
-    exact = gabf.solve(
-        NET, x0=START, solver=gabf.RungeKutta45(1e-10, 1e-12), save=gabf.AtTimes(t), until_tau=1.5
-    ).trajectory
-    saved = gabf.solve(NET, x0=START, solver=solver, save=gabf.AtTimes(t), until_tau=1.5).trajectory
+    exact = solve(NET, x0=START, solver=gabf.RungeKutta45(1e-10, 1e-12), save=AtTimes(t), until_tau=1.5).trajectory
+    saved = solve(NET, x0=START, solver=solver, save=AtTimes(t), until_tau=1.5).trajectory
     finite = np.isfinite(exact.x[0])
     assert np.array_equal(saved.t, t)
     assert np.allclose(saved.tau, exact.tau)
@@ -64,19 +62,29 @@ def test_every_solver_follows_the_same_trajectory(solver):
 def test_solvers_agree_on_when_a_chain_settles(solver, law):
     """Node 1 alone is a scalar equation, so its settling time is known."""
     net = chain(2)
-    result = gabf.solve(net, law, x0=3.0, solver=solver)
+    result = solve(net, law, x0=3.0, solver=solver)
     assert result.settling_tau == pytest.approx(law.flow.time_between(2.0, 1e-9), rel=0.02)
 
 
+@pytest.mark.parametrize("start", [None, 0.0, START], ids=["above", "zeros", "ramp"])
+@pytest.mark.parametrize("law", [gabf.Nominal(), gabf.SingularityFree()], ids=lambda law: law.name)
+def test_splitting_settles_when_a_tight_rk45_does(law, start):
+    times = [
+        solve(NET, law, start, solver, settle_tolerance=1e-3).settling_tau
+        for solver in (gabf.Splitting(0.002), gabf.RungeKutta45(1e-8, 1e-10))
+    ]
+    assert times[0] == pytest.approx(times[1], rel=0.02)
+
+
 def test_rk45_chatters_and_says_that_nothing_is_proved():
-    result = gabf.solve(NET, solver=gabf.RungeKutta45(), until_tau=40.0)
+    result = solve(NET, solver=gabf.RungeKutta45(), until_tau=40.0)
     assert result.outcome is gabf.Ending.BUDGET_SPENT
     assert result.settling_tau is None
     assert gabf.max_error(result, gabf.oracle(NET)) <= result.error_bound
 
 
 def test_rk45_settles_on_a_loose_tolerance():
-    result = gabf.solve(NET, gabf.Nominal(), solver=gabf.RungeKutta45(1e-9, 1e-12), settle_tolerance=1e-3)
+    result = solve(NET, gabf.Nominal(), solver=gabf.RungeKutta45(1e-9, 1e-12), settle_tolerance=1e-3)
     assert result.outcome is gabf.Ending.SETTLED
     assert gabf.max_error(result, gabf.oracle(NET)) <= 1e-3
 

@@ -1,0 +1,34 @@
+# make plan   plan the paper's manipulator scenario
+# make test   run every check: ruff, pyright, pytest, notebooks, the page in a browser
+# Both set .venv up from the lock file if that has not been done.
+
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
+	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null && { echo "$$p"; break; }; done)
+BIN := .venv/bin
+
+.PHONY: plan test lock clean
+plan: .venv/ready
+	$(BIN)/planner plan
+
+test: .venv/ready
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+	$(BIN)/pytest
+
+.venv/ready: requirements.lock pyproject.toml
+	@test -n "$(PYTHON)" || { echo "planner needs Python 3.11, 3.12 or 3.13: install one, or run 'make PYTHON=/path/to/python3.12'."; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
+		|| { echo "planner needs Python 3.11, 3.12 or 3.13, and $(PYTHON) is none of them."; exit 1; }
+	"$(PYTHON)" -m venv --clear .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+	touch .venv/ready
+
+# the lock file holds every package with its hashes, for Python 3.11 to 3.13, and no address of a registry
+lock:
+	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
+		--custom-compile-command "make lock" --extra figures --extra notebooks --group dev pyproject.toml -o requirements.lock
+
+clean:
+	rm -rf .venv out build dist

@@ -1,0 +1,52 @@
+"""The built wheel carries robots and scenes and plans outside the checkout."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("wheel")
+    code = f"import os; os.chdir({str(ROOT)!r}); from hatchling.build import build_wheel; print(build_wheel({str(out)!r}))"
+    name = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()[-1]
+    return out / name
+
+
+def test_the_wheel_holds_the_data(wheel: Path) -> None:
+    names = set(zipfile.ZipFile(wheel).namelist())
+    for name in (
+        "planner/py.typed",
+        "planner/_data/robots/iiwa14/iiwa14.urdf",
+        "planner/_data/robots/iiwa14/visual/link_0.stl",
+        "planner/_data/robots/panda/robot.yaml",
+        "planner/_data/scenes/paper.yaml",
+        "planner/view/page.js",
+    ):
+        assert name in names
+
+
+def test_the_installed_wheel_plans_outside_the_checkout(wheel: Path, tmp_path: Path) -> None:
+    """Installed without its dependencies into a folder of its own; those come from this environment."""
+    target = tmp_path / "site"
+    zipfile.ZipFile(wheel).extractall(target)
+    environment = {**os.environ, "PYTHONPATH": str(target)}
+    code = "import planner, sys; from planner.cli import main; assert sys.argv and planner.__file__.startswith(sys.argv.pop(1)); main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(target), "plan", "--nodes", "60"],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert json.loads((tmp_path / "out" / "plan.json").read_text())["outcome"] == "solved"
