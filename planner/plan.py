@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
@@ -21,7 +21,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.outcome import Outcome
 from planner.request import PAPER_NODES, PlanRequest
-from planner.resolve import resolve
+from planner.resolve import free_configuration, resolve
 from planner.roadmap.attach import attach
 from planner.roadmap.build import RoadmapSettings, grow_roadmap
 from planner.roadmap.roadmap import Roadmap
@@ -129,17 +129,23 @@ def make_law(request: PlanRequest) -> gabf.Law:
 def build_roadmap(
     robot: Robot,
     checker: CollisionChecker,
-    start: Floats,
-    goal: Floats,
+    start: Floats | Sequence[float],
+    goal: Floats | Sequence[float],
     nodes: int = PAPER_NODES,
     seed: int = 0,
     progress: Progress = lambda stage, done, total: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Roadmap:
-    """A roadmap of proven edges between configurations ``start`` and ``goal`` ((dof,) or (k, dof), rad)."""
+    """A roadmap of proven edges between configurations ``start`` and ``goal`` ((dof,) or (k, dof), rad).
+
+    Raises :class:`StateError` where one of them is out of limits or in collision.
+    """
     if robot is not checker.world.robot:
         raise OptionError("the checker was made for another robot: make one with make_checker(robot, scene).")
-    starts, goals = np.atleast_2d(start), np.atleast_2d(goal)
+    starts, goals = (
+        np.array([free_configuration(q, checker, role) for q in np.atleast_2d(np.asarray(rows, dtype=float))])
+        for role, rows in (("start", start), ("goal", goal))
+    )
     return grow_roadmap(checker, starts, goals, RoadmapSettings(nodes), seed, measure_scale, progress, stop)
 
 

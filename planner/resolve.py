@@ -39,7 +39,7 @@ def resolve(target: Target, checker: CollisionChecker, states: Mapping[str, str]
                 raise StateError(f"state '{name}' of the scene names another state '{inner.name}': give numbers.")
             return resolve(inner, checker, states, role, count)
         case Joints(values):
-            return _check_joints(np.array(values), checker, role)
+            return free_configuration(np.array(values), checker, role)[None]
         case Position(xyz):
             _check_finite(np.array(xyz), role)
             rng = np.random.default_rng(IK_SEED)
@@ -64,11 +64,12 @@ def _check_finite(values: Floats, role: str) -> None:
         raise StateError(f"{role} holds a value that is not finite: give plain numbers.")
 
 
-def _check_joints(values: Floats, checker: CollisionChecker, role: str) -> Floats:
+def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
+    """Joint values (dof,), continuous ones in [-pi, pi); :class:`StateError` unless within limits and free."""
     robot = checker.world.robot
-    if len(values) != robot.dof:
+    if values.shape != (robot.dof,):
         raise StateError(
-            f"{role} has {len(values)} joint values, {robot.name} has {robot.dof} planned joints: "
+            f"{role} has {values.size} joint values, {robot.name} has {robot.dof} planned joints: "
             f"{choices(robot.joints)}."
         )
     _check_finite(values, role)
@@ -76,7 +77,7 @@ def _check_joints(values: Floats, checker: CollisionChecker, role: str) -> Float
     contact = contact_of(checker, values)
     if contact is not None:
         raise StateError(f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.")
-    return frozen(robot.normalise(values)[None])
+    return frozen(robot.normalise(values))
 
 
 def check_limits(robot: Robot, values: Floats, role: str) -> None:

@@ -23,7 +23,7 @@ def test_the_library_example_runs_and_is_short() -> None:
     exec(code, names)
     path = names["path"]
     assert np.allclose(path[0], [0, 0.5, 0, -1.2, 0, 0.8, 0])
-    assert np.allclose(path[-1], [1, 0.5, 0, -1.2, 0, 0.8, 0])
+    assert np.allclose(path[-1], [-2, 0.5, 0, -1.2, 0, 0.8, 0])
 
 
 def test_the_scene_example_is_a_scene(tmp_path: Path) -> None:

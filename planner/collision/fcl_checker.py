@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import fcl
 import numpy as np
 
@@ -10,6 +13,62 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
+
+_ANY_CONTACT = fcl.CollisionRequest(num_max_contacts=1, enable_contact=True)
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """Whether ``asked``, a body or a tree of bodies, touches anything in a tree."""
+
+    asked: Any
+    tree: fcl.DynamicAABBTreeCollisionManager
+    moves: bool  # whether a tree holds bodies, which have moved since it was last asked
+
+
+@dataclass
+class _Hit:
+    """What a callback leaves behind: the geometry objects of the pair, and for distances the nearest so far."""
+
+    pair: tuple[fcl.CollisionGeometry, fcl.CollisionGeometry] | None = None
+    nearest: float = np.inf
+
+
+def _stop_at_contact(a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> bool:
+    result = fcl.CollisionResult()
+    if fcl.collide(a, b, _ANY_CONTACT, result):
+        hit.pair = result.contacts[0].o1, result.contacts[0].o2
+        return True
+    return False
+
+
+def _keep_nearest(a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> tuple[bool, float]:
+    result = fcl.DistanceResult()
+    gap = fcl.distance(a, b, fcl.DistanceRequest(), result)
+    if gap < hit.nearest:
+        hit.nearest, hit.pair = gap, (result.o1, result.o2)
+    return hit.nearest <= 0, hit.nearest
+
+
+def _find_contact(question: _Question, margin: float) -> Any:
+    _update(question)
+    hit = _Hit()
+    question.tree.collide(question.asked, hit, _stop_at_contact)
+    return hit.pair
+
+
+def _find_near(question: _Question, margin: float) -> Any:
+    _update(question)
+    hit = _Hit(nearest=margin * (1 + 1e-12))  # the trees skip whatever is farther than this
+    question.tree.distance(question.asked, hit, _keep_nearest)
+    return hit.pair
+
+
+def _update(question: _Question) -> None:
+    if question.moves:
+        question.tree.update()
+        if not isinstance(question.asked, fcl.CollisionObject):
+            question.asked.update()
 
 
 class FclChecker(CollisionChecker):
@@ -25,10 +84,14 @@ class FclChecker(CollisionChecker):
         self.world = world
         self.chain = Chain.of(world.robot)
         self.queries = 0
-        self._bodies = [fcl.CollisionObject(_geometry(body.shape)) for body in world.bodies]
+        shapes = [_geometry(item.shape) for item in (*world.bodies, *world.obstacles)]
+        self._index = {id(shape): k for k, shape in enumerate(shapes)}
+        self._shapes = shapes  # contacts are told by these very objects: keep them alive
+        count = len(world.bodies)
+        self._bodies = [fcl.CollisionObject(shape) for shape in shapes[:count]]
         self._obstacles = [
-            fcl.CollisionObject(_geometry(o.shape), fcl.Transform(o.placement[:3, :3], o.placement[:3, 3]))
-            for o in world.obstacles
+            fcl.CollisionObject(shape, fcl.Transform(o.placement[:3, :3], o.placement[:3, 3]))
+            for shape, o in zip(shapes[count:], world.obstacles, strict=True)
         ]
         self._moving = [k for k, body in enumerate(world.bodies) if body.joint != 0]
         self._place_static()
@@ -39,32 +102,30 @@ class FclChecker(CollisionChecker):
             if body.joint == 0:
                 item.setTransform(fcl.Transform(body.placement[:3, :3], body.placement[:3, 3]))
 
-    def _build_questions(self) -> list[tuple[int, fcl.DynamicAABBTreeCollisionManager, list[int]]]:
-        """(body, tree, pair of each member) for everything that a body is checked against."""
+    def _build_questions(self) -> list[_Question]:
+        """Everything that has to be asked about one placement of the bodies."""
         questions = []
-        count = len(self._obstacles)
-        all_checked = _tree(self._obstacles)
+        scene = _tree(self._obstacles)
+        if self.world.checked.all() and self._obstacles:
+            questions.append(_Question(_tree(self._bodies), scene, True))
+        else:
+            for b, row in enumerate(self.world.checked):
+                if row.any():
+                    tree = scene if row.all() else _tree([self._obstacles[o] for o in np.nonzero(row)[0]])
+                    questions.append(_Question(self._bodies[b], tree, False))
         for b in range(len(self._bodies)):
-            row = np.nonzero(self.world.checked[b])[0]
-            if len(row):
-                tree = all_checked if len(row) == count else _tree([self._obstacles[o] for o in row])
-                questions.append((b, tree, [b * count + int(o) for o in row]))
-        scene = len(self._bodies) * count
-        for b in range(len(self._bodies)):
-            pairs = np.nonzero(self.world.self_pairs[:, 1] == b)[0]
-            if len(pairs):
-                tree = _tree([self._bodies[i] for i in self.world.self_pairs[pairs, 0]])
-                questions.append((b, tree, [scene + int(p) for p in pairs]))
+            others = self.world.self_pairs[self.world.self_pairs[:, 1] == b, 0]
+            if len(others):
+                questions.append(_Question(self._bodies[b], _tree([self._bodies[i] for i in others]), True))
         return questions
 
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
         q = np.atleast_2d(np.asarray(q, dtype=float))
         rotation, position = joint_placements(self.chain, q)
-        placements = [_world_placement(body, rotation, position) for body in self.world.bodies]
+        placements = [(self._bodies[b], *_world_placement(self.world.bodies[b], rotation, position)) for b in self._moving]
         for row in range(len(q)):
-            for b in self._moving:
-                turns, shifts = placements[b]
-                self._bodies[b].setTransform(fcl.Transform(turns[row], shifts[row]))
+            for item, turns, shifts in placements:
+                item.setTransform(fcl.Transform(turns[row], shifts[row]))
             pair = self._touching_pair()
             if pair is not None:
                 return row, self.world.contact(pair)
@@ -72,28 +133,21 @@ class FclChecker(CollisionChecker):
 
     def _touching_pair(self) -> int | None:
         self.queries += 1
-        scene = len(self._bodies) * len(self._obstacles)
-        updated: set[int] = set()
-        for b, tree, pairs in self._questions:
-            if pairs[0] >= scene and id(tree) not in updated:
-                tree.update()
-                updated.add(id(tree))
-            if self._touches(b, tree):
-                return self._name_pair(b, pairs)
+        find = _find_near if self.world.margin > 0 else _find_contact
+        for question in self._questions:
+            hit = find(question, self.world.margin)
+            if hit is not None:
+                return self._pair_of(hit)
         return None
 
-    def _touches(self, body: int, tree: fcl.DynamicAABBTreeCollisionManager) -> bool:
-        if self.world.margin > 0:
-            nearest = fcl.DistanceData()
-            tree.distance(self._bodies[body], nearest, fcl.defaultDistanceCallback)
-            return nearest.result.min_distance <= self.world.margin
-        hit = fcl.CollisionData()
-        tree.collide(self._bodies[body], hit, fcl.defaultCollisionCallback)
-        return hit.result.is_collision
-
-    def _name_pair(self, body: int, pairs: list[int]) -> int:
-        gaps = [self._pair_distance(pair) for pair in pairs]
-        return pairs[int(np.argmin(gaps))]
+    def _pair_of(self, hit: tuple[fcl.CollisionGeometry, fcl.CollisionGeometry]) -> int:
+        """The number of the pair whose two geometry objects a contact names, in either order."""
+        first, second = sorted(self._index[id(shape)] for shape in hit)
+        bodies, obstacles = len(self._bodies), len(self._obstacles)
+        if second >= bodies:
+            return first * obstacles + second - bodies
+        row = np.nonzero((self.world.self_pairs == (first, second)).all(axis=1))[0][0]
+        return bodies * obstacles + int(row)
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         moved: set[int] = set()

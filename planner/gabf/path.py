@@ -11,7 +11,9 @@ from planner.gabf.problem import Problem, reduce, require_state
 from planner.gabf.result import CostToGo
 
 SLACK = 1e-9
-"""Arcs this close to the minimum, relative to max(1, |x|), count as ties if the field is not settled to the bit."""
+"""Arcs this close to the minimum, relative to max(1, |x|), count as ties if the field is not settled to the
+bit.
+"""
 
 
 def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:

@@ -9,16 +9,26 @@ from planner.gabf.network import Network
 
 
 def hops_to_source(net: Network) -> Ints:
-    """(n,) fewest arcs from each node to a source, -1 where there is no path; breadth first against the
-    arcs.
-    """
+    """(n,) fewest arcs from each node to a source, -1 where there is no path: breadth first, against arcs."""
     hops = np.full(net.n_nodes, -1, dtype=np.int64)
     frontier, level = net.sources, 0
+    arcs_of = arcs_reading if net.n_arcs >= SWEEP_BELOW else _sweep
     while frontier.size:
         hops[frontier] = level
-        found = net.tails[arcs_reading(net, frontier)]
+        found = net.tails[arcs_of(net, frontier)]
         frontier, level = distinct(found[hops[found] < 0], net.n_nodes), level + 1
     return hops
+
+
+SWEEP_BELOW = 20_000
+"""Arcs below which looking at all of them at each level is faster than reversing the graph."""
+
+
+def _sweep(net: Network, nodes: Ints) -> Ints:
+    """The same as :func:`arcs_reading`, from a look at every arc."""
+    chosen = np.zeros(net.n_nodes, dtype=bool)
+    chosen[nodes] = True
+    return np.flatnonzero(chosen[net.indices])
 
 
 def arcs_reading(net: Network, nodes: Ints) -> Ints:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.gabf import parents, splitting
+from planner.gabf import parents, reachability, splitting
 from planner.gabf.problem import reduce
 
 from .networks import from_arcs, scattered, solve
@@ -60,3 +60,28 @@ def test_a_row_at_rest_is_kept_while_its_parent_may_move():
     xhat = y[:2] - reduce(net).parent_values(y)
     assert xhat.tolist() == [-1e9, 0.0]
     assert sorted(grouped.retire(y, xhat).rows) == [0, 1]
+
+
+@pytest.mark.parametrize("kernel", KERNELS[:2], ids=lambda k: type(k).__name__)
+def test_padded_rows_give_the_same_minima(kernel):
+    problem = reduce(scattered(120, kernel=kernel))
+    y = problem.pack(np.random.default_rng(0).random(120))
+    rows = parents.padded(problem)
+    assert rows is not None
+    assert np.array_equal(rows(y), problem.parent_values(y))
+
+
+def test_rows_are_not_padded_where_one_of_them_is_far_longer():
+    star = from_arcs(60, [(1, k, 1.0) for k in range(2, 60)] + [(k, 0, 1.0) for k in range(2, 60)])
+    assert parents.padded(reduce(star)) is None
+    assert solve(star).x.tolist() == [0.0, 2.0, *[1.0] * 58]
+    assert parents.padded(reduce(scattered(30, kernel=KERNELS[2]))) is None
+
+
+def test_both_ways_of_reversing_the_graph_count_the_same_hops(monkeypatch):
+    net = scattered(200, seed=5, degree=2)
+    swept = reachability.hops_to_source(net)
+    monkeypatch.setattr(reachability, "SWEEP_BELOW", 0)
+    assert np.array_equal(reachability.hops_to_source(net), swept)
+    assert swept.min() == -1
+    assert swept.max() > 3
