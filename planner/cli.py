@@ -132,7 +132,7 @@ def main() -> None:
     try:
         code = app.cli(
             prog="planner",
-            description="Singularity-averse path planning for robot arms, with proven edges and a certified cost-to-go.",
+            description="Singularity-averse path planning for robot arms: proven edges, certified cost-to-go.",
         )
     except PlannerError as error:
         if debug:

@@ -16,10 +16,22 @@ import pytest
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 _FLAGS = (
-    "--headless --no-sandbox --disable-gpu --enable-unsafe-swiftshader --disable-dev-shm-usage --disable-quic "
-    "--no-first-run --disable-background-networking --disable-component-update --disable-sync --hide-scrollbars "
-    "--window-size=1200,800 --virtual-time-budget=15000 --enable-logging=stderr"
-).split()
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--enable-unsafe-swiftshader",
+    "--disable-dev-shm-usage",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+    "--window-size=1200,800",
+    "--virtual-time-budget=15000",
+    "--enable-logging=stderr",
+)
+_CHROMIUMS_OWN = r"https?://[a-z0-9.-]*\.(google|googleapis|gvt1)\.com/"  # asked for on any page
 
 
 @dataclass(frozen=True)
@@ -51,8 +63,7 @@ def visit(page: Path) -> Visit:
         log = Path(profile) / "net.json"
         done = _run(page, profile, "--dump-dom", f"--log-net-log={log}")
         urls = set(re.findall(r'"url":"((?:https?|wss?)://[^"]*)"', log.read_text()))
-        # what Chromium asks Google for itself, on any page
-        requests = sorted(url for url in urls if not re.match(r"https?://[a-z0-9.-]*\.(google|googleapis|gvt1)\.com/", url))
+        requests = sorted(url for url in urls if not re.match(_CHROMIUMS_OWN, url))
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line and "GL Driver Message" not in line]
     return Visit(done.stdout, console, requests)
 

@@ -1,5 +1,7 @@
 """Clearance bounds never exceed the distance that FCL or coal finds."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import KINDS, PRIMITIVES, CoalWorld, body, checker_of, load, random_pose, random_q, random_shape, scene_of
@@ -37,7 +39,7 @@ def both_bounds(world: World, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("name", ["iiwa14", "panda", "ur5", "kinova", "planar_2r"])
 def test_never_above_coals_distance(name):
-    scene = random_scene(hash(name) % 1000 if False else len(name), 10)
+    scene = random_scene(len(name), 10)
     world = make_checker(load(name), scene).world
     judge, q = CoalWorld(world), random_q(load(name), 6, seed=8)
     coarse, fine = both_bounds(world, q)
@@ -68,8 +70,6 @@ def test_every_pair_of_kinds_against_both_libraries(first, second):
 
 
 def world_of(shape_a, place_a, shape_b, place_b) -> World:
-    from dataclasses import replace
-
     robot = replace(load("planar_2r"), bodies=(body(shape_a, place_a),))
     return World.of(robot, scene_of((shape_b, place_b)), frozenset())
 
@@ -89,19 +89,18 @@ def test_a_ball_against_a_primitive_is_exact(kind):
 
 @pytest.mark.parametrize("name", ["iiwa14", "panda"])
 def test_bounds_are_of_use(name):
-    """Most of what is 20 cm away is known to be at least 5 cm away; the second look is closer on the whole."""
+    """Most of what is 20 cm away is known to be at least 5 cm away; the second look is closer where it is asked."""
     world = checker_of(name, "paper").world
     q = random_q(load(name), 8, seed=2)
     coarse, fine = both_bounds(world, q)
     truth = np.array([CoalWorld(world).distances(row) for row in q])
     far = truth > 0.2
     assert (coarse[far] > 0.05).mean() > 0.95
-    assert (truth - fine)[far].mean() < (truth - coarse)[far].mean() + 1e-12
+    near = (truth > 0) & (truth < 0.08)
+    assert (truth - fine)[near].mean() < (truth - coarse)[near].mean() + 1e-12
 
 
 def test_pairs_that_are_not_checked_are_infinitely_far():
-    from dataclasses import replace
-
     world = checker_of("iiwa14", "paper").world
     checked = np.array(world.checked)
     checked[3, 2] = False
@@ -117,24 +116,24 @@ def test_a_batch_is_its_rows(scene):
     """Chunks and batches change nothing."""
     world = checker_of("panda", scene).world
     q = random_q(world.robot, 400)
-    whole, _ = both_bounds_coarse(world, q), None
-    np.testing.assert_array_equal(whole[137], both_bounds_coarse(world, q[137:138])[0])
+    whole = coarse_bounds(world, q)
+    np.testing.assert_allclose(whole[137], coarse_bounds(world, q[137:138])[0], atol=1e-12)
     assert whole.shape == (400, len(world.bodies) * len(world.obstacles) + len(world.self_pairs))
 
 
-def both_bounds_coarse(world, q):
+def coarse_bounds(world, q):
     return ClearanceBound(world).coarse(*joint_placements(Chain.of(world.robot), q))
 
 
 def test_no_configurations():
     world = checker_of("iiwa14", "paper").world
-    assert len(both_bounds_coarse(world, np.zeros((0, 7)))) == 0
+    assert len(coarse_bounds(world, np.zeros((0, 7)))) == 0
 
 
 def test_a_robot_in_another_place_has_other_bounds():
     base = np.eye(4)
     base[0, 3] = 5.0
     far = World.of(Robot.load("iiwa14", base=base), Scene.load("paper"), frozenset())
-    coarse = both_bounds_coarse(far, random_q(far.robot, 10))
+    coarse = coarse_bounds(far, random_q(far.robot, 10))
     scene = len(far.bodies) * len(far.obstacles)
     assert coarse[:, :scene].min() > 2.5

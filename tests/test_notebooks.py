@@ -19,7 +19,8 @@ def test_there_are_notebooks() -> None:
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_runs_from_a_clean_kernel(path: Path) -> None:
     notebook = nbformat.read(path, as_version=4)
-    NotebookClient(notebook, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(FOLDER)}}).execute()
+    resources = {"metadata": {"path": str(FOLDER)}}
+    NotebookClient(notebook, timeout=300, kernel_name="python3", resources=resources).execute()
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -29,4 +30,5 @@ def test_is_committed_small_with_its_pictures(path: Path) -> None:
     assert any("image/png" in output.get("data", {}) for output in outputs)
     assert not any(output.output_type == "error" for output in outputs)
     assert path.stat().st_size < 400_000
-    assert not any("def " in cell.source for cell in notebook.cells if cell.cell_type == "code"), "algorithms live in planner"
+    code = [cell.source for cell in notebook.cells if cell.cell_type == "code"]
+    assert not any("def " in source for source in code), "algorithms live in planner"

@@ -110,8 +110,7 @@ def test_relative_motion_of_two_bodies(name):
             first, second = robot.bodies[i], robot.bodies[k]
             cloud, near = some_points(second, rng, 20), some_points(first, rng, 20)
             seen = [
-                moved(moved(cloud, where[second.joint]), np.linalg.inv(where[first.joint]))
-                for where in (before, after)
+                moved(moved(cloud, where[second.joint]), np.linalg.inv(where[first.joint])) for where in (before, after)
             ]
             # the distance of the pair changes by no more than both of them move against each other
             gaps = [np.linalg.norm(near[:, None] - points[None], axis=2) for points in seen]

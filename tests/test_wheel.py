@@ -17,8 +17,9 @@ ROOT = Path(__file__).resolve().parents[1]
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("wheel")
-    code = f"import os; os.chdir({str(ROOT)!r}); from hatchling.build import build_wheel; print(build_wheel({str(out)!r}))"
-    name = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()[-1]
+    code = f"from hatchling.build import build_wheel; print(build_wheel({str(out)!r}))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    name = done.stdout.split()[-1]
     return out / name
 
 
@@ -40,7 +41,7 @@ def test_the_installed_wheel_plans_outside_the_checkout(wheel: Path, tmp_path: P
     target = tmp_path / "site"
     zipfile.ZipFile(wheel).extractall(target)
     environment = {**os.environ, "PYTHONPATH": str(target)}
-    code = "import planner, sys; from planner.cli import main; assert sys.argv and planner.__file__.startswith(sys.argv.pop(1)); main()"
+    code = "import planner, sys; assert planner.__file__.startswith(sys.argv.pop(1)); import planner.cli; planner.cli.main()"
     done = subprocess.run(
         [sys.executable, "-c", code, str(target), "plan", "--nodes", "60"],
         cwd=tmp_path,

@@ -88,17 +88,15 @@ class _Targets:
         parts = [_rounded_boxes(obstacles[k].shape) for k in self._boxed]
         counts = [len(centres) for centres, _, _ in parts]
         self._first = np.cumsum([0, *counts[:-1]]) if counts else np.zeros(0, dtype=np.int64)
-        rotations, offsets = _frames(
-            [obstacles[k] for k, n in zip(self._boxed, counts, strict=True) for _ in range(n)]
-        )
+        rotations, offsets = _frames([obstacles[k] for k, n in zip(self._boxed, counts, strict=True) for _ in range(n)])
         centres = np.concatenate([np.zeros((0, 3)), *(part[0] for part in parts)])
         self._boxes = _Boxes(
             rotations,
             offsets - centres.reshape(-1, 1),
             np.concatenate([np.zeros((0, 3)), *(part[1] for part in parts)])[:, :, None],
-            np.concatenate(
-                [np.zeros(0), *(np.full(n, part[2]) for n, part in zip(counts, parts, strict=True))]
-            )[:, None],
+            np.concatenate([np.zeros(0), *(np.full(n, part[2]) for n, part in zip(counts, parts, strict=True))])[
+                :, None
+            ],
         )
 
     def distance(self, points: Floats) -> Floats:
@@ -169,10 +167,7 @@ class ClearanceBound:
         n = position.shape[1]
         width = max(1, len(self._radii) * max(len(self._single), 1) + len(self._self_a))
         step = max(1, _CHUNK // width)
-        parts = [
-            self._coarse_chunk(rotation[:, k : k + step], position[:, k : k + step])
-            for k in range(0, n, step)
-        ]
+        parts = [self._coarse_chunk(rotation[:, k : k + step], position[:, k : k + step]) for k in range(0, n, step)]
         return np.concatenate(parts) if parts else np.zeros((0, len(self._ignored)))
 
     def _coarse_chunk(self, rotation: Floats, position: Floats) -> Floats:

@@ -63,9 +63,7 @@ class EdgeProver:
         self.bound = ClearanceBound(self.world)
         self._reach_T = np.ascontiguousarray(self.world.pair_reach.T)
         self._static = np.nonzero(~self.world.pair_reach.any(axis=1))[0]
-        self._refinable = np.array(
-            [self.bound.can_refine(p) for p in range(len(self.world.pair_reach))], dtype=bool
-        )
+        self._refinable = np.array([self.bound.can_refine(p) for p in range(len(self.world.pair_reach))], dtype=bool)
         self.static_contact = self._find_static_contact()
 
     def _find_static_contact(self) -> Contact | None:
@@ -95,9 +93,7 @@ class _Run:
         self.pair = np.full(m, -1, dtype=np.int64)
         self.samples = np.zeros(m, dtype=np.int64)
         self.clearance = np.full(m, np.inf)
-        self.rate = (
-            np.abs(delta) @ prover._reach_T
-        )  # (m, pairs): metres a pair's distance can change on the whole way
+        self.rate = np.abs(delta) @ prover._reach_T  # (m, pairs): metres a pair's distance can change on the whole way
         self.rate[:, prover._static] = 0.0
         self.contact_is_static = prover.static_contact is not None
 
@@ -130,11 +126,7 @@ class _Run:
         limit = cleared.argmin(axis=1) if gap.shape[1] else np.zeros(len(edge), dtype=np.int64)
         rows = np.arange(len(edge))
         reach = cleared[rows, limit] if gap.shape[1] else np.full(len(edge), np.inf)
-        stuck = (
-            (reach < need) & (gap[rows, limit] < _RESOLUTION)
-            if gap.shape[1]
-            else np.zeros(len(edge), dtype=bool)
-        )
+        stuck = (reach < need) & (gap[rows, limit] < _RESOLUTION) if gap.shape[1] else np.zeros(len(edge), dtype=bool)
         self._note_clearance(edge, gap, rate, np.minimum(reach, need))
         for k in np.nonzero(stuck)[0]:
             self._stop(int(edge[k]), int(limit[k]), Verdict.UNDECIDED)

@@ -122,7 +122,8 @@ class FclChecker(CollisionChecker):
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
         q = np.atleast_2d(np.asarray(q, dtype=float))
         rotation, position = joint_placements(self.chain, q)
-        placements = [(self._bodies[b], *_world_placement(self.world.bodies[b], rotation, position)) for b in self._moving]
+        bodies = self.world.bodies
+        placements = [(self._bodies[b], *_world_placement(bodies[b], rotation, position)) for b in self._moving]
         for row in range(len(q)):
             for item, turns, shifts in placements:
                 item.setTransform(fcl.Transform(turns[row], shifts[row]))

@@ -77,9 +77,7 @@ def _solve(robot: Robot, target: pin.SE3, oriented: bool, rng: np.random.Generat
     task = _Task(robot, target, oriented)
     ends = [task.descend(seed) for seed in seeds]
     errors = np.array([task.error_norms(q) for q in ends])
-    nearest = int(
-        np.argmin(errors[:, 0] + 0.1 * errors[:, 1])
-    )  # 0.1 m/rad weighs an angle against a distance
+    nearest = int(np.argmin(errors[:, 0] + 0.1 * errors[:, 1]))  # 0.1 m/rad weighs an angle against a distance
     solved = (errors[:, 0] <= POSITION_TOLERANCE) & (errors[:, 1] <= ANGLE_TOLERANCE)
     found = _distinct(robot, np.array(ends)[solved])
     return Solutions(found, ends[nearest], float(errors[nearest, 0]), float(errors[nearest, 1]))

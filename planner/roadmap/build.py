@@ -73,9 +73,7 @@ def grow_roadmap(
         stop,
     )
     edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))]
-    return measured(
-        checker, growth.nodes, edges, growth.starts, growth.goals, origin_of(checker, seed), measure
-    )
+    return measured(checker, growth.nodes, edges, growth.starts, growth.goals, origin_of(checker, seed), measure)
 
 
 def measured(

@@ -66,9 +66,7 @@ def connect(
     while len(accepted) < target and len(candidates) and not stop():
         top = np.argsort(-detour, kind="stable")[: 4 * _BATCH]
         if len(accepted):
-            detour[top] = _way_lengths(robot, nodes, accepted, candidates[top]) / np.maximum(
-                direct[top], 1e-12
-            )
+            detour[top] = _way_lengths(robot, nodes, accepted, candidates[top]) / np.maximum(direct[top], 1e-12)
         top = top[np.argsort(-detour[top], kind="stable")]
         batch = top[_one_a_node(candidates[top])][:_BATCH]
         pairs = candidates[batch]

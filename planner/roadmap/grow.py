@@ -145,9 +145,7 @@ class _Motions:
         parts = [state] if not self.robot.continuous.any() else None
         if parts:
             return np.array([state[k] for k in range(self.robot.dof)])
-        return np.array(
-            [state[k].value if wraps else state[k][0] for k, wraps in enumerate(self.robot.continuous)]
-        )
+        return np.array([state[k].value if wraps else state[k][0] for k, wraps in enumerate(self.robot.continuous)])
 
     def state(self, q: Floats) -> Any:
         state = self.info.allocState()
@@ -231,11 +229,7 @@ def _join(motions: _Motions, starts: Floats, goals: Floats, settings: GrowthSett
 def _until(motions: _Motions, limit: int, accepted: int | None = None) -> Any:
     """A termination condition that counts; OMPL's own would look at the clock."""
     return ob.PlannerTerminationCondition(
-        lambda: (
-            motions.checked >= limit
-            or motions.stop()
-            or (accepted is not None and motions.accepted >= accepted)
-        )
+        lambda: motions.checked >= limit or motions.stop() or (accepted is not None and motions.accepted >= accepted)
     )
 
 

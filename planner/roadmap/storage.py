@@ -35,9 +35,7 @@ def save_roadmap(roadmap: Roadmap, path: Path) -> None:
     }
     arrays: dict[str, Any] = {name: getattr(roadmap, name) for name in _ARRAYS}
     buffer = io.BytesIO()
-    np.savez_compressed(
-        buffer, allow_pickle=False, header=np.array(json.dumps(header, sort_keys=True)), **arrays
-    )
+    np.savez_compressed(buffer, allow_pickle=False, header=np.array(json.dumps(header, sort_keys=True)), **arrays)
     write_whole(path, buffer.getvalue())
 
 
@@ -77,13 +75,9 @@ def require_same_world(roadmap: Roadmap, checker: CollisionChecker, path: Path) 
         ("scene", mine.scene, wanted.scene),
     ):
         if a != b:
-            raise FileError(
-                f"roadmap {path} is for {what} {_text(a)}, not {_text(b)}: build one for this {what}."
-            )
+            raise FileError(f"roadmap {path} is for {what} {_text(a)}, not {_text(b)}: build one for this {what}.")
     if mine.robot_identity != wanted.robot_identity:
-        raise FileError(
-            f"roadmap {path} is for a '{mine.robot}' of other geometry or set-up: build it again."
-        )
+        raise FileError(f"roadmap {path} is for a '{mine.robot}' of other geometry or set-up: build it again.")
     if mine.scene_identity != wanted.scene_identity:
         raise FileError(f"roadmap {path} is for a scene '{mine.scene}' with other obstacles: build it again.")
     if mine.margin < wanted.margin:
@@ -100,9 +94,7 @@ def _text(value: Any) -> str:
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     with zipfile.ZipFile(path) as archive:
         if sum(item.file_size for item in archive.infolist()) > _LARGEST:
-            raise FileError(
-                f"roadmap {path} would unpack to more than {_LARGEST >> 30} GiB: it is no roadmap of ours."
-            )
+            raise FileError(f"roadmap {path} would unpack to more than {_LARGEST >> 30} GiB: it is no roadmap of ours.")
     with np.load(path, allow_pickle=False) as content:
         header = json.loads(str(content["header"]))
         if not isinstance(header, dict) or header.get("format") != FORMAT:

@@ -46,12 +46,13 @@ class Canvas:
     def points(self, path: str, positions: Floats, colours: Floats, size: float) -> None:
         """Dots (n, 3) with colours (n, 3); ``size`` in metres."""
         geometry = g.PointsGeometry(_columns(positions), _columns(colours))
-        self._send(SetObject(g.Points(geometry, g.PointsMaterial(size=float(size))), None, _path(path)))
+        material: Any = g.PointsMaterial(size=float(size))
+        self._send(SetObject(g.Points(geometry, material), None, _path(path)))
 
     def segments(self, path: str, ends: Floats, colours: Floats) -> None:
         """Lines between consecutive pairs of ``ends`` (2 k, 3), all in one object."""
         geometry = g.PointsGeometry(_columns(ends), _columns(colours))
-        material = g.LineBasicMaterial(vertexColors=True, transparent=True, opacity=0.45)
+        material: Any = g.LineBasicMaterial(vertexColors=True, transparent=True, opacity=0.45)
         self._send(SetObject(g.LineSegments(geometry, material), None, _path(path)))
 
     def transform(self, path: str, matrix: Floats) -> None:
@@ -104,7 +105,7 @@ def _path(path: str) -> ScenePath:
     return ScenePath(("meshcat", *path.strip("/").split("/")))
 
 
-def _columns(rows: Floats) -> Floats:
+def _columns(rows: Floats) -> Any:
     return np.ascontiguousarray(np.asarray(rows, dtype=np.float32).T)
 
 
