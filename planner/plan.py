@@ -65,6 +65,7 @@ class Plan:
     cost: PathCost | None = None
     edges_removed: int = 0
     max_error_vs_oracle: float | None = None
+    certificate: tuple[gabf.Certificate, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
 
 
@@ -224,6 +225,7 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) ->
         cost=_cost(draft.request, roadmap, network, nodes) if outcome is Outcome.SOLVED else None,
         edges_removed=removed,
         max_error_vs_oracle=gabf.max_error(cost_to_go, gabf.oracle(network)),
+        certificate=tuple(gabf.certify(network, law, cost_to_go)),
     )
 
 

@@ -84,7 +84,7 @@ def _gabf(plan: Plan) -> dict[str, Any] | None:
         "residual": plan.cost_to_go.residual,
         "max_error_vs_oracle": plan.max_error_vs_oracle,
         "outcome": plan.cost_to_go.outcome.key,
-        "certificate": None,
+        "certificate": [bound.to_dict() for bound in plan.certificate],
     }
 
 
@@ -113,8 +113,19 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         )
     if gabf:
         rows.append(("settled", _settling(gabf)))
+        rows += _certified(gabf)
         rows.append(("error against oracle", f"{gabf['max_error_vs_oracle']:.1e} relative"))
     return rows
+
+
+def _certified(gabf: dict[str, Any]) -> list[tuple[str, str]]:
+    """The sharpest bound on the settling time that is proven for this run."""
+    proven = [c for c in gabf["certificate"] if c["quantity"] == "settling tau" and c["applies"] and c["proven"]]
+    if not proven:
+        return []
+    best = min(proven, key=lambda c: c["bound"])
+    ahead = f", 10^{best['log10_remaining']:.1f} s before T_p" if best["log10_remaining"] is not None else ""
+    return [("certified", f"to settle by tau = {best['bound']:.1f}{ahead} ({best['name']})")]
 
 
 def _settling(gabf: dict[str, Any]) -> str:

@@ -73,6 +73,9 @@ def test_plan_writes_the_contract(solved: Path) -> None:
     assert {"import", "roadmap", "costs", "gabf", "path", "page", "total"} <= set(record["timings_s"])
     assert record["gabf"]["max_error_vs_oracle"] <= 1e-12
     assert record["gabf"]["settling_time"] < record["gabf"]["prescribed_time"]
+    bounds = [bound for bound in record["gabf"]["certificate"] if bound["quantity"] == "settling tau"]
+    assert len(bounds) >= 3
+    assert all(bound["applies"] and bound["holds"] for bound in bounds)
     assert record["roadmap"]["nodes"] == 120
     assert len(record["path"]) == len(record["path_nodes"]) >= 3
     assert len(record["path"][0]) == 7

@@ -34,7 +34,7 @@ class Certificate:
     """A bound of the paper, or one of ``ours``, beside the measured value; ``slack`` >= 0 where it holds.
 
     ``quantity`` says what both numbers are. A theorem whose ``assumptions`` fail promises nothing.
-    ``log10_remaining`` is log10(T_p - t) at a bound in tau: how long before T_p the law is promised to have
+    ``proven`` is False for what the paper prints and we refute, kept for comparison. ``log10_remaining`` is log10(T_p - t) at a bound in tau: how long before T_p the law is promised to have
     settled.
     """
 
@@ -47,6 +47,7 @@ class Certificate:
     assumptions: tuple[Assumption, ...]
     ours: bool = False
     log10_remaining: float | None = None
+    proven: bool = True
 
     @property
     def applies(self) -> bool:
@@ -145,24 +146,26 @@ def _settling(
     bound: float,
     assumptions: tuple[Assumption, ...],
     ours: bool = False,
+    proven: bool = True,
 ) -> Certificate:
     measured = facts.result.settling_tau
     slack = None if measured is None else bound - measured
     remaining = facts.law.clock.log10_remaining(bound) if math.isfinite(bound) else None
-    return Certificate(name, equation, "settling tau", bound, measured, slack, assumptions, ours, remaining)
+    return Certificate(name, equation, "settling tau", bound, measured, slack, assumptions, ours, remaining, proven)
 
 
 def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Certificate]:
     flow, optimum = law.flow, facts.optimum
     rise = bounds.T_f(flow, float(optimum.values[-1]), facts.lowest, facts.zeta)
     theorem = "theorem (singularity)" if law.prescribed_time else "theorem (fix)"
-    for name, T_star in (
-        ("T_* as printed, which is no bound", bounds.T_star_printed(law)),
-        ("T_* corrected", bounds.T_star_corrected(law)),
-        ("T_* sharp", bounds.T_star_sharp(law)),
+    for name, T_star, proven in (
+        ("T_* as printed, which is no bound", bounds.T_star_printed(law), False),
+        ("T_* corrected", bounds.T_star_corrected(law), True),
+        ("T_* sharp", bounds.T_star_sharp(law), True),
     ):
         bound = bounds.settling_bound(facts.n_rows, T_star, rise)
-        yield _settling(facts, f"{theorem}, {name}", "eqs. (fixtime), (Tf)", bound, facts.base)
+        label = "eqs. (fixtime), (Tf)"
+        yield _settling(facts, f"{theorem}, {name}", label, bound, facts.base, proven=proven)
     sharp = bounds.T_star_sharp(law)
     by_levels = bounds.settling_bound(optimum.R, sharp, rise)
     yield _settling(facts, "R levels instead of |V\\S|", "definition (S)", by_levels, facts.base, ours=True)

@@ -480,8 +480,8 @@ def main(folder):
             path = folder / f"{make.__name__}{suffix}.stl"
             count = write_stl(path, tri)
             total += count
-            print(f"{path.name:22s} {count:6d} triangles {path.stat().st_size:8d} bytes")  # noqa: T201
-    print(f"{'together':22s} {total:6d} triangles")  # noqa: T201
+            print(f"{path.name:22s} {count:6d} triangles {path.stat().st_size:8d} bytes")
+    print(f"{'together':22s} {total:6d} triangles")
 
 
 if __name__ == "__main__":
