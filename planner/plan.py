@@ -26,7 +26,7 @@ from planner.roadmap.attach import attach
 from planner.roadmap.build import RoadmapSettings, grow_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap, require_same_world
-from planner.robot import Robot
+from planner.robot import Robot, robot_name
 from planner.scene import Scene
 from planner.targets import parse_target
 
@@ -96,7 +96,7 @@ def plan(
 def load_world(request: PlanRequest) -> tuple[Robot, Scene, CollisionChecker]:
     """Robot and scene as the scene sets the robot up, and a checker for them."""
     scene = Scene.load(request.scene)
-    placement = scene.placement(request.robot)
+    placement = scene.placement(robot_name(request.robot))
     robot = Robot.load(
         request.robot,
         tool=request.tool or placement.tool,

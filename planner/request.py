@@ -11,7 +11,7 @@ from planner.errors import OptionError
 from planner.targets import parse_target
 
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
-Backend = Literal["fcl"]
+Backend = Literal["fcl", "coal"]
 Metric = Literal["joint", "workspace"]
 ManipulabilityCost = Literal["inverse", "log", "linear"]
 
@@ -47,7 +47,7 @@ class PlanRequest:
     prescribed_time: float = 4.0
     """T_p in seconds: the field settles before it (laws without a prescribed time do not mind it)."""
     collision: Backend = "fcl"
-    """Collision library."""
+    """Collision library: FCL, or coal, which is faster on meshes."""
     roadmap: Path | None = None
     """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
     tool: str | None = None

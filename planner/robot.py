@@ -125,6 +125,12 @@ class Robot:
         return np.where(self.continuous, wrapped, q)
 
 
+def robot_name(text: str) -> str:
+    """The name under which scenes speak of a robot given by name or by the path of a URDF."""
+    _, file = _find(text)
+    return text if file else urdf.read_description(Path(text)).name
+
+
 def load_visuals(robot: Robot) -> tuple[Body, ...]:
     """The bodies that are looked at; slow for detailed meshes, so asked only when a picture is made."""
     full = urdf.build_model(robot.source)
@@ -175,7 +181,7 @@ def _assemble(
     if file and file.disabled_pairs is not None:
         disabled = (disabled or frozenset()) | frozenset(frozenset(pair) for pair in file.disabled_pairs)
     return Robot(
-        name=name if file else (full.name or Path(name).stem),
+        name=name if file else description.name,
         description=file.description if file else f"from {name}",
         joints=tuple(model.names[1:]),
         lower=lower,

@@ -27,6 +27,7 @@ class Description:
     """A URDF as read: its text made fit for Pinocchio, where its meshes are looked for, its continuous joints."""
 
     path: Path
+    name: str
     xml: str
     continuous: frozenset[str]
     collision_elements: int
@@ -64,7 +65,8 @@ def read_description(path: Path) -> Description:
         _make_revolute(joint) for joint in root.findall("joint") if joint.get("type") == "continuous"
     )
     elements = sum(1 for _ in root.iterfind("link/collision/geometry"))
-    return Description(path, ET.tostring(root, encoding="unicode"), continuous, elements)
+    name = root.get("name") or path.stem
+    return Description(path, name, ET.tostring(root, encoding="unicode"), continuous, elements)
 
 
 def _make_revolute(joint: ET.Element) -> str:

@@ -46,7 +46,7 @@ LEVELS = {
 DOORS = {
     "ompl": {"planner.roadmap.grow"},
     "fcl": {"planner.collision.fcl_checker"},
-    "coal": {"planner.meshes"},
+    "coal": {"planner.meshes", "planner.collision.coal_checker"},
     "meshcat": {"planner.view.canvas"},
     "matplotlib": {"planner.view.figures"},
     "yaml": {"planner.yamlfile"},

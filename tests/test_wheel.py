@@ -41,7 +41,7 @@ def test_the_installed_wheel_plans_outside_the_checkout(wheel: Path, tmp_path: P
     target = tmp_path / "site"
     zipfile.ZipFile(wheel).extractall(target)
     environment = {**os.environ, "PYTHONPATH": str(target)}
-    code = "import planner, sys; assert planner.__file__.startswith(sys.argv.pop(1)); import planner.cli; planner.cli.main()"
+    code = "import planner.cli, sys; assert planner.__file__.startswith(sys.argv.pop(1)); planner.cli.main()"
     done = subprocess.run(
         [sys.executable, "-c", code, str(target), "plan", "--nodes", "60"],
         cwd=tmp_path,

@@ -10,7 +10,7 @@ from planner.request import require_margin
 from planner.robot import Robot
 from planner.scene import Scene
 
-BACKENDS = ("fcl",)
+BACKENDS = ("fcl", "coal")
 
 
 def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float = 0.0) -> CollisionChecker:
@@ -32,4 +32,8 @@ def _backend(name: str) -> type[CollisionChecker]:
         from planner.collision.fcl_checker import FclChecker
 
         return FclChecker
+    if name == "coal":
+        from planner.collision.coal_checker import CoalChecker
+
+        return CoalChecker
     raise OptionError(f"collision backend '{name}' not found; backends are {choices(BACKENDS)}.")

@@ -34,7 +34,8 @@ class Certificate:
     """A bound of the paper, or one of ``ours``, beside the measured value; ``slack`` >= 0 where it holds.
 
     ``quantity`` says what both numbers are. A theorem whose ``assumptions`` fail promises nothing.
-    ``proven`` is False for what the paper prints and we refute, kept for comparison. ``log10_remaining`` is log10(T_p - t) at a bound in tau: how long before T_p the law is promised to have
+    ``proven`` is False for what the paper prints and we refute, kept for comparison.
+    ``log10_remaining`` is log10(T_p - t) at a bound in tau: how long before T_p the law is promised to have
     settled.
     """
 
