@@ -119,7 +119,7 @@ def scenes(debug: Flag = False) -> int:
     for name in scene_names():
         scene = Scene.load(name)
         states = "\n".join(f"{robot}: {', '.join(named)}" for robot, named in scene.states.items())
-        table.add_row(name, scene.description, ", ".join(o.name for o in scene.obstacles) or "none", states)
+        table.add_row(name, scene.description, _some([o.name for o in scene.obstacles]), states)
         table.add_section()
     _print(table)
     return 0
@@ -147,6 +147,12 @@ def main() -> None:
         sys.stderr.close()
         sys.exit(0)
     sys.exit(code)
+
+
+def _some(names: list[str], most: int = 8) -> str:
+    """The first few of a list, and how many more there are."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return (", ".join(names[:most]) or "none") + more
 
 
 def _say(text: str) -> None:

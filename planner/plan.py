@@ -12,7 +12,6 @@ import numpy as np
 
 from planner import gabf
 from planner.arrays import Floats, Ints, frozen
-from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edges import recheck
 from planner.costs import build_network, distance_cost, measure_scale
@@ -20,15 +19,15 @@ from planner.errors import OptionError
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.outcome import Outcome
+from planner.query import Query, make_query
 from planner.request import PAPER_NODES, PlanRequest
-from planner.resolve import free_configuration, resolve
+from planner.resolve import free_configuration
 from planner.roadmap.attach import attach
 from planner.roadmap.build import RoadmapSettings, grow_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap, require_same_world
-from planner.robot import Robot, robot_name
+from planner.robot import Robot
 from planner.scene import Scene
-from planner.targets import parse_target
 
 Progress = Callable[[str, int, int], None]
 
@@ -81,37 +80,16 @@ def plan(
     """
     clock = _Stopwatch()
     with clock("setup"):
-        robot, scene, checker = load_world(request)
-        starts, goals = resolve_ends(request, checker)
+        query = make_query(request)
     with clock("roadmap"):
-        roadmap = _roadmap(request, checker, starts, goals, progress, stop)
+        roadmap = _roadmap(request, query, progress, stop)
+    robot, scene, checker = query.robot, query.scene, query.checker
     draft = Plan(request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, timings=clock.seconds)
     if stop():
         return draft
     with clock("costs"):
         network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric)
     return _solve_and_extract(draft, network, clock)
-
-
-def load_world(request: PlanRequest) -> tuple[Robot, Scene, CollisionChecker]:
-    """Robot and scene as the scene sets the robot up, and a checker for them."""
-    scene = Scene.load(request.scene)
-    placement = scene.placement(robot_name(request.robot))
-    robot = Robot.load(
-        request.robot,
-        tool=request.tool or placement.tool,
-        fixed_joints=placement.fixed_joints,
-        base=placement.base.matrix(),
-    )
-    return robot, scene, make_checker(robot, scene, request.collision, request.margin)
-
-
-def resolve_ends(request: PlanRequest, checker: CollisionChecker) -> tuple[Floats, Floats]:
-    """Start and goal configurations (1, dof) each."""
-    states = checker.world.scene.states_of(checker.world.robot.name)
-    start = resolve(parse_target(request.start), checker, states, "start")
-    goal = resolve(parse_target(request.goal), checker, states, "goal")
-    return start, goal
 
 
 def make_law(request: PlanRequest) -> gabf.Law:
@@ -178,16 +156,10 @@ def tool_path_length(robot: Robot, path: Floats) -> float:
     return float(np.linalg.norm(np.diff(tool_positions(robot, dense_path(path)), axis=0), axis=1).sum())
 
 
-def _roadmap(
-    request: PlanRequest,
-    checker: CollisionChecker,
-    starts: Floats,
-    goals: Floats,
-    progress: Progress,
-    stop: Callable[[], bool],
-) -> Roadmap:
+def _roadmap(request: PlanRequest, query: Query, progress: Progress, stop: Callable[[], bool]) -> Roadmap:
+    checker, starts, goals = query.checker, query.starts, query.goals
     if request.roadmap is None:
-        return build_roadmap(checker.world.robot, checker, starts, goals, request.nodes, request.seed, progress, stop)
+        return build_roadmap(query.robot, checker, starts, goals, request.nodes, request.seed, progress, stop)
     roadmap = load_roadmap(request.roadmap)
     require_same_world(roadmap, checker, request.roadmap)
     return attach(roadmap, checker, starts, goals)

@@ -35,7 +35,7 @@ class PlanRequest:
     start: str = "start"
     """Where the arm starts."""
     goal: str = "goal"
-    """Where the arm should go."""
+    """Where the arm should go; several names from the scene, with commas between, are goals of equal right."""
     beta: float = 0.5
     """Trade-off in [0, 1]: 0 minds manipulability only, 1 distance only."""
     nodes: int = PAPER_NODES
@@ -48,6 +48,8 @@ class PlanRequest:
     """T_p in seconds: the field settles before it (laws without a prescribed time do not mind it)."""
     collision: Backend = "fcl"
     """Collision library: FCL, or coal, which is faster on meshes."""
+    request: Path | None = None
+    """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
     roadmap: Path | None = None
     """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
     tool: str | None = None
@@ -58,6 +60,10 @@ class PlanRequest:
     """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
     margin: float = 0.0
     """Distance in metres to keep from every obstacle, and between links."""
+    ik_solutions: int = 8
+    """Configurations that a position or pose as goal becomes at most; the dynamics picks the best of them."""
+    widen_limits: bool = False
+    """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
 
     def __post_init__(self) -> None:
         parse_target(self.start)
@@ -67,6 +73,8 @@ class PlanRequest:
         if not 0.0 < self.prescribed_time < math.inf:
             raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number.")
         require_margin(self.margin)
+        if not 1 <= self.ik_solutions <= 100:
+            raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
         if not 0 <= self.seed < 2**31:
             raise OptionError(f"seed {self.seed} is not usable: give a whole number from 0 to 2147483647.")
 

@@ -17,6 +17,7 @@ from planner.robot import Robot
 from planner.targets import FORMS, Joints, Named, Pose, Position, Target, parse_target
 
 IK_STARTS = 100
+NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
 IK_SEED = 0  # its own, so that the same target gives the same configuration whatever --seed says
 
 
@@ -25,19 +26,13 @@ def resolve(target: Target, checker: CollisionChecker, states: Mapping[str, str]
 
     ``states`` are the scene's named states of this robot, ``role`` is "start" or "goal" for the messages. Inverse
     kinematics starts from ``IK_STARTS`` seeds; of the solutions that are free and within limits the ones with the
-    highest manipulability are kept. Raises :class:`StateError`: out of limits, in collision, out of reach.
+    highest manipulability are kept, those within ``NEAR_LIMIT`` of a joint limit only if there are too few others.
+    Raises :class:`StateError`: out of limits, in collision, out of reach.
     """
     match target:
-        case Named(name):
-            if name not in states:
-                raise StateError(
-                    f"{role} '{name}' is not among the scene's states for {checker.world.robot.name} "
-                    f"({choices(states)}): give one of them, or {FORMS}."
-                )
-            inner = parse_target(states[name])
-            if isinstance(inner, Named):
-                raise StateError(f"state '{name}' of the scene names another state '{inner.name}': give numbers.")
-            return resolve(inner, checker, states, role, count)
+        case Named(names):
+            inner = [_look_up(name, states, checker, role) for name in names]
+            return np.vstack([resolve(each, checker, states, role, count) for each in inner])
         case Joints(values):
             return free_configuration(np.array(values), checker, role)[None]
         case Position(xyz):
@@ -50,6 +45,20 @@ def resolve(target: Target, checker: CollisionChecker, states: Mapping[str, str]
             rng = np.random.default_rng(IK_SEED)
             solutions = inverse.solve_pose(checker.world.robot, se3(_matrix(target, role)), rng, IK_STARTS)
             return _choose(solutions, checker, np.array(xyz), role, count)
+
+
+def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
+    robot = checker.world.robot.name
+    if name not in states:
+        known = f"its states are {choices(states)}" if states else "it names none"
+        raise StateError(
+            f"{role} '{name}' is not among the scene's states for {robot} ({known}): choose one with --{role}, "
+            f"as {FORMS}."
+        )
+    target = parse_target(states[name])
+    if isinstance(target, Named):
+        raise StateError(f"state '{name}' of the scene names another state, '{states[name]}': give numbers.")
+    return target
 
 
 def _matrix(target: Pose, role: str) -> Floats:
@@ -105,7 +114,10 @@ def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: F
             f"{_describe(first, checker)}); move it or the obstacle."
         )
     candidates = found[free]
-    order = np.argsort(-manipulability(checker.world.robot, candidates), kind="stable")
+    robot = checker.world.robot
+    room = np.minimum(candidates - robot.lower, robot.upper - candidates)
+    at_limit = (np.where(robot.continuous, np.inf, room) < NEAR_LIMIT).any(axis=1)
+    order = np.lexsort((-manipulability(robot, candidates), at_limit))
     return frozen(candidates[order[:count]])
 
 

@@ -25,7 +25,7 @@ def plan_record(plan: Plan) -> dict[str, Any]:
         "robot": plan.robot.name,
         "scene": plan.scene.name,
         "seed": request.seed,
-        "config": {**asdict(request), "roadmap": str(request.roadmap) if request.roadmap else None},
+        "config": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(request).items()},
         "versions": versions(),
         "joints": list(plan.robot.joints),
         "tool": plan.robot.tool,

@@ -17,7 +17,7 @@ from planner.errors import RobotError, choices
 from planner.hashing import content_hash
 from planner.poses import pose
 from planner.resources import robot_names, robots_folder
-from planner.shapes import Body
+from planner.shapes import Body, Carried
 from planner.yamlfile import Strict, parse_yaml, read_text, validate
 
 Rows = Literal["pose", "translation", "planar"]
@@ -75,6 +75,8 @@ class Robot:
     fixed_joints: Mapping[str, float]
     base: Floats  # (4, 4)
     source: urdf.Description = field(repr=False)
+    carried: tuple[Body, ...] = ()  # of ``bodies``, those that a link holds without being part of it
+    touching: frozenset[frozenset[str]] = frozenset()  # what these may touch, by name
 
     @staticmethod
     def load(
@@ -92,6 +94,11 @@ class Robot:
         folder, file = _find(name)
         description = urdf.read_description(file.urdf.path(folder) if file else Path(name))
         return _assemble(name, file, folder, description, tool, fixed_joints or {}, pose() if base is None else base)
+
+    @property
+    def other_joints(self) -> tuple[str, ...]:
+        """Movable joints of the URDF that are not planned but held."""
+        return tuple(name for name in urdf.build_model(self.source).names[1:] if name not in self.joints)
 
     @property
     def dof(self) -> int:
@@ -131,18 +138,35 @@ def robot_name(text: str) -> str:
     return text if file else urdf.read_description(Path(text)).name
 
 
+def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
+    """The robot holding further shapes; each counts as a link of its own name that may touch the link that holds it."""
+    bodies, touching = [], set(robot.touching)
+    for item in carried:
+        frame = robot.model.frames[urdf.frame_id(robot.model, item.link)]
+        placement = frozen(frame.placement.homogeneous @ item.placement)
+        bodies.append(Body(item.name, item.name, int(frame.parentJoint), item.shape, placement, (0.8, 0.6, 0.3, 1.0)))
+        touching |= {frozenset((item.name, link)) for link in (item.link, *item.touch_links)}
+    return replace(
+        robot,
+        bodies=(*robot.bodies, *bodies),
+        carried=(*robot.carried, *bodies),
+        touching=frozenset(touching),
+    )
+
+
+def with_widened_limits(robot: Robot, configurations: Floats) -> Robot:
+    """The robot with limits that hold all of ``configurations`` (n, dof), where its own do not."""
+    lower = np.minimum(robot.lower, np.min(configurations, axis=0))
+    upper = np.maximum(robot.upper, np.max(configurations, axis=0))
+    return replace(robot, lower=frozen(lower), upper=frozen(upper))
+
+
 def load_visuals(robot: Robot) -> tuple[Body, ...]:
     """The bodies that are looked at; slow for detailed meshes, so asked only when a picture is made."""
     full = urdf.build_model(robot.source)
     geometry, links = urdf.read_bodies(robot.source, full, pin.GeometryType.VISUAL)
     _, geometry = urdf.reduce(full, geometry, robot.joints, robot.fixed_joints, robot.base)
-    return urdf.bodies(geometry, links)
-
-
-def with_fixed_joints(robot: Robot, fixed: Mapping[str, float]) -> Robot:
-    """The same robot with joints that are not planned held at other values."""
-    changed = _rebuild(robot, {**robot.fixed_joints, **fixed}, robot.base)
-    return replace(robot, **changed)
+    return (*urdf.bodies(geometry, links), *robot.carried)
 
 
 def _find(name: str) -> tuple[Path, RobotFile | None]:
@@ -199,15 +223,6 @@ def _assemble(
     )
 
 
-def _rebuild(robot: Robot, fixed: Mapping[str, float], base: Floats) -> dict[str, Any]:
-    full = urdf.build_model(robot.source)
-    return {
-        **_parts(robot.source, full, robot.joints, fixed, base),
-        "fixed_joints": fixed,
-        "base": frozen(base),
-    }
-
-
 def _parts(
     description: urdf.Description,
     full: pin.Model,
@@ -250,6 +265,7 @@ def _identity(robot: Robot) -> str:
     model, tool = robot.model, robot.model.frames[robot.tool_id]
     disabled = None if robot.disabled_pairs is None else sorted(sorted(pair) for pair in robot.disabled_pairs)
     values: list[Any] = [robot.joints, robot.lower, robot.upper, robot.continuous, robot.rows, disabled]
+    values += [sorted(sorted(pair) for pair in robot.touching)]
     values += [int(tool.parentJoint), np.array(tool.placement.homogeneous)]
     for joint in range(1, model.njoints):
         values += [int(model.parents[joint]), model.joints[joint].shortname()]

@@ -13,9 +13,10 @@ from planner.arrays import Floats
 from planner.errors import SceneError, choices
 from planner.hashing import content_hash
 from planner.meshes import read_mesh
+from planner.moveit import PlanningScene, looks_like_planning_scene, planning_scene, scene_text
 from planner.poses import pose
 from planner.resources import scene_names, scenes_folder
-from planner.shapes import Box, Capsule, Cylinder, Obstacle, Shape, Sphere
+from planner.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
 from planner.yamlfile import Strict, parse_yaml, read_text, validate
 
 Positive = Annotated[float, pydantic.Field(gt=0)]
@@ -127,17 +128,27 @@ class Scene:
     description: str = ""
     states: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     robots: Mapping[str, PlacementFile] = field(default_factory=dict)
+    carried: tuple[Carried, ...] = ()  # shapes that a link of the robot holds
+    allowed: frozenset[frozenset[str]] = frozenset()  # pairs of names that may touch
 
     @staticmethod
     def load(name: str) -> Scene:
-        """A built-in scene by name, or a scene file by path. Raises :class:`SceneError` or ``FileError``."""
+        """A built-in scene by name, or by path: our own YAML, MoveIt's PlanningScene as YAML or its ``.scene`` text.
+
+        Raises :class:`SceneError` or ``FileError``.
+        """
         path = scenes_folder() / f"{name}.yaml" if name in scene_names() else Path(name)
-        if path.suffix.lower() not in (".yaml", ".yml") and "/" not in name:
+        if path.suffix.lower() not in (".yaml", ".yml", ".scene") and "/" not in name:
             raise SceneError(
                 f"scene '{name}' not found; scenes are {choices(scene_names())}, or give the path of a scene file."
             )
         where = f"scene file {path}"
-        data = parse_yaml(read_text(path, "scene file"), where)
+        text = read_text(path, "scene file")
+        if path.suffix.lower() == ".scene":
+            return _from_moveit(scene_text(text, path))
+        data = parse_yaml(text, where)
+        if looks_like_planning_scene(data):
+            return _from_moveit(planning_scene(data, path))
         return _build(validate(SceneFile, data, where, SceneError), path)
 
     def placement(self, robot: str) -> PlacementFile:
@@ -149,8 +160,16 @@ class Scene:
 
     @property
     def identity(self) -> str:
-        """A hash of the obstacles: order and names do not matter, shapes and placements do."""
-        return content_hash(sorted(content_hash([*item.shape.content(), item.placement]) for item in self.obstacles))
+        """A hash of obstacles and permissions; their order does not matter, nor does a name without a permission."""
+        solid = sorted(content_hash([*item.shape.content(), item.placement]) for item in self.obstacles)
+        named = {item.object for item in self.obstacles}
+        allowed = sorted(sorted(pair) for pair in self.allowed if pair & named)
+        owners = sorted((item.object, item.placement.tolist()) for item in self.obstacles) if allowed else []
+        return content_hash([solid, allowed, owners])
+
+
+def _from_moveit(scene: PlanningScene) -> Scene:
+    return Scene(scene.name, scene.obstacles, "from MoveIt", carried=scene.carried, allowed=scene.allowed)
 
 
 def _build(file: SceneFile, path: Path) -> Scene:

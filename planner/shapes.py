@@ -76,11 +76,28 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A shape that stands still in the world."""
+    """A shape that stands still in the world; ``part_of`` names the object it is one of several shapes of."""
 
     name: str
     shape: Shape
     placement: Floats  # (4, 4), in the world
+    part_of: str | None = None
+
+    @property
+    def object(self) -> str:
+        """The name under which permissions speak of it."""
+        return self.part_of or self.name
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """A shape that a link carries, placed (4, 4) in the link's frame; it may touch ``touch_links``."""
+
+    link: str
+    name: str
+    shape: Shape
+    placement: Floats
+    touch_links: tuple[str, ...] = ()
 
 
 def corners(shape: Shape) -> tuple[Floats, float]:

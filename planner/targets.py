@@ -38,9 +38,9 @@ class Pose:
 
 @dataclass(frozen=True)
 class Named:
-    """A state that the scene names."""
+    """States that the scene names; more than one are alternatives."""
 
-    name: str
+    names: tuple[str, ...]
 
 
 Target: TypeAlias = Joints | Position | Pose | Named
@@ -53,9 +53,10 @@ def parse_target(text: str) -> Target:
     """
     kind, colon, rest = text.partition(":")
     if not colon:
-        if not text.strip():
+        names = tuple(part.strip() for part in text.split(","))
+        if not all(names):
             raise OptionError(f"an empty state is not usable: give {FORMS}.")
-        return Named(text.strip())
+        return Named(names)
     match kind:
         case "q":
             return Joints(_numbers(text, rest))

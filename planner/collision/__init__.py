@@ -24,7 +24,7 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
     disabled = robot.disabled_pairs
     if disabled is None:
         disabled = generate_disabled_pairs(robot, kind)
-    return kind(World.of(robot, scene, disabled, margin))
+    return kind(World.of(robot, scene, disabled | robot.touching, margin))
 
 
 def _backend(name: str) -> type[CollisionChecker]:

@@ -41,16 +41,20 @@ class World:
 
     @staticmethod
     def of(robot: Robot, scene: Scene, disabled: frozenset[frozenset[str]], margin: float = 0.0) -> World:
-        """Every scene pair, and every pair of bodies that move against each other and is not ``disabled`` by link."""
+        """Every scene pair that the scene does not allow, every pair of moving bodies not ``disabled`` by link."""
         pairs = [
             (i, k)
             for k, second in enumerate(robot.bodies)
             for i, first in enumerate(robot.bodies[:k])
             if first.joint != second.joint and frozenset((first.link, second.link)) not in disabled
         ]
-        shape = (len(robot.bodies), len(scene.obstacles))
+        checked = [
+            [frozenset((body.link, obstacle.object)) not in scene.allowed for obstacle in scene.obstacles]
+            for body in robot.bodies
+        ]
         self_pairs = frozen(np.array(pairs, dtype=np.int64).reshape(-1, 2), np.int64)
-        return World(robot, scene, self_pairs, frozen(np.ones(shape), np.bool_), margin)
+        shape = (len(robot.bodies), len(scene.obstacles))
+        return World(robot, scene, self_pairs, frozen(np.reshape(checked, shape), np.bool_), margin)
 
     @property
     def bodies(self) -> tuple[Body, ...]:

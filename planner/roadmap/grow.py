@@ -16,19 +16,22 @@ from planner.arrays import Floats, Ints
 from planner.collision.edges import EdgeProver
 from planner.robot import Robot
 
+_TRY = 3000  # motions that one try to join may check
+_STEPS = (1.0, 2.0, 0.5)  # steps of the tries, in ranges
+_GLANCES = np.array([1.0, 0.5])  # where a motion is looked at before it is proven
+
 
 @dataclass(frozen=True)
 class GrowthSettings:
     """How far a tree steps and how long it tries; counts, never clocks, so that a run can be repeated.
 
     ``range`` (rad): longer steps cross free space sooner, shorter ones enter narrow passages. ``join_motions``: motions
-    that RRTConnect may check before it gives up; ``spines``: first paths it is asked for; ``shortcuts``: attempts to
-    shorten each. ``motions_per_node``: motions that RRT may check for each node it is to add.
+    that RRTConnect may check before it gives up; ``shortcuts``: attempts to shorten its path. ``motions_per_node``:
+    motions that RRT may check for each node it is to add.
     """
 
     range: float = 0.8
     join_motions: int = 10_000
-    spines: int = 1
     shortcuts: int = 100
     motions_per_node: int = 20
 
@@ -67,13 +70,13 @@ def grow(
         forest = _Forest()
         first = np.array([forest.add(q) for q in starts], dtype=np.int64)
         last = np.array([forest.add(q) for q in goals], dtype=np.int64)
-        spines = [] if np.intersect1d(first, last).size else _join(motions, starts, goals, settings)
-        for spine in spines:
+        spine = None if np.intersect1d(first, last).size else _join(motions, starts, goals, settings)
+        if spine is not None:
             forest.add_path(spine)
         wanted = nodes - len(forest)
         if wanted > 0 and not stop():
             _grow_tree(motions, forest, wanted, settings, progress)
-        return Growth(forest.nodes(), forest.edges(), first, last, bool(spines), motions.checked)
+        return Growth(forest.nodes(), forest.edges(), first, last, spine is not None, motions.checked)
     finally:
         motions.release()
 
@@ -134,8 +137,11 @@ class _Motions:
     def check(self, a: Any, b: Any) -> bool:
         self.checked += 1
         first = self.read(a)
-        proofs = self.prover.prove(first[None], self.robot.difference(first, self.read(b))[None])
-        free = bool(proofs.free[0])  # numpy.bool_ would end in std::bad_cast
+        delta = self.robot.difference(first, self.read(b))
+        # most refused motions end in collision: a look at the end costs a tenth of a proof
+        if self.prover.checker.first_contact(first + np.outer(_GLANCES, delta)) is not None:
+            return False
+        free = bool(self.prover.prove(first[None], delta[None]).free[0])  # numpy.bool_ would end in std::bad_cast
         if free:
             self.accepted += 1
             self.on_accept(self.accepted)
@@ -204,26 +210,38 @@ def _real_space(lower: Floats, upper: Floats) -> Any:
     return space
 
 
-def _join(motions: _Motions, starts: Floats, goals: Floats, settings: GrowthSettings) -> list[Floats]:
-    """Paths (k, dof) from a start to a goal, shortcut and cut into steps of the range; none if the search fails."""
-    paths: list[Floats] = []
-    for _ in range(settings.spines if len(starts) and len(goals) else 0):
-        goal = ob.GoalStates(motions.info)
-        for q in goals:
-            goal.addState(motions.state(q))
-        problem = motions.problem(starts, goal)
-        planner = og.RRTConnect(motions.info)
-        planner.setRange(settings.range)
-        planner.setProblemDefinition(problem)
-        planner.setup()
-        limit = motions.checked + settings.join_motions
-        planner.solve(_until(motions, limit))
-        if not problem.hasExactSolution():
+def _join(motions: _Motions, starts: Floats, goals: Floats, settings: GrowthSettings) -> Floats | None:
+    """A path (k, dof) from a start to a goal, shortcut and cut into steps of the range; None if none was found.
+
+    Tries with middling, long and short steps by turns: a long step leaves a narrow place seldom, a short one crosses
+    the open slowly. Tries are long: trees that were cut off early found less than one that went on.
+    """
+    if not len(starts) or not len(goals):
+        return None
+    end = motions.checked + settings.join_motions
+    for factor in itertools.cycle(_STEPS):
+        limit = min(motions.checked + _TRY, end)
+        path = _try_to_join(motions, starts, goals, factor * settings.range, limit)
+        if path is not None:
+            og.PathSimplifier(motions.info).partialShortcutPath(path, settings.shortcuts, settings.shortcuts, 1.0)
+            return _subdivided(motions, path, settings.range)
+        if motions.checked >= end or motions.stop():
             break
-        path = problem.getSolutionPath()
-        og.PathSimplifier(motions.info).partialShortcutPath(path, settings.shortcuts, settings.shortcuts, 1.0)
-        paths.append(_subdivided(motions, path, settings.range))
-    return paths
+    return None
+
+
+def _try_to_join(motions: _Motions, starts: Floats, goals: Floats, step: float, limit: int) -> Any | None:
+    """One run of RRTConnect until ``limit`` motions have been checked in all: OMPL's path, or None."""
+    goal = ob.GoalStates(motions.info)
+    for q in goals:
+        goal.addState(motions.state(q))
+    problem = motions.problem(starts, goal)
+    planner = og.RRTConnect(motions.info)
+    planner.setRange(step)
+    planner.setProblemDefinition(problem)
+    planner.setup()
+    planner.solve(_until(motions, limit))
+    return problem.getSolutionPath() if problem.hasExactSolution() else None
 
 
 def _until(motions: _Motions, limit: int, accepted: int | None = None) -> Any:
