@@ -166,12 +166,16 @@ def _roadmap(request: PlanRequest, query: Query, progress: Progress, stop: Calla
 
 
 def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) -> Plan:
-    """Solve, extract, look again at 1 mm; an edge that fails is removed and the field heals from the x at hand."""
+    """Solve, extract, look again at 1 mm; an edge that fails is removed and the field heals from the x at hand.
+
+    A law that needs an overestimate starts anew: without the edge costs have risen above the x at hand.
+    """
     law, roadmap, cost_to_go = make_law(draft.request), draft.roadmap, None
     removed = 0
     while True:
         with clock("gabf"):
-            cost_to_go = gabf.solve(network, law=law, x0=None if cost_to_go is None else _warm(cost_to_go.x, network))
+            warm = None if cost_to_go is None or law.needs_overestimate else _warm(cost_to_go.x, network)
+            cost_to_go = gabf.solve(network, law=law, x0=warm)
         start = int(roadmap.starts[np.argmin(cost_to_go.x[roadmap.starts])])
         if not np.isfinite(cost_to_go.x[start]):
             outcome, nodes = Outcome.NO_PATH, np.zeros(0, dtype=np.int64)

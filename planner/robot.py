@@ -194,11 +194,14 @@ def _assemble(
     planned = list(file.joints) if file and file.joints else urdf.chain_joints(full, tool)
     _check_joints(full, planned, tool)
     fixed = {**(file.fixed_joints if file else {}), **fixed}
+    held = [joint for joint in planned if joint in fixed]
+    if held:
+        raise RobotError(f"joint '{held[0]}' is planned and cannot be held fixed as well: choose one of the two.")
     parts = _parts(description, full, planned, fixed, base)
     model = parts["model"]
     lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
     _check_limits(model, lower, upper)
-    home = np.clip(np.zeros(len(planned)), lower, upper) if not (file and file.home) else np.array(file.home)
+    home = _home(file, planned, lower, upper)
     disabled = None
     if file and file.srdf:
         disabled = urdf.read_srdf_pairs(file.srdf.path(folder)) or None  # some SRDFs disable nothing at all
@@ -233,6 +236,13 @@ def _parts(
     geometry, links = urdf.read_bodies(description, full, pin.GeometryType.COLLISION)
     model, geometry = urdf.reduce(full, geometry, planned, fixed, base)
     return {"model": model, "bodies": urdf.bodies(geometry, links)}
+
+
+def _home(file: RobotFile | None, planned: Sequence[str], lower: Floats, upper: Floats) -> Floats:
+    """The file's home where it speaks of these joints, else zero or the limit next to it."""
+    if file and file.home and len(file.home) >= len(planned):
+        return np.array(file.home[: len(planned)])
+    return np.clip(np.zeros(len(planned)), lower, upper)
 
 
 def _choose_tool(model: pin.Model, tool: str | None) -> str:
@@ -270,6 +280,10 @@ def _identity(robot: Robot) -> str:
     for joint in range(1, model.njoints):
         values += [int(model.parents[joint]), model.joints[joint].shortname()]
         values += [np.array(model.jointPlacements[joint].homogeneous)]
+    # axes that are no coordinate axes show in where the joints are once all have moved
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.full(model.nq, 0.5))
+    values += [np.round(data.oMi[joint].homogeneous, 9) + 0.0 for joint in range(1, model.njoints)]
     for body in robot.bodies:
         values += [body.link, body.joint, body.placement, *body.shape.content()]
     return content_hash(values)

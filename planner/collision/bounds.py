@@ -165,6 +165,8 @@ class ClearanceBound:
         ``rotation`` (joints + 1, n, 3, 3) and ``position`` (joints + 1, n, 3) as ``joint_placements`` gives them.
         """
         n = position.shape[1]
+        if not len(self._radii):
+            return np.full((n, len(self._ignored)), np.inf)
         width = max(1, len(self._radii) * max(len(self._single), 1) + len(self._self_a))
         step = max(1, _CHUNK // width)
         parts = [self._coarse_chunk(rotation[:, k : k + step], position[:, k : k + step]) for k in range(0, n, step)]

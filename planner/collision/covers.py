@@ -34,8 +34,8 @@ def sphere_cover(shape: Shape, count: int, enough: float = 0.0) -> Spheres:
         case Box(size):
             return _box_cells(np.array(size), count, enough)
         case Mesh():
-            groups = _split_triangles(shape, count, enough)
-            return _around_groups(shape, groups)
+            pieces = _cut_long(shape, 1.5 * enough) if enough > 0 else shape
+            return _around_groups(pieces, _split_triangles(pieces, count, enough))
 
 
 def box_cover(mesh: Mesh, count: int) -> tuple[Floats, Floats]:
@@ -77,6 +77,25 @@ def _box_cells(size: Floats, count: int, enough: float) -> Spheres:
     axes = [(np.arange(n) + 0.5) * (side / n) - 0.5 * side for n, side in zip(cuts, size, strict=True)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     return _spheres(centres, float(0.5 * np.linalg.norm(size / cuts)))
+
+
+def _cut_long(mesh: Mesh, longest: float, most: int = 20_000) -> Mesh:
+    """The same surface with no side longer than ``longest`` (m): a sphere around a long triangle holds much air.
+
+    Triangles are halved across their longest side, round by round, until there are ``most``.
+    """
+    corners = mesh.vertices[mesh.triangles]
+    while len(corners) < most:
+        sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+        long = sides.max(axis=1) > longest
+        if not long.any():
+            break
+        turn = sides[long].argmax(axis=1)
+        a, b, c = (corners[long, (turn + k) % 3] for k in range(3))  # a-b is the longest side
+        middle = 0.5 * (a + b)
+        halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
+        corners = np.concatenate([corners[~long], *halves])
+    return Mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
 
 def _split_triangles(mesh: Mesh, count: int, enough: float = 0.0) -> list[np.ndarray]:

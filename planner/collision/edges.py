@@ -136,8 +136,8 @@ class _Run:
 
     def _note_clearance(self, edge: Ints, gap: Floats, rate: Floats, covered: Floats) -> None:
         if gap.shape[1]:
-            moving = np.where(rate > 0, gap - rate * covered[:, None], np.inf)
-            np.minimum.at(self.clearance, edge, moving.min(axis=1))
+            left = gap - rate * covered[:, None]
+            np.minimum.at(self.clearance, edge, left.min(axis=1))
 
     def _stop(self, edge: int, pair: int, verdict: Verdict) -> None:
         if self.verdict[edge] != Verdict.COLLIDES:

@@ -89,7 +89,8 @@ def _axis(model: pin.Model, data: pin.Data, joint: int, prismatic: bool) -> Floa
     """The unit direction that a joint turns about or slides along, in its own frame."""
     q = pin.neutral(model)
     pin.computeJointJacobians(model, data, q)
-    column = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL)[:, model.joints[joint].idx_v]
+    jacobian = pin.getJointJacobian(model, data, joint, pin.ReferenceFrame.LOCAL).reshape(6, model.nv)
+    column = jacobian[:, model.joints[joint].idx_v]
     return column[:3] if prismatic else column[3:]
 
 

@@ -14,7 +14,7 @@ from planner.robot import Robot
 POSITION_TOLERANCE = 1e-6  # m
 ANGLE_TOLERANCE = 1e-6  # rad
 _STEP = 0.5  # rad, the largest joint step of one iteration
-_DAMPING = 1e-4  # relative to the task error: vanishes at the solution, so convergence stays quadratic
+_DAMPING = 1e-3  # at the start; it falls tenfold with every step that comes nearer
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +50,9 @@ def beyond_reach(robot: Robot, position: Floats) -> float:
     best = 0.0
     while joint:
         # offsets along the first axes do not turn with it: measuring from joint 2's origin is often sharper
-        fixed = model.parents[joint] == 0 or _origin_is_fixed(chain, joint)
-        if fixed:
-            origin = home[joint, 0]
-            best = max(best, float(np.linalg.norm(np.asarray(position) - origin)) - total)
+        if _origin_is_fixed(chain, joint):
+            apart = float(np.linalg.norm(np.asarray(position) - home[joint, 0]))
+            best = max(best, apart - total)
         row = joint - 1
         slide = max(abs(robot.lower[row]), abs(robot.upper[row])) if chain.prismatic[row] else 0.0
         total += float(np.linalg.norm(chain.offset[row])) + float(slide)
@@ -117,15 +116,25 @@ class _Task:
         return float(np.linalg.norm(tool.translation - self.target.translation)), float(np.linalg.norm(turn))
 
     def descend(self, seed: Floats) -> Floats:
-        robot, q = self.robot, np.array(seed)
+        """Levenberg-Marquardt: a step that does not come nearer is taken back and damped more."""
+        q, (error, jacobian) = np.array(seed), self.error(seed)
+        size, damping = float(error @ error), _DAMPING
         for _ in range(self.iterations):
-            error, jacobian = self.error(q)
-            size = float(error @ error)
-            if size < (0.1 * POSITION_TOLERANCE) ** 2:
+            if size < (0.1 * POSITION_TOLERANCE) ** 2 or damping > 1e6:
                 break
-            damped = jacobian @ jacobian.T + (_DAMPING * size + 1e-14) * np.eye(len(error))
-            step = -jacobian.T @ np.linalg.solve(damped, error)
-            step *= min(1.0, _STEP / max(float(np.abs(step).max()), 1e-12))
-            moved = q + step
-            q = np.where(robot.continuous, moved, np.clip(moved, robot.lower, robot.upper))
+            moved = self._step(q, error, jacobian, damping)
+            error_there, jacobian_there = self.error(moved)
+            size_there = float(error_there @ error_there)
+            if size_there < size:
+                q, error, jacobian, size = moved, error_there, jacobian_there, size_there
+                damping *= 0.1
+            else:
+                damping = max(10.0 * damping, 1e-6)
         return q
+
+    def _step(self, q: Floats, error: Floats, jacobian: Floats, damping: float) -> Floats:
+        damped = jacobian @ jacobian.T + (damping + 1e-14) * np.eye(len(error))
+        step = -jacobian.T @ np.linalg.solve(damped, error)
+        step *= min(1.0, _STEP / max(float(np.abs(step).max()), 1e-12))
+        robot, moved = self.robot, q + step
+        return np.where(robot.continuous, moved, np.clip(moved, robot.lower, robot.upper))

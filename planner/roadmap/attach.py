@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from planner.arrays import Floats, Ints
@@ -47,6 +49,10 @@ class _Builder:
         return new
 
     def finish(self, starts: Ints, goals: Ints) -> Roadmap:
-        scale = self.roadmap.scale
-        edges = self.edges[np.lexsort((self.edges[:, 1], self.edges[:, 0]))]
-        return measured(self.checker, self.nodes, edges, starts, goals, self.roadmap.origin, lambda *_: scale)
+        """The roadmap with what was added: an unproven edge stays unproven, and the margin is the weakest proof's."""
+        old = self.roadmap
+        order = np.lexsort((self.edges[:, 1], self.edges[:, 0]))
+        proven = np.concatenate([old.proven, np.ones(len(self.edges) - len(old.edges), dtype=bool)])
+        origin = replace(old.origin, margin=min(old.origin.margin, self.checker.world.margin))
+        new = measured(self.checker, self.nodes, self.edges[order], starts, goals, origin, lambda *_: old.scale)
+        return replace(new, proven=proven[order])

@@ -8,20 +8,39 @@ import zipfile
 import zlib
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+import pydantic
 
 from planner.collision.checker import CollisionChecker
 from planner.errors import FileError
 from planner.files import write_whole
 from planner.roadmap.build import origin_of
 from planner.roadmap.roadmap import CostScale, Origin, Roadmap
+from planner.yamlfile import Strict
 
 FORMAT = "gabf-planner roadmap"
 VERSION = 1
 _ARRAYS = ("nodes", "edges", "proven", "starts", "goals", "manipulability", "joint_length", "tool_length")
 _LARGEST = 4 << 30  # bytes unpacked: beyond any roadmap that fits this planner, so a hostile file
+
+
+# what a zip or npy reader, or a header that is not ours, can end in
+_DAMAGE = (
+    *(OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, MemoryError, RecursionError, RuntimeError),
+    *(zipfile.BadZipFile, zlib.error, pydantic.ValidationError),
+)
+
+
+class _Header(Strict):
+    """The header as it must be, number by number."""
+
+    format: Literal["gabf-planner roadmap"]
+    version: int
+    sha256: str
+    origin: Origin
+    scale: CostScale
 
 
 def save_roadmap(roadmap: Roadmap, path: Path) -> None:
@@ -46,22 +65,13 @@ def load_roadmap(path: Path) -> Roadmap:
     try:
         header, arrays = _read(path)
         roadmap = _build(header, arrays)
+        if roadmap.sha256 != header.sha256:
+            raise FileError(f"roadmap {path} is damaged: its content does not match its hash; build it again.")
     except FileError:
         raise
-    except (
-        OSError,
-        EOFError,
-        ValueError,
-        KeyError,
-        TypeError,
-        zipfile.BadZipFile,
-        zlib.error,
-        MemoryError,
-    ) as error:
+    except _DAMAGE as error:
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise FileError(f"roadmap {path} is damaged or no roadmap ({reason}): build it again.") from None
-    if roadmap.sha256 != header["sha256"]:
-        raise FileError(f"roadmap {path} is damaged: its content does not match its hash; build it again.")
     return roadmap
 
 
@@ -91,7 +101,7 @@ def _text(value: Any) -> str:
     return ", ".join(value) if isinstance(value, tuple) else f"'{value}'"
 
 
-def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+def _read(path: Path) -> tuple[_Header, dict[str, Any]]:
     with zipfile.ZipFile(path) as archive:
         if sum(item.file_size for item in archive.infolist()) > _LARGEST:
             raise FileError(f"roadmap {path} would unpack to more than {_LARGEST >> 30} GiB: it is no roadmap of ours.")
@@ -104,18 +114,23 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
                 f"roadmap {path} has format version {header.get('version')}, this planner reads {VERSION}: "
                 "build it again."
             )
-        return header, {name: content[name] for name in _ARRAYS}
+        return _Header.model_validate(header), {name: content[name] for name in _ARRAYS}
 
 
-def _build(header: dict[str, Any], arrays: dict[str, Any]) -> Roadmap:
-    origin, scale = header["origin"], header["scale"]
-    origin["joints"] = tuple(origin["joints"])
-    _check(arrays, len(origin["joints"]))
-    return Roadmap(scale=CostScale(**scale), origin=Origin(**origin), **arrays)
+def _build(header: _Header, arrays: dict[str, Any]) -> Roadmap:
+    scale = header.scale
+    if not (0 < scale.w_low <= scale.w_high and min(scale.joint_length, scale.tool_length, scale.zeta) > 0):
+        raise ValueError("its cost scale is not positive")
+    if header.origin.margin < 0:
+        raise ValueError("its margin is negative")
+    _check(arrays, len(header.origin.joints))
+    return Roadmap(scale=scale, origin=header.origin, **arrays)
 
 
 def _check(arrays: dict[str, Any], dof: int) -> None:
     n, m = len(arrays["nodes"]), len(arrays["edges"])
+    if n == 0:
+        raise ValueError("it has no nodes")
     shapes = {
         "nodes": (n, dof),
         "edges": (m, 2),

@@ -59,7 +59,10 @@ def tube(points: Floats, radius: float, sides: int = 10) -> Mesh:
     points = points[moved]
     if len(points) < 2:
         points = np.vstack([points[0], points[0] + [0, 0, 1e-4]])
-    ahead = _unit(np.gradient(points, axis=0))
+    ahead = np.gradient(points, axis=0)
+    back = np.linalg.norm(ahead, axis=1) < 1e-12  # the line turns right back here
+    ahead[back] = np.diff(points, axis=0, append=points[-1:])[back]
+    ahead = _unit(ahead)
     side = np.empty_like(ahead)
     side[0] = _unit(np.cross(ahead[:1], np.eye(3)[[int(np.argmin(np.abs(ahead[0])))]]))[0]
     for k in range(1, len(points)):
