@@ -40,6 +40,8 @@ LEVELS = {
     "planner.plan": 4,
     "planner.results": 5,
     "planner.view": 6,
+    "planner.experiments": 7,
+    "planner.benchmark": 7,
     "planner.cli": 7,
     "planner.__main__": 7,
     "planner": 7,  # the package's own lazy list of public names
@@ -50,7 +52,7 @@ DOORS = {
     "fcl": {"planner.collision.fcl_checker"},
     "coal": {"planner.meshes", "planner.collision.coal_checker"},
     "meshcat": {"planner.view.canvas"},
-    "matplotlib": {"planner.view.figures"},
+    "matplotlib": {"planner.view.figures", "planner.view.law_figures"},
     "yaml": {"planner.yamlfile"},
     "tyro": {"planner.cli"},
 }

@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import pydantic
 
 from planner.collision.checker import CollisionChecker
 from planner.errors import FileError
 from planner.files import write_whole
 from planner.roadmap.build import origin_of
 from planner.roadmap.roadmap import CostScale, Origin, Roadmap
-from planner.yamlfile import Strict
+from planner.yamlfile import Strict, validate
 
 FORMAT = "gabf-planner roadmap"
 VERSION = 1
@@ -29,7 +28,7 @@ _LARGEST = 4 << 30  # bytes unpacked: beyond any roadmap that fits this planner,
 # what a zip or npy reader, or a header that is not ours, can end in
 _DAMAGE = (
     *(OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, MemoryError, RecursionError, RuntimeError),
-    *(zipfile.BadZipFile, zlib.error, pydantic.ValidationError),
+    *(zipfile.BadZipFile, zlib.error),
 )
 
 
@@ -114,7 +113,7 @@ def _read(path: Path) -> tuple[_Header, dict[str, Any]]:
                 f"roadmap {path} has format version {header.get('version')}, this planner reads {VERSION}: "
                 "build it again."
             )
-        return _Header.model_validate(header), {name: content[name] for name in _ARRAYS}
+        return validate(_Header, header, f"roadmap {path} is damaged"), {name: content[name] for name in _ARRAYS}
 
 
 def _build(header: _Header, arrays: dict[str, Any]) -> Roadmap:
