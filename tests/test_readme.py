@@ -39,7 +39,7 @@ def test_every_option_in_the_examples_exists() -> None:
     from planner.request import PlanRequest
 
     known = {field.name.replace("_", "-") for field in fields(PlanRequest)} | {"out", "debug", "help"}
-    examples = [line for line in README.splitlines() if line.startswith("    planner ")]
+    examples = [line for line in README.splitlines() if line.startswith("    planner plan")]
     assert examples
     for line in examples:
         assert set(re.findall(r"--([a-z-]+)", line)) <= known
