@@ -95,9 +95,10 @@ def check_limits(robot: Robot, values: Floats, role: str) -> None:
     beyond = np.where(robot.continuous, 0.0, np.maximum(below, above))
     # 1e-9 forgives a limit that was printed and read back
     for k in np.nonzero(beyond > 1e-9)[0]:
+        unit = "m" if robot.prismatic[k] else "rad"
         raise StateError(
             f"{role} puts joint '{robot.joints[k]}' at {values[k]:.6g}, outside its limits "
-            f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} rad: bring it inside."
+            f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} {unit}: bring it inside."
         )
 
 

@@ -57,6 +57,8 @@ def _sentence(error: Any) -> str:
     more = f" (got {error['input']!r})" if not isinstance(error["input"], dict | list) else ""
     if error["type"] == "extra_forbidden":
         return f"unknown key '{key}'; remove it or check its spelling."
+    if error["type"] == "union_tag_not_found":
+        return f"'{key}' says no type; add 'type'."
     if error["type"] == "missing":
         return f"key '{key}' is missing; add it."
     if error["type"] == "union_tag_invalid":

@@ -18,7 +18,7 @@ from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edges import EdgeProver
 from planner.collision.world import World
-from planner.plan import Plan, plan
+from planner.plan import Plan, build_roadmap, plan
 from planner.poses import pose
 from planner.request import PlanRequest
 from planner.resources import robot_names, scene_names
@@ -304,3 +304,29 @@ def body(shape: Shape, placement: np.ndarray | None = None, joint: int = 0) -> B
 
 def scene_of(*items: tuple[Shape, np.ndarray]) -> Scene:
     return Scene("made", tuple(Obstacle(f"thing{k}", shape, place) for k, (shape, place) in enumerate(items)))
+
+
+# Two shapes and the second one's placement seen from the first: FCL 0.7 reports 10 to 15 mm where 1 to 6 mm are true.
+# Found among 60,000 random pairs, of which 2 % are reported too large by more than 0.1 mm + 2 %.
+FCL_AT_ITS_WORST: list[tuple[Shape, Shape, np.ndarray]] = [
+    (Box((0.007, 0.008, 1.757)), Box((0.014, 0.012, 1.467)), pose([-0.4614, 0.5715, -0.7917], [0.12, 1.7, -0.78])),
+    (Box((1.208, 0.746, 0.012)), Cylinder(0.373, 1.091), pose([1.1715, 0.6156, -0.2442], [1.64, -2.1, 1.46])),
+    (Box((0.01, 0.008, 1.263)), Capsule(0.01, 1.007), pose([-0.0339, 0.5101, -0.6389], [-1.57, -0.3, 0.03])),
+    (Cylinder(0.004, 0.713), Cylinder(0.545, 1.557), pose([-0.7438, -0.6005, 0.4007], [1.51, -0.17, 2.87])),
+    (Cylinder(0.004, 1.231), Capsule(0.004, 1.652), pose([-0.001, -0.0214, -0.6167], [-1.67, -0.04, 0.46])),
+]
+
+
+@cache
+def make_post() -> CollisionChecker:
+    """planar_2r with a post in its way: it has to fold to get from one side to the other."""
+    return make_checker(load("planar_2r"), scene_of((Box((0.1, 0.02, 0.2)), pose([0.75, 0, 0]))))
+
+
+POST_START, POST_GOAL = np.array([-1.0, 0.8]), np.array([1.0, -0.8])
+
+
+@cache
+def post_roadmap(nodes: int = 60, seed: int = 0) -> Roadmap:
+    """A small roadmap of planar_2r around the post."""
+    return build_roadmap(load("planar_2r"), make_post(), POST_START, POST_GOAL, nodes, seed)

@@ -98,10 +98,7 @@ def test_bounds_are_of_use(name):
     assert (coarse[far] > 0.05).mean() > 0.95
 
 
-LONG = "collision/covers.py: triangles longer than a cell are not cut, so 48 spheres are no closer than 6"
-
-
-@pytest.mark.parametrize("name", ["iiwa14", pytest.param("panda", marks=pytest.mark.xfail(strict=True, reason=LONG))])
+@pytest.mark.parametrize("name", ["iiwa14", "panda"])
 def test_the_second_look_is_closer_where_it_is_asked(name):
     world = checker_of(name, "paper").world
     q = random_q(load(name), 8, seed=2)

@@ -7,6 +7,7 @@ import coal
 import numpy as np
 import pytest
 from conftest import (
+    FCL_AT_ITS_WORST,
     KINDS,
     PRIMITIVES,
     CoalWorld,
@@ -16,6 +17,7 @@ from conftest import (
     coal_distance,
     coal_geometry,
     coal_push,
+    coal_transform,
     load,
     random_pose,
     random_q,
@@ -25,6 +27,7 @@ from conftest import (
 
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import contact_of, is_free
+from planner.collision.coal_checker import CoalChecker
 from planner.collision.fcl_checker import FclChecker
 from planner.collision.world import World
 from planner.errors import OptionError
@@ -98,7 +101,8 @@ def assert_verdicts_agree(checker, states):
 @pytest.mark.parametrize("name", ["iiwa14", "panda", "kinova"])
 def test_distances_agree_with_coal(name):
     """Where the pair's bodies are apart; FCL's excess is bounded by what the checker says about itself."""
-    checker = make_checker(load(name), scene_of((Box((0.5, 0.5, 0.5)), pose([0.7, 0, 0.3])), (Sphere(0.2), pose([0, 1, 1]))))
+    things = (Box((0.5, 0.5, 0.5)), pose([0.7, 0, 0.3])), (Sphere(0.2), pose([0, 1, 1]))
+    checker = make_checker(load(name), scene_of(*things))
     judge = CoalWorld(checker.world)
     pairs = np.arange(judge.count)[:: 1 if name == "iiwa14" else 3]
     for q in random_q(load(name), 3 if name == "kinova" else 10, seed=30):
@@ -107,7 +111,7 @@ def test_distances_agree_with_coal(name):
         truth = judge.distances(q, pairs)
         for ours, theirs in zip(found, truth, strict=True):
             if theirs > BAND:
-                assert theirs - 1e-5 <= ours <= theirs + checker.error(ours)
+                assert theirs - BAND <= ours <= theirs + checker.error(ours)
             elif theirs < -BAND:
                 assert ours <= 0
 
@@ -187,7 +191,7 @@ def test_names_the_two_links_of_a_self_collision():
             continue
         found += 1
         gaps = judge.distances(q)
-        touching = {checker.world.contact(k) for k in np.nonzero(gaps < BAND)[0]}
+        touching = {checker.world.contact(int(k)) for k in np.nonzero(gaps < BAND)[0]}
         assert contact in touching
     assert found > 10
 
@@ -198,10 +202,11 @@ def test_pairs_that_are_not_checked_may_touch():
     states = load("iiwa14").home + rng.normal(size=(300, 7)) * 0.8
     judge = CoalWorld(world)
     seconds = [{world.contact(pair).second for pair in touching_pairs(judge, q, 0.0)} for q in states]
-    below = [q for q, names in zip(states, seconds, strict=True) if names == {"table"}]
-    assert len(below) > 3, seconds
+    alone = [next(iter(names)) for names in seconds if len(names) == 1]
+    name = next(o.name for o in world.obstacles if alone.count(o.name) > 3)
+    below = [q for q, names in zip(states, seconds, strict=True) if names == {name}]
     checked = np.array(world.checked)
-    checked[:, [o.name for o in world.obstacles].index("table")] = False
+    checked[:, [o.name for o in world.obstacles].index(name)] = False
     blind = FclChecker(replace(world, checked=checked))
     assert not any(is_free(checker, q) for q in below)
     assert all(is_free(blind, q) for q in below)
@@ -244,7 +249,7 @@ def test_no_states_and_no_obstacles():
 
 def test_make_checker_refuses():
     robot, scene = load("planar_2r"), Scene("none")
-    with pytest.raises(OptionError, match=r"collision backend 'bullet' not found; backends are fcl"):
+    with pytest.raises(OptionError, match=r"collision backend 'bullet' not found; backends are .*fcl"):
         make_checker(robot, scene, backend="bullet")
     for margin in (-0.1, np.nan, np.inf):
         with pytest.raises(OptionError, match=r"margin .* is not usable: give a distance of 0 or more"):
@@ -257,7 +262,6 @@ def test_make_checker_refuses():
 
 PAIRS = list(combinations_with_replacement(KINDS, 2))
 BAD = {("box", "box"), ("box", "cylinder"), ("box", "capsule"), ("cylinder", "cylinder"), ("cylinder", "capsule")}
-EXCEEDS = "collision/fcl_checker.py error(): FCL's GJK reports up to 9 mm too much, far beyond 0.1 mm + 2 %"
 
 
 def as_world(first: Shape, others: list[tuple[Shape, np.ndarray]]) -> World:
@@ -282,27 +286,76 @@ def sample(first: str, second: str, n: int, seed: int = 0):
             other = random_shape(rng, second, ("normal", "thin", "large")[int(rng.integers(3))])
             b, direction = coal_geometry(other), rng.normal(size=3)
             gap = float(np.exp(rng.uniform(np.log(1e-5), np.log(0.2))))
-            place = coal_push(a, b, random_pose(rng)[:3, :3], direction / np.linalg.norm(direction), gap)
+            turn = np.eye(3) if rng.random() < 0.3 else random_pose(rng)[:3, :3]  # axes are often parallel in life
+            place = coal_push(a, b, turn, direction / np.linalg.norm(direction), gap)
             if place is not None:
                 others.append((other, place))
                 truth.append(coal_distance(a, np.eye(4), b, place))
         yield as_world(shape, others), np.array(truth)
 
 
-def mark(pair):
-    broken = pair in BAD
-    return pytest.param(*pair, marks=pytest.mark.xfail(strict=True, reason=EXCEEDS)) if broken else pytest.param(*pair)
-
-
-@pytest.mark.parametrize(("first", "second"), [mark(pair) for pair in PAIRS])
+@pytest.mark.parametrize(("first", "second"), PAIRS)
 def test_the_error_is_bounded(first, second):
-    """reported <= true + error(reported), for every two kinds, over 400 random pairs (1000 where FCL is known to err)."""
+    """reported <= true + error(reported), for every two kinds, over 400 random pairs, 1000 where FCL errs."""
     rounds = 90 if (first, second) in BAD else 35 if "mesh" not in (first, second) else 12
     for world, truth in sample(first, second, rounds):
         checker, found = reported(world)
         apart = truth > 1e-6
         allowed = np.array([checker.error(gap) for gap in found])
         assert (found[apart] <= truth[apart] + allowed[apart]).all()
+
+
+@pytest.mark.parametrize("case", FCL_AT_ITS_WORST, ids=lambda case: "-".join(type(s).__name__ for s in case[:2]))
+def test_the_error_is_bounded_where_fcl_is_worst(case):
+    first, second, place = case
+    truth = coal_distance(coal_geometry(first), np.eye(4), coal_geometry(second), place)
+    checker, found = reported(as_world(first, [(second, place)]))
+    assert found[0] <= truth + checker.error(found[0])
+
+
+@pytest.mark.parametrize("kind", [FclChecker, CoalChecker])
+@pytest.mark.parametrize("case", FCL_AT_ITS_WORST, ids=lambda case: "-".join(type(s).__name__ for s in case[:2]))
+def test_a_margin_is_kept_where_fcl_is_worst(case, kind):
+    first, second, place = case
+    truth = coal_distance(coal_geometry(first), np.eye(4), coal_geometry(second), place)
+    swapped = replace(load("planar_2r"), bodies=(body(second, place),))
+    for world in (as_world(first, [(second, place)]), World.of(swapped, scene_of((first, np.eye(4))), frozenset())):
+        assert kind(replace(world, margin=truth + 2e-3)).first_contact(np.zeros((1, 2))) is not None
+
+
+@pytest.mark.parametrize("kind", [FclChecker, CoalChecker])
+def test_a_margin_is_kept_between_upright_cylinders(kind):
+    """A disc and a post, both upright and 94 mm apart; FCL says 247 mm."""
+    disc, post = Cylinder(0.2690656829949512, 0.027706950177608013), Cylinder(0.006162482645715402, 1.60712417827787)
+    place = pose([0.13742602683073055, 0.3422859636685855, 0.8269846969746429])
+    assert coal_distance(coal_geometry(disc), np.eye(4), coal_geometry(post), place) == pytest.approx(0.0941, abs=1e-4)
+    swapped = replace(load("planar_2r"), bodies=(body(post, place),))
+    for world in (as_world(disc, [(post, place)]), World.of(swapped, scene_of((disc, np.eye(4))), frozenset())):
+        assert kind(replace(world, margin=0.1)).first_contact(np.zeros((1, 2))) is not None
+
+
+@pytest.mark.parametrize(("first", "second"), [pair for pair in PAIRS if "mesh" not in pair])
+def test_contact_itself_is_told_to_a_tenth_of_a_millimetre(first, second):
+    """Whatever its distances are worth: 0.1 to 3 mm from touching, on either side, FCL and coal say the same."""
+    rng, verdicts = np.random.default_rng(3), []
+    for _ in range(120):
+        shapes = [random_shape(rng, k, ("normal", "thin", "large")[int(rng.integers(3))]) for k in (first, second)]
+        a, b = map(coal_geometry, shapes)
+        direction = rng.normal(size=3)
+        place = coal_push(a, b, random_pose(rng)[:3, :3], direction / np.linalg.norm(direction), 3e-3)
+        if place is None:
+            continue
+        result = coal.DistanceResult()
+        pair = a, coal_transform(np.eye(4)), b, coal_transform(place)
+        apart = coal.distance(*pair, coal.DistanceRequest(), result)
+        towards = (result.getNearestPoint1() - result.getNearestPoint2()) / apart
+        place[:3, 3] += (apart + rng.choice([-1, 1]) * 10 ** rng.uniform(-4, -2.5)) * towards
+        truth = coal_distance(a, np.eye(4), b, place)
+        if abs(truth) > BAND:
+            world = as_world(shapes[0], [(shapes[1], place)])
+            verdicts.append(FclChecker(world).first_contact(np.zeros((1, 2))) is not None)
+            assert verdicts[-1] == (truth < 0)
+    assert 0.2 < np.mean(verdicts) < 0.8
 
 
 @pytest.mark.parametrize(("first", "second"), [pair for pair in PAIRS if "mesh" not in pair])
@@ -324,9 +377,15 @@ def test_a_mesh_is_a_surface():
 
 
 def test_a_ball_through_a_triangle_touches():
-    world = as_world(Sphere(0.1), [(box_mesh((1, 1, 1)), pose([0.55, 0, 0]))])
-    _, found = reported(world)
-    assert found[0] <= 0
+    """In either order, wherever; FCL answers 1e-322 for some of them."""
+    rng, mesh = np.random.default_rng(4), box_mesh((1, 1, 1))
+    for _ in range(20):
+        x, y, z = rng.uniform(-0.45, 0.45, 3)
+        places = [pose(p) for p in ([0.5 + 0.15 * x, y, z], [x, 0.5 + 0.15 * y, z], [0, 0, 0.55], [0.5, 0, 0])]
+        _, found = reported(as_world(Sphere(0.1), [(mesh, place) for place in places]))
+        assert (found <= 0).all()
+        _, found = reported(as_world(mesh, [(Sphere(0.1), place) for place in places]))
+        assert (found <= 0).all()
 
 
 @pytest.mark.parametrize("kind", PRIMITIVES)

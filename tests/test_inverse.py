@@ -78,16 +78,13 @@ def test_continuous_joints_come_back_within_one_turn():
     assert (np.abs(found[:, robot.continuous]) <= np.pi).all()
 
 
-CHATTERS = "kinematics/inverse.py descend: full steps chatter about a stretched arm, the residual comes out too large"
-
-
 @pytest.mark.parametrize(
     "direction",
     [
         (1, 0, 0),
         (0, -1, 0),
-        pytest.param((0.6, 0, 0.8), marks=pytest.mark.xfail(strict=True, reason=CHATTERS)),
-        pytest.param((-0.36, 0.48, 0.8), marks=pytest.mark.xfail(strict=True, reason=CHATTERS)),
+        (0.6, 0, 0.8),
+        (-0.36, 0.48, 0.8),
     ],
 )
 def test_the_residual_of_an_unreachable_target(direction):
@@ -128,13 +125,7 @@ def test_planar_2r_reaches_90_cm():
     assert inverse.beyond_reach(load("planar_2r"), np.array([0.6, 0.8, 0.0])) == pytest.approx(0.1, abs=1e-9)
 
 
-SLIDE = "kinematics/inverse.py beyond_reach: a first joint that slides counts as standing still"
-
-
-@pytest.mark.parametrize(
-    "first",
-    [pytest.param("prismatic", marks=pytest.mark.xfail(strict=True, reason=SLIDE)), "revolute"],
-)
+@pytest.mark.parametrize("first", ["prismatic", "revolute"])
 def test_sliding_joints_reach_further(urdf_file, first):
     links = "".join(link_xml(name) for name in "abcd")
     joints = (

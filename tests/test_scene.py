@@ -218,7 +218,6 @@ BROKEN = {
 }
 
 
-@pytest.mark.xfail(strict=True, reason="yamlfile.py parse_yaml: libyaml's loader overflows the C stack and segfaults")
 def test_endless_nesting(tmp_path):
     """In a process of its own, which it can take down with it."""
     (tmp_path / "deep.yaml").write_text("[" * 100_000)
@@ -249,7 +248,7 @@ def test_files_that_are_not_there(tmp_path):
         Scene.load(str(tmp_path / "nowhere.yaml"))
     with pytest.raises(FileError, match="cannot be read"):
         Scene.load(str(tmp_path) + "/")
-    with pytest.raises(SceneError, match=r"scene 'papre' not found; scenes are .*paper.*path of a scene file\.") as caught:
+    with pytest.raises(SceneError, match=r"scene 'papre' not found; scenes are .*paper.*path of a scene") as caught:
         Scene.load("papre")
     assert isinstance(caught.value, PlannerError)
 

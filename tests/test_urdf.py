@@ -193,7 +193,8 @@ def test_a_missing_file_and_a_binary_one(tmp_path):
 def test_mesh_beside_the_urdf(tmp_path):
     folder = tmp_path / "arm_description"
     (folder / "meshes").mkdir(parents=True)
-    stl = "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid s"
+    corners = "vertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0"
+    stl = f"solid s\nfacet normal 0 0 1\nouter loop\n{corners}\nendloop\nendfacet\nendsolid s"
     (folder / "meshes" / "one.stl").write_text(stl)
     mesh = '<mesh filename="package://arm_description/meshes/one.stl" scale="0.1 0.1 0.1"/>'
     (folder / "arm.urdf").write_text(f'<robot name="arm">{A}{link_xml("b", mesh)}{joint_xml("j", "a", "b")}</robot>')

@@ -16,7 +16,6 @@ from planner.kinematics.forward import Chain, joint_placements
 from planner.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _NEAREST_POINTS = fcl.DistanceRequest(enable_nearest_points=True)
-_LARGEST_ERROR = 0.02  # m: a reported distance is never further than this above the true one
 _ANY_CONTACT = fcl.CollisionRequest(num_max_contacts=1, enable_contact=True)
 
 
@@ -135,24 +134,22 @@ class FclChecker(CollisionChecker):
 
     def _keep_nearest(self, a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> tuple[bool, float]:
         result = fcl.DistanceResult()
-        gap = fcl.distance(a, b, _NEAREST_POINTS, result)
-        if gap < hit.nearest + _LARGEST_ERROR:
-            gap = self._lowered(gap, result)
+        gap = self._lowered(fcl.distance(a, b, _NEAREST_POINTS, result), result)
         if gap < hit.nearest:
             hit.nearest, hit.pair = gap, (result.o1, result.o2)
         return hit.nearest <= 0, hit.nearest
 
     def _lowered(self, gap: float, result: fcl.DistanceResult) -> float:
-        """A reported distance, brought down to what the plane between FCL's own nearest points proves.
+        """A reported distance, brought down to what a plane between the two shapes proves.
 
-        FCL stops its GJK early: between boxes, cylinders and capsules it was seen to report up to 9 mm too much.
-        Triangles of a mesh against anything it measures closely; see :meth:`error`.
+        FCL stops its GJK early: between boxes, cylinders and capsules it was seen to report 20 mm where 0.7 mm were
+        left, and 247 mm where 94 mm were. Triangles it measures closely, see :meth:`error`, and spheres exactly.
         """
         if gap <= 1e-12:  # a sphere through a triangle comes out as 1e-322 instead of -1
             return -1.0
         first, second = self._index[id(result.o1)], self._index[id(result.o2)]
         a, b = self._items[first].shape, self._items[second].shape
-        if isinstance(a, Mesh) or isinstance(b, Mesh):
+        if isinstance(a, Mesh) or isinstance(b, Mesh) or _has_formula(a, b):
             return gap
         p, q = (np.asarray(point) for point in result.nearest_points)
         placed = (a, *self._poses[first]), (b, *self._poses[second])
@@ -198,6 +195,11 @@ class FclChecker(CollisionChecker):
     def error(self, distance: float) -> float:
         # meshes only: against coal over 20,000 random pairs of every kind never more than 2 % and 0.1 mm
         return 1e-4 + 0.02 * max(distance, 0.0)
+
+
+def _has_formula(a: Shape, b: Shape) -> bool:
+    """Whether FCL computes a distance in closed form: agreed with coal to 1e-15 m over 20,000 random pairs."""
+    return isinstance(a, Sphere) or isinstance(b, Sphere) or (isinstance(a, Capsule) and isinstance(b, Capsule))
 
 
 def _world_placement(body: Body, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:

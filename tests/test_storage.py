@@ -1,0 +1,374 @@
+"""Roadmaps on disk: the same bytes, and one kind of refusal for whatever is not a roadmap of ours."""
+
+import io
+import json
+import os
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import QUICK, checker_of, load, make_post, post_roadmap, scene_of
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.collision import make_checker
+from planner.costs import build_network
+from planner.errors import FileError, PlannerError
+from planner.poses import pose
+from planner.roadmap.attach import attach
+from planner.roadmap.storage import load_roadmap, require_same_world, save_roadmap
+from planner.robot import Robot
+from planner.shapes import Box
+
+ROADMAP = post_roadmap(30)
+ARRAYS = ("nodes", "edges", "proven", "starts", "goals", "manipulability", "joint_length", "tool_length")
+
+
+@pytest.fixture(scope="module")
+def content(tmp_path_factory) -> bytes:
+    path = tmp_path_factory.mktemp("roadmap") / "roadmap.npz"
+    save_roadmap(ROADMAP, path)
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("damaged")
+
+
+def test_round_trip(content, tmp_path):
+    (tmp_path / "a.npz").write_bytes(content)
+    back = load_roadmap(tmp_path / "a.npz")
+    for name in ARRAYS:
+        ours, theirs = getattr(back, name), getattr(ROADMAP, name)
+        np.testing.assert_array_equal(ours, theirs)
+        assert ours.dtype == theirs.dtype
+        assert not ours.flags.writeable
+    assert back.scale == ROADMAP.scale
+    assert back.origin == ROADMAP.origin
+    assert back.sha256 == ROADMAP.sha256
+
+
+def test_the_same_roadmap_is_the_same_bytes(content, tmp_path):
+    save_roadmap(ROADMAP, tmp_path / "b.npz")
+    assert (tmp_path / "b.npz").read_bytes() == content
+    save_roadmap(load_roadmap(tmp_path / "b.npz"), tmp_path / "c.npz")
+    assert (tmp_path / "c.npz").read_bytes() == content
+    assert sorted(os.listdir(tmp_path)) == ["b.npz", "c.npz"]
+
+
+def test_no_pickle_is_written(content):
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        assert archive.testzip() is None
+        for item in archive.namelist():
+            assert b"'O'" not in archive.read(item)[:200]
+
+
+def test_a_file_is_readable_by_others(tmp_path):
+    save_roadmap(ROADMAP, tmp_path / "a.npz")
+    mask = os.umask(0)
+    os.umask(mask)
+    assert (tmp_path / "a.npz").stat().st_mode & 0o777 == 0o666 & ~mask
+
+
+# writing that fails
+
+
+def test_a_failing_write_leaves_the_old_file_and_nothing_else(content, tmp_path, monkeypatch):
+    path = tmp_path / "roadmap.npz"
+    path.write_bytes(content)
+
+    def full(handle):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("planner.files.os.fsync", full)
+    with pytest.raises(FileError, match=r"roadmap\.npz cannot be written: No space left on device; choose another"):
+        save_roadmap(post_roadmap(30, seed=1), path)
+    assert path.read_bytes() == content
+    assert os.listdir(tmp_path) == ["roadmap.npz"]
+
+
+def test_a_folder_that_is_not_there_or_a_folder_in_its_place(tmp_path):
+    with pytest.raises(FileError, match="cannot be written: No such file or directory"):
+        save_roadmap(ROADMAP, tmp_path / "no" / "roadmap.npz")
+    (tmp_path / "roadmap.npz").mkdir()
+    with pytest.raises(FileError, match="cannot be written: Is a directory"):
+        save_roadmap(ROADMAP, tmp_path / "roadmap.npz")
+    assert os.listdir(tmp_path) == ["roadmap.npz"]
+
+
+# damage
+
+
+def refused(path: Path) -> str:
+    with pytest.raises(FileError) as caught:
+        load_roadmap(path)
+    message = str(caught.value)
+    assert str(path) in message
+    assert message.endswith(".")
+    assert "\n" not in message
+    assert type(caught.value.__cause__) is type(None)
+    return message
+
+
+def harmless_or_refused(path: Path) -> bool:
+    """True where the file is refused; a file that loads must be the roadmap to the last bit."""
+    try:
+        back = load_roadmap(path)
+    except FileError:
+        return True
+    assert back.sha256 == ROADMAP.sha256
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(back, name), getattr(ROADMAP, name))
+    assert back.scale == ROADMAP.scale
+    return False
+
+
+@QUICK
+@given(st.data())
+def test_flipped_bytes(content, folder, data):
+    damaged = bytearray(content)
+    places = st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=4)
+    for place in data.draw(places):
+        damaged[place] ^= data.draw(st.integers(1, 255))
+    (folder / "a.npz").write_bytes(damaged)
+    harmless_or_refused(folder / "a.npz")
+
+
+def sweep(content: bytes, folder: Path, places: range, flips: tuple[int, ...]) -> dict[str, int]:
+    """Every one of these bytes flipped, one at a time: how often which exception other than FileError came out."""
+    path, others = folder / "b.npz", {}
+    for place in places:
+        for flip in flips:
+            damaged = bytearray(content)
+            damaged[place] ^= flip
+            path.write_bytes(damaged)
+            try:
+                harmless_or_refused(path)
+            except Exception as error:
+                others[type(error).__name__] = others.get(type(error).__name__, 0) + 1
+    return others
+
+
+def test_every_byte_of_the_first_header(content, folder):
+    assert sweep(content, folder, range(0, 120), (0x01, 0x08, 0xFF)) == {}
+
+
+def test_every_byte_of_the_directory(content, folder):
+    """Where flags say encrypted, or name a compression that is not there."""
+    start = content.index(b"PK\x01\x02")
+    assert sweep(content, folder, range(start, min(len(content), start + 140)), (0x01, 0x08, 0xFF)) == {}
+
+
+def test_some_byte_of_everything(content, folder):
+    assert sweep(content, folder, range(0, len(content), 23), (0x10,)) == {}
+
+
+@QUICK
+@given(st.floats(0, 1, exclude_max=True))
+def test_truncated(content, folder, share):
+    (folder / "c.npz").write_bytes(content[: int(share * len(content))])
+    refused(folder / "c.npz")
+
+
+@QUICK
+@given(st.binary(max_size=300), st.booleans())
+def test_noise(content, folder, noise, zipped):
+    (folder / "d.npz").write_bytes((b"PK\x03\x04" if zipped else b"") + noise)
+    refused(folder / "d.npz")
+
+
+@QUICK
+@given(st.data())
+def test_cut_and_pasted(content, folder, data):
+    a, b = sorted(data.draw(st.tuples(*[st.integers(0, len(content))] * 2)))
+    (folder / "e.npz").write_bytes(content[:a] + content[b:])
+    if a != b:
+        harmless_or_refused(folder / "e.npz")
+
+
+# hostile: whole zips whose content is not what it should be
+
+
+def rewritten(content: bytes, path: Path, header=None, arrays=None, raw=None) -> Path:
+    """The file with its header mapped by ``header``, ``arrays`` replaced (None: left out), ``raw`` members put in."""
+    with np.load(io.BytesIO(content)) as old:
+        data = {name: old[name] for name in old.files}
+    if header is not None:
+        text = header(json.loads(str(data["header"])))
+        data["header"] = np.array(text if isinstance(text, str) else json.dumps(text))
+    data = {name: value for name, value in (data | (arrays or {})).items() if value is not None}
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **data)
+    with zipfile.ZipFile(buffer) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()} | (raw or {})
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, value in members.items():
+            archive.writestr(name, value)
+    return path
+
+
+def but(*keys, **changes):
+    """A header with ``changes`` at the place that ``keys`` lead to; ... takes a key away."""
+
+    def apply(header):
+        place = header
+        for key in keys:
+            place = place[key]
+        for key, value in changes.items():
+            if value is ...:
+                del place[key]
+            else:
+                place[key] = value
+        return header
+
+    return apply
+
+
+def bent(name, value):
+    return {name: value}
+
+
+NODES, EDGES = np.array(ROADMAP.nodes), np.array(ROADMAP.edges)
+HOSTILE = {
+    "no header": ({"arrays": {"header": None}}, "header"),
+    "header is no text": ({"header": lambda h: "{"}, "Expecting property name"),
+    "header is a list": ({"header": lambda h: [1]}, "not a roadmap of this planner"),
+    "another format": ({"header": but(format="other")}, "not a roadmap of this planner"),
+    "another version": ({"header": but(version=2)}, "format version 2, this planner reads 1"),
+    "no origin": ({"header": but(origin=...)}, "origin"),
+    "origin is a number": ({"header": but(origin=3)}, "damaged"),
+    "a key of the origin is missing": ({"header": but("origin", tool=...)}, "tool"),
+    "a key too much": ({"header": but("origin", extra=1)}, "extra"),
+    "a key of the scale is missing": ({"header": but("scale", zeta=...)}, "zeta"),
+    "another hash": ({"header": but(sha256="0" * 64)}, "does not match its hash"),
+    "another tool": ({"header": but("origin", tool="x")}, "does not match its hash"),
+    "joints of another count": ({"header": but("origin", joints=["a"])}, "array 'nodes' has shape"),
+    "an array is missing": ({"arrays": {"edges": None}}, "edges"),
+    "a node moved": ({"arrays": {"nodes": NODES + 1e-9}}, "does not match its hash"),
+    "a node that is NaN": ({"arrays": {"nodes": NODES * np.nan}}, "not finite"),
+    "nodes in one row": ({"arrays": {"nodes": NODES.ravel()}}, "array 'nodes' has shape"),
+    "text for nodes": ({"arrays": {"nodes": NODES.astype(str)}}, "array 'nodes'"),
+    "complex nodes": ({"arrays": {"nodes": NODES.astype(complex)}}, "array 'nodes'"),
+    "pickled nodes": ({"arrays": {"nodes": NODES.astype(object)}}, "allow_pickle=False"),
+    "a pickle more": ({"raw": {"header.npy": b"\x80\x04K\x01."}}, "damaged"),
+    "an edge to nowhere": ({"arrays": {"edges": EDGES + 10_000}}, "nodes that are not there"),
+    "an edge to a negative node": ({"arrays": {"edges": EDGES - 10_000}}, "nodes that are not there"),
+    "an edge the wrong way round": ({"arrays": {"edges": EDGES[:, ::-1]}}, "lower node first"),
+    "an edge from a node to itself": ({"arrays": {"edges": EDGES * 0}}, "lower node first"),
+    "fewer proofs than edges": ({"arrays": {"proven": ROADMAP.proven[:-1]}}, "array 'proven' has shape"),
+    "a start that is not there": ({"arrays": {"starts": np.array([99])}}, "nodes that are not there"),
+    "starts in two rows": ({"arrays": {"starts": np.array([[0], [1]])}}, "array 'starts' has shape"),
+    "nodes without a shape": ({"arrays": {"nodes": np.array(1.0)}}, "damaged"),
+    "w that is infinite": ({"arrays": {"manipulability": ROADMAP.manipulability * np.inf}}, "not finite"),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_hostile(content, tmp_path, case):
+    change, part = HOSTILE[case]
+    assert part in refused(rewritten(content, tmp_path / "x.npz", **change))
+
+
+NO_NODES = {name: getattr(ROADMAP, name)[:0] for name in ARRAYS}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"header": but(sha256=...)},
+        {"header": lambda h: "[" * 100_000},
+        {"raw": {"starts.npy": b"hello"}},
+        {"arrays": NO_NODES},
+    ],
+    ids=["no hash", "deep header", "bytes for an array", "no nodes"],
+)
+def test_hostile_too(content, tmp_path, change):
+    message = refused(rewritten(content, tmp_path / "x.npz", **change))
+    assert "does not match its hash" not in message
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        but("origin", margin="wide"),
+        but("origin", margin=float("nan")),
+        but("scale", w_low="x"),
+        but("scale", zeta=None),
+        but("scale", zeta=float("nan")),
+        but("scale", joint_length=0),
+        but("scale", joint_length=-1),
+    ],
+    ids=["margin text", "margin nan", "w_low text", "zeta none", "zeta nan", "length 0", "length negative"],
+)
+def test_header_numbers_are_numbers(content, tmp_path, header):
+    refused(rewritten(content, tmp_path / "x.npz", header=header))
+
+
+def test_a_zip_that_unpacks_to_far_too_much(content, tmp_path, monkeypatch):
+    monkeypatch.setattr("planner.roadmap.storage._LARGEST", 1000)
+    (tmp_path / "a.npz").write_bytes(content)
+    assert "would unpack to more than" in refused(tmp_path / "a.npz")
+
+
+def test_other_files(tmp_path):
+    assert "not found: 'planner plan' writes roadmap.npz" in refused(tmp_path / "none.npz")
+    assert "not found" in refused(tmp_path)
+    for name, data in (("empty.npz", b""), ("text.npz", b"hello"), ("pickle.npz", b"\x80\x04K\x01.")):
+        (tmp_path / name).write_bytes(data)
+        assert "damaged or no roadmap" in refused(tmp_path / name)
+    np.save(tmp_path / "one.npy", np.zeros(3))
+    assert "damaged or no roadmap" in refused(tmp_path / "one.npy")
+    np.savez(tmp_path / "other.npz", a=np.zeros(3))
+    assert "damaged or no roadmap" in refused(tmp_path / "other.npz")
+
+
+# whose roadmap it is
+
+
+def test_its_own_world_is_accepted():
+    require_same_world(ROADMAP, make_post(), Path("r.npz"))
+
+
+def other_worlds():
+    robot = load("planar_2r")
+    post = [(Box((0.1, 0.02, 0.2)), pose([0.75, 0, 0]))]
+    moved = [(Box((0.1, 0.02, 0.2)), pose([0.76, 0, 0]))]
+    renamed = replace(scene_of(*post), name="corner")
+    raised = Robot.load("planar_2r", base=pose([0, 0, 0.1]))
+    return {
+        "robot": (checker_of("iiwa14"), ["is for robot 'planar_2r', not 'iiwa14'", "build one for this robot"]),
+        "tool": (
+            make_checker(Robot.load("planar_2r", tool="link_2"), scene_of(*post)),
+            ["is for tool frame 'tool', not 'link_2'"],
+        ),
+        "scene": (make_checker(robot, renamed), ["is for scene 'made', not 'corner'"]),
+        "obstacles": (make_checker(robot, scene_of(*moved)), ["scene 'made' with other obstacles", "build it again"]),
+        "set-up": (make_checker(raised, scene_of(*post)), ["'planar_2r' of other geometry or set-up"]),
+        "margin": (
+            make_checker(robot, scene_of(*post), margin=0.01),
+            ["proven with a margin of 0 m, less than the 0.01 m asked for", "ask for less"],
+        ),
+    }
+
+
+@pytest.mark.parametrize("case", ["robot", "tool", "scene", "obstacles", "set-up", "margin"])
+def test_foreign(case):
+    checker, parts = other_worlds()[case]
+    with pytest.raises(FileError) as caught:
+        require_same_world(ROADMAP, checker, Path("r.npz"))
+    assert [part for part in ["r.npz", *parts] if part not in str(caught.value)] == []
+    assert isinstance(caught.value, PlannerError)
+
+
+def test_a_larger_margin_serves_a_smaller_one():
+    careful = replace(ROADMAP, origin=replace(ROADMAP.origin, margin=0.02))
+    require_same_world(careful, make_post(), Path("r.npz"))
+
+
+def test_a_loaded_roadmap_is_of_use(content, tmp_path):
+    (tmp_path / "a.npz").write_bytes(content)
+    back = attach(load_roadmap(tmp_path / "a.npz"), make_post(), np.array([[-0.5, 1.2]]), ROADMAP.nodes[ROADMAP.goals])
+    assert build_network(back).n_nodes == len(ROADMAP.nodes) + 1
