@@ -230,6 +230,7 @@ def main() -> None:
 
 def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
     """A report's table as the terminal shows it."""
+    from rich.markup import escape
     from rich.table import Table
 
     from planner.experiments.report import text_table
@@ -237,16 +238,17 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
     columns, lines = text_table(tuple(rows))
     table = Table(*columns)
     for line in lines:
-        table.add_row(*line)
+        table.add_row(*map(escape, line))
     return table
 
 
 def _verdict_table(verdicts: Sequence[Verdict]) -> Table:
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table("the paper says", "confirmed", "note", show_lines=True)
     for verdict in verdicts:
-        table.add_row(verdict.sentence, f"{verdict.confirmed} of {verdict.of}", verdict.note)
+        table.add_row(*map(escape, (verdict.sentence, f"{verdict.confirmed} of {verdict.of}", verdict.note)))
     return table
 
 
@@ -286,12 +288,13 @@ def _reporter(bar: Progress) -> Callable[[str, int, int], None]:
 
 
 def _plan_table(record: dict[str, Any]) -> Table:
+    from rich.markup import escape
     from rich.table import Table
 
     from planner.results import summary_rows
 
-    table = Table("", "", title=f"{record['robot']} in {record['scene']}", show_header=False)
+    table = Table("", "", title=escape(f"{record['robot']} in {record['scene']}"), show_header=False)
     for name, value in summary_rows(record):
-        table.add_row(name, value)
+        table.add_row(name, escape(value))
     table.add_row("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items()))
     return table

@@ -90,22 +90,22 @@ def test_neighbours_differ_in_one_parameter_of_one_graph() -> None:
     ("broken", "changes", "sentence"),
     [
         (lambda c: c == PRESCRIBED[2], {"settling_time": 3.9}, "Larger h leads to faster"),
-        (lambda c: c == PRESCRIBED[2], {"node_input": 1.0}, "... as the control effort increases [prescribed"),
+        (lambda c: c == PRESCRIBED[2], {"node_input": 1.0}, "... as the control effort increases (prescribed"),
         (lambda c: c == PRESCRIBED[0], {"settling_time": np.inf, "settling_tau": np.inf}, "All state errors converge"),
-        (lambda c: c == PRESCRIBED[0], {"within_bounds": False}, "All the control inputs remain bounded [prescribed"),
-        (lambda c: c == PRESCRIBED[0], {"largest_input": np.inf}, "All the control inputs remain bounded [prescribed"),
+        (lambda c: c == PRESCRIBED[0], {"within_bounds": False}, "All the control inputs remain bounded (prescribed"),
+        (lambda c: c == PRESCRIBED[0], {"largest_input": np.inf}, "All the control inputs remain bounded (prescribed"),
         (
             lambda c: c == FREE[5],
             {"settling_tau": 1.0},
-            "Smaller p1/p2 yields faster convergence [singularity-free law, ",
+            "Smaller p1/p2 yields faster convergence (singularity-free law, ",
         ),
         (
             lambda c: c == FREE[5],
             {"settling_tau": 1.0},
-            "Smaller m1/m2 yields faster convergence [singularity-free law, ",
+            "Smaller m1/m2 yields faster convergence (singularity-free law, ",
         ),
         (lambda c: c == FREE[5], {"error": 1e-3}, "The state error converges before"),
-        (lambda c: c == FREE[5], {"last_input": 1.0}, "All the control inputs remain bounded [singularity-free"),
+        (lambda c: c == FREE[5], {"last_input": 1.0}, "All the control inputs remain bounded (singularity-free"),
         (lambda c: c == FREE[5], {"largest_input": 1e6}, "(ours) No input grows beyond"),
         (lambda c: c == FREE[5], {"within_bounds": False}, "(ours) Every bound of the paper"),
     ],
@@ -190,7 +190,7 @@ def test_a_small_run_is_whole(small: Report, tmp_path: Path) -> None:
 def test_what_must_hold_on_any_graph_holds(small: Report) -> None:
     certain = ("converge", "remain bounded", "Larger h leads", "(ours) Every bound", "overestimated")
     for verdict in small.verdicts:
-        if any(word in verdict.sentence for word in certain) and "faster convergence [s" not in verdict.sentence:
+        if any(word in verdict.sentence for word in certain) and "faster convergence (s" not in verdict.sentence:
             assert verdict.holds, verdict
 
 

@@ -72,7 +72,7 @@ def test_spread_and_text_table() -> None:
     assert spread([1.0, 3.0, 2.0]) == "2 (1 to 3)"
     assert spread([]) == "none"
     header, cells = text_table([{"a": 1, "b": 0.123456, "c": None}])
-    assert (header, cells) == (["a", "b", "c"], [["1", "0.1235", "-"]])
+    assert (header, cells) == (["a", "b", "c"], [["1", "0.12346", "-"]])
     assert text_table([]) == ([], [])
 
 

@@ -57,7 +57,7 @@ def faster(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: 
 
 def dearer(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: bool) -> list[Verdict]:
     """That the ``smaller`` (or else the larger) of two neighbouring values takes more effort: a verdict a reading."""
-    return [_dearer(f"{sentence} [{name}]", runs, parameter, smaller, effort) for name, effort in EFFORTS.items()]
+    return [_dearer(f"{sentence} ({name})", runs, parameter, smaller, effort) for name, effort in EFFORTS.items()]
 
 
 def _dearer(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: bool, effort: Quantity) -> Verdict:

@@ -57,7 +57,7 @@ def _overestimate(graphs: Sequence[GraphFacts]) -> Verdict:
 
 
 def _first_law(runs: Sequence[Measurement]) -> list[Verdict]:
-    where = "[prescribed-time law]"
+    where = "(prescribed-time law)"
     return [
         tally(
             f"All state errors converge within the prescribed time T_p = {T_P:g} {where}.",
@@ -80,7 +80,7 @@ def _times(runs: Sequence[Measurement], h: float) -> str:
 
 
 def _free_law(runs: Sequence[Measurement], start: str) -> list[Verdict]:
-    where = f"[singularity-free law, starts {start} x*]"
+    where = f"(singularity-free law, starts {start} x*)"
     found = [_converges(runs, where), _bounded(runs, where), _no_growth(runs, where)]
     for name in ("p1/p2", "m1/m2"):
         found.append(faster(f"Smaller {name} yields faster convergence {where}.", runs, name, smaller=True))

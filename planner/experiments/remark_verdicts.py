@@ -35,7 +35,7 @@ def bound_verdicts(scalars: Sequence[ScalarTime], extreme: ScalarTime) -> tuple[
             f"printed over measured tau {spread(s.printed / s.measured for s in scalars)}{where}",
         ),
         tally(
-            "x_i(t) = x_i* for t >= 2|V\\S|T_* + |V\\S|max{0, T_f} [T_* as printed, p1/p2 = 1/9, m1/m2 = 5].",
+            "x_i(t) = x_i* for t >= 2|V\\S|T_* + |V\\S|max{0, T_f} (T_* as printed, p1/p2 = 1/9, m1/m2 = 5).",
             [extreme.measured <= extreme.theorem],
             f"one node from afar: promised by tau = {extreme.theorem:.4g}, settled at {extreme.measured:.4g}",
         ),
@@ -90,7 +90,7 @@ def _practical(trials: Sequence[Trial]) -> Verdict:
     """Practical: accurate where a run with ode45 stops, from both starts."""
     above, below = _select(trials, ABOVE, "RK45"), _select(trials, BELOW, "RK45")
     return tally(
-        "Explicit solvers such as ode45 remain practical [SciPy's RK45, rtol 1e-6, stopped at 0.9975 T_p].",
+        "Explicit solvers such as ode45 remain practical (SciPy's RK45, rtol 1e-6, stopped at 0.9975 T_p).",
         (all(trial.practical <= ACCURATE for trial in graph) for graph in _by_graph([*above, *below])),
         f"error at 0.9975 T_p, p1/p2 = 3/5 and m1/m2 = 9/7: {spread(t.practical for t in above)} km from above, "
         f"{spread(t.practical for t in below)} km from below",
@@ -105,7 +105,7 @@ def _errors(trials: Sequence[Trial]) -> str:
 def _well_before(runs: Sequence[Measurement], start: str) -> Verdict:
     late = sum(run.settling_time > WELL_BEFORE for run in runs)
     return tally(
-        f"Convergence typically occurs well before T_p [by 0.9 T_p, starts {start} x*].",
+        f"Convergence typically occurs well before T_p (by 0.9 T_p, starts {start} x*).",
         (all(run.settling_time <= WELL_BEFORE for run in graph) for graph in per_graph(runs)),
         f"settled to 1e-9 at t = {spread((run.settling_time for run in runs), '.6g')}; {late} of {len(runs)} runs "
         f"later than {WELL_BEFORE:g}",

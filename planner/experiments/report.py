@@ -115,7 +115,7 @@ def write_report(report: Report, folder: Path) -> list[Path]:
 
 
 def text_table(rows: tuple[Row, ...] | list[Row]) -> tuple[list[str], list[list[str]]]:
-    """Header and cells as text, for a terminal: numbers to four digits, None as a dash."""
+    """Header and cells as text, for a terminal: numbers to five digits, None as a dash."""
     header = list(rows[0]) if rows else []
     return header, [[_cell(row[name]) for name in header] for row in rows]
 
@@ -135,7 +135,7 @@ def versions() -> dict[str, str]:
 def _cell(value: Any) -> str:
     if value is None:
         return "-"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
 
 
 def _finite(value: Any) -> Any:

@@ -38,6 +38,9 @@ _BOUND_MARKS = {
     "measured": {"marker": "o", "ms": 4, "color": "black", "label": "measured, one node from $10^{40}$"},
 }
 _CENTRED: dict[str, Any] = {"ha": "center", "va": "center"}
+_OTHER_ARC: dict[str, Any] = {"color": "0.45", "linewidth": 0.9, "linestyle": (0, (4, 2))}
+_ARROW: dict[str, Any] = {"arrowstyle": "-|>", "mutation_scale": 13, "shrinkA": 17, "shrinkB": 17}
+_LABEL_BOX: dict[str, Any] = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"}
 _FLOOR = 1e-10  # km: smaller errors are drawn here, as a log axis has no zero
 
 
@@ -152,7 +155,7 @@ def nine_node_graph(network: gabf.Network, found: gabf.Structure) -> Figure:
         axes.text(*place, f"{node}\n$x^* = {found.x_star[node - 1]:g}$", fontsize=7.5, zorder=4, **_CENTRED)
     kinds = [
         Line2D([], [], color="black", linewidth=2.2, label="arc to a true parent"),
-        Line2D([], [], color="0.45", linewidth=0.9, linestyle=(0, (4, 2)), label="other arc"),
+        Line2D([], [], label="other arc", **_OTHER_ARC),
         Line2D([], [], marker="o", color="black", mfc="0.85", ms=11, linestyle="none", label="source"),
     ]
     axes.legend(handles=kinds, frameon=False, loc="upper left")
@@ -164,37 +167,15 @@ def nine_node_graph(network: gabf.Network, found: gabf.Structure) -> Figure:
 
 
 def _draw_arc(axes: Axes, network: gabf.Network, arc: int, thick: bool) -> None:
-    """The arc, bent to its right where there is another one the opposite way."""
+    """The arc with its weight, bent to its right where there is another one the opposite way."""
     i, j = int(network.tails[arc]), int(network.indices[arc])
-    a, b = np.array(_NINE_PLACES[i + 1], dtype=float), np.array(_NINE_PLACES[j + 1], dtype=float)
+    (x0, y0), (x1, y1) = _NINE_PLACES[i + 1], _NINE_PLACES[j + 1]
     bend = 0.22 if network.arcs_between(j, i).size else 0.0
-    look: dict[str, Any] = {"color": "0.45", "linewidth": 0.9, "linestyle": (0, (4, 2))}
-    if thick:
-        look = {"color": "black", "linewidth": 2.2}
-    axes.add_patch(
-        FancyArrowPatch(
-            (a[0], a[1]),
-            (b[0], b[1]),
-            connectionstyle=f"arc3,rad={bend}",
-            arrowstyle="-|>",
-            mutation_scale=13,
-            shrinkA=17,
-            shrinkB=17,
-            **look,
-        )
-    )
-    along = b - a
-    right = np.array([along[1], -along[0]])
-    place = 0.5 * (a + b) + 0.5 * bend * right
-    axes.text(
-        place[0],
-        place[1],
-        f"{network.weight[arc]:g}",
-        **_CENTRED,
-        fontsize=8.5,
-        zorder=2,
-        bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"},
-    )
+    look = {"color": "black", "linewidth": 2.2} if thick else _OTHER_ARC
+    axes.add_patch(FancyArrowPatch((x0, y0), (x1, y1), connectionstyle=f"arc3,rad={bend}", **_ARROW, **look))
+    across = 0.5 * bend
+    middle = 0.5 * (x0 + x1) + across * (y1 - y0), 0.5 * (y0 + y1) - across * (x1 - x0)
+    axes.text(*middle, f"{network.weight[arc]:g}", fontsize=8.5, zorder=2, bbox=_LABEL_BOX, **_CENTRED)
 
 
 def _at_rest_until(T_p: float, course: NodeCourse) -> NodeCourse:
