@@ -1,19 +1,27 @@
-"""Headless Chromium for the tests: a page's DOM after it has run, its console, its requests, its picture."""
+"""Headless Chromium for the tests, driven through its DevTools: what a page does, asks for and shows."""
 
 from __future__ import annotations
 
+import asyncio
+import base64
+import contextlib
 import json
 import os
 import re
 import shutil
 import subprocess
 import tempfile
-from dataclasses import dataclass
+import time
+import urllib.request
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+PATIENCE = 60.0  # s that a page may take on a busy machine; a ready one is not waited for
 
 _FLAGS = (
     "--headless",
@@ -28,24 +36,8 @@ _FLAGS = (
     "--disable-sync",
     "--hide-scrollbars",
     "--window-size=1200,800",
-    "--virtual-time-budget=15000",
-    "--enable-logging=stderr",
+    "--remote-debugging-port=0",
 )
-_CHROMIUMS_OWN = r"https?://[a-z0-9.-]*\.(google|googleapis|gvt1)\.com/"  # asked for on any page
-
-
-@dataclass(frozen=True)
-class Visit:
-    """What a visit to a page showed."""
-
-    dom: str
-    console: list[str]
-    requests: list[str]
-
-    @property
-    def ready(self) -> bool:
-        head = self.dom[: self.dom.index("<head>")]
-        return 'data-ready="true"' in head and "data-error" not in head
 
 
 def require_browser() -> str:
@@ -57,29 +49,106 @@ def require_browser() -> str:
     return CHROMIUM
 
 
-def visit(page: Path) -> Visit:
-    """Open a file in a fresh profile and wait until it has run."""
-    with tempfile.TemporaryDirectory() as profile:
-        log = Path(profile) / "net.json"
-        done = _run(page, profile, "--dump-dom", f"--log-net-log={log}")
-        urls = set(re.findall(r'"url":"((?:https?|wss?)://[^"]*)"', log.read_text()))
-        requests = sorted(url for url in urls if not re.match(_CHROMIUMS_OWN, url))
-    console = [line for line in done.stderr.splitlines() if "CONSOLE" in line and "GL Driver Message" not in line]
-    return Visit(done.stdout, console, requests)
+class Tab:
+    """One page in one fresh browser: evaluates scripts, takes pictures, keeps the console and the requests."""
+
+    def __init__(self, socket: WebSocketClientConnection, loop: asyncio.AbstractEventLoop) -> None:
+        self._socket, self._loop, self._number = socket, loop, 0
+        self.console: list[str] = []
+        self.requests: list[str] = []
+
+    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """Send a DevTools command and wait for its answer, noting what happens meanwhile."""
+        self._number += 1
+        message = {"id": self._number, "method": method, "params": parameters}
+        return self._loop.run_until_complete(asyncio.wait_for(self._exchange(message), PATIENCE))
+
+    async def _exchange(self, message: dict[str, Any]) -> dict[str, Any]:
+        await self._socket.write_message(json.dumps(message))
+        while True:
+            text = await self._socket.read_message()
+            assert text is not None, "Chromium has gone"
+            answer = json.loads(text)
+            if answer.get("id") == message["id"]:
+                assert "error" not in answer, answer
+                return answer["result"]
+            self._note(answer)
+
+    def _note(self, event: dict[str, Any]) -> None:
+        details = event.get("params", {})
+        if event["method"] == "Network.requestWillBeSent":
+            url = details["request"]["url"]
+            if re.match(r"(https?|wss?|ftp):", url):
+                self.requests.append(url)
+        elif event["method"] == "Runtime.exceptionThrown":
+            self.console.append(json.dumps(details["exceptionDetails"])[:500])
+        elif event["method"] == "Log.entryAdded" and "GL Driver Message" not in details["entry"]["text"]:
+            self.console.append(details["entry"]["text"])
+        elif event["method"] == "Runtime.consoleAPICalled" and details["type"] in ("error", "warning"):
+            self.console.append(json.dumps(details["args"])[:500])
+
+    def run(self, script: str) -> Any:
+        """The value of a JavaScript expression."""
+        result = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in result, result
+        return result["result"].get("value")
+
+    def settled(self) -> bool:
+        """Wait until the page says that it is ready (True) or that it failed (False)."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            # while it is being opened a page has no root for a moment
+            state = self.run("(r => r?.error ? 'error' : r?.ready ?? '')(document.documentElement?.dataset)")
+            if state:
+                return state == "true"
+            time.sleep(0.1)
+        return False
+
+    def screenshot(self, path: Path) -> None:
+        """Write a PNG of what is seen now."""
+        path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))
 
 
-def screenshot(page: Path, picture: Path) -> None:
-    """Write a PNG of the page."""
-    with tempfile.TemporaryDirectory() as profile:
-        _run(page, profile, f"--screenshot={picture}")
+@contextlib.contextmanager
+def opened(page: Path) -> Iterator[Tab]:
+    """A fresh browser with ``page`` open, gone when the block ends."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = [require_browser(), *_FLAGS, f"--user-data-dir={profile}", "about:blank"]
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        loop = asyncio.new_event_loop()
+        try:
+            address = _debugger(Path(profile), process)
+            socket = loop.run_until_complete(_connect(address))
+            tab = Tab(socket, loop)
+            for domain in ("Page", "Network", "Runtime", "Log"):
+                tab.call(f"{domain}.enable")
+            tab.call("Page.navigate", url=page.resolve().as_uri())
+            yield tab
+            socket.close()
+        finally:
+            process.kill()
+            process.wait()
+            loop.close()
 
 
-def _run(page: Path, profile: str, *flags: str) -> subprocess.CompletedProcess[str]:
-    command = [require_browser(), *_FLAGS, f"--user-data-dir={profile}", *flags, page.resolve().as_uri()]
-    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+async def _connect(address: str) -> WebSocketClientConnection:
+    return await websocket_connect(address, max_message_size=1 << 28)
 
 
-def page_data(page: Path) -> dict:
+def _debugger(profile: Path, process: subprocess.Popen[bytes]) -> str:
+    """The DevTools address of the first tab, once Chromium has written down its port."""
+    port_file, end = profile / "DevToolsActivePort", time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        assert process.poll() is None, "Chromium ended at once"
+        with contextlib.suppress(OSError, ValueError, IndexError, StopIteration):
+            port = int(port_file.read_text().splitlines()[0])
+            with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=10) as answer:
+                return next(tab["webSocketDebuggerUrl"] for tab in json.load(answer) if tab["type"] == "page")
+        time.sleep(0.1)
+    raise AssertionError("Chromium did not open its DevTools")
+
+
+def page_data(page: Path) -> dict[str, Any]:
     """The data that our script reads, out of the page's text."""
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page.read_text(), re.DOTALL)
     assert found
