@@ -124,7 +124,8 @@ def _certified(gabf: dict[str, Any]) -> list[tuple[str, str]]:
     if not proven:
         return []
     best = min(proven, key=lambda c: c["bound"])
-    ahead = f", 10^{best['log10_remaining']:.1f} s before T_p" if best["log10_remaining"] is not None else ""
+    remaining = best["log10_remaining"]
+    ahead = "" if remaining is None else f", {10**remaining:.2g} s before T_p" if remaining > -300 else ", before T_p"
     return [("certified", f"to settle by tau = {best['bound']:.1f}{ahead} ({best['name']})")]
 
 

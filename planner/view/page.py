@@ -105,13 +105,13 @@ def _draw_roadmap(canvas: Canvas, plan: Plan) -> dict[str, Any]:
     positions = tool_positions(robot, roadmap.nodes)
     w = roadmap.manipulability
     shades = ramp(w / max(float(w.max()), 1e-12))
-    canvas.points("roadmap/nodes_w", positions, shades, 0.014)
+    canvas.points("roadmap/nodes_w", positions, shades, 0.022)
     unit = {"pose": "m³", "translation": "m³", "planar": "m²"}[robot.rows]
     legends = {"w": {"low": "0", "high": f"{w.max():.3f}", "text": f"manipulability w ({unit}) at the tool's place"}}
     if plan.cost_to_go is not None:
         x = np.where(np.isfinite(plan.cost_to_go.x), plan.cost_to_go.x, np.nan)
         high = float(np.nanmax(x)) if np.isfinite(x).any() else 1.0
-        canvas.points("roadmap/nodes_cost", positions, ramp(x / max(high, 1e-12)), 0.014)
+        canvas.points("roadmap/nodes_cost", positions, ramp(x / max(high, 1e-12)), 0.022)
         legends["cost"] = {"low": "0", "high": f"{high:.2f}", "text": "cost-to-go (no unit); grey reaches no goal"}
     _draw_edges(canvas, plan, shades)
     return legends
