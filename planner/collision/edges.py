@@ -98,6 +98,7 @@ class _Run:
         self.contact_is_static = prover.static_contact is not None
 
     def finish(self) -> Proofs:
+        """Look until every interval is cleared or its segment is decided otherwise."""
         if self.contact_is_static:
             self.verdict[:] = Verdict.COLLIDES
         else:

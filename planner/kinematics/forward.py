@@ -32,6 +32,7 @@ class Chain:
 
     @staticmethod
     def of(robot: Robot) -> Chain:
+        """The joint tree of ``robot``, its base placement included."""
         model = robot.model
         data = model.createData()
         joints = range(1, model.njoints)

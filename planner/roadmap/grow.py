@@ -135,6 +135,7 @@ class _Motions:
         del self._validator, self.info, self.space
 
     def check(self, a: Any, b: Any) -> bool:
+        """Whether the motion between two OMPL states is proven free."""
         self.checked += 1
         first = self.read(a)
         delta = self.robot.difference(first, self.read(b))
@@ -154,6 +155,7 @@ class _Motions:
         return np.array([state[k].value if wraps else state[k][0] for k, wraps in enumerate(self.robot.continuous)])
 
     def state(self, q: Floats) -> Any:
+        """An OMPL state of this space at configuration ``q`` (dof,)."""
         state = self.info.allocState()
         for k, value in enumerate(q):
             if not self.robot.continuous.any():
@@ -165,6 +167,7 @@ class _Motions:
         return state
 
     def problem(self, roots: Floats, goal: Any) -> Any:
+        """OMPL's problem with every row of ``roots`` as a start."""
         problem = ob.ProblemDefinition(self.info)
         for q in roots:
             problem.addStartState(self.state(q))
