@@ -27,7 +27,7 @@ def read_text(path: Path, what: str) -> str:
         raise FileError(f"{what} {path} not found: check the path.") from None
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise FileError(f"{what} {path} cannot be read: {reason}.") from None
+        raise FileError(f"{what} {path} cannot be read: {reason}; give a readable text file.") from None
 
 
 def parse_yaml(text: str, where: str) -> Any:
