@@ -45,6 +45,7 @@ class _Primitive(_Message):
     dimensions: list[float]
 
     def shape(self, where: str) -> Shape:
+        """The primitive as one of our shapes; SceneError, beginning with ``where``, for one that we do not have."""
         kind = _TYPES.get(self.type, str(self.type)) if isinstance(self.type, int) else self.type
         if any(not value > 0 for value in self.dimensions):
             raise SceneError(f"{where}: dimensions {self.dimensions} must be positive; mend the file.")
@@ -122,6 +123,7 @@ class _Matrix(_Message):
     entry_values: list[Any] = pydantic.Field(default_factory=list)
 
     def allowed(self) -> frozenset[frozenset[str]]:
+        """The pairs of names that may touch."""
         rows = [row["enabled"] if isinstance(row, dict) else row for row in self.entry_values]
         return frozenset(
             frozenset((first, second))
@@ -191,6 +193,7 @@ class _SceneText:
         self._lines, self._at, self._where = lines, 0, f"MoveIt scene {path}"
 
     def obstacles(self) -> Iterator[Obstacle]:
+        """Every shape of every object, up to the closing dot."""
         while self._at < len(self._lines) and self._lines[self._at] != ".":
             line = self._next()
             if not line.startswith("*"):

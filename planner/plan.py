@@ -174,7 +174,7 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) ->
     removed = 0
     while True:
         with clock("gabf"):
-            warm = None if cost_to_go is None or law.needs_overestimate else _warm(cost_to_go.x, network)
+            warm = None if cost_to_go is None or law.needs_overestimate else _warm(cost_to_go.x)
             cost_to_go = gabf.solve(network, law=law, x0=warm)
         start = int(roadmap.starts[np.argmin(cost_to_go.x[roadmap.starts])])
         if not np.isfinite(cost_to_go.x[start]):
@@ -205,7 +205,7 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) ->
     )
 
 
-def _warm(x: Floats, network: gabf.Network) -> Floats:
+def _warm(x: Floats) -> Floats:
     """The x at hand as a start; where a node had no way out any number will do."""
     return np.where(np.isfinite(x), x, np.max(x, where=np.isfinite(x), initial=0.0))
 

@@ -61,6 +61,7 @@ class CoalChecker(CollisionChecker):
         return model, numbers
 
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
+        """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
         self.queries += len(q)
         if self.world.margin > 0 or len(q) < 4:
@@ -82,6 +83,7 @@ class CoalChecker(CollisionChecker):
         return self._pairs[hit]
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
+        """See :class:`planner.collision.checker.CollisionChecker`."""
         self.queries += len(pairs)
         placed: dict[int, coal.Transform3s] = {}
         result = np.empty(len(pairs))

@@ -101,7 +101,7 @@ class _Run:
         """Look until every interval is cleared or its segment is decided otherwise."""
         if self.contact_is_static:
             self.verdict[:] = Verdict.COLLIDES
-        else:
+        elif self.rate.shape[1]:  # with no pair to check everything is free
             edge, low, high = self._first_intervals()
             while len(edge):
                 edge, low, high = self._round(edge, low, high)
@@ -124,10 +124,9 @@ class _Run:
         gap = self._gaps(edge, rate, need, *placements)
         with np.errstate(divide="ignore", invalid="ignore"):
             cleared = np.where(rate > 0, gap / rate, np.inf)
-        limit = cleared.argmin(axis=1) if gap.shape[1] else np.zeros(len(edge), dtype=np.int64)
-        rows = np.arange(len(edge))
-        reach = cleared[rows, limit] if gap.shape[1] else np.full(len(edge), np.inf)
-        stuck = (reach < need) & (gap[rows, limit] < _RESOLUTION) if gap.shape[1] else np.zeros(len(edge), dtype=bool)
+        limit, rows = cleared.argmin(axis=1), np.arange(len(edge))
+        reach = cleared[rows, limit]
+        stuck = (reach < need) & (gap[rows, limit] < _RESOLUTION)
         self._note_clearance(edge, gap, rate, np.minimum(reach, need))
         for k in np.nonzero(stuck)[0]:
             self._stop(int(edge[k]), int(limit[k]), Verdict.UNDECIDED)
@@ -136,9 +135,8 @@ class _Run:
         return np.concatenate([e, e]), np.concatenate([lo, mid + r]), np.concatenate([mid - r, hi])
 
     def _note_clearance(self, edge: Ints, gap: Floats, rate: Floats, covered: Floats) -> None:
-        if gap.shape[1]:
-            left = gap - rate * covered[:, None]
-            np.minimum.at(self.clearance, edge, left.min(axis=1))
+        left = gap - rate * covered[:, None]
+        np.minimum.at(self.clearance, edge, left.min(axis=1))
 
     def _stop(self, edge: int, pair: int, verdict: Verdict) -> None:
         if self.verdict[edge] != Verdict.COLLIDES:

@@ -102,6 +102,7 @@ class FclChecker(CollisionChecker):
         return questions
 
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
+        """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
         rotation, position = joint_placements(self.chain, q)
         bodies = self.world.bodies
@@ -167,6 +168,7 @@ class FclChecker(CollisionChecker):
         return bodies * obstacles + int(row)
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
+        """See :class:`planner.collision.checker.CollisionChecker`."""
         moved: set[int] = set()
         result = np.empty(len(pairs))
         for k, pair in enumerate(pairs):

@@ -149,8 +149,8 @@ class _Motions:
         return free
 
     def read(self, state: Any) -> Floats:
-        parts = [state] if not self.robot.continuous.any() else None
-        if parts:
+        """The configuration (dof,) of an OMPL state of this space."""
+        if not self.robot.continuous.any():
             return np.array([state[k] for k in range(self.robot.dof)])
         return np.array([state[k].value if wraps else state[k][0] for k, wraps in enumerate(self.robot.continuous)])
 
