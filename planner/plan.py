@@ -16,9 +16,8 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edges import recheck
 from planner.costs import build_network, distance_cost, measure_scale
 from planner.errors import OptionError
-from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import manipulability
 from planner.outcome import Outcome
+from planner.path import RECHECK_STEP
 from planner.query import Query, make_query
 from planner.request import PAPER_NODES, PlanRequest
 from planner.resolve import free_configuration
@@ -30,8 +29,6 @@ from planner.robot import Robot
 from planner.scene import Scene
 
 Progress = Callable[[str, int, int], None]
-
-_W_STEP = 0.01  # rad of joint motion between the samples of w along the path
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,25 +134,6 @@ def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
     return frozen(np.vstack([q[:1], q[:1] + np.cumsum(steps, axis=0)]))
 
 
-def dense_path(path: Floats, step: float = _W_STEP) -> Floats:
-    """Configurations (n, dof) along a joint path, no joint moving more than ``step`` (rad) between two of them."""
-    rows = [path[:1]]
-    for a, b in itertools.pairwise(path):
-        count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
-        rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
-    return np.concatenate(rows)
-
-
-def path_manipulability(robot: Robot, path: Floats) -> Floats:
-    """w (n,) sampled densely along a joint path."""
-    return manipulability(robot, dense_path(path))
-
-
-def tool_path_length(robot: Robot, path: Floats) -> float:
-    """Length (m) of the tool's way along a joint path."""
-    return float(np.linalg.norm(np.diff(tool_positions(robot, dense_path(path)), axis=0), axis=1).sum())
-
-
 def _roadmap(request: PlanRequest, query: Query, progress: Progress, stop: Callable[[], bool]) -> Roadmap:
     checker, starts, goals = query.checker, query.starts, query.goals
     if request.roadmap is None:
@@ -214,7 +192,7 @@ def _first_contact(checker: CollisionChecker, roadmap: Roadmap, nodes: Ints) -> 
     """The first edge of the path that touches something when looked at every millimetre of motion."""
     for i, j in itertools.pairwise(nodes):
         delta = checker.world.robot.difference(roadmap.nodes[i], roadmap.nodes[j])
-        if recheck(checker, roadmap.nodes[i], delta, 1e-3) is not None:
+        if recheck(checker, roadmap.nodes[i], delta, RECHECK_STEP) is not None:
             return int(i), int(j)
     return None
 

@@ -7,11 +7,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from planner.files import write_whole
 from planner.outcome import Outcome
-from planner.plan import Plan, path_manipulability, tool_path_length
+from planner.path import joint_path_length, path_manipulability, tool_path_length
+from planner.plan import Plan
 from planner.roadmap.build import versions
 from planner.roadmap.storage import save_roadmap
 
@@ -67,8 +66,7 @@ def _manipulability(plan: Plan) -> dict[str, Any] | None:
 def _lengths(plan: Plan) -> dict[str, float] | None:
     if plan.outcome is not Outcome.SOLVED:
         return None
-    joint = np.linalg.norm(np.diff(plan.path, axis=0), axis=1).sum()
-    return {"joint": float(joint), "workspace": tool_path_length(plan.robot, plan.path)}
+    return {"joint": joint_path_length(plan.path), "workspace": tool_path_length(plan.robot, plan.path)}
 
 
 def _gabf(plan: Plan) -> dict[str, Any] | None:

@@ -36,7 +36,10 @@ LEVELS = {
     "planner.roadmap": 3,
     "planner.gabf": 3.5,  # beside the roadmap: it sees level 0 only, and only level 4 and up see it
     "planner.costs": 4,
+    "planner.path": 3,
     "planner.query": 3,
+    "planner.tradeoff": 5,
+    "planner.learning": 5,
     "planner.plan": 4,
     "planner.results": 5,
     "planner.view": 6,
@@ -47,16 +50,6 @@ LEVELS = {
     "planner": 7,  # the package's own lazy list of public names
 }
 
-DOORS = {
-    "ompl": {"planner.roadmap.grow"},
-    "fcl": {"planner.collision.fcl_checker"},
-    "coal": {"planner.meshes", "planner.collision.coal_checker"},
-    "meshcat": {"planner.view.canvas"},
-    "matplotlib": {"planner.view.figures", "planner.view.law_figures"},
-    "yaml": {"planner.yamlfile"},
-    "tyro": {"planner.cli"},
-}
-
 
 def module_name(path: Path) -> str:
     parts = ("planner", *path.relative_to(PACKAGE).with_suffix("").parts)
@@ -64,6 +57,16 @@ def module_name(path: Path) -> str:
 
 
 MODULES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+
+DOORS = {
+    "ompl": {"planner.roadmap.grow"},
+    "fcl": {"planner.collision.fcl_checker"},
+    "coal": {"planner.meshes", "planner.collision.coal_checker"},
+    "meshcat": {"planner.view.canvas"},
+    "matplotlib": {"planner.view.figures", "planner.view.law_figures"},
+    "yaml": {"planner.yamlfile"},
+    "tyro": {name for name in MODULES if name.startswith("planner.cli")},
+}
 
 
 def level(module: str) -> float:

@@ -19,15 +19,8 @@ from planner.errors import OptionError, StateError
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.outcome import Outcome
-from planner.plan import (
-    build_roadmap,
-    dense_path,
-    make_law,
-    path_manipulability,
-    path_waypoints,
-    plan,
-    tool_path_length,
-)
+from planner.path import dense_path, path_manipulability, tool_path_length
+from planner.plan import build_roadmap, make_law, path_waypoints, plan
 from planner.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
 

@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from planner.errors import OptionError
-from planner.plan import Plan, dense_path, path_manipulability
+from planner.path import dense_path, path_manipulability
+from planner.plan import Plan
 
 # told apart by dash as well as by shade, so that a black and white print is readable
 _STYLES = ("-", "--", "-.", ":")

@@ -12,7 +12,8 @@ from planner.files import write_whole
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.outcome import Outcome
-from planner.plan import Plan, dense_path
+from planner.path import dense_path
+from planner.plan import Plan
 from planner.robot import Robot, load_visuals
 from planner.scene import Scene
 from planner.view.canvas import Canvas, render_page

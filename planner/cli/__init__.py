@@ -1,0 +1,49 @@
+"""The command line: typed functions are the commands, their docstrings the help; one file a command.
+
+Importing it loads nothing heavy, so that ``planner --help`` is quick.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+
+import tyro
+
+from planner.cli.bench import bench
+from planner.cli.catalogue import robots, scenes
+from planner.cli.plan import plan
+from planner.cli.reproduce import reproduce
+from planner.cli.terminal import complain
+from planner.errors import PlannerError
+
+app = tyro.extras.SubcommandApp()
+app.command(plan)
+app.command(robots)
+app.command(scenes)
+app.command(reproduce, name="reproduce")
+app.command(bench, name="bench")
+
+
+def main() -> None:
+    """Run the command line; every expected error is one sentence on standard error and an exit code."""
+    logging.basicConfig(level=logging.WARNING, format="planner: %(message)s", stream=sys.stderr)
+    debug = "--debug" in sys.argv[1:]
+    try:
+        code = app.cli(
+            prog="planner",
+            description="Singularity-averse path planning for robot arms: proven edges, certified cost-to-go.",
+        )
+    except PlannerError as error:
+        if debug:
+            raise
+        complain(f"error: {error}")
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        complain("interrupted before there was anything to save.")
+        sys.exit(130)
+    except BrokenPipeError:
+        # the reader of our output has gone, as `planner robots | head` does
+        sys.stderr.close()
+        sys.exit(0)
+    sys.exit(code)

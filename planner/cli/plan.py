@@ -1,0 +1,76 @@
+"""``planner plan``."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from planner.cli.common import STARTED, Flag
+from planner.cli.terminal import progress, reporter, say, show
+from planner.request import PlanRequest
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+def plan(
+    request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
+    out: Path = Path("out"),
+    debug: Flag = False,
+) -> int:
+    """Plan a joint path from a start to a goal that keeps away from obstacles and singular configurations.
+
+    A start or goal is a name from the scene file, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool
+    position, m) or pose:x,y,z,qx,qy,qz,qw. With no options this is the paper's scenario: a KUKA LBR iiwa 14
+    among obstacles. Examples:
+
+    planner plan --beta 0 --seed 3
+
+    planner plan --robot panda --scene shelf --out shelf
+
+    planner plan --start home --goal xyz:0.5,0.3,0.6 --roadmap out/roadmap.npz
+
+    Writes plan.json, plan.html (open it in a browser) and roadmap.npz. Exit code 0: solved; 2: a wrong option;
+    3: an unusable robot, scene, state or file; 4: no path within the budget; 130: interrupted.
+
+    Args:
+        out: Folder to write into.
+        debug: Show tracebacks of errors.
+    """
+    from planner.files import make_folder, require_writable_folder
+    from planner.interrupt import StopRequest
+
+    require_writable_folder(out)
+    from planner import plan as planning
+    from planner.results import save_plan
+    from planner.view.page import write_plan_page
+
+    imported = time.perf_counter() - STARTED
+    with StopRequest() as stop:
+        with progress() as bar:
+            result = planning.plan(request, reporter(bar), stop)
+        make_folder(out)
+        before_page = time.perf_counter()
+        write_plan_page(result, out / "plan.html")
+        page = time.perf_counter() - before_page
+        timings = {"import": imported, "page": page, "total": time.perf_counter() - STARTED}
+        record = save_plan(result, out, timings)
+    show(_plan_table(record))
+    say(f"{result.outcome.value} Written: {out / 'plan.json'}, {out / 'plan.html'}, {out / 'roadmap.npz'}")
+    return result.outcome.exit_code
+
+
+def _plan_table(record: dict[str, Any]) -> Table:
+    from rich.markup import escape
+    from rich.table import Table
+
+    from planner.results import summary_rows
+
+    table = Table("", "", title=escape(f"{record['robot']} in {record['scene']}"), show_header=False)
+    for name, value in summary_rows(record):
+        table.add_row(name, escape(value))
+    table.add_row("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items()))
+    return table

@@ -1,0 +1,70 @@
+"""What the terminal shows: lines, tables, progress. The one place that prints."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+    from rich.table import Table
+
+    from planner.experiments.report import Verdict
+
+
+def say(text: str) -> None:
+    print(text)
+
+
+def complain(text: str) -> None:
+    print(f"planner: {text}", file=sys.stderr)
+
+
+def show(renderable: Any) -> None:
+    from rich.console import Console
+
+    Console(soft_wrap=not sys.stdout.isatty()).print(renderable)
+
+
+def progress() -> Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description:10}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return Progress(*columns, console=Console(stderr=True))
+
+
+def reporter(bar: Progress) -> Callable[[str, int, int], None]:
+    tasks: dict[str, Any] = {}
+
+    def report(stage: str, done: int, total: int) -> None:
+        if stage not in tasks:
+            tasks[stage] = bar.add_task(stage, total=total)
+        bar.update(tasks[stage], completed=min(done, total), total=total)
+
+    return report
+
+
+def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    """A report's table as the terminal shows it."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    from planner.experiments.report import text_table
+
+    columns, lines = text_table(tuple(rows))
+    table = Table(*columns)
+    for line in lines:
+        table.add_row(*map(escape, line))
+    return table
+
+
+def verdict_table(verdicts: Sequence[Verdict]) -> Table:
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("the paper says", "confirmed", "note", show_lines=True)
+    for verdict in verdicts:
+        table.add_row(*map(escape, (verdict.sentence, f"{verdict.confirmed} of {verdict.of}", verdict.note)))
+    return table

@@ -1,0 +1,80 @@
+"""What can be measured along a joint path, whoever made it: manipulability, lengths, clearance, the first contact."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.collision.checker import CollisionChecker
+from planner.collision.clearance import Clearance
+from planner.collision.edges import states_along
+from planner.collision.world import Contact
+from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.robot import Robot
+
+W_STEP = 0.01  # rad of joint motion between the samples of w along a path
+RECHECK_STEP = 1e-3  # m of motion between the states that a path is looked at again
+_CLEARANCE_STEP = 0.01  # m
+
+
+@dataclass(frozen=True, eq=False)
+class PathContact:
+    """Where a path first touches something: on segment ``segment`` at ``share`` of its way, configuration ``q``."""
+
+    segment: int
+    share: float
+    q: Floats
+    contact: Contact
+
+
+def dense_path(path: Floats, step: float = W_STEP) -> Floats:
+    """Configurations (n, dof) along a joint path, no joint moving more than ``step`` (rad) between two of them."""
+    rows = [path[:1]]
+    for a, b in itertools.pairwise(path):
+        count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
+        rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
+    return np.concatenate(rows)
+
+
+def path_manipulability(robot: Robot, path: Floats) -> Floats:
+    """w (n,) sampled densely along a joint path."""
+    return manipulability(robot, dense_path(path))
+
+
+def tool_path_length(robot: Robot, path: Floats) -> float:
+    """Length (m) of the tool's way along a joint path."""
+    return float(np.linalg.norm(np.diff(tool_positions(robot, dense_path(path)), axis=0), axis=1).sum())
+
+
+def joint_path_length(path: Floats) -> float:
+    """Sum of the Euclidean lengths (rad) of a joint path's segments."""
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+
+
+def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK_STEP) -> PathContact | None:
+    """The first contact along a joint path looked at every ``step`` metres of motion, without bounds or proofs."""
+    if len(path) == 1 and (found := checker.first_contact(path)):
+        return PathContact(0, 0.0, path[0], found[1])
+    for k, (a, b) in enumerate(itertools.pairwise(path)):
+        states = _states(checker, a, b, step)
+        found = checker.first_contact(states)
+        if found is not None:
+            row, contact = found
+            return PathContact(k, row / max(len(states) - 1, 1), states[row], contact)
+    return None
+
+
+def path_clearance(checker: CollisionChecker, path: Floats, step: float = _CLEARANCE_STEP) -> tuple[Floats, Floats]:
+    """Configurations (n, dof) every ``step`` metres of motion along a joint path, and the clearance (n,) m at each."""
+    rows = [path[:1], *(_states(checker, a, b, step)[1:] for a, b in itertools.pairwise(path))]
+    q = np.concatenate(rows)
+    return q, Clearance(checker)(q)
+
+
+def _states(checker: CollisionChecker, a: Floats, b: Floats, step: float) -> Floats:
+    motion = float(checker.world.reach.motion((b - a)[None]).max(initial=0.0))
+    return states_along(a, b - a, motion, step)
