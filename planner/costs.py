@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import get_args
 
 import numpy as np
 
 from planner import gabf
-from planner.arrays import Floats
+from planner.arrays import Floats, Ints
 from planner.errors import OptionError, choices
 from planner.request import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, require_share
 from planner.roadmap.roadmap import CostScale, Roadmap
@@ -16,6 +18,17 @@ from planner.roadmap.roadmap import CostScale, Roadmap
 METRICS: tuple[str, ...] = get_args(Metric)
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
+
+
+@dataclass(frozen=True)
+class PathCost:
+    """A path's cost as eq. (finew) sums it: total = (1 - beta) manipulability + beta distance."""
+
+    total: float
+    manipulability: float
+    distance: float
+    beta: float
+
 
 _DECREASING: dict[str, Callable[[Floats], Floats]] = {
     "inverse": lambda w: 1.0 / w,
@@ -92,3 +105,14 @@ def build_network(
         node_cost=manipulability_cost(roadmap.manipulability, roadmap.scale, manipulability),
         kernel=gabf.TradeOff(beta=beta),
     )
+
+
+def path_cost(network: gabf.Network, nodes: Ints) -> PathCost:
+    """The cost of a node sequence, start first, on a network of :func:`build_network`, parallel arcs excluded."""
+    kernel, omega = network.kernel, network.node_cost
+    assert isinstance(kernel, gabf.TradeOff)
+    assert omega is not None
+    arcs = np.array([network.arcs_between(i, j)[0] for i, j in itertools.pairwise(nodes)], dtype=np.int64)
+    manipulability, distance = float(omega[network.indices[arcs]].sum()), float(network.weight[arcs].sum())
+    total = (1.0 - kernel.beta) * manipulability + kernel.beta * distance
+    return PathCost(total, manipulability, distance, kernel.beta)

@@ -14,12 +14,12 @@ from planner import gabf
 from planner.arrays import Floats, Ints, frozen
 from planner.collision.checker import CollisionChecker
 from planner.collision.edges import recheck
-from planner.costs import build_network, distance_cost, measure_scale
+from planner.costs import PathCost, build_network, measure_scale, path_cost
 from planner.errors import OptionError
 from planner.outcome import Outcome
 from planner.path import RECHECK_STEP
 from planner.query import Query, make_query
-from planner.request import PAPER_NODES, PlanRequest
+from planner.request import PAPER_NODES, PlanRequest, SweepRequest
 from planner.resolve import free_configuration
 from planner.roadmap.attach import attach
 from planner.roadmap.build import RoadmapSettings, grow_roadmap
@@ -29,16 +29,6 @@ from planner.robot import Robot
 from planner.scene import Scene
 
 Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True, eq=False)
-class PathCost:
-    """The path's cost as eq. (finew) sums it: total = (1 - beta) manipulability + beta distance."""
-
-    total: float
-    manipulability: float
-    distance: float
-    beta: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +69,7 @@ def plan(
     with clock("setup"):
         query = make_query(request)
     with clock("roadmap"):
-        roadmap = _roadmap(request, query, progress, stop)
+        roadmap = obtain_roadmap(request, query, progress, stop)
     robot, scene, checker = query.robot, query.scene, query.checker
     draft = Plan(request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, timings=clock.seconds)
     if stop():
@@ -89,7 +79,7 @@ def plan(
     return _solve_and_extract(draft, network, clock)
 
 
-def make_law(request: PlanRequest) -> gabf.Law:
+def make_law(request: SweepRequest) -> gabf.Law:
     """The control law by its name; laws without a prescribed time do not mind T_p."""
     match request.law:
         case "nominal":
@@ -134,7 +124,8 @@ def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
     return frozen(np.vstack([q[:1], q[:1] + np.cumsum(steps, axis=0)]))
 
 
-def _roadmap(request: PlanRequest, query: Query, progress: Progress, stop: Callable[[], bool]) -> Roadmap:
+def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress, stop: Callable[[], bool]) -> Roadmap:
+    """The roadmap that ``request`` names, linked to the query's start and goals, or a new one grown around them."""
     checker, starts, goals = query.checker, query.starts, query.goals
     if request.roadmap is None:
         return build_roadmap(query.robot, checker, starts, goals, request.nodes, request.seed, progress, stop)
@@ -160,7 +151,7 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) ->
             break
         with clock("path"):
             nodes = gabf.extract_path(network, cost_to_go, start)
-            bad = _first_contact(draft.checker, roadmap, nodes)
+            bad = first_bad_edge(draft.checker, roadmap, nodes)
         if bad is None:
             outcome = Outcome.SOLVED
             break
@@ -176,7 +167,7 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) ->
         cost_to_go=cost_to_go,
         path=path_waypoints(roadmap, draft.robot, nodes),
         path_nodes=frozen(nodes, np.int64),
-        cost=_cost(draft.request, roadmap, network, nodes) if outcome is Outcome.SOLVED else None,
+        cost=path_cost(network, nodes) if outcome is Outcome.SOLVED else None,
         edges_removed=removed,
         max_error_vs_oracle=gabf.max_error(cost_to_go, gabf.oracle(network)),
         certificate=tuple(gabf.certify(network, law, cost_to_go)),
@@ -188,22 +179,13 @@ def _warm(x: Floats) -> Floats:
     return np.where(np.isfinite(x), x, np.max(x, where=np.isfinite(x), initial=0.0))
 
 
-def _first_contact(checker: CollisionChecker, roadmap: Roadmap, nodes: Ints) -> tuple[int, int] | None:
+def first_bad_edge(checker: CollisionChecker, roadmap: Roadmap, nodes: Ints) -> tuple[int, int] | None:
     """The first edge of the path that touches something when looked at every millimetre of motion."""
     for i, j in itertools.pairwise(nodes):
         delta = checker.world.robot.difference(roadmap.nodes[i], roadmap.nodes[j])
         if recheck(checker, roadmap.nodes[i], delta, RECHECK_STEP) is not None:
             return int(i), int(j)
     return None
-
-
-def _cost(request: PlanRequest, roadmap: Roadmap, network: gabf.Network, nodes: Ints) -> PathCost:
-    weight = distance_cost(roadmap, request.metric)
-    rows = [roadmap.edge_index(i, j) for i, j in itertools.pairwise(nodes)]
-    assert network.node_cost is not None
-    omega, distance = float(network.node_cost[nodes[1:]].sum()), float(weight[rows].sum())
-    beta = request.beta
-    return PathCost((1.0 - beta) * omega + beta * distance, omega, distance, beta)
 
 
 class _Stopwatch:

@@ -12,7 +12,7 @@ from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.errors import StateError, choices
 from planner.moveit import MotionPlanRequest, read_motion_plan_request
-from planner.request import PlanRequest
+from planner.request import RoadmapRequest, WorldRequest
 from planner.resolve import resolve
 from planner.robot import Robot, robot_name, with_carried, with_widened_limits
 from planner.scene import Scene
@@ -32,7 +32,15 @@ class Query:
     goals: Floats
 
 
-def make_query(request: PlanRequest) -> Query:
+def open_world(request: WorldRequest) -> CollisionChecker:
+    """A checker of the robot in the scene that ``request`` names, with nowhere to go yet."""
+    scene = Scene.load(request.scene)
+    robot = _robot(request, scene, None)
+    _note_permissions(robot, scene)
+    return make_checker(robot, scene, request.collision, request.margin)
+
+
+def make_query(request: RoadmapRequest) -> Query:
     """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable."""
     scene = Scene.load(request.scene)
     message = read_motion_plan_request(request.request) if request.request else None
@@ -48,7 +56,7 @@ def make_query(request: PlanRequest) -> Query:
     return Query(robot, scene, checker, starts, np.vstack(ends))
 
 
-def _robot(request: PlanRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
+def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
     placement = scene.placement(robot_name(request.robot))
     tool, base = request.tool or placement.tool, placement.base.matrix()
     robot = Robot.load(request.robot, tool, placement.fixed_joints, base)
@@ -59,9 +67,9 @@ def _robot(request: PlanRequest, scene: Scene, message: MotionPlanRequest | None
     return with_carried(robot, scene.carried)
 
 
-def _targets(request: PlanRequest, robot: Robot, message: MotionPlanRequest | None) -> tuple[Target, list[Target]]:
+def _targets(request: RoadmapRequest, robot: Robot, message: MotionPlanRequest | None) -> tuple[Target, list[Target]]:
     """Start and goals; an explicit --start or --goal goes before what the MoveIt request says."""
-    plain = PlanRequest()
+    plain = RoadmapRequest()
     start, goals = parse_target(request.start), [parse_target(request.goal)]
     if message is not None and request.start == plain.start:
         start = _joints(robot, message.start, "start")

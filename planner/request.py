@@ -21,62 +21,89 @@ DEFAULT_METRIC: Metric = "joint"
 
 
 @dataclass(frozen=True)
-class PlanRequest:
-    """Plan a joint path for a robot arm from a start to a goal.
-
-    A start or goal is a name from the scene file, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
-    or pose:x,y,z,qx,qy,qz,qw. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles.
-    """
+class WorldRequest:
+    """A robot in a scene, and how contacts are found."""
 
     robot: str = "iiwa14"
     """Name of a built-in robot (see 'planner robots') or the path of a URDF."""
     scene: str = "paper"
     """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
+    tool: str | None = None
+    """Frame of the robot that targets and manipulability speak of; the robot's or the scene's own where left out."""
+    collision: Backend = "fcl"
+    """Collision library: FCL, or coal, which is faster on meshes."""
+    margin: float = 0.0
+    """Distance in metres to keep from every obstacle, and between links."""
+
+    def __post_init__(self) -> None:
+        require_margin(self.margin)
+
+
+@dataclass(frozen=True)
+class RoadmapRequest(WorldRequest):
+    """A roadmap around a start and a goal.
+
+    Each is a name from the scene file, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
+    or pose:x,y,z,qx,qy,qz,qw.
+    """
+
     start: str = "start"
     """Where the arm starts."""
     goal: str = "goal"
     """Where the arm should go; several names from the scene, with commas between, are goals of equal right."""
-    beta: float = 0.5
-    """Trade-off in [0, 1]: 0 minds manipulability only, 1 distance only."""
-    nodes: int = PAPER_NODES
-    """Configurations in the roadmap; more find better paths and take longer."""
-    seed: int = 0
-    """Seed of all randomness: the same command and seed give the same path."""
-    law: LawName = "singularity-free"
-    """Control law under which the dynamics runs."""
-    prescribed_time: float = 4.0
-    """T_p in seconds: the field settles before it (laws without a prescribed time do not mind it)."""
-    collision: Backend = "fcl"
-    """Collision library: FCL, or coal, which is faster on meshes."""
     request: Path | None = None
     """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
-    roadmap: Path | None = None
-    """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
-    tool: str | None = None
-    """Frame of the robot that targets and manipulability speak of; the robot's or the scene's own where left out."""
-    metric: Metric = DEFAULT_METRIC
-    """What distance means: joint motion (rad), or the length of the tool's way in the workspace (m)."""
-    manipulability_cost: ManipulabilityCost = DEFAULT_COST
-    """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
-    margin: float = 0.0
-    """Distance in metres to keep from every obstacle, and between links."""
     ik_solutions: int = 8
     """Configurations that a position or pose as goal becomes at most; the dynamics picks the best of them."""
     widen_limits: bool = False
     """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
+    nodes: int = PAPER_NODES
+    """Configurations in the roadmap; more find better paths and take longer."""
+    seed: int = 0
+    """Seed of all randomness: the same command and seed give the same path."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         parse_target(self.start)
         parse_target(self.goal)
         require_nodes(self.nodes)
-        require_share(self.beta)
-        if not 0.0 < self.prescribed_time < math.inf:
-            raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number.")
-        require_margin(self.margin)
         if not 1 <= self.ik_solutions <= 100:
             raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
         if not 0 <= self.seed < 2**31:
             raise OptionError(f"seed {self.seed} is not usable: give a whole number from 0 to 2147483647.")
+
+
+@dataclass(frozen=True)
+class SweepRequest(RoadmapRequest):
+    """A roadmap and what its costs and its dynamics are, for every beta."""
+
+    roadmap: Path | None = None
+    """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
+    law: LawName = "singularity-free"
+    """Control law under which the dynamics runs."""
+    prescribed_time: float = 4.0
+    """T_p in seconds: the field settles before it (laws without a prescribed time do not mind it)."""
+    metric: Metric = DEFAULT_METRIC
+    """What distance means: joint motion (rad), or the length of the tool's way in the workspace (m)."""
+    manipulability_cost: ManipulabilityCost = DEFAULT_COST
+    """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < self.prescribed_time < math.inf:
+            raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number.")
+
+
+@dataclass(frozen=True)
+class PlanRequest(SweepRequest):
+    """One plan. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles."""
+
+    beta: float = 0.5
+    """Trade-off in [0, 1]: 0 minds manipulability only, 1 distance only."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_share(self.beta)
 
 
 def require_share(beta: float) -> None:
