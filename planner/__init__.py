@@ -7,6 +7,7 @@ The public names below are resolved on first use, so that importing the package,
 from __future__ import annotations
 
 import importlib
+import sys
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -16,9 +17,13 @@ if TYPE_CHECKING:
     from planner.errors import PlannerError
     from planner.outcome import Outcome
     from planner.plan import Plan, build_roadmap
-    from planner.request import PlanRequest
+    from planner.request import PlanRequest, SweepRequest
+    from planner.roadmap.storage import load_roadmap, save_roadmap
     from planner.robot import Robot
+    from planner.routes import paths_from
     from planner.scene import Scene
+    from planner.tradeoff import Tradeoff, sweep
+    from planner.view.notebook import show
 
 __all__ = [
     "Outcome",
@@ -27,10 +32,17 @@ __all__ = [
     "PlannerError",
     "Robot",
     "Scene",
+    "SweepRequest",
+    "Tradeoff",
     "build_network",
     "build_roadmap",
     "gabf",
+    "load_roadmap",
     "make_checker",
+    "paths_from",
+    "save_roadmap",
+    "show",
+    "sweep",
 ]
 
 _HOMES = {
@@ -40,9 +52,16 @@ _HOMES = {
     "PlannerError": "planner.errors",
     "Robot": "planner.robot",
     "Scene": "planner.scene",
+    "SweepRequest": "planner.request",
+    "Tradeoff": "planner.tradeoff",
     "build_network": "planner.costs",
     "build_roadmap": "planner.plan",
+    "load_roadmap": "planner.roadmap.storage",
     "make_checker": "planner.collision",
+    "paths_from": "planner.routes",
+    "save_roadmap": "planner.roadmap.storage",
+    "show": "planner.view.notebook",
+    "sweep": "planner.tradeoff",
 }
 
 
@@ -56,3 +75,13 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+def _show_results_in_notebooks() -> None:
+    """Within IPython, plans, trade-offs and roadmaps are shown as tables."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    if shell is not None:
+        importlib.import_module("planner.view.notebook").register(shell)
+
+
+_show_results_in_notebooks()

@@ -3,21 +3,34 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
 
 from planner import gabf
 from planner.arrays import Floats, Ints
-from planner.errors import OptionError, choices
-from planner.request import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, require_share
-from planner.roadmap.roadmap import CostScale, Roadmap
+from planner.errors import AssumptionError, OptionError, choices
+from planner.request import DEFAULT_COST, DEFAULT_METRIC, Charge, ManipulabilityCost, Metric, require_share
+from planner.roadmap.measure import simpson_weights
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.scale import COSTS, manipulability_cost, measure_scale
+
+__all__ = [
+    "COSTS",
+    "METRICS",
+    "PathCost",
+    "arc_costs",
+    "at_beta",
+    "build_network",
+    "distance_cost",
+    "edge_manipulability_cost",
+    "manipulability_cost",
+    "measure_scale",
+    "path_cost",
+]
 
 METRICS: tuple[str, ...] = get_args(Metric)
-CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
-ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
 
 
 @dataclass(frozen=True)
@@ -28,44 +41,6 @@ class PathCost:
     manipulability: float
     distance: float
     beta: float
-
-
-_DECREASING: dict[str, Callable[[Floats], Floats]] = {
-    "inverse": lambda w: 1.0 / w,
-    "log": lambda w: -np.log(w),
-    "linear": lambda w: -w,
-}
-COSTS = tuple(_DECREASING)
-
-
-def measure_scale(manipulability: Floats, joint_length: Floats, tool_length: Floats) -> CostScale:
-    """The scale factors of a roadmap's first nodes: kept from then on, so that costs stay comparable as it grows.
-
-    w is capped below its ``CAP_QUANTILE``; a length is measured in the longest edge.
-    """
-    low = float(np.quantile(manipulability, CAP_QUANTILE))
-    high = float(manipulability.max())
-    return CostScale(
-        w_low=max(low, 1e-9 * high, 1e-300),
-        w_high=max(high, 1e-300),
-        joint_length=float(joint_length.max(initial=0.0)) or 1.0,
-        tool_length=float(tool_length.max(initial=0.0)) or 1.0,
-        zeta=ZETA,
-    )
-
-
-def manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = DEFAULT_COST) -> Floats:
-    """The cost omega of eq. (finew), in [zeta, 1], decreasing in w: 1 at and below ``scale.w_low``, zeta at ``w_high``.
-
-    ``inverse`` 1/w punishes the neighbourhood of singularities most and tells good nodes apart least, ``linear`` -w
-    the reverse, ``log`` -ln w stands between.
-    """
-    if name not in _DECREASING:
-        raise OptionError(f"manipulability cost '{name}' not found; costs are {choices(COSTS)}.")
-    decreasing = _DECREASING[name]
-    best, worst = decreasing(np.array([scale.w_high, scale.w_low]))
-    share = (decreasing(np.clip(w, scale.w_low, scale.w_high)) - best) / (worst - best) if worst > best else 0.0 * w
-    return scale.zeta + (1.0 - scale.zeta) * np.clip(share, 0.0, 1.0)
 
 
 def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
@@ -81,15 +56,24 @@ def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
     return np.maximum(length / unit, roadmap.scale.zeta)
 
 
+def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCost = DEFAULT_COST) -> Floats:
+    """The mean of omega along every edge (m,), in [zeta, 1], by Simpson's rule over the states kept for it."""
+    omega = manipulability_cost(roadmap.edge_manipulability, roadmap.scale, manipulability)
+    return omega @ simpson_weights(omega.shape[1])
+
+
 def build_network(
     roadmap: Roadmap,
     beta: float = 0.5,
     manipulability: ManipulabilityCost = DEFAULT_COST,
     metric: Metric = DEFAULT_METRIC,
+    charge: Charge = "nodes",
 ) -> gabf.Network:
     """The network whose cost-to-go GABF computes: two arcs an edge, the goals as sources, the kernel of eq. (finew).
 
-    ``beta`` in [0, 1]: larger values weigh distance more and manipulability less.
+    ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "edges" omega is
+    integrated along each edge over its length instead of charged at the node it leads to, so that neither a
+    singularity between two nodes goes unseen nor does the cost of a way depend on how many nodes lie on it.
     """
     require_share(beta)
     n = len(roadmap.nodes)
@@ -97,22 +81,35 @@ def build_network(
     read = np.concatenate([roadmap.edges[:, 1], roadmap.edges[:, 0]])
     weight = np.tile(distance_cost(roadmap, metric), 2)
     order = np.lexsort((read, reader))
+    along = charge == "edges"
+    omega = edge_manipulability_cost(roadmap, manipulability) if along else None
     return gabf.Network(
         indptr=np.concatenate([[0], np.cumsum(np.bincount(reader, minlength=n))]),
         indices=read[order],
         weight=weight[order],
         sources=roadmap.goals,
         node_cost=manipulability_cost(roadmap.manipulability, roadmap.scale, manipulability),
-        kernel=gabf.TradeOff(beta=beta),
+        arc_cost=None if omega is None else (np.tile(omega, 2) * weight)[order],
+        kernel=gabf.EdgeIntegral(beta=beta) if along else gabf.TradeOff(beta=beta),
     )
 
 
+def at_beta(network: gabf.Network, beta: float) -> gabf.Network:
+    """The same network at another beta, whatever its kernel charges omega to."""
+    if not isinstance(network.kernel, gabf.TradeOff | gabf.EdgeIntegral):
+        raise AssumptionError(f"{type(network.kernel).__name__} has no beta: take TradeOff or EdgeIntegral.")
+    return replace(network, kernel=replace(network.kernel, beta=beta))
+
+
+def arc_costs(network: gabf.Network) -> Floats:
+    """(n_arcs, 2) what an arc adds to a path's Omega and D: the cost at beta 0 and at beta 1, for any kernel."""
+    nothing = np.zeros(network.n_arcs)
+    return np.column_stack([at_beta(network, beta).arcs(nothing) for beta in (0.0, 1.0)])
+
+
 def path_cost(network: gabf.Network, nodes: Ints) -> PathCost:
-    """The cost of a node sequence, start first, on a network of :func:`build_network`, parallel arcs excluded."""
-    kernel, omega = network.kernel, network.node_cost
-    assert isinstance(kernel, gabf.TradeOff)
-    assert omega is not None
+    """The cost of a node sequence, start first, on a network of :func:`build_network`; no arcs run parallel there."""
     arcs = np.array([network.arcs_between(i, j)[0] for i, j in itertools.pairwise(nodes)], dtype=np.int64)
-    manipulability, distance = float(omega[network.indices[arcs]].sum()), float(network.weight[arcs].sum())
-    total = (1.0 - kernel.beta) * manipulability + kernel.beta * distance
-    return PathCost(total, manipulability, distance, kernel.beta)
+    manipulability, distance = (float(total) for total in arc_costs(network)[arcs].sum(axis=0))
+    beta: float = network.kernel.beta  # type: ignore[attr-defined]  (arc_costs refused any other kernel)
+    return PathCost((1.0 - beta) * manipulability + beta * distance, manipulability, distance, beta)

@@ -14,6 +14,10 @@ class Outcome(Enum):
         "Start and goal were not connected within the budget: raise --nodes, try another --seed, "
         "or look at the roadmap in the page to see where it stops."
     )
+    TOO_SINGULAR = (
+        "Start and goal were connected, but not by a path above the manipulability floor: lower --min-manipulability, "
+        "raise --nodes, or try another --seed."
+    )
     INTERRUPTED = "Interrupted: what was done so far is saved."
 
     @property
@@ -22,4 +26,4 @@ class Outcome(Enum):
 
     @property
     def exit_code(self) -> int:
-        return {Outcome.SOLVED: 0, Outcome.NO_PATH: 4, Outcome.INTERRUPTED: 130}[self]
+        return {Outcome.SOLVED: 0, Outcome.NO_PATH: 4, Outcome.TOO_SINGULAR: 4, Outcome.INTERRUPTED: 130}[self]

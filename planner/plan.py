@@ -14,8 +14,9 @@ from planner import gabf
 from planner.arrays import Floats, Ints, frozen
 from planner.collision.checker import CollisionChecker
 from planner.collision.edges import recheck
-from planner.costs import PathCost, build_network, measure_scale, path_cost
+from planner.costs import PathCost, build_network, path_cost
 from planner.errors import OptionError
+from planner.floor import breach, course_of
 from planner.outcome import Outcome
 from planner.path import RECHECK_STEP
 from planner.query import Query, make_query
@@ -23,6 +24,7 @@ from planner.request import PAPER_NODES, PlanRequest, SweepRequest
 from planner.resolve import free_configuration
 from planner.roadmap.attach import attach
 from planner.roadmap.build import RoadmapSettings, grow_roadmap
+from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.robot import Robot
@@ -65,7 +67,7 @@ def plan(
     ``progress`` hears (stage, done, total); once ``stop`` returns True the work ends as soon as it can and what there
     is comes back with ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
     """
-    clock = _Stopwatch()
+    clock = Stopwatch()
     with clock("setup"):
         query = make_query(request)
     with clock("roadmap"):
@@ -75,7 +77,7 @@ def plan(
     if stop():
         return draft
     with clock("costs"):
-        network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric)
+        network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
     return _solve_and_extract(draft, network, clock)
 
 
@@ -101,9 +103,11 @@ def build_roadmap(
     seed: int = 0,
     progress: Progress = lambda stage, done, total: None,
     stop: Callable[[], bool] = lambda: False,
+    min_manipulability: float = 0.0,
 ) -> Roadmap:
     """A roadmap of proven edges between configurations ``start`` and ``goal`` ((dof,) or (k, dof), rad).
 
+    With ``min_manipulability`` it grows above that w, but for the ways up to it from a start or goal below.
     Raises :class:`StateError` where one of them is out of limits or in collision.
     """
     if robot is not checker.world.robot:
@@ -112,7 +116,8 @@ def build_roadmap(
         np.array([free_configuration(q, checker, role) for q in np.atleast_2d(np.asarray(rows, dtype=float))])
         for role, rows in (("start", start), ("goal", goal))
     )
-    return grow_roadmap(checker, starts, goals, RoadmapSettings(nodes), seed, measure_scale, progress, stop)
+    settings = RoadmapSettings(nodes, growth=GrowthSettings(floor=min_manipulability))
+    return grow_roadmap(checker, starts, goals, settings, seed, progress, stop)
 
 
 def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
@@ -128,49 +133,55 @@ def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress, stop
     """The roadmap that ``request`` names, linked to the query's start and goals, or a new one grown around them."""
     checker, starts, goals = query.checker, query.starts, query.goals
     if request.roadmap is None:
-        return build_roadmap(query.robot, checker, starts, goals, request.nodes, request.seed, progress, stop)
+        floor = request.min_manipulability
+        return build_roadmap(query.robot, checker, starts, goals, request.nodes, request.seed, progress, stop, floor)
     roadmap = load_roadmap(request.roadmap)
     require_same_world(roadmap, checker, request.roadmap)
-    return attach(roadmap, checker, starts, goals)
+    return attach(roadmap, checker, starts, goals, request.seed, progress=progress, stop=stop)
 
 
-def _solve_and_extract(draft: Plan, network: gabf.Network, clock: _Stopwatch) -> Plan:
-    """Solve, extract, look again at 1 mm; an edge that fails is removed and the field heals from the x at hand.
+def _solve_and_extract(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:
+    """Solve, extract, look again; what fails is removed and the field heals from the x at hand.
 
-    A law that needs an overestimate starts anew: without the edge costs have risen above the x at hand.
+    An edge fails that touches something when looked at every millimetre, or a leg that dips below the manipulability
+    floor. A law that needs an overestimate starts anew: without them costs have risen above the x at hand.
     """
-    law, roadmap, cost_to_go = make_law(draft.request), draft.roadmap, None
-    removed = 0
+    law, roadmap, floor = make_law(draft.request), draft.roadmap, draft.request.min_manipulability
+    course, cost_to_go, removed = course_of(roadmap, network, floor), None, 0
     while True:
         with clock("gabf"):
             warm = None if cost_to_go is None or law.needs_overestimate else _warm(cost_to_go.x)
-            cost_to_go = gabf.solve(network, law=law, x0=warm)
-        start = int(roadmap.starts[np.argmin(cost_to_go.x[roadmap.starts])])
+            cost_to_go = gabf.solve(course.network, law=law, x0=warm)
+        start = int(course.starts[np.argmin(cost_to_go.x[course.starts])])
         if not np.isfinite(cost_to_go.x[start]):
-            outcome, nodes = Outcome.NO_PATH, np.zeros(0, dtype=np.int64)
+            outcome = Outcome.TOO_SINGULAR if floor > 0 and roadmap.connected else Outcome.NO_PATH
+            legs = np.zeros(0, dtype=np.int64)
             break
         with clock("path"):
-            nodes = gabf.extract_path(network, cost_to_go, start)
-            bad = first_bad_edge(draft.checker, roadmap, nodes)
-        if bad is None:
+            legs = gabf.extract_path(course.network, cost_to_go, start)
+            bad = first_bad_edge(draft.checker, roadmap, course.place[legs])
+            low = None if bad else breach(draft.robot, path_waypoints(roadmap, draft.robot, course.place[legs]), floor)
+        if bad is not None:
+            roadmap, course = roadmap.without_edge(roadmap.edge_index(*bad)), course.without_edge(*bad)
+            removed += 1
+        elif low is not None:
+            course = course.without_leg(int(legs[low]), int(legs[low + 1]))
+        else:
             outcome = Outcome.SOLVED
             break
-        i, j = bad
-        network = network.without_arcs(np.concatenate([network.arcs_between(i, j), network.arcs_between(j, i)]))
-        roadmap = roadmap.without_edge(roadmap.edge_index(i, j))
-        removed += 1
+    nodes = course.place[legs]
     return replace(
         draft,
         outcome=outcome,
         roadmap=roadmap,
-        network=network,
+        network=course.network,
         cost_to_go=cost_to_go,
         path=path_waypoints(roadmap, draft.robot, nodes),
         path_nodes=frozen(nodes, np.int64),
-        cost=path_cost(network, nodes) if outcome is Outcome.SOLVED else None,
+        cost=path_cost(course.network, legs) if outcome is Outcome.SOLVED else None,
         edges_removed=removed,
-        max_error_vs_oracle=gabf.max_error(cost_to_go, gabf.oracle(network)),
-        certificate=tuple(gabf.certify(network, law, cost_to_go)),
+        max_error_vs_oracle=gabf.max_error(cost_to_go, gabf.oracle(course.network)),
+        certificate=tuple(gabf.certify(course.network, law, cost_to_go)),
     )
 
 
@@ -188,7 +199,7 @@ def first_bad_edge(checker: CollisionChecker, roadmap: Roadmap, nodes: Ints) -> 
     return None
 
 
-class _Stopwatch:
+class Stopwatch:
     """Seconds a stage, summed where a stage is entered again."""
 
     def __init__(self) -> None:

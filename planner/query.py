@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -32,10 +33,13 @@ class Query:
     goals: Floats
 
 
-def open_world(request: WorldRequest) -> CollisionChecker:
-    """A checker of the robot in the scene that ``request`` names, with nowhere to go yet."""
+def open_world(request: WorldRequest, message: Path | None = None) -> CollisionChecker:
+    """A checker of the robot in the scene that ``request`` names, with nowhere to go yet.
+
+    Joints that are not planned are held as the MoveIt request in the file ``message`` has them.
+    """
     scene = Scene.load(request.scene)
-    robot = _robot(request, scene, None)
+    robot = _robot(request, scene, read_motion_plan_request(message) if message else None)
     _note_permissions(robot, scene)
     return make_checker(robot, scene, request.collision, request.margin)
 

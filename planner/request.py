@@ -13,6 +13,7 @@ from planner.targets import parse_target
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Backend = Literal["fcl", "coal"]
 Metric = Literal["joint", "workspace"]
+Charge = Literal["nodes", "edges"]
 ManipulabilityCost = Literal["inverse", "log", "linear"]
 
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
@@ -61,16 +62,46 @@ class RoadmapRequest(WorldRequest):
     """Configurations in the roadmap; more find better paths and take longer."""
     seed: int = 0
     """Seed of all randomness: the same command and seed give the same path."""
+    min_manipulability: float = 0.0
+    """A floor under manipulability w: once reached, paths stay above it until the last stretch to a goal below it; 0
+    for none. The roadmap grows above it too."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if not 0.0 <= self.min_manipulability < math.inf:
+            raise OptionError(
+                f"min manipulability {self.min_manipulability:g} is not usable: give a number of 0 or more."
+            )
         parse_target(self.start)
         parse_target(self.goal)
         require_nodes(self.nodes)
         if not 1 <= self.ik_solutions <= 100:
             raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
-        if not 0 <= self.seed < 2**31:
-            raise OptionError(f"seed {self.seed} is not usable: give a whole number from 0 to 2147483647.")
+        require_seed(self.seed)
+
+
+@dataclass(frozen=True)
+class KeptRequest:
+    """The world to hold a roadmap against; what is left out is as the roadmap's file has it."""
+
+    robot: str | None = None
+    """Name of a built-in robot or the path of a URDF; the file's own if that is a built-in one."""
+    scene: str | None = None
+    """Name of a built-in scene or the path of a scene file; the file's own if that is a built-in one."""
+    tool: str | None = None
+    """Frame of the robot that manipulability speaks of."""
+    collision: Backend = "fcl"
+    """Collision library: FCL, or coal, which is faster on meshes."""
+    margin: float | None = None
+    """Distance in metres to keep from every obstacle, and between links."""
+    request: Path | None = None
+    """The MoveIt MotionPlanRequest (YAML) of the roadmap, to take the joints that are not planned from."""
+    widen_limits: bool = False
+    """Widen joint limits to those that the roadmap was grown within."""
+
+    def __post_init__(self) -> None:
+        if self.margin is not None:
+            require_margin(self.margin)
 
 
 @dataclass(frozen=True)
@@ -87,6 +118,8 @@ class SweepRequest(RoadmapRequest):
     """What distance means: joint motion (rad), or the length of the tool's way in the workspace (m)."""
     manipulability_cost: ManipulabilityCost = DEFAULT_COST
     """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
+    charge: Charge = "nodes"
+    """Where that cost is charged: at nodes, as the paper does, or integrated along edges, where singularities hide."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -116,6 +149,12 @@ def require_nodes(nodes: int) -> None:
     """Raise :class:`OptionError` unless a roadmap of so many nodes makes sense."""
     if not 2 <= nodes <= 10_000_000:
         raise OptionError(f"{nodes} nodes make no roadmap: give a whole number from 2 to 10000000.")
+
+
+def require_seed(seed: int) -> None:
+    """Raise :class:`OptionError` unless a seed fits every generator."""
+    if not 0 <= seed < 2**31:
+        raise OptionError(f"seed {seed} is not usable: give a whole number from 0 to 2147483647.")
 
 
 def require_margin(margin: float) -> None:

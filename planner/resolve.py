@@ -35,16 +35,40 @@ def resolve(target: Target, checker: CollisionChecker, states: Mapping[str, str]
             return np.vstack([resolve(each, checker, states, role, count) for each in inner])
         case Joints(values):
             return free_configuration(np.array(values), checker, role)[None]
-        case Position(xyz):
-            _check_finite(np.array(xyz), role)
-            rng = np.random.default_rng(IK_SEED)
-            solutions = inverse.solve_position(checker.world.robot, np.array(xyz), rng, IK_STARTS)
-            return _choose(solutions, checker, np.array(xyz), role, count)
-        case Pose(xyz, quaternion):
-            _check_finite(np.array([*xyz, *quaternion]), role)
-            rng = np.random.default_rng(IK_SEED)
-            solutions = inverse.solve_pose(checker.world.robot, se3(_matrix(target, role)), rng, IK_STARTS)
-            return _choose(solutions, checker, np.array(xyz), role, count)
+        case Position(xyz) | Pose(xyz):
+            return _choose(_reach(target, checker.world.robot, role), checker, np.array(xyz), role, count)
+
+
+def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:
+    """One configuration (dof,) that ``target`` speaks of, to be looked at: it may be in collision or out of limits.
+
+    Joint values stand as given; for a position or pose the free solution of the highest manipulability is taken,
+    or the best of those in collision. Raises :class:`StateError`: wrong joint count, out of reach, unknown name.
+    """
+    match target:
+        case Named((name,)):
+            return resolve_as_is(_look_up(name, states, checker, role), checker, states, role)
+        case Named(names):
+            raise StateError(f"{role} names {len(names)} states, {choices(names)}: name one.")
+        case Joints(values):
+            return frozen(_joint_values(np.array(values), checker.world.robot, role))
+        case Position(xyz) | Pose(xyz):
+            robot = checker.world.robot
+            solutions = _reach(target, robot, role)
+            found = solutions.configurations
+            if not len(found):
+                raise StateError(_out_of_reach(solutions, robot, np.array(xyz), role))
+            touching = np.array([contact_of(checker, q) is not None for q in found])
+            return frozen(found[np.lexsort((-manipulability(robot, found), touching))[0]])
+
+
+def _reach(target: Position | Pose, robot: Robot, role: str) -> inverse.Solutions:
+    rng = np.random.default_rng(IK_SEED)
+    if isinstance(target, Position):
+        _check_finite(np.array(target.xyz), role)
+        return inverse.solve_position(robot, np.array(target.xyz), rng, IK_STARTS)
+    _check_finite(np.array([*target.xyz, *target.quaternion]), role)
+    return inverse.solve_pose(robot, se3(_matrix(target, role)), rng, IK_STARTS)
 
 
 def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
@@ -76,30 +100,39 @@ def _check_finite(values: Floats, role: str) -> None:
 def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
     """Joint values (dof,), continuous ones in [-pi, pi); :class:`StateError` unless within limits and free."""
     robot = checker.world.robot
-    if values.shape != (robot.dof,):
-        raise StateError(
-            f"{role} has {values.size} joint values, {robot.name} has {robot.dof} planned joints: "
-            f"{choices(robot.joints)}."
-        )
-    _check_finite(values, role)
-    check_limits(robot, values, role)
+    check_limits(robot, _joint_values(values, robot, role), role)
     contact = contact_of(checker, values)
     if contact is not None:
         raise StateError(f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.")
     return frozen(robot.normalise(values))
 
 
+def _joint_values(values: Floats, robot: Robot, role: str) -> Floats:
+    if values.shape != (robot.dof,):
+        raise StateError(
+            f"{role} has {values.size} joint values, {robot.name} has {robot.dof} planned joints: "
+            f"{choices(robot.joints)}."
+        )
+    _check_finite(values, role)
+    return values
+
+
 def check_limits(robot: Robot, values: Floats, role: str) -> None:
     """Raise :class:`StateError` naming the first joint that is out of its limits and by how much."""
-    below, above = robot.lower - values, values - robot.upper
-    beyond = np.where(robot.continuous, 0.0, np.maximum(below, above))
-    # 1e-9 forgives a limit that was printed and read back
-    for k in np.nonzero(beyond > 1e-9)[0]:
+    beyond = beyond_limits(robot, values)
+    for k in np.nonzero(beyond)[0]:
         unit = "m" if robot.prismatic[k] else "rad"
         raise StateError(
             f"{role} puts joint '{robot.joints[k]}' at {values[k]:.6g}, outside its limits "
             f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} {unit}: bring it inside."
         )
+
+
+def beyond_limits(robot: Robot, values: Floats) -> Floats:
+    """How far (..., dof) joint values lie outside their limits (rad, m), 0 within; continuous joints have none."""
+    beyond = np.maximum(robot.lower - values, values - robot.upper)
+    # 1e-9 forgives a limit that was printed and read back
+    return np.where(robot.continuous | (beyond <= 1e-9), 0.0, beyond)
 
 
 def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: Floats, role: str, count: int) -> Floats:

@@ -8,51 +8,83 @@ from pathlib import Path
 from typing import Any
 
 from planner.files import write_whole
+from planner.floor import breach
+from planner.kinematics.manipulability import manipulability
 from planner.outcome import Outcome
 from planner.path import joint_path_length, path_manipulability, tool_path_length
 from planner.plan import Plan
+from planner.request import SweepRequest
 from planner.roadmap.build import versions
+from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
+from planner.robot import Robot
+from planner.scene import Scene
 
 
 def plan_record(plan: Plan) -> dict[str, Any]:
     """The plan as plain data, the keys of ``plan.json``; units in rad, m and s."""
-    request, roadmap = plan.request, plan.roadmap
     return {
-        "outcome": plan.outcome.key,
-        "message": plan.outcome.value,
-        "robot": plan.robot.name,
-        "scene": plan.scene.name,
-        "seed": request.seed,
-        "config": {k: str(v) if isinstance(v, Path) else v for k, v in asdict(request).items()},
-        "versions": versions(),
-        "joints": list(plan.robot.joints),
-        "tool": plan.robot.tool,
+        **run_record(plan.request, plan.outcome, plan.robot, plan.scene),
         "path": plan.path.tolist(),
         "path_nodes": plan.path_nodes.tolist(),
         "cost": asdict(plan.cost) if plan.cost else None,
         "manipulability": _manipulability(plan),
         "path_length": _lengths(plan),
-        "roadmap": {
-            "nodes": len(roadmap.nodes),
-            "edges": len(roadmap.edges),
-            "components": roadmap.component_count,
-            "edges_certified": int(roadmap.proven.sum()),
-            "edges_removed": plan.edges_removed,
-            "sha256": roadmap.sha256,
-            "scale": asdict(roadmap.scale),
-        },
+        "roadmap": roadmap_record(plan.roadmap, plan.edges_removed),
         "gabf": _gabf(plan),
-        "timings_s": {stage: round(seconds, 6) for stage, seconds in plan.timings.items()},
+        "timings_s": rounded(plan.timings),
     }
+
+
+def run_record(request: SweepRequest, outcome: Outcome, robot: Robot, scene: Scene) -> dict[str, Any]:
+    """What every record begins with: how the run ended, what it was asked for, and with which software."""
+    return {
+        "outcome": outcome.key,
+        "message": outcome.value,
+        "robot": robot.name,
+        "scene": scene.name,
+        "seed": request.seed,
+        "config": config_record(request),
+        "versions": versions(),
+        "joints": list(robot.joints),
+        "tool": robot.tool,
+    }
+
+
+def config_record(request: SweepRequest) -> dict[str, Any]:
+    """The options as plain data."""
+    return {k: str(v) if isinstance(v, Path) else v for k, v in asdict(request).items()}
+
+
+def roadmap_record(roadmap: Roadmap, edges_removed: int) -> dict[str, Any]:
+    """Size, proofs and hash of a roadmap, and how many edges failed when they were looked at again."""
+    return {
+        "nodes": len(roadmap.nodes),
+        "edges": len(roadmap.edges),
+        "components": roadmap.component_count,
+        "edges_certified": int(roadmap.proven.sum()),
+        "edges_removed": edges_removed,
+        "sha256": roadmap.sha256,
+        "scale": asdict(roadmap.scale),
+    }
+
+
+def rounded(timings: dict[str, float]) -> dict[str, float]:
+    """Seconds a stage, to the microsecond."""
+    return {stage: round(seconds, 6) for stage, seconds in timings.items()}
+
+
+def write_json(path: Path, record: dict[str, Any]) -> None:
+    """Write ``record`` whole or not at all; raises ValueError for a number that is not finite."""
+    write_whole(path, (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())
 
 
 def save_plan(plan: Plan, folder: Path, timings: dict[str, float]) -> dict[str, Any]:
     """Write ``roadmap.npz`` and ``plan.json`` under ``folder``; returns the record that was written."""
     save_roadmap(plan.roadmap, folder / "roadmap.npz")
     record = plan_record(plan)
-    record["timings_s"] |= {stage: round(seconds, 6) for stage, seconds in timings.items()}
-    write_whole(folder / "plan.json", (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())
+    record["timings_s"] |= rounded(timings)
+    write_json(folder / "plan.json", record)
     return record
 
 
@@ -60,7 +92,18 @@ def _manipulability(plan: Plan) -> dict[str, Any] | None:
     if plan.outcome is not Outcome.SOLVED:
         return None
     w = path_manipulability(plan.robot, plan.path)
-    return {"min": float(w.min()), "mean": float(w.mean()), "rows": plan.robot.rows, "frame": plan.robot.tool}
+    measured = {"min": float(w.min()), "mean": float(w.mean()), "rows": plan.robot.rows, "frame": plan.robot.tool}
+    return measured | _floor(plan)
+
+
+def _floor(plan: Plan) -> dict[str, Any]:
+    """What became of the floor that was asked for; nothing where none was."""
+    floor = plan.request.min_manipulability
+    if floor <= 0:
+        return {}
+    ends = [float(w) for w in manipulability(plan.robot, plan.path[[0, -1]])]
+    holds = breach(plan.robot, plan.path, floor) is None
+    return {"floor": {"asked": floor, "start": ends[0], "goal": ends[1], "holds": holds}}
 
 
 def _lengths(plan: Plan) -> dict[str, float] | None:
@@ -88,14 +131,8 @@ def _gabf(plan: Plan) -> dict[str, Any] | None:
 
 def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
     """What the terminal's table and the page's panel say about a plan."""
-    roadmap, gabf, cost, w = (record[key] for key in ("roadmap", "gabf", "cost", "manipulability"))
-    rows = [
-        (
-            "roadmap",
-            f"{roadmap['nodes']} nodes, {roadmap['edges']} edges, {roadmap['edges_certified']} of them proven free, "
-            f"{roadmap['components']} component{'s' if roadmap['components'] != 1 else ''}",
-        )
-    ]
+    gabf, cost, w = (record[key] for key in ("gabf", "cost", "manipulability"))
+    rows = [("roadmap", roadmap_text(record["roadmap"]))]
     if cost:
         rows.append(
             (
@@ -104,7 +141,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
                 f" + {cost['beta']:g} x {cost['distance']:.4f} distance",
             )
         )
-        rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path"))
+        rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
         length = record["path_length"]
         rows.append(
             ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
@@ -114,6 +151,22 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows += _certified(gabf)
         rows.append(("error against oracle", f"{gabf['max_error_vs_oracle']:.1e} relative"))
     return rows
+
+
+def roadmap_text(roadmap: dict[str, Any]) -> str:
+    """A roadmap's record as a line of a table."""
+    return (
+        f"{roadmap['nodes']} nodes, {roadmap['edges']} edges, {roadmap['edges_certified']} of them proven free, "
+        f"{roadmap['components']} component{'s' if roadmap['components'] != 1 else ''}"
+    )
+
+
+def _floor_text(w: dict[str, Any]) -> str:
+    if "floor" not in w:
+        return ""
+    asked, ends = w["floor"]["asked"], min(w["floor"]["start"], w["floor"]["goal"])
+    low = "" if ends >= asked else f" but for the stretches from and to its ends, of w {ends:.5f}"
+    return f"; {'above' if w['floor']['holds'] else 'NOT above'} the floor of {asked:g}{low}"
 
 
 def _certified(gabf: dict[str, Any]) -> list[tuple[str, str]]:

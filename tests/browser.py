@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import base64
 import contextlib
+import io
 import json
 import os
 import re
@@ -17,7 +18,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -35,7 +38,7 @@ _FLAGS = (
     "--disable-component-update",
     "--disable-sync",
     "--hide-scrollbars",
-    "--window-size=1200,800",
+    "--window-size=1000,760",
     "--remote-debugging-port=0",
 )
 
@@ -93,6 +96,40 @@ class Tab:
         assert "exceptionDetails" not in result, result
         return result["result"].get("value")
 
+    def open(self, page: Path | str) -> bool:
+        """Go to a page (a file or an address), forget what was noted of the one before; whether it gets ready."""
+        self.run("void delete document.documentElement.dataset.ready")
+        self.call("Page.navigate", url=page if isinstance(page, str) else page.resolve().as_uri())
+        self.console.clear()
+        self.requests.clear()
+        return self.settled()
+
+    def drawn(self) -> None:
+        """Wait until the page has drawn what it was told last."""
+        self.run("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))")
+
+    def press(self, key: str, code: str = "") -> None:
+        """A key of the keyboard, down and up."""
+        text = {"text": key} if len(key) == 1 else {}
+        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, code=code or key, **text)
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=key, code=code or key)
+
+    def mouse(self, x: float, y: float, click: bool = False) -> None:
+        """The pointer at a place of the window (pixels), pressed and let go there if ``click``."""
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+        for kind in ("mousePressed", "mouseReleased") if click else ():
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+        self.drawn()
+
+    def click(self, selector: str) -> None:
+        """Click in the middle of the element that ``selector`` finds, with the mouse."""
+        script = f"document.querySelector({json.dumps(selector)})"
+        self.run(f"{script}.scrollIntoView({{block: 'nearest'}})")
+        box = self.run(
+            f"(({{x, y, width, height}}) => [x + width / 2, y + height / 2])({script}.getBoundingClientRect())"
+        )
+        self.mouse(*box, click=True)
+
     def settled(self) -> bool:
         """Wait until the page says that it is ready (True) or that it failed (False)."""
         end = time.monotonic() + PATIENCE
@@ -104,14 +141,15 @@ class Tab:
             time.sleep(0.1)
         return False
 
-    def screenshot(self, path: Path) -> None:
-        """Write a PNG of what is seen now."""
-        path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))
+    def screenshot(self) -> np.ndarray:
+        """What is seen now, (height, width, 3) from 0 to 255."""
+        png = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
+        return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
 
 
 @contextlib.contextmanager
-def opened(page: Path) -> Iterator[Tab]:
-    """A fresh browser with ``page`` open, gone when the block ends."""
+def browser() -> Iterator[Tab]:
+    """A fresh browser with an empty page, gone when the block ends."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         command = [require_browser(), *_FLAGS, f"--user-data-dir={profile}", "about:blank"]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -122,7 +160,6 @@ def opened(page: Path) -> Iterator[Tab]:
             tab = Tab(socket, loop)
             for domain in ("Page", "Network", "Runtime", "Log"):
                 tab.call(f"{domain}.enable")
-            tab.call("Page.navigate", url=page.resolve().as_uri())
             yield tab
             socket.close()
         finally:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -14,6 +16,7 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 
+from planner import cli
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edges import EdgeProver
@@ -330,3 +333,55 @@ POST_START, POST_GOAL = np.array([-1.0, 0.8]), np.array([1.0, -0.8])
 def post_roadmap(nodes: int = 60, seed: int = 0) -> Roadmap:
     """A small roadmap of planar_2r around the post."""
     return build_roadmap(load("planar_2r"), make_post(), POST_START, POST_GOAL, nodes, seed)
+
+
+# the command line
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Run the command line in this process: (exit code, standard output, standard error)."""
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["planner", *arguments])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        output = capsys.readouterr()
+        return int(stop.value.code or 0), output.out, output.err
+
+    return call
+
+
+def command(*arguments: str, cwd: Path, **more: object) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-m", "planner", *arguments],
+        cwd=cwd,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        **more,  # type: ignore[call-overload]
+    )
+
+
+def assert_refused(result: tuple[int, str, str], code: int, text: str, out: Path) -> None:
+    got, output, error = result
+    assert got == code, error
+    assert text.lower() in " ".join(error.replace("│", " ").split()).lower()
+    assert "Traceback" not in error + output
+    assert not out.exists(), "a refused command writes nothing"
+    if code == 3:
+        assert error.count("planner: error: ") == 1
+        assert error.rstrip().endswith(".")
+
+
+def planar_trap(folder: Path) -> Path:
+    """Two posts next to the planar arm's first link: it cannot turn from one side to the other."""
+    path = folder / "trap.yaml"
+    path.write_text(
+        "obstacles:\n"
+        "  - {name: left, type: box, size: [0.02, 0.6, 0.4], position: [0.0, 0.5, 0.0]}\n"
+        "  - {name: right, type: box, size: [0.02, 0.6, 0.4], position: [0.0, -0.5, 0.0]}\n"
+    )
+    return path

@@ -12,8 +12,10 @@ import pytest
 from planner import gabf
 from planner.benchmark import gabf as bench
 from planner.benchmark.gabf import bench_gabf
-from planner.benchmark.gabf_case import geometric_network, load_network, measure, peak_memory, save_network
-from planner.benchmark.gabf_rows import Row, aims, growth_exponents, read_rows, summarise, to_csv, to_markdown
+from planner.benchmark.gabf_case import geometric_network, load_network, measure, save_network
+from planner.benchmark.gabf_rows import Row, aims, growth_exponents, summarise, to_markdown
+from planner.benchmark.process import peak_memory
+from planner.benchmark.rows import read_rows
 from planner.errors import FileError, OptionError, PlannerError
 
 
@@ -30,7 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_every_method_has_a_row(folder: Path) -> None:
-    rows = read_rows(folder / "gabf.csv")
+    rows = read_rows(folder / "gabf.csv", Row, "planner bench gabf")
     methods = [(r.nodes, r.method) for r in rows]
     assert sorted(methods) == sorted(
         [(60, "dijkstra"), (60, "gabf"), (60, "rk45 in tau"), (60, "rk45 in t"), (120, "dijkstra"), (120, "gabf")]
@@ -91,12 +93,6 @@ def test_impossible_sizes_are_refused(tmp_path: Path) -> None:
     for wrong in ({"sizes": (5,)}, {"sizes": (60,), "neighbours": 60}, {"sizes": (60,), "neighbours": 0}):
         with pytest.raises(OptionError):
             bench_gabf(tmp_path, **wrong)
-
-
-def test_rows_survive_the_file(tmp_path: Path) -> None:
-    rows = [row("gabf", 1000, 0.125, settling_tau=None, memory_peak_mib=None), row("rk45 in t", 1000, 3.5, work=None)]
-    (tmp_path / "t.csv").write_text(to_csv(rows))
-    assert read_rows(tmp_path / "t.csv") == rows
 
 
 def test_growth_is_the_slope_in_logarithms() -> None:

@@ -8,40 +8,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-from planner import cli
-
-Run = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Run the command line in this process: (exit code, standard output, standard error)."""
-
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["planner", *arguments])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        output = capsys.readouterr()
-        return int(stop.value.code or 0), output.out, output.err
-
-    return call
-
-
-def command(*arguments: str, cwd: Path, **more: object) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-m", "planner", *arguments],
-        cwd=cwd,
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        **more,  # type: ignore[call-overload]
-    )
+from conftest import Run, assert_refused, command, planar_trap
 
 
 @pytest.fixture(scope="module")
@@ -178,17 +149,6 @@ BAD_OPTIONS = [
 ]
 
 
-def assert_refused(result: tuple[int, str, str], code: int, text: str, out: Path) -> None:
-    got, output, error = result
-    assert got == code, error
-    assert text.lower() in " ".join(error.replace("│", " ").split()).lower()
-    assert "Traceback" not in error + output
-    assert not out.exists(), "a refused command writes nothing"
-    if code == 3:
-        assert error.count("planner: error: ") == 1
-        assert error.rstrip().endswith(".")
-
-
 @pytest.mark.parametrize(("options", "code", "text"), BAD_OPTIONS, ids=lambda value: str(value))
 def test_bad_options(run: Run, tmp_path: Path, options: list[str], code: int, text: str) -> None:
     out = tmp_path / "out"
@@ -240,7 +200,7 @@ def test_damaged_and_foreign_roadmaps(run: Run, solved: Path, tmp_path: Path) ->
 
 def test_no_path_is_an_outcome(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    code, text, _ = run("plan", "--robot", "planar_2r", "--scene", str(_planar_trap(tmp_path)), "--start", "q:0,0.5",
+    code, text, _ = run("plan", "--robot", "planar_2r", "--scene", str(planar_trap(tmp_path)), "--start", "q:0,0.5",
                         "--goal", "q:2.5,0.5", "--nodes", "40", "--out", str(out))  # fmt: skip
     record = json.loads((out / "plan.json").read_text())
     assert code == 4, text
@@ -250,17 +210,6 @@ def test_no_path_is_an_outcome(run: Run, tmp_path: Path) -> None:
     assert record["roadmap"]["components"] >= 2
     assert (out / "roadmap.npz").is_file()
     assert (out / "plan.html").is_file()
-
-
-def _planar_trap(folder: Path) -> Path:
-    """Two posts next to the planar arm's first link: it cannot turn from one side to the other."""
-    path = folder / "trap.yaml"
-    path.write_text(
-        "obstacles:\n"
-        "  - {name: left, type: box, size: [0.02, 0.6, 0.4], position: [0.0, 0.5, 0.0]}\n"
-        "  - {name: right, type: box, size: [0.02, 0.6, 0.4], position: [0.0, -0.5, 0.0]}\n"
-    )
-    return path
 
 
 def test_ctrl_c_saves_what_there_is(tmp_path: Path) -> None:

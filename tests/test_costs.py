@@ -11,10 +11,8 @@ from hypothesis import strategies as st
 
 from planner import gabf
 from planner.costs import (
-    CAP_QUANTILE,
     COSTS,
     METRICS,
-    ZETA,
     build_network,
     distance_cost,
     manipulability_cost,
@@ -23,7 +21,7 @@ from planner.costs import (
 from planner.errors import OptionError
 from planner.plan import build_roadmap
 from planner.request import ManipulabilityCost
-from planner.roadmap.roadmap import CostScale
+from planner.roadmap.scale import CAP_QUANTILE, ZETA, CostScale
 
 SCALE = CostScale(w_low=0.01, w_high=0.1, joint_length=2.0, tool_length=0.5, zeta=0.01)
 W = st.lists(st.floats(0, 1), min_size=1, max_size=30).map(np.array)

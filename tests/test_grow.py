@@ -10,8 +10,9 @@ from planner.errors import OptionError, StateError
 from planner.kinematics.forward import tool_positions
 from planner.plan import build_roadmap
 from planner.poses import pose
-from planner.roadmap.build import RoadmapSettings, edge_lengths
+from planner.roadmap.build import RoadmapSettings
 from planner.roadmap.grow import Growth, GrowthSettings, grow
+from planner.roadmap.measure import edge_lengths
 from planner.roadmap.roadmap import component_labels
 from planner.shapes import Box, Sphere
 
@@ -80,10 +81,11 @@ def test_progress_counts_up_to_the_nodes(post):
         50,
         0,
         GrowthSettings(),
-        lambda done, total: heard.append((done, total)),
+        lambda stage, done, total: heard.append((stage, done, total)),
     )
-    assert {total for _, total in heard} == {50}
-    done = [count for count, _ in heard]
+    done = [count for stage, count, total in heard if stage == "roadmap" and total == 50]
+    first = [count == total for stage, count, total in heard if stage == "first path"]
+    assert first[-1]
     assert done == sorted(done)
     assert done[-1] == 50 == len(growth.nodes)
 
@@ -170,7 +172,7 @@ def test_build_roadmap_has_the_papers_density(post):
 def test_build_roadmap_says_how_far_it_is(post):
     heard = []
     build_roadmap(load("planar_2r"), post, A[0], B[0], nodes=40, progress=lambda *args: heard.append(args))
-    assert {stage for stage, _, _ in heard} == {"roadmap", "links"}
+    assert {stage for stage, _, _ in heard} == {"first path", "roadmap", "links"}
     links = [done for stage, done, _ in heard if stage == "links"]
     assert links[-1] == round(40 * 2029 / 1012)
 

@@ -37,9 +37,18 @@ LEVELS = {
     "planner.gabf": 3.5,  # beside the roadmap: it sees level 0 only, and only level 4 and up see it
     "planner.costs": 4,
     "planner.path": 3,
+    "planner.pathfile": 3,
+    "planner.pathclearance": 3,
+    "planner.pathcheck": 3,
+    "planner.pathreport": 3,
+    "planner.routes": 4,
     "planner.query": 3,
+    "planner.envelope": 5,
+    "planner.nondominated": 5,
     "planner.tradeoff": 5,
+    "planner.sweep_results": 5,
     "planner.learning": 5,
+    "planner.floor": 4,
     "planner.plan": 4,
     "planner.results": 5,
     "planner.view": 6,
@@ -59,11 +68,11 @@ def module_name(path: Path) -> str:
 MODULES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 DOORS = {
-    "ompl": {"planner.roadmap.grow"},
+    "ompl": {"planner.roadmap.tree_planners", "planner.benchmark.ompl_prm"},
     "fcl": {"planner.collision.fcl_checker"},
     "coal": {"planner.meshes", "planner.collision.coal_checker"},
     "meshcat": {"planner.view.canvas"},
-    "matplotlib": {"planner.view.figures", "planner.view.law_figures"},
+    "matplotlib": {name for name in MODULES if name.startswith("planner.view.") and name.endswith("figures")},
     "yaml": {"planner.yamlfile"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli")},
 }

@@ -11,7 +11,8 @@ from scipy.sparse.csgraph import connected_components
 from planner.collision.edges import recheck
 from planner.kinematics.manipulability import manipulability
 from planner.plan import build_roadmap
-from planner.roadmap.build import edge_lengths, origin_of, versions
+from planner.roadmap.build import origin_of, versions
+from planner.roadmap.measure import edge_lengths
 
 ROADMAP = post_roadmap()
 

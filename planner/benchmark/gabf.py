@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
+import operator
 import platform
-import subprocess
-import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -14,7 +13,9 @@ from typing import Any
 import numpy as np
 
 from planner.benchmark.gabf_case import geometric_network, save_network
-from planner.benchmark.gabf_rows import GabfBench, Row, read_rows, summarise, to_csv, to_markdown
+from planner.benchmark.gabf_rows import GabfBench, Row, summarise, to_markdown
+from planner.benchmark.process import run_module
+from planner.benchmark.rows import Ledger, collect
 from planner.errors import OptionError, PlannerError
 from planner.experiments.report import Progress, versions
 from planner.files import make_folder, write_whole
@@ -46,18 +47,16 @@ def bench_gabf(
         if not 1 <= neighbours < nodes or nodes < 10:
             raise OptionError(f"{nodes} nodes with {neighbours} neighbours each: give at least 10, and more nodes.")
     make_folder(folder)
-    kept, asked = read_rows(folder / CSV_NAME), []
-    for done, nodes in enumerate(sizes, start=1):
-        found = _measured(kept, nodes, neighbours, seed, rk45_up_to)
-        if found is None:
-            found = _measure(nodes, neighbours, seed, rk45_up_to, stop)
-            if found is None:
-                break
-            kept = [row for row in kept if _key(row) != _key(found[0])] + found
-            write_whole(folder / CSV_NAME, to_csv(kept).encode())
-        asked += found
-        progress("sizes", done, len(sizes))
-    bench = summarise(asked, complete={row.nodes for row in asked} == set(sizes))
+    order = operator.attrgetter("neighbours", "seed", "nodes")
+    ledger = Ledger(folder / CSV_NAME, Row, "planner bench gabf", _key, order)
+    asked, complete = collect(
+        ledger,
+        sizes,
+        lambda nodes: _measured(ledger, nodes, neighbours, seed, rk45_up_to),
+        lambda nodes: _measure(nodes, neighbours, seed, rk45_up_to, stop),
+        lambda done, total: progress("sizes", done, total),
+    )
+    bench = summarise(asked, complete)
     write_whole(folder / MARKDOWN_NAME, to_markdown(bench).encode())
     return bench
 
@@ -70,15 +69,15 @@ def _software() -> str:
     return ", ".join(f"{name} {version}" for name, version in versions().items()) + f" on {platform.machine()}"
 
 
-def _measured(rows: Sequence[Row], nodes: int, neighbours: int, seed: int, rk45_up_to: int) -> list[Row] | None:
-    """The rows of this network that are there already, or None where a method is missing."""
-    found = [row for row in rows if _key(row) == (nodes, neighbours, seed, _software())]
+def _measured(kept: Ledger[Row], nodes: int, neighbours: int, seed: int, rk45_up_to: int) -> list[Row]:
+    """The rows of this network that are there already, none where a method is missing."""
+    found = kept.find((nodes, neighbours, seed, _software()))
     needed = {"gabf", "dijkstra"} | ({"rk45 in tau", "rk45 in t"} if nodes <= rk45_up_to else set())
-    return found if needed <= {row.method for row in found} else None
+    return found if needed <= {row.method for row in found} else []
 
 
-def _measure(nodes: int, neighbours: int, seed: int, rk45_up_to: int, stop: Stop) -> list[Row] | None:
-    """Every method on one network, in a fresh process; None where interrupted."""
+def _measure(nodes: int, neighbours: int, seed: int, rk45_up_to: int, stop: Stop) -> list[Row]:
+    """Every method on one network, in a fresh process; no row where interrupted."""
     options = {
         "repeats": max(3, min(31, round(31 * (1_000 / nodes) ** 0.5))),
         "rk45_repeats": max(1, min(3, 3_000 // nodes)) if nodes <= rk45_up_to else 0,
@@ -86,34 +85,12 @@ def _measure(nodes: int, neighbours: int, seed: int, rk45_up_to: int, stop: Stop
     with tempfile.TemporaryDirectory() as place:
         network, out = Path(place) / "network.npz", Path(place) / "rows.json"
         save_network(geometric_network(nodes, neighbours, np.random.default_rng(seed)), network)
-        if not _in_process([str(network), str(out), json.dumps(options)], stop):
-            return None
+        ended = run_module("planner.benchmark.gabf_case", [str(network), str(out), json.dumps(options)], stop)
+        if ended.code is None:
+            return []
+        if ended.code:
+            raise PlannerError(f"the measurement ended with code {ended.code}: {ended.last_words}")
         return _rows(json.loads(out.read_text()), neighbours, seed)
-
-
-def _in_process(arguments: list[str], stop: Stop) -> bool:
-    """Run the measurement, in a session of its own so that Ctrl-C reaches us and not it; False where stopped."""
-    command = [sys.executable, "-P", "-m", "planner.benchmark.gabf_case", *arguments]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
-        try:
-            while process.poll() is None:
-                if stop():
-                    return False
-                _wait(process)
-        finally:
-            if process.poll() is None:
-                process.kill()
-        if process.returncode:
-            reason = (process.stderr.read() if process.stderr else "").strip().splitlines()
-            raise PlannerError(f"the measurement ended with code {process.returncode}: {reason[-1] if reason else ''}")
-    return True
-
-
-def _wait(process: subprocess.Popen) -> None:
-    try:
-        process.wait(timeout=0.2)
-    except subprocess.TimeoutExpired:
-        return
 
 
 def _rows(measured: dict[str, Any], neighbours: int, seed: int) -> list[Row]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from planner import gabf
 from planner.arrays import Floats
+from planner.benchmark.process import peak_memory
 from planner.files import write_whole
 
 LAW = gabf.SingularityFree()
@@ -107,24 +108,6 @@ def measure(network: gabf.Network, repeats: int, rk45_repeats: int) -> dict[str,
         "memory_peak_mib": peak,
         "timings": [vars(timing) for timing in timings],
     }
-
-
-def peak_memory() -> float | None:
-    """The most memory (MiB) this process has held so far, where the system tells.
-
-    Linux's VmHWM, since ru_maxrss counts what the parent held before this program was loaded into the process.
-    """
-    status = Path("/proc/self/status")
-    if status.exists():
-        line = next((line for line in status.read_text().splitlines() if line.startswith("VmHWM:")), None)
-        if line is not None:
-            return int(line.split()[1]) / 1024.0
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
-    per_unit = 2**20 if sys.platform == "darwin" else 2**10
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / per_unit
 
 
 def _solve(network: gabf.Network) -> gabf.CostToGo:

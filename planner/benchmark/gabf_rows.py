@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from planner.errors import FileError
+from planner.benchmark.rows import aim_lines, closing_lines, markdown_table
 from planner.experiments.report import Verdict, tally
 
 
@@ -96,37 +93,11 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
     )
 
 
-def read_rows(path: Path) -> list[Row]:
-    """The rows of an earlier run, none where there is no file; :class:`FileError` where it is not such a file."""
-    if not path.exists():
-        return []
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            return [_row(line) for line in csv.DictReader(file)]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise FileError(f"{path} is not a table that planner bench gabf wrote ({error}); move it away.") from None
-
-
-def to_csv(rows: Sequence[Row]) -> str:
-    """The flat table, one line a row; empty where there is no value."""
-    text = io.StringIO()
-    table = csv.DictWriter(text, [field.name for field in fields(Row)], lineterminator="\n")
-    table.writeheader()
-    table.writerows(asdict(row) for row in sorted(rows, key=lambda row: (row.neighbours, row.seed, row.nodes)))
-    return text.getvalue()
-
-
 def to_markdown(bench: GabfBench) -> str:
     """The table for people: one line a size, with the growth exponents, the aims and what this does not measure."""
     lines = ["# planner bench gabf", "", *_size_table(bench.rows), ""]
     lines += [f"Growth of the time with the nodes, fitted: {_growth_text(bench.growth)}.", ""]
-    lines += [f"- {aim.confirmed} of {aim.of}: {aim.sentence} {aim.note}".rstrip() for aim in bench.aims if aim.of]
-    lines += [
-        "",
-        *(f"Software: {text}." for text in dict.fromkeys(row.software for row in bench.rows)),
-        "",
-        _LIMITATIONS,
-    ]
+    lines += [*aim_lines(bench.aims), *closing_lines(bench.rows, bench.complete, "sizes", _LIMITATIONS)]
     return "\n".join(lines) + "\n"
 
 
@@ -137,44 +108,24 @@ its time is what it takes to get there. The networks are planar, the start is ab
 its defaults: other graphs and starts below take other times."""
 
 
-def _size_table(rows: Sequence[Row]) -> list[str]:
+def _size_table(bench: Sequence[Row]) -> list[str]:
     header = ["nodes", "arcs", "GABF (s)", "steps", "settling tau", "GABF error", "Dijkstra (s)", "GABF / Dijkstra"]
     header += ["RK45 in tau (s)", "/ GABF", "error", "RK45 in t (s)", "/ GABF", "error", "loaded (MiB)", "peak (MiB)"]
-    lines = ["| " + " | ".join(header) + " |", "|" + "---:|" * len(header)]
-    for nodes in sorted({row.nodes for row in rows}):
-        lines.append("| " + " | ".join(_size_cells({row.method: row for row in rows if row.nodes == nodes})) + " |")
-    return lines
+    sizes = sorted({row.nodes for row in bench})
+    return markdown_table(
+        header, (_size_cells({row.method: row for row in bench if row.nodes == nodes}) for nodes in sizes), texts=0
+    )
 
 
-def _size_cells(of: dict[str, Row]) -> list[str]:
+def _size_cells(of: dict[str, Row]) -> list[Any]:
     gabf, dijkstra = of["gabf"], of["dijkstra"]
     cells: list[Any] = [gabf.nodes, gabf.arcs, gabf.seconds, gabf.work, gabf.settling_tau, gabf.error]
     cells += [dijkstra.seconds, gabf.over_dijkstra]
     for method in ("rk45 in tau", "rk45 in t"):
         row = of.get(method)
         cells += [row.seconds, row.over_gabf, row.error] if row else [None, None, None]
-    cells += [gabf.memory_loaded_mib, gabf.memory_peak_mib]
-    return ["-" if cell is None else f"{cell:.3g}" if isinstance(cell, float) else str(cell) for cell in cells]
+    return [*cells, gabf.memory_loaded_mib, gabf.memory_peak_mib]
 
 
 def _growth_text(growth: dict[str, float]) -> str:
     return ", ".join(f"{method} n^{slope:.2f}" for method, slope in growth.items()) or "needs two sizes"
-
-
-def _row(line: dict[str, str]) -> Row:
-    """A line of the CSV file as a row; ValueError, KeyError or TypeError where it is none."""
-    whole, texts = {"nodes", "arcs", "neighbours", "seed", "repeats", "work"}, {"method", "software"}
-    values: dict[str, Any] = {}
-    for field in fields(Row):
-        text = line[field.name]
-        value = (
-            text
-            if field.name in texts
-            else int(text)
-            if field.name in whole and text
-            else float(text)
-            if text
-            else None
-        )
-        values[field.name] = value
-    return Row(**values)

@@ -12,15 +12,23 @@ import tyro
 
 from planner.cli.bench import bench
 from planner.cli.catalogue import robots, scenes
+from planner.cli.check import check
 from planner.cli.plan import plan
 from planner.cli.reproduce import reproduce
+from planner.cli.roadmap import roadmap
+from planner.cli.sweep import sweep
 from planner.cli.terminal import complain
+from planner.cli.view import view
 from planner.errors import PlannerError
 
 app = tyro.extras.SubcommandApp()
 app.command(plan)
+app.command(sweep)
+app.command(view)
+app.command(check)
 app.command(robots)
 app.command(scenes)
+app.command(roadmap, name="roadmap")
 app.command(reproduce, name="reproduce")
 app.command(bench, name="bench")
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import tyro
 
 from planner.cli.common import Flag
 from planner.cli.terminal import progress, reporter, say
+from planner.request import PAPER_NODES, Backend, PlanRequest, WorldRequest
+
+if TYPE_CHECKING:
+    from planner.experiments.report import Progress
 
 bench = tyro.extras.SubcommandApp()
 bench.__doc__ = """Measure success, safety and speed; speed as ratios within one run.
@@ -31,14 +37,178 @@ def gabf(
         sizes: Numbers of nodes; 1000000 takes minutes and 1.3 GiB.
         debug: Show tracebacks of errors.
     """
+
+    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+        from planner.benchmark.gabf import bench_gabf
+        from planner.benchmark.gabf_rows import to_markdown
+
+        result = bench_gabf(out, sizes, seed=seed, progress=report, stop=stop)
+        return to_markdown(result), result.complete
+
+    return measure(run, out)
+
+
+@bench.command
+def plan(
+    folder: tyro.conf.Positional[Path],
+    out: Path = Path("bench-plan"),
+    robot: str = "panda",
+    collision: Backend = "fcl",
+    nodes: int = PAPER_NODES,
+    beta: float = 0.5,
+    margin: float = 0.0,
+    widen_limits: Flag = False,
+    seeds: tuple[int, ...] = (0, 1, 2),
+    time_limit: float = 60.0,
+    debug: Flag = False,
+) -> int:
+    """A folder of planning problems, each planned with several seeds: success, times, lengths, manipulability, safety.
+
+    A problem is request<X>.yaml, a MoveIt motion plan request, with scene<X>.yaml or scene<X>.scene beside it, in
+    FOLDER or in folders inside it, which are the scene types. Run again with another --beta, --nodes or --collision
+    and the same --out, and the report sets them side by side. Writes plan.csv, one row a run, plan.md, and
+    logs/<problem>.log for ompl_benchmark_statistics and Planner Arena.
+
+    Args:
+        folder: Folder of the problems.
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        collision: Collision library to plan with; the paths are checked by the other one.
+        nodes: Configurations in the roadmap.
+        beta: Trade-off in [0, 1]: 0 minds manipulability only, 1 distance only.
+        margin: Distance in metres to keep from every obstacle, and between links.
+        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
+        seeds: Seeds to plan every problem with.
+        time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
+        debug: Show tracebacks of errors.
+    """
+
+    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+        from planner.benchmark.plan import bench_plan
+
+        plain = PlanRequest(
+            robot, collision=collision, nodes=nodes, beta=beta, margin=margin, widen_limits=widen_limits
+        )
+        result = bench_plan(folder, out, plain, seeds, time_limit, report, stop)
+        return result.report, result.complete
+
+    return measure(run, out)
+
+
+@bench.command
+def misses(
+    out: Path = Path("bench-misses"),
+    seed: int = 0,
+    edges: int = 40,
+    robots: tuple[str, ...] = ("iiwa14", "panda", "ur5", "planar_2r", "kinova"),
+    thicknesses: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 5.0),
+    debug: Flag = False,
+) -> int:
+    """Edges past walls, poles and windows of a few millimetres: which of those called free touch at 0.1 mm of motion.
+
+    Of the edges that the proof certifies, with either collision library, none may touch as the other one sees it; of
+    those that OMPL's default resolution calls free some do. Writes misses.csv and misses.md.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of obstacles and edges.
+        edges: Edges for each robot, kind of obstacle and thickness.
+        robots: Names of built-in robots or paths of URDFs.
+        thicknesses: Of the obstacles, in millimetres.
+        debug: Show tracebacks of errors.
+    """
+
+    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+        from planner.benchmark.misses import bench_misses
+        from planner.benchmark.misses_rows import to_markdown
+
+        result = bench_misses(out, edges, robots, thicknesses, seed, report, stop)
+        return to_markdown(result.rows, result.complete), result.complete
+
+    return measure(run, out)
+
+
+@bench.command
+def agreement(
+    out: Path = Path("bench-agreement"),
+    seed: int = 0,
+    states: int = 100_000,
+    robots: tuple[str, ...] = (),
+    scenes: tuple[str, ...] = (),
+    margin: float = 0.0,
+    debug: Flag = False,
+) -> int:
+    """FCL against coal on random configurations of every robot in every scene: verdicts, contact band, speed.
+
+    Every disagreement is listed with the pair that one of them finds touching, as both measure it. Writes
+    agreement.csv and agreement.md.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of the configurations.
+        states: Configurations in all, shared out among the robots and scenes.
+        robots: Names of built-in robots or paths of URDFs; all built-in ones where none is given.
+        scenes: Names of built-in scenes or paths of scene files; all built-in ones where none is given.
+        margin: Distance in metres below which a pair counts as touching.
+        debug: Show tracebacks of errors.
+    """
+
+    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+        from planner.benchmark.agreement import bench_agreement
+        from planner.benchmark.agreement_rows import to_markdown
+
+        result = bench_agreement(out, states, robots, scenes, margin, seed, report, stop)
+        return to_markdown(result.rows, result.complete), result.complete
+
+    return measure(run, out)
+
+
+@bench.command
+def roadmap(
+    out: Path = Path("bench-roadmap"),
+    robot: str = "panda",
+    scene: str = "shelf",
+    collision: Backend = "coal",
+    nodes: int = 1000,
+    queries: int = 20,
+    seed: int = 0,
+    time_limit: float = 600.0,
+    debug: Flag = False,
+) -> int:
+    """A kept roadmap: building it and asking it, against the PRMs of OMPL and of pyroboplan, where that is installed.
+
+    Also the speed of the state checks of both collision libraries on the same edges. Writes roadmap.csv and roadmap.md.
+
+    Args:
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        scene: Name of a built-in scene or the path of a scene file.
+        collision: Collision library.
+        nodes: Configurations in each roadmap.
+        queries: Random starts and goals that each roadmap is asked about.
+        seed: Seed of the roadmaps and the queries.
+        time_limit: Seconds after which a method is killed and recorded as timed out.
+        debug: Show tracebacks of errors.
+    """
+
+    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+        from planner.benchmark.roadmap import bench_roadmap
+        from planner.benchmark.roadmap_rows import to_markdown
+
+        world = WorldRequest(robot, scene, collision=collision)
+        result = bench_roadmap(out, world, nodes, queries, seed, time_limit, report, stop)
+        return to_markdown(result.rows, result.complete), result.complete
+
+    return measure(run, out)
+
+
+def measure(run: Callable[[Progress, Callable[[], bool]], tuple[str, bool]], out: Path) -> int:
+    """Run a benchmark with a progress bar and say its report; the exit code tells whether it is complete."""
     from planner.files import require_writable_folder
     from planner.interrupt import StopRequest
 
     require_writable_folder(out)
-    from planner.benchmark.gabf import bench_gabf
-    from planner.benchmark.gabf_rows import to_markdown
-
     with StopRequest() as stop, progress() as bar:
-        result = bench_gabf(out, sizes, seed=seed, progress=reporter(bar), stop=stop)
-    say(to_markdown(result))
-    return 0 if result.complete else 130
+        report, complete = run(reporter(bar), stop)
+    say(report)
+    return 0 if complete else 130

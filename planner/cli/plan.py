@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.cli.common import STARTED, Flag
-from planner.cli.terminal import progress, reporter, say, show
+from planner.cli.terminal import complain, progress, reporter, say, show
 from planner.request import PlanRequest
 
 if TYPE_CHECKING:
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 def plan(
     request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
     out: Path = Path("out"),
+    view: Flag = False,
+    json: Flag = False,
     debug: Flag = False,
 ) -> int:
     """Plan a joint path from a start to a goal that keeps away from obstacles and singular configurations.
@@ -38,6 +40,8 @@ def plan(
 
     Args:
         out: Folder to write into.
+        view: Serve the page on this machine when it is written, until Ctrl-C.
+        json: Print plan.json on standard output, and nothing else there.
         debug: Show tracebacks of errors.
     """
     from planner.files import make_folder, require_writable_folder
@@ -45,8 +49,10 @@ def plan(
 
     require_writable_folder(out)
     from planner import plan as planning
+    from planner.outcome import Outcome
     from planner.results import save_plan
     from planner.view.page import write_plan_page
+    from planner.view.serve import serve
 
     imported = time.perf_counter() - STARTED
     with StopRequest() as stop:
@@ -58,8 +64,14 @@ def plan(
         page = time.perf_counter() - before_page
         timings = {"import": imported, "page": page, "total": time.perf_counter() - STARTED}
         record = save_plan(result, out, timings)
-    show(_plan_table(record))
-    say(f"{result.outcome.value} Written: {out / 'plan.json'}, {out / 'plan.html'}, {out / 'roadmap.npz'}")
+    tell = complain if json else say
+    if json:
+        say((out / "plan.json").read_text().rstrip())
+    else:
+        show(_plan_table(record))
+    tell(f"{result.outcome.value} Written: {out / 'plan.json'}, {out / 'plan.html'}, {out / 'roadmap.npz'}")
+    if view and result.outcome is not Outcome.INTERRUPTED:
+        serve(out / "plan.html", announce=tell)
     return result.outcome.exit_code
 
 

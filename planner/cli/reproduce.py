@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import tyro
 
 from planner.cli.common import Flag
 from planner.cli.terminal import progress, report_table, reporter, say, show, verdict_table
+from planner.errors import OptionError
+from planner.request import PAPER_NODES, Backend
 
 if TYPE_CHECKING:
     from planner.experiments.report import Progress, Report
@@ -54,6 +56,87 @@ def laws(out: Path = Path("reproduce-laws"), seed: int = 0, graphs: int = 20, de
         from planner.experiments.laws import run_laws
 
         return run_laws(graphs, seed=seed, progress=report, stop=stop)
+
+    return run_experiment(run, out)
+
+
+@reproduce.command
+def manipulator(
+    out: Path = Path("reproduce-manipulator"),
+    seed: int = 0,
+    seeds: int = 10,
+    nodes: int = PAPER_NODES,
+    collision: Backend = "fcl",
+    strands: float = 0.0,
+    debug: Flag = False,
+) -> int:
+    """Section 4.2: the manipulator among obstacles, its path for each beta beside that of RRT.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of the first roadmap; the others have the seeds that follow.
+        seeds: Number of roadmaps, one a seed; every beta is solved on each.
+        nodes: Configurations in each roadmap.
+        collision: Collision library: FCL, or coal, which is faster.
+        strands: Share of the nodes that are not RRT's, as the paper has them, but pulled best paths; in 'planner plan'
+            it is 0.1.
+        debug: Show tracebacks of errors.
+    """
+
+    def run(report: Progress, stop: Callable[[], bool]) -> Report:
+        from planner.experiments.manipulator import run_manipulator
+
+        return run_manipulator(seeds, nodes, collision, seed, strands, report, stop)
+
+    return run_experiment(run, out)
+
+
+@reproduce.command
+def learning(
+    out: Path = Path("reproduce-learning"),
+    seed: int = 0,
+    graphs: int = 100,
+    iterations: int = 6,
+    robot: str | None = None,
+    scene: str | None = None,
+    start: str | None = None,
+    goal: str | None = None,
+    roadmaps: int | None = None,
+    nodes: int | None = None,
+    executions: int | None = None,
+    debug: Flag = False,
+) -> int:
+    """Section 4.3: weights that are learned, on random graphs of 36 nodes and, if one is named, on a robot's roadmaps.
+
+    With --robot the costs of a roadmap's edges are not known until a path has come past them: what an execution
+    pays, and what is learned from it. Takes about two minutes more.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of the graphs, the roadmaps and the starts.
+        graphs: Number of connected random graphs.
+        iterations: Training iterations on each graph.
+        robot: Also learn on roadmaps of this robot (see 'planner robots') or URDF.
+        scene: With --robot: the scene, "paper" where left out.
+        start: With --robot: where the arm starts, the scene's own start where left out.
+        goal: With --robot: where the arm should go, the scene's own goal where left out.
+        roadmaps: With --robot: number of roadmaps, 8 where left out.
+        nodes: With --robot: nodes of each roadmap, 300 where left out.
+        executions: With --robot: paths executed on each roadmap, 200 where left out.
+        debug: Show tracebacks of errors.
+    """
+    asked: dict[str, Any] = {"scene": scene, "start": start, "goal": goal}
+    asked |= {"roadmaps": roadmaps, "nodes": nodes, "executions": executions}
+    given = {name: value for name, value in asked.items() if value is not None}
+    if robot is None and given:
+        raise OptionError(f"{', '.join('--' + name for name in given)} asks for a robot's roadmaps: give --robot too.")
+
+    def run(report: Progress, stop: Callable[[], bool]) -> Report:
+        from planner.experiments.learning import run_learning
+        from planner.experiments.learning_robot import RobotSettings
+
+        settings = RobotSettings(robot, **given) if robot else None
+        return run_learning(graphs, iterations, seed, settings, progress=report, stop=stop)
 
     return run_experiment(run, out)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def say(text: str) -> None:
-    print(text)
+    print(text, flush=True)  # whoever reads the address of a served page through a pipe gets it at once
 
 
 def complain(text: str) -> None:

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from planner.arrays import Floats, Ints
+from planner.collision.bounds import ClearanceBound
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
 
@@ -19,6 +20,7 @@ class CollisionChecker(Protocol):
 
     world: World
     chain: Chain
+    bound: ClearanceBound  # cheap lower bounds on the same pairs
     name: str
     queries: int  # exact pair distances and state checks asked so far
 
@@ -30,6 +32,10 @@ class CollisionChecker(Protocol):
         Not free means that a checked pair touches or is no farther apart than ``world.margin``. No cheap bound
         is consulted: this is the independent opinion on everything proven with one.
         """
+        ...
+
+    def all_free(self, q: Floats) -> bool:
+        """Whether every configuration (n, dof) is free; quicker than :meth:`first_contact`, as no pair is named."""
         ...
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:

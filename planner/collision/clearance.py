@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from planner.arrays import Floats
-from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import joint_placements
 
@@ -21,12 +20,11 @@ class Clearance:
 
     def __init__(self, checker: CollisionChecker) -> None:
         self._checker = checker
-        self._bound = ClearanceBound(checker.world)
         self._static = ~checker.world.pair_reach.any(axis=1)
 
     def __call__(self, q: Floats) -> Floats:
         rotation, position = joint_placements(self._checker.chain, np.atleast_2d(q))
-        bounds = self._bound.coarse(rotation, position)
+        bounds = self._checker.bound.coarse(rotation, position)
         bounds[:, self._static] = np.inf
         return np.array(
             [self._nearest(bound, rotation[:, k], position[:, k]) for k, bound in enumerate(bounds)], dtype=float

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import os
+import warnings
 
 import coal
 import numpy as np
 import pinocchio as pin
 
-from planner.arrays import Floats, Ints
+from planner.arrays import Bools, Floats, Ints
+from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
 from planner.poses import se3
 from planner.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+
+_WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
 
 
 class CoalChecker(CollisionChecker):
@@ -27,6 +31,7 @@ class CoalChecker(CollisionChecker):
     def __init__(self, world: World) -> None:
         self.world = world
         self.chain = Chain.of(world.robot)
+        self.bound = ClearanceBound(world)
         self.queries = 0
         self._geometries = [_geometry(item.shape) for item in (*world.bodies, *world.obstacles)]
         self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]
@@ -34,13 +39,15 @@ class CoalChecker(CollisionChecker):
         self._request = coal.DistanceRequest()
         self._model, self._pairs = self._geometry_model()
         self._data = pin.GeometryData(self._model)
-        for request in self._data.collisionRequests:
-            request.security_margin = world.margin
         self._kinematics = world.robot.model.createData()
         self._threads = os.cpu_count() or 1
         self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(
             world.robot.model, self._model, self._threads
         )
+        for data in (self._data, *self._pool.getGeometryDatas()):
+            for request in data.collisionRequests:
+                request.security_margin = world.margin
+                _forget(request)
 
     def _geometry_model(self) -> tuple[pin.GeometryModel, list[int]]:
         """Pinocchio's geometry of the world, and our number of each of its pairs."""
@@ -60,25 +67,35 @@ class CoalChecker(CollisionChecker):
             numbers.append(pair)
         return model, numbers
 
+    @property
+    def geometry_model(self) -> pin.GeometryModel:
+        """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
+        return self._model
+
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
         self.queries += len(q)
-        if self.world.margin > 0 or len(q) < 4:
-            suspects = range(len(q))
-        else:
-            hits = pin.computeCollisionsInParallel(self._threads, self._pool, np.asfortranarray(q.T), True, False)
-            suspects = np.nonzero(np.asarray(hits).ravel())[0]
-        for row in suspects:
-            pair = self._touching_pair(q[row])
-            if pair is not None:
-                return int(row), self.world.contact(pair)
-        return None
+        hits = np.nonzero(self._touching(q, False))[0]
+        return (int(hits[0]), self.world.contact(self._touching_pair(q[hits[0]]))) if len(hits) else None
 
-    def _touching_pair(self, q: Floats) -> int | None:
-        model, data = self.world.robot.model, self._kinematics
-        if not pin.computeCollisions(model, data, self._model, self._data, q, True):
-            return None
+    def all_free(self, q: Floats) -> bool:
+        """See :class:`planner.collision.checker.CollisionChecker`."""
+        q = np.atleast_2d(np.asarray(q, dtype=float))
+        self.queries += len(q)
+        return not self._touching(q, True).any()
+
+    def _touching(self, q: Floats, stop_at_first: bool) -> Bools:
+        """(n,) which configurations touch something; those after the first may be left out."""
+        if not self._pairs:
+            return np.zeros(len(q), dtype=bool)
+        threads = self._threads if len(q) >= _WORTH_THREADS else 1
+        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, stop_at_first)
+        return np.asarray(hits).ravel().astype(bool)
+
+    def _touching_pair(self, q: Floats) -> int:
+        """The first pair that touches at a configuration known to touch."""
+        pin.computeCollisions(self.world.robot.model, self._kinematics, self._model, self._data, q, True)
         hit = next(k for k, result in enumerate(self._data.collisionResults) if result.isCollision())
         return self._pairs[hit]
 
@@ -109,6 +126,13 @@ class CoalChecker(CollisionChecker):
     def error(self, distance: float) -> float:
         # its GJK stops at 1e-6 m; ten times that for the rounding of placements far from the origin
         return 1e-5
+
+
+def _forget(request: coal.CollisionRequest) -> None:
+    """Begin every GJK anew: Pinocchio warm-starts it, and then a verdict within 1e-6 m depends on earlier questions."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
+        request.enable_cached_gjk_guess = False
 
 
 def _geometry(shape: Shape) -> coal.CollisionGeometry:

@@ -14,7 +14,6 @@ from enum import IntEnum
 import numpy as np
 
 from planner.arrays import Bools, Floats, Ints
-from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
@@ -60,7 +59,7 @@ class EdgeProver:
     def __init__(self, checker: CollisionChecker) -> None:
         self.checker = checker
         self.world: World = checker.world
-        self.bound = ClearanceBound(self.world)
+        self.bound = checker.bound
         self._reach_T = np.ascontiguousarray(self.world.pair_reach.T)
         self._static = np.nonzero(~self.world.pair_reach.any(axis=1))[0]
         self._refinable = np.array([self.bound.can_refine(p) for p in range(len(self.world.pair_reach))], dtype=bool)

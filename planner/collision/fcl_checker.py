@@ -9,6 +9,7 @@ import fcl
 import numpy as np
 
 from planner.arrays import Floats, Ints
+from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.collision.support import plane_gap, proven_gap
 from planner.collision.world import Contact, World
@@ -63,6 +64,7 @@ class FclChecker(CollisionChecker):
     def __init__(self, world: World) -> None:
         self.world = world
         self.chain = Chain.of(world.robot)
+        self.bound = ClearanceBound(world)
         self.queries = 0
         self._items = [*world.bodies, *world.obstacles]
         shapes = [_geometry(item.shape) for item in self._items]
@@ -114,6 +116,29 @@ class FclChecker(CollisionChecker):
             if pair is not None:
                 return row, self.world.contact(pair)
         return None
+
+    def all_free(self, q: Floats) -> bool:
+        """See :class:`planner.collision.checker.CollisionChecker`; FCL looks where the cheap bounds cannot tell."""
+        rotation, position = joint_placements(self.chain, np.atleast_2d(np.asarray(q, dtype=float)))
+        bounds = self.bound.coarse(rotation, position)
+        rows, pairs = np.nonzero(bounds <= self.world.margin)
+        self.queries += len(rows)
+        return not any(
+            self._touches(int(pairs[k]), rotation[:, rows[k]], position[:, rows[k]])
+            for k in np.argsort(bounds[rows, pairs], kind="stable")
+        )
+
+    def _touches(self, pair: int, rotation: Floats, position: Floats) -> bool:
+        first, second = self.world.members(pair)
+        if self.world.margin > 0:
+            return self.distances(rotation, position, np.array([pair]))[0] <= self.world.margin
+        self._move(first, rotation, position, set())
+        if self.world.is_scene_pair(pair):
+            other = self._obstacles[second]
+        else:
+            other = self._bodies[second]
+            self._move(second, rotation, position, set())
+        return bool(fcl.collide(self._bodies[first], other, _ANY_CONTACT, fcl.CollisionResult()))
 
     def _put(self, b: int, turn: Floats, shift: Floats) -> None:
         self._poses[b] = turn, shift

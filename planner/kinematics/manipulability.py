@@ -44,6 +44,7 @@ def _jacobian_function(robot: Robot) -> Callable[[Floats], Floats]:
     aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
     def evaluate(q: Floats) -> Floats:
-        return pin.computeFrameJacobian(model, data, q, frame, aligned)[rows].copy()
+        # Pinocchio drops an axis where there is one joint
+        return pin.computeFrameJacobian(model, data, q, frame, aligned).reshape(6, model.nv)[rows].copy()
 
     return evaluate

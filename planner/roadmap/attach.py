@@ -1,58 +1,143 @@
-"""New starts and goals on a roadmap that is already there, through proven edges."""
+"""New starts and goals on a roadmap that is already there, through proven edges; it grows only if it must."""
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.arrays import Bools, Floats, Ints
 from planner.collision.checker import CollisionChecker
-from planner.collision.edges import EdgeProver
-from planner.roadmap.build import measured
+from planner.resolve import free_configuration
+from planner.roadmap.build import Progress
+from planner.roadmap.certificates import RecordingProver
 from planner.roadmap.connect import NEIGHBOURS
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.extend import enlarged, renumbered
+from planner.roadmap.grow import Growth, GrowthSettings, grow
+from planner.roadmap.roadmap import Roadmap, component_labels
 
 SAME = 1e-9  # rad: a configuration this near a node is that node
+_FIRST = 10  # neighbours that a new end is linked to: every proof takes time from a query
+_WAY_NEIGHBOURS = 5  # links tried from each new node of a way that had to be grown
+
+_log = logging.getLogger(__name__)
 
 
-def attach(roadmap: Roadmap, checker: CollisionChecker, starts: Floats, goals: Floats) -> Roadmap:
+def attach(
+    roadmap: Roadmap,
+    checker: CollisionChecker,
+    starts: Floats,
+    goals: Floats,
+    seed: int = 0,
+    settings: GrowthSettings | None = None,
+    progress: Progress = lambda stage, done, total: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Roadmap:
     """The roadmap with ``starts`` (s, dof) and ``goals`` (g, dof) as its starts and goals.
 
-    Those that are not nodes yet become nodes, linked to their nearest neighbours wherever that is proven. The
-    cost scale stays: costs mean the same as before.
+    Those that are not nodes yet become nodes, linked to their nearest neighbours wherever that is proven. Where a
+    start is then still parted from every goal, RRTConnect grows a way between them and the largest component: at most
+    ``settings.join_motions`` motions a try. The cost scale stays: costs mean the same as before. One roadmap serves
+    many starts: one field over it answers all of them. Raises :class:`StateError` for an end that is not free.
     """
-    builder = _Builder(roadmap, checker)
-    first = [builder.index(q) for q in starts]
-    last = [builder.index(q) for q in goals]
-    return builder.finish(np.array(first, dtype=np.int64), np.array(last, dtype=np.int64))
+    grow_way = partial(grow, seed=seed, settings=settings or GrowthSettings(), progress=progress, stop=stop)
+    builder = _Builder(roadmap, checker, grow_way, stop)
+    first, last = (
+        np.array([builder.index(free_configuration(q, checker, role)) for q in ends], dtype=np.int64)
+        for role, ends in (("start", starts), ("goal", goals))
+    )
+    builder.link(np.arange(len(roadmap.nodes), len(builder.nodes)), NEIGHBOURS)
+    for start in dict.fromkeys(first.tolist()):
+        builder.bring_together(start, last)
+    new = builder.nodes[len(roadmap.nodes) :]
+    return replace(enlarged(roadmap, builder.prover, new, builder.edges), starts=first, goals=last)
 
 
 class _Builder:
-    def __init__(self, roadmap: Roadmap, checker: CollisionChecker) -> None:
-        self.roadmap, self.checker, self.robot = roadmap, checker, checker.world.robot
-        self.prover = EdgeProver(checker)
+    """The roadmap's nodes and edges, and what is added to them."""
+
+    def __init__(
+        self,
+        roadmap: Roadmap,
+        checker: CollisionChecker,
+        grow_way: Callable[..., Growth],
+        stop: Callable[[], bool],
+    ) -> None:
+        self.robot, self.prover = checker.world.robot, RecordingProver(checker)
+        self.grow_way, self.stop = grow_way, stop
         self.nodes, self.edges = roadmap.nodes, roadmap.edges
 
     def index(self, q: Floats) -> int:
-        """The node at ``q``, added and linked if there is none."""
-        delta = self.robot.difference(q, self.nodes)
-        apart = np.linalg.norm(delta, axis=1)
+        """The node at ``q``, added if there is none."""
+        apart = np.linalg.norm(self.robot.difference(q, self.nodes), axis=1)
         nearest = int(np.argmin(apart))
         if apart[nearest] <= SAME:
             return nearest
-        near = np.argsort(apart, kind="stable")[:NEIGHBOURS]
-        free = near[self.prover.prove(np.repeat(q[None], len(near), axis=0), delta[near]).free]
-        new = len(self.nodes)
         self.nodes = np.vstack([self.nodes, q])
-        self.edges = np.vstack([self.edges, np.column_stack([free, np.full(len(free), new)])])
-        return new
+        return len(self.nodes) - 1
 
-    def finish(self, starts: Ints, goals: Ints) -> Roadmap:
-        """The roadmap with what was added: an unproven edge stays unproven, and the margin is the weakest proof's."""
-        old = self.roadmap
-        order = np.lexsort((self.edges[:, 1], self.edges[:, 0]))
-        proven = np.concatenate([old.proven, np.ones(len(self.edges) - len(old.edges), dtype=bool)])
-        origin = replace(old.origin, margin=min(old.origin.margin, self.checker.world.margin))
-        new = measured(self.checker, self.nodes, self.edges[order], starts, goals, origin, lambda *_: old.scale)
-        return replace(new, proven=proven[order])
+    def link(self, new: Ints, count: int) -> None:
+        """Link each of the ``new`` nodes to those before it that are nearest, wherever that is proven.
+
+        The nearest ``_FIRST`` are tried, and up to ``count`` where none of these can be reached.
+        """
+        near = {int(node): self._nearest(node, count) for node in new}
+        for tried in (slice(0, _FIRST), slice(_FIRST, count)):
+            pairs = [np.column_stack([rows[tried], np.full(len(rows[tried]), node)]) for node, rows in near.items()]
+            if not pairs:
+                break
+            edges = np.concatenate(pairs)
+            a, b = self.nodes[edges[:, 1]], self.nodes[edges[:, 0]]
+            edges = edges[self.prover.prove(a, self.robot.difference(a, b)).free]
+            self._add(edges)
+            near = {node: rows for node, rows in near.items() if node not in edges[:, 1]}
+
+    def _nearest(self, node: int, count: int) -> Ints:
+        """The nodes before ``node`` that are nearest to it, nearest first."""
+        apart = np.linalg.norm(self.robot.difference(self.nodes[node], self.nodes[:node]), axis=1)
+        return np.argsort(apart, kind="stable")[:count]
+
+    def bring_together(self, start: int, goals: Ints) -> None:
+        """Grow until ``start`` and one of the ``goals`` are joined, by way of the largest component if that helps."""
+        if not len(goals) or self._reaches(start, goals):
+            return
+        before, labels = len(self.nodes), self._labels()
+        main = labels == np.argmax(np.bincount(labels))
+        at_main = bool(main[start]) or self._join(main, labels == labels[start])
+        if not self._reaches(start, goals):
+            labels = self._labels()
+            mine = labels == labels[start]
+            theirs = np.isin(labels, labels[goals]) & ~mine
+            self._join(mine, theirs if at_main else theirs & ~main)  # the largest was tried in vain
+        more = len(self.nodes) - before
+        if self._reaches(start, goals):
+            _log.warning("direct links did not join start and goal: the roadmap grew by %d nodes to join them", more)
+        else:
+            _log.warning("neither direct links nor %d nodes more joined start and goal", more)
+
+    def _join(self, roots: Bools, ends: Bools) -> bool:
+        """Grow a way from the nodes in one mask (n,) to those in another and link it; whether one was found."""
+        if self.stop() or not ends.any():
+            return False
+        first, last, n = np.flatnonzero(roots), np.flatnonzero(ends), len(self.nodes)
+        # no more nodes than the way itself needs
+        growth = self.grow_way(self.robot, self.prover, self.nodes[first], self.nodes[last], 0)
+        if growth.joined:
+            new, edges = renumbered(growth, first, n, last)
+            self.nodes = np.vstack([self.nodes, new])
+            self._add(edges)
+            self.link(np.arange(n, len(self.nodes)), _WAY_NEIGHBOURS)
+        return growth.joined
+
+    def _add(self, edges: Ints) -> None:
+        self.edges = np.concatenate([self.edges, edges])
+
+    def _labels(self) -> Ints:
+        return component_labels(len(self.nodes), self.edges)
+
+    def _reaches(self, start: int, goals: Ints) -> bool:
+        labels = self._labels()
+        return bool((labels[goals] == labels[start]).any())

@@ -1,4 +1,4 @@
-"""A roadmap from nothing: grow, link, measure."""
+"""A roadmap from nothing: grow, link, pull strands, measure."""
 
 from __future__ import annotations
 
@@ -10,26 +10,32 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
-from planner.collision.edges import EdgeProver
-from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.request import PAPER_EDGES, PAPER_NODES, require_nodes
+from planner.roadmap.certificates import RecordingProver
 from planner.roadmap.connect import connect
-from planner.roadmap.grow import GrowthSettings, grow
-from planner.roadmap.roadmap import CostScale, Origin, Roadmap
-from planner.robot import Robot
+from planner.roadmap.grow import ROADMAP, GrowthSettings, grow
+from planner.roadmap.measure import measure_edges
+from planner.roadmap.record import record_of
+from planner.roadmap.roadmap import Origin, Roadmap
+from planner.roadmap.scale import measure_scale
+from planner.roadmap.strands import add_strands
 
-_TOOL_STEP = 0.05  # rad of joint motion between the points that the length of the tool's way is summed over
+_REST = 1_000_003  # added to the seed where the tree goes on: the same seed would draw the same samples again
 
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class RoadmapSettings:
-    """Size and density. ``density`` is edges a node, the paper's by default; more means more choice and more proofs."""
+    """Size and density. ``density`` is edges a node, the paper's by default; more means more choice and more proofs.
+
+    ``strands``: the share of the nodes that is kept for strands, the pulled best paths.
+    """
 
     nodes: int = PAPER_NODES
     density: float = PAPER_EDGES / PAPER_NODES
+    strands: float = 0.1
     growth: GrowthSettings = field(default_factory=GrowthSettings)
 
     def __post_init__(self) -> None:
@@ -42,55 +48,50 @@ def grow_roadmap(
     goals: Floats,
     settings: RoadmapSettings,
     seed: int,
-    measure: Callable[[Floats, Floats, Floats], CostScale],
     progress: Progress = lambda stage, done, total: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Roadmap:
-    """Proven edges all through: RRTConnect and RRT by counts, then links between neighbours up to the density.
+    """Proven edges all through, by counts: a first path, RRT around it, links up to the density, strands, more RRT."""
+    robot, prover, growth = checker.world.robot, RecordingProver(checker), settings.growth
 
-    ``measure`` turns manipulability and the two lengths into the cost scale that is kept with the roadmap.
-    """
-    robot, prover = checker.world.robot, EdgeProver(checker)
-    growth = grow(
-        robot,
-        prover,
-        starts,
-        goals,
-        settings.nodes,
-        seed,
-        settings.growth,
-        lambda done, total: progress("roadmap", done, total),
-        stop,
-    )
-    target = round(settings.density * len(growth.nodes))
-    edges = connect(
-        robot,
-        prover,
-        growth.nodes,
-        growth.edges,
-        target,
-        lambda done, total: progress("links", done, total),
-        stop,
-    )
+    def report(stage: str, done: int, total: int) -> None:
+        progress(stage, done, settings.nodes if stage == ROADMAP else total)
+
+    def link(nodes: Floats, edges: Ints) -> Ints:
+        target = round(settings.density * len(nodes))
+        return connect(robot, prover, nodes, edges, target, lambda done, total: progress("links", done, total), stop)
+
+    room = round(settings.strands * settings.nodes)
+    grown = grow(robot, prover, starts, goals, settings.nodes - room, seed, growth, report, stop)
+    nodes, edges = grown.nodes, link(grown.nodes, grown.edges)
+    if room and not stop():
+        nodes, edges = add_strands(prover, nodes, edges, grown.starts, grown.goals, room, growth.floor, stop)
+        # what the strands left of their room goes to the tree
+        rest = grow(robot, prover, nodes, goals[:0], settings.nodes, seed + _REST, growth, report, stop)
+        nodes, edges = rest.nodes, link(rest.nodes, np.concatenate([edges, rest.edges]))
+    return _measured(prover, nodes, edges, grown.starts, grown.goals, seed)
+
+
+def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints, goals: Ints, seed: int) -> Roadmap:
+    """The roadmap of proven ``edges`` (m, 2), in order, with its costs' makings and its certificates."""
+    robot = prover.world.robot
     edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))]
-    return measured(checker, growth.nodes, edges, growth.starts, growth.goals, origin_of(checker, seed), measure)
-
-
-def measured(
-    checker: CollisionChecker,
-    nodes: Floats,
-    edges: Ints,
-    starts: Ints,
-    goals: Ints,
-    origin: Origin,
-    measure: Callable[[Floats, Floats, Floats], CostScale],
-) -> Roadmap:
-    """A roadmap of proven ``edges`` with its manipulability and lengths."""
-    robot = checker.world.robot
     w = manipulability(robot, nodes)
-    joint, tool = edge_lengths(robot, nodes, edges)
-    proven = np.ones(len(edges), dtype=bool)
-    return Roadmap(nodes, edges, proven, starts, goals, w, joint, tool, measure(w, joint, tool), origin)
+    measures = measure_edges(robot, nodes, edges)
+    clearance, samples = prover.certificates(nodes, edges)
+    return Roadmap(
+        nodes=nodes,
+        edges=edges,
+        proven=np.ones(len(edges), dtype=bool),
+        starts=starts,
+        goals=goals,
+        manipulability=w,
+        **measures,
+        clearance=clearance,
+        samples=samples,
+        scale=measure_scale(w, measures["joint_length"], measures["tool_length"]),
+        origin=origin_of(prover.checker, seed),
+    )
 
 
 def origin_of(checker: CollisionChecker, seed: int) -> Origin:
@@ -106,6 +107,7 @@ def origin_of(checker: CollisionChecker, seed: int) -> Origin:
         margin=world.margin,
         seed=seed,
         versions=versions(),
+        world=record_of(world),
     )
 
 
@@ -113,18 +115,3 @@ def versions() -> dict[str, str]:
     """Versions of this package and of what decides its results."""
     names = ("gabf-planner", "ompl", "pin", "python-fcl", "coal", "numpy")
     return {name: importlib.metadata.version(name) for name in names}
-
-
-def edge_lengths(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floats]:
-    """Joint motion (m,) rad and length of the tool's way (m,) metres of every edge."""
-    delta = robot.difference(nodes[edges[:, 0]], nodes[edges[:, 1]]).reshape(-1, robot.dof)
-    joint = np.linalg.norm(delta, axis=1)
-    pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / _TOOL_STEP)).astype(np.int64)
-    row = np.repeat(np.arange(len(edges)), pieces + 1)
-    first = np.concatenate([[0], np.cumsum(pieces + 1)[:-1]]).astype(np.int64)
-    s = (np.arange(len(row)) - first[row]) / pieces[row] if len(row) else np.zeros(0)
-    tool = tool_positions(robot, nodes[edges[row, 0]] + s[:, None] * delta[row], Chain.of(robot))
-    steps = np.linalg.norm(np.diff(tool, axis=0), axis=1)
-    steps[first[1:] - 1] = 0.0  # from one edge's end to the next one's start
-    length = np.add.reduceat(np.concatenate([steps, [0.0]]), first) if len(edges) else np.zeros(0)
-    return joint, length

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from planner.arrays import Bools, Floats, Ints, frozen
 from planner.hashing import content_hash
+from planner.roadmap.record import WorldRecord
+from planner.roadmap.scale import CostScale
 
 
 @dataclass(frozen=True)
@@ -25,22 +28,7 @@ class Origin:
     margin: float  # m
     seed: int
     versions: Mapping[str, str]
-
-
-@dataclass(frozen=True)
-class CostScale:
-    """What turns manipulability and length into costs of comparable size; kept with the roadmap and reused as it grows.
-
-    The manipulability cost is decreasing in w, capped below ``w_low`` (so that one near-singular node cannot stretch
-    the scale), 1 there and ``zeta`` at ``w_high``. A length is divided by the longest one. ``zeta`` > 0 keeps the
-    kernel progressive, eq. (progressive), at every beta.
-    """
-
-    w_low: float
-    w_high: float
-    joint_length: float  # rad
-    tool_length: float  # m
-    zeta: float
+    world: WorldRecord
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +37,10 @@ class Roadmap:
 
     ``nodes`` (n, dof) rad; ``edges`` (m, 2) node indices, first below second, sorted; ``proven`` (m,) whether a proof
     was found for the whole edge. Indices of starts and goals come first. Lengths and manipulability are what the
-    costs are made of: w (n,), joint length (m,) rad, length of the tool's way (m,) metres.
+    costs are made of: w (n,), joint length (m,) rad, length of the tool's way (m,) metres, and
+    w at evenly spaced states of every edge (m, EDGE_STATES). An edge's certificate:
+    ``clearance`` (m,) metres, a proven lower bound on every distance beyond the margin along it (0: no more is known,
+    inf: there is nothing to touch), and ``samples`` (m,) configurations that its proof looked at.
     """
 
     nodes: Floats
@@ -60,11 +51,14 @@ class Roadmap:
     manipulability: Floats
     joint_length: Floats
     tool_length: Floats
+    edge_manipulability: Floats
+    clearance: Floats
+    samples: Ints
     scale: CostScale
     origin: Origin
 
     def __post_init__(self) -> None:
-        for name, dtype in _DTYPES.items():
+        for name, dtype in DTYPES.items():
             object.__setattr__(self, name, frozen(getattr(self, name), dtype))
 
     @cached_property
@@ -97,17 +91,21 @@ class Roadmap:
 
     def without_edge(self, row: int) -> Roadmap:
         """The roadmap lacking one edge; what else it knows stays."""
-        keep = np.arange(len(self.edges)) != row
-        return replace(
-            self,
-            edges=self.edges[keep],
-            proven=self.proven[keep],
-            joint_length=self.joint_length[keep],
-            tool_length=self.tool_length[keep],
-        )
+        return self.part(np.ones(len(self.nodes), dtype=bool), np.arange(len(self.edges)) != row)
+
+    def part(self, nodes: Bools, edges: Bools) -> Roadmap:
+        """The roadmap of some ``nodes`` (n,) and some ``edges`` (m,) between them, renumbered in order."""
+        edges = edges & nodes[self.edges].all(axis=1)
+        number = np.cumsum(nodes) - 1
+        kept: dict[str, Any] = {name: getattr(self, name)[edges] for name in EDGE_ARRAYS}
+        kept |= {name: getattr(self, name)[nodes] for name in NODE_ARRAYS}
+        kept |= {name: number[rows[nodes[rows]]] for name, rows in (("starts", self.starts), ("goals", self.goals))}
+        return replace(self, **kept | {"edges": number[kept["edges"]]})
 
 
-_DTYPES = {
+NODE_ARRAYS = ("nodes", "manipulability")
+EDGE_ARRAYS = ("edges", "proven", "joint_length", "tool_length", "edge_manipulability", "clearance", "samples")
+DTYPES = {
     "nodes": np.float64,
     "edges": np.int64,
     "proven": np.bool_,
@@ -116,6 +114,9 @@ _DTYPES = {
     "manipulability": np.float64,
     "joint_length": np.float64,
     "tool_length": np.float64,
+    "edge_manipulability": np.float64,
+    "clearance": np.float64,
+    "samples": np.int64,
 }
 
 

@@ -1,28 +1,39 @@
-"""Roadmaps on disk: one ``.npz`` of plain arrays and a JSON header, no pickles."""
+"""Roadmaps on disk: one ``.npz`` of plain arrays and a JSON header, no pickles.
+
+A file is believed when it is whole: sizes are compared before anything is unpacked, shapes, types and numbers before
+anything is used, and a hash over everything last. A hash is no signature: what the certificates say is proven anew by
+:func:`planner.roadmap.repair.verify`.
+"""
 
 from __future__ import annotations
 
 import io
 import json
+import math
 import zipfile
 import zlib
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from planner.arrays import frozen
 from planner.collision.checker import CollisionChecker
 from planner.errors import FileError
 from planner.files import write_whole
-from planner.roadmap.build import origin_of
-from planner.roadmap.roadmap import CostScale, Origin, Roadmap
+from planner.hashing import content_hash
+from planner.roadmap.measure import EDGE_STATES
+from planner.roadmap.record import changes, holds_limits, unproven_pairs
+from planner.roadmap.roadmap import DTYPES, Origin, Roadmap
+from planner.roadmap.scale import CostScale
 from planner.yamlfile import Strict, validate
 
 FORMAT = "gabf-planner roadmap"
-VERSION = 1
-_ARRAYS = ("nodes", "edges", "proven", "starts", "goals", "manipulability", "joint_length", "tool_length")
+VERSION = 2  # 2: what the world was made of, and a certificate for every edge
 _LARGEST = 4 << 30  # bytes unpacked: beyond any roadmap that fits this planner, so a hostile file
+_LARGEST_HEADER = 64 << 20  # bytes
+_RATIO, _SLACK = 100, 1 << 20  # configurations hardly compress: unpacked to 100 times its size it is no roadmap
 
 
 # what a zip or npy reader, or a header that is not ours, can end in
@@ -38,33 +49,35 @@ class _Header(Strict):
     format: Literal["gabf-planner roadmap"]
     version: int
     sha256: str
+    checksum: str
     origin: Origin
     scale: CostScale
 
 
 def save_roadmap(roadmap: Roadmap, path: Path) -> None:
     """Write ``path`` whole or not at all; the same roadmap gives the same bytes."""
-    header = {
+    header: dict[str, Any] = {
         "format": FORMAT,
         "version": VERSION,
         "sha256": roadmap.sha256,
         "origin": asdict(roadmap.origin),
         "scale": asdict(roadmap.scale),
     }
-    arrays: dict[str, Any] = {name: getattr(roadmap, name) for name in _ARRAYS}
+    arrays: dict[str, Any] = {name: getattr(roadmap, name) for name in DTYPES}
+    header["checksum"] = _checksum(header, arrays)
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, header=np.array(json.dumps(header, sort_keys=True)), **arrays)
+    np.savez_compressed(buffer, allow_pickle=False, header=np.array(_text(header)), **arrays)
     write_whole(path, buffer.getvalue())
 
 
 def load_roadmap(path: Path) -> Roadmap:
     """Read a roadmap and check that it is whole; :class:`FileError` says what is wrong with it."""
     if not path.is_file():
-        raise FileError(f"roadmap {path} not found: 'planner plan' writes roadmap.npz into its --out folder.")
+        raise FileError(f"roadmap {path} not found: 'planner roadmap build' makes one, 'planner plan' writes one too.")
     try:
-        header, arrays = _read(path)
+        header, arrays, checksum = _read(path)
         roadmap = _build(header, arrays)
-        if roadmap.sha256 != header.sha256:
+        if header.checksum != checksum or header.sha256 != roadmap.sha256:
             raise FileError(f"roadmap {path} is damaged: its content does not match its hash; build it again.")
     except FileError:
         raise
@@ -74,36 +87,80 @@ def load_roadmap(path: Path) -> Roadmap:
     return roadmap
 
 
+def same_world(roadmap: Roadmap, checker: CollisionChecker) -> bool:
+    """Whether everything that the roadmap was proven against is what ``checker`` checks, with no larger margin.
+
+    Limits wider than the roadmap's do not matter: its configurations are within them.
+    """
+    mine, world, record = roadmap.origin, checker.world, roadmap.origin.world
+    robot = world.robot
+    if holds_limits(record, world):
+        robot = replace(robot, lower=frozen(record.lower), upper=frozen(record.upper))
+    return (
+        (mine.robot, mine.joints, mine.tool, mine.scene) == (robot.name, robot.joints, robot.tool, world.scene.name)
+        and mine.margin >= world.margin
+        and mine.robot_identity == robot.identity
+        and mine.scene_identity == world.scene.identity
+        # which pairs of links can never touch may have been worked out by the other backend
+        and not any(pairs.any() for pairs in unproven_pairs(record, world))
+    )
+
+
 def require_same_world(roadmap: Roadmap, checker: CollisionChecker, path: Path) -> None:
     """Refuse a roadmap that was grown for another robot, another scene or a smaller margin."""
-    mine, wanted = roadmap.origin, origin_of(checker, roadmap.origin.seed)
+    if same_world(roadmap, checker):
+        return
+    mine, world = roadmap.origin, checker.world
+    robot, scene = world.robot, world.scene
     for what, a, b in (
-        ("robot", mine.robot, wanted.robot),
-        ("joints", mine.joints, wanted.joints),
-        ("tool frame", mine.tool, wanted.tool),
-        ("scene", mine.scene, wanted.scene),
+        ("robot", mine.robot, robot.name),
+        ("joints", mine.joints, robot.joints),
+        ("tool frame", mine.tool, robot.tool),
+        ("scene", mine.scene, scene.name),
     ):
         if a != b:
-            raise FileError(f"roadmap {path} is for {what} {_text(a)}, not {_text(b)}: build one for this {what}.")
-    if mine.robot_identity != wanted.robot_identity:
-        raise FileError(f"roadmap {path} is for a '{mine.robot}' of other geometry or set-up: build it again.")
-    if mine.scene_identity != wanted.scene_identity:
-        raise FileError(f"roadmap {path} is for a scene '{mine.scene}' with other obstacles: build it again.")
-    if mine.margin < wanted.margin:
+            raise FileError(
+                f"roadmap {path} is for {what} {_quoted(a)}, not {_quoted(b)}: build one for this {what}, "
+                f"or keep what holds here with {_REPAIR}."
+            )
+    if mine.margin < world.margin:
         raise FileError(
-            f"roadmap {path} was proven with a margin of {mine.margin:g} m, less than the {wanted.margin:g} m "
-            "asked for: build it again, or ask for less."
+            f"roadmap {path} was proven with a margin of {mine.margin:g} m, less than the {world.margin:g} m "
+            f"asked for: build it again, ask for less, or keep what holds here with {_REPAIR}."
         )
+    found = changes(mine.world, world)
+    obstacles = mine.scene_identity != scene.identity and not any(item.startswith("body") for item in found)
+    other = f"scene '{mine.scene}' with other obstacles" if obstacles else f"'{mine.robot}' of other geometry or set-up"
+    what = f" ({_some(found)})" if found else ""
+    raise FileError(f"roadmap {path} is for a {other}{what}: build it again, or keep what holds here with {_REPAIR}.")
 
 
-def _text(value: Any) -> str:
+_REPAIR = "'planner roadmap check --repair'"
+
+
+def _some(items: list[str], most: int = 4) -> str:
+    more = f" and {len(items) - most} more" if len(items) > most else ""
+    return ", ".join(items[:most]) + more
+
+
+def _quoted(value: Any) -> str:
     return ", ".join(value) if isinstance(value, tuple) else f"'{value}'"
 
 
-def _read(path: Path) -> tuple[_Header, dict[str, Any]]:
+def _text(header: dict[str, Any]) -> str:
+    return json.dumps(header, sort_keys=True)
+
+
+def _checksum(header: dict[str, Any], arrays: dict[str, Any]) -> str:
+    """A hash over everything in the file but itself."""
+    rest = {key: value for key, value in header.items() if key != "checksum"}
+    return content_hash([_text(rest), *(arrays[name] for name in DTYPES)])
+
+
+def _read(path: Path) -> tuple[_Header, dict[str, Any], str]:
+    """The header, the arrays, and the hash that the file should name."""
     with zipfile.ZipFile(path) as archive:
-        if sum(item.file_size for item in archive.infolist()) > _LARGEST:
-            raise FileError(f"roadmap {path} would unpack to more than {_LARGEST >> 30} GiB: it is no roadmap of ours.")
+        _require_sane_sizes(archive, path)
     with np.load(path, allow_pickle=False) as content:
         header = json.loads(str(content["header"]))
         if not isinstance(header, dict) or header.get("format") != FORMAT:
@@ -113,40 +170,68 @@ def _read(path: Path) -> tuple[_Header, dict[str, Any]]:
                 f"roadmap {path} has format version {header.get('version')}, this planner reads {VERSION}: "
                 "build it again."
             )
-        return validate(_Header, header, f"roadmap {path} is damaged"), {name: content[name] for name in _ARRAYS}
+        missing, foreign = [n for n in DTYPES if n not in content.files], set(content.files) - {"header", *DTYPES}
+        if missing or foreign:
+            raise ValueError(
+                f"it lacks {', '.join(missing)}" if missing else f"it holds {', '.join(sorted(foreign))} too"
+            )
+        arrays = {name: content[name] for name in DTYPES}
+        checked = validate(_Header, header, f"roadmap {path} is damaged")
+        return checked, arrays, _checksum(header, arrays)
+
+
+def _require_sane_sizes(archive: zipfile.ZipFile, path: Path) -> None:
+    """Refuse what would unpack to far more than a roadmap does, or whose arrays are not as large as they say."""
+    total = sum(item.file_size for item in archive.infolist())
+    if total > min(_LARGEST, _RATIO * path.stat().st_size + _SLACK):
+        raise FileError(f"roadmap {path} would unpack to {total} bytes: it is no roadmap of ours.")
+    for item in archive.infolist():
+        if item.filename == "header.npy" and item.file_size > _LARGEST_HEADER:
+            raise ValueError(f"its header has {item.file_size} bytes")
+        with archive.open(item) as file:
+            np.lib.format.read_magic(file)
+            shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+            size = file.tell() + math.prod(shape) * dtype.itemsize
+        if min(shape, default=0) < 0 or (size != item.file_size and not dtype.hasobject):
+            raise ValueError(f"'{item.filename}' says it has shape {shape}, which does not fit its size")
 
 
 def _build(header: _Header, arrays: dict[str, Any]) -> Roadmap:
-    scale = header.scale
+    scale, origin = header.scale, header.origin
     if not (0 < scale.w_low <= scale.w_high and min(scale.joint_length, scale.tool_length, scale.zeta) > 0):
         raise ValueError("its cost scale is not positive")
-    if header.origin.margin < 0:
+    if origin.margin < 0:
         raise ValueError("its margin is negative")
-    _check(arrays, len(header.origin.joints))
-    return Roadmap(scale=scale, origin=header.origin, **arrays)
+    dof, bodies = len(origin.joints), len(origin.world.bodies)
+    if not dof == len(origin.world.lower) == len(origin.world.upper):
+        raise ValueError(f"it has {dof} joints and limits of {len(origin.world.lower)}")
+    if not all(0 <= body < bodies for pair in origin.world.self_pairs for body in pair):
+        raise ValueError("its pairs of links point at bodies that are not there")
+    _check(arrays, dof)
+    return Roadmap(scale=scale, origin=origin, **arrays)
 
 
 def _check(arrays: dict[str, Any], dof: int) -> None:
     n, m = len(arrays["nodes"]), len(arrays["edges"])
     if n == 0:
         raise ValueError("it has no nodes")
-    shapes = {
-        "nodes": (n, dof),
-        "edges": (m, 2),
-        "proven": (m,),
-        "manipulability": (n,),
-        "joint_length": (m,),
-        "tool_length": (m,),
-        "starts": arrays["starts"].shape[:1],
-        "goals": arrays["goals"].shape[:1],
-    }
+    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(DTYPES, (m,))
+    shapes |= {"nodes": (n, dof), "edges": (m, 2), "manipulability": (n,), "edge_manipulability": (m, EDGE_STATES)}
+    shapes |= {name: arrays[name].shape[:1] for name in ("starts", "goals")}
     for name, shape in shapes.items():
-        if arrays[name].shape != shape or arrays[name].dtype.kind not in "fib":
-            raise ValueError(f"array '{name}' has shape {arrays[name].shape}, expected {shape}")
-        if not np.isfinite(arrays[name]).all():
+        array = arrays[name]
+        if array.shape != shape or array.dtype.newbyteorder("=") != DTYPES[name]:
+            raise ValueError(f"array '{name}' has shape {array.shape} of {array.dtype}, expected {shape}")
+        if np.isnan(array).any() or (name != "clearance" and not np.isfinite(array).all()):
             raise ValueError(f"array '{name}' holds values that are not finite")
+    for name in ("manipulability", "joint_length", "tool_length", "edge_manipulability", "clearance", "samples"):
+        if (arrays[name] < 0).any():
+            raise ValueError(f"array '{name}' holds negative values")
     for name in ("edges", "starts", "goals"):
         if arrays[name].size and not (arrays[name].min() >= 0 and arrays[name].max() < n):
             raise ValueError(f"array '{name}' points at nodes that are not there")
-    if (arrays["edges"][:, 0] >= arrays["edges"][:, 1]).any():
+    first, second = arrays["edges"].T
+    if (first >= second).any():
         raise ValueError("an edge does not name its lower node first")
+    if (np.diff(first * n + second) <= 0).any():
+        raise ValueError("its edges are not in order")

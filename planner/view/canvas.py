@@ -6,6 +6,7 @@ import base64
 import gzip
 import json
 from functools import cache
+from html import escape
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,8 @@ from planner.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.view.colours import hex_colour
 from planner.view.surfaces import creased, tube
 
+_SCRIPTS = ("page_robot.js", "page_roadmap.js", "page_pointer.js", "page.js")  # one script, in this order
+_REFERENCES = ("uuid", "geometry", "material")  # keys by which a command's parts speak of each other
 _Z_FROM_Y = np.array(
     [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float
 )  # three.js cylinders lie on y
@@ -32,6 +35,7 @@ class Canvas:
 
     def __init__(self) -> None:
         self.commands: list[dict[str, Any]] = []
+        self._numbers: dict[str, str] = {}
 
     def shape(self, path: str, shape: Shape, placement: Floats, rgba: tuple[float, ...]) -> None:
         """A shape at a placement (4, 4) relative to what ``path`` hangs under."""
@@ -52,7 +56,7 @@ class Canvas:
     def segments(self, path: str, ends: Floats, colours: Floats) -> None:
         """Lines between consecutive pairs of ``ends`` (2 k, 3), all in one object."""
         geometry = g.PointsGeometry(_columns(ends), _columns(colours))
-        material: Any = g.LineBasicMaterial(vertexColors=True, transparent=True, opacity=0.45)
+        material: Any = g.LineBasicMaterial(vertexColors=True, transparent=True, opacity=0.3)
         self._send(SetObject(g.LineSegments(geometry, material), None, _path(path)))
 
     def transform(self, path: str, matrix: Floats) -> None:
@@ -63,7 +67,16 @@ class Canvas:
         self._send(SetProperty(key.encode().decode(), value, ScenePath(tuple(path.strip("/").split("/")))))
 
     def _send(self, command: Any) -> None:
-        self.commands.append(command.lower())
+        self.commands.append(self._numbered(command.lower()))
+
+    def _numbered(self, value: Any) -> Any:
+        """``value`` with meshcat's random identifiers replaced by numbers: the same scene gives the same bytes."""
+        if isinstance(value, dict):
+            return {k: self._number(v) if k in _REFERENCES else self._numbered(v) for k, v in value.items()}
+        return [self._numbered(item) for item in value] if isinstance(value, list) else value
+
+    def _number(self, value: Any) -> Any:
+        return self._numbers.setdefault(value, str(len(self._numbers))) if isinstance(value, str) else value
 
     def packed(self) -> tuple[str, list[int]]:
         """All commands in MessagePack, one after another, gzipped (no time stamp) in base64; and their lengths."""
@@ -77,10 +90,10 @@ def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
     scene, lengths = canvas.packed()
     data = {**data, "lengths": lengths}
     parts = {
-        "TITLE": _escape(title),
+        "TITLE": escape(title),
         "STYLE": (folder / "page.css").read_text("utf-8"),
         "VIEWER": _viewer_script(),
-        "SCRIPT": (folder / "page.js").read_text("utf-8"),
+        "SCRIPT": "".join((folder / name).read_text("utf-8") for name in _SCRIPTS),
         "SCENE": scene,
         "DATA": json.dumps(data, allow_nan=False).replace("</", "<\\/"),
     }
@@ -95,10 +108,6 @@ def _viewer_script() -> str:
     """meshcat's own viewer, as its wheel ships it; its licence note is kept at its head."""
     folder = Path(meshcat.__file__).parent / "viewer" / "dist"
     return (folder / "main.min.js").read_text("utf-8").replace("</script>", "<\\/script>")
-
-
-def _escape(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace('"', "&quot;")
 
 
 def _path(path: str) -> ScenePath:

@@ -10,15 +10,9 @@ from planner.arrays import Floats
 _STOPS = np.array([[0.16, 0.11, 0.33], [0.20, 0.32, 0.55], [0.13, 0.54, 0.55], [0.38, 0.74, 0.38], [0.98, 0.88, 0.22]])
 
 
-def ramp(share: Floats) -> Floats:
-    """Colours (n, 3) in [0, 1] for numbers in [0, 1]; NaN becomes grey."""
-    share = np.asarray(share, dtype=float)
-    place = np.clip(np.nan_to_num(share), 0.0, 1.0) * (len(_STOPS) - 1)
-    low = np.minimum(place.astype(int), len(_STOPS) - 2)
-    part = (place - low)[:, None]
-    colours = (1 - part) * _STOPS[low] + part * _STOPS[low + 1]
-    colours[~np.isfinite(share)] = 0.6
-    return colours
+def ramp_stops() -> list[list[float]]:
+    """The ramp as red, green, blue in [0, 1] at evenly spaced places, straight lines between."""
+    return _STOPS.tolist()
 
 
 def css_gradient() -> str:

@@ -18,6 +18,7 @@ from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from planner import gabf
 from planner.arrays import Floats
+from planner.view.strokes import MARKS, SHADES, stroke
 
 NodeCourse: TypeAlias = tuple[Floats, Floats, Floats]
 """t (k,) s, state error x - x* (k,) km, control input (k,) km/s of one node."""
@@ -28,12 +29,9 @@ ErrorCourse: TypeAlias = tuple[Floats, Floats]
 Grid: TypeAlias = Mapping[tuple[str, str], Sequence[tuple[float, float]]]
 """(p1/p2, m1/m2) to one (settling tau, largest input in km/s) a graph."""
 
-_DASHES = ("-", (0, (5, 1.5)), (0, (5, 1.2, 1, 1.2)), (0, (1, 1.1)), (0, (8, 2, 2, 2)), (0, (3, 1, 1, 1, 1, 1)))
-_SHADES = ("#0b2545", "#b23a0e", "#3a7d44", "#8d6aa8", "#8a6d00", "#555555")
-_MARKS = ("o", "s", "^", "D")
 _BOUND_MARKS = {
-    "corrected": {"marker": "v", "mfc": "white", "color": _SHADES[0], "label": "$T_*$ corrected"},
-    "printed": {"marker": "x", "mew": 2.0, "color": _SHADES[1], "label": "$T_*$ as printed, eq. (fixtime)"},
+    "corrected": {"marker": "v", "mfc": "white", "color": SHADES[0], "label": "$T_*$ corrected"},
+    "printed": {"marker": "x", "mew": 2.0, "color": SHADES[1], "label": "$T_*$ as printed, eq. (fixtime)"},
     "sharp": {"marker": "_", "ms": 16, "mew": 1.6, "color": "black", "label": "$T_*$ sharp"},
     "measured": {"marker": "o", "ms": 4, "color": "black", "label": "measured, one node from $10^{40}$"},
 }
@@ -56,7 +54,7 @@ def node_courses(rows: Sequence[tuple[str, Mapping[str, NodeCourse]]], node: int
     for part, (title, curves) in zip(parts[:, 0], rows, strict=True):
         panels = part.subplots(1, 3)
         for k, (label, course) in enumerate(curves.items()):
-            _node_curve(panels, label, _at_rest_until(T_p, course), _style(k))
+            _node_curve(panels, label, _at_rest_until(T_p, course), stroke(k))
         for axes, name in zip(panels, _node_labels(node), strict=True):
             axes.set_ylabel(name)
             axes.set_xlabel(f"time $t$ (s), $T_p = {T_p:g}$ s")
@@ -107,7 +105,7 @@ def near_deadline(courses: Mapping[str, ErrorCourse], T_p: float, title: str = "
     for k, (label, (t, error)) in enumerate(courses.items()):
         left = T_p - t
         shown = left > 1e-9
-        axes.loglog(left[shown], np.maximum(error[shown], _FLOOR), label=label, **_style(k))
+        axes.loglog(left[shown], np.maximum(error[shown], _FLOOR), label=label, **stroke(k))
     axes.invert_xaxis()
     axes.set_xlabel("time left, $T_p - t$ (s)")
     axes.set_ylabel(f"largest state error (km), 0 drawn at {_FLOOR:g}")
@@ -191,7 +189,7 @@ def _exponent_lines(axes: Axes, cells: Mapping[tuple[str, str], Sequence[float]]
         middle = np.median(data, axis=1)
         reach = np.abs(np.stack((data.min(axis=1), data.max(axis=1))) - middle)
         place = np.arange(len(columns)) + 0.08 * (k - 1.5)
-        bars = axes.errorbar(place, middle, reach, label=m, marker=_MARKS[k], markersize=4, capsize=2, **_style(k))
+        bars = axes.errorbar(place, middle, reach, label=m, marker=MARKS[k], markersize=4, capsize=2, **stroke(k))
         bars[2][0].set_linewidth(0.8)
     axes.set_xticks(range(len(columns)), columns)
     axes.grid(alpha=0.25, axis="y")
@@ -205,7 +203,3 @@ def _log_axis(axes: Axes) -> None:
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0, 7.0)))
         axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.yaxis.set_minor_locator(NullLocator())
-
-
-def _style(k: int) -> dict[str, Any]:
-    return {"linestyle": _DASHES[k % 6], "color": _SHADES[k % 6], "linewidth": 1.5}

@@ -1,11 +1,14 @@
-"use strict";
 // Replays the recorded scene into meshcat's viewer, then drives it from our own controls.
-// The page says when it is ready, in the data-ready attribute of its root, or in data-error what went wrong.
+// The page says when it is ready in the data-ready attribute of its root.
 
-const data = JSON.parse(document.getElementById("data").textContent);
-const viewer = new MeshCat.Viewer(document.getElementById("viewer"));
-const root = document.documentElement;
-const element = (id) => document.getElementById(id);
+const STEP = 0.01; // share of the way that an arrow key moves
+let current = 0; // number of the path that is shown
+let share = 0; // of its joint motion
+let playing = false;
+
+const shownPath = () => data.paths[current];
+const short = (w) => (w >= 5e-4 || w === 0 ? w.toFixed(4) : w.toExponential(1));
+const percent = (part) => `${Math.round(100 * part)} %`;
 
 async function unpack(base64) {
   const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
@@ -14,118 +17,302 @@ async function unpack(base64) {
 }
 
 // The scene is MessagePack commands, one after another; the viewer decodes them one by one.
-function replay(bytes, lengths) {
+function replay(bytes) {
   let at = 0;
-  for (const length of lengths) {
+  for (const length of data.lengths) {
     viewer.handle_command_bytearray(bytes.slice(at, at + length));
     at += length;
   }
 }
 
-function look(eye, target) {
+// The free part of the window, beside the panel and above the player, in pixels.
+function freeArea() {
+  const left = innerWidth > 760 ? 342 : 0;
+  const bottom = element("player").hidden ? 0 : 80;
+  return { x: left, width: innerWidth - left, height: innerHeight - bottom };
+}
+
+// Seen from the front right; the ball around everything fills the free part of the window.
+function lookAtAll() {
+  const free = freeArea(), camera = viewer.camera;
+  camera.fov = 36; // a longer lens than the viewer's own: less distortion
+  const focal = innerHeight / 2 / Math.tan((camera.fov * Math.PI) / 360);
+  const distance = (focal * data.radius) / (0.52 * Math.min(free.width, free.height));
+  const [x, y, z] = data.centre;
+  const ahead = new THREE.Vector3(0.53, -0.78, 0.33).normalize().multiplyScalar(distance);
   // meshcat turns z-up into three.js's y-up
-  viewer.camera.position.set(eye[0], eye[2], -eye[1]);
-  viewer.controls.target.set(target[0], target[2], -target[1]);
-  viewer.camera.fov = 40; // a longer lens than the viewer's own: less distortion
-  viewer.camera.updateProjectionMatrix();
+  camera.position.set(x + ahead.x, z + ahead.z, -y - ahead.y);
+  viewer.controls.target.set(x, z, -y);
   viewer.controls.update();
+  centreView();
+}
+
+function centreView() {
+  const free = freeArea();
+  const x = innerWidth / 2 - (free.x + free.width / 2), y = innerHeight / 2 - free.height / 2;
+  viewer.camera.setViewOffset(innerWidth, innerHeight, x, y, innerWidth, innerHeight);
   viewer.set_dirty();
 }
 
-function show(path, visible) {
-  viewer.handle_command({ type: "set_property", path: "/meshcat/" + path, property: "visible", value: visible });
+function drawGround() {
+  const cell = data.radius > 0.6 ? 0.5 : 0.1;
+  const cells = 2 * Math.ceil((1.6 * data.radius) / cell);
+  const grid = new THREE.GridHelper(cells * cell, cells, 0xa9b4c0, 0xc3cbd4);
+  grid.rotateX(Math.PI / 2);
+  grid.position.set(data.centre[0], data.centre[1], 0);
+  viewer.scene.add(grid);
+  return cell;
 }
 
-function fillPanel() {
-  element("message").textContent = data.message;
-  for (const [name, value] of data.numbers) {
-    const row = element("numbers").insertRow();
+function fillTable(table, rows, wrong = []) {
+  table.replaceChildren();
+  for (const [name, value] of rows) {
+    const row = table.insertRow();
     row.insertCell().textContent = name;
     row.insertCell().textContent = value;
-  }
-  for (const name of data.obstacles) {
-    const item = document.createElement("li");
-    item.textContent = name;
-    element("obstacles").append(item);
+    if (wrong.includes(name)) row.className = "wrong";
   }
 }
 
-function colourNodes() {
-  const choice = element("colour").value;
-  for (const name of Object.keys(data.legends)) show("roadmap/nodes_" + name, name === choice);
-  const legend = data.legends[choice];
-  element("legend").style.visibility = element("legend-unit").style.visibility = legend ? "visible" : "hidden";
-  if (!legend) return;
-  element("low").textContent = legend.low;
-  element("high").textContent = legend.high;
-  element("legend-unit").textContent = legend.text;
-  element("bar").style.background = data.gradient;
+function fillKey(cell) {
+  const entries = [["#26a640", "start"], ["#cc1a26", "goal"], ["#d9401a", "the tool's way along the path"],
+    ["#7a1fa2", "the two lowest local minima of w along the path"],
+    ["#a7c4e6", `manipulability ellipsoid: tool velocities at joint velocities of norm 1 rad/s; ${scale} m drawn for 1 m/s`],
+    ["#c3cbd4", `grid of ${cell} m on the floor`]];
+  if (data.touching.length) entries.unshift(["#e61f1f", "in contact"]);
+  const useful = data.roadmap ? entries : entries.filter(([, text]) => /ellipsoid|grid|contact/.test(text));
+  for (const [colour, text] of useful) {
+    const item = document.createElement("li"), words = document.createElement("span");
+    words.textContent = text;
+    item.append(swatch(colour), words);
+    element("key").append(item);
+  }
+}
+
+// the worst points: dots in the room, words beside them, and a line each in the panel
+
+const dots = new THREE.Group();
+viewer.scene.add(dots);
+
+function markWorst(path) {
+  dots.clear();
+  element("marks").replaceChildren();
+  element("worst-list").replaceChildren();
+  element("worst").hidden = path.waypoints.length < 2;
+  if (path.waypoints.length < 2) return;
+  for (const point of path.worst) {
+    const dot = new THREE.Mesh(new THREE.SphereGeometry(0.016, 20, 14), new THREE.MeshPhongMaterial({ color: 0x7a1fa2 }));
+    dot.position.set(...point.position);
+    dots.add(dot);
+    const line = document.createElement("button"), mark = document.createElement("button");
+    line.textContent = `w = ${short(point.w)} ${data.unit} at ${percent(point.share)} of the way`;
+    mark.textContent = `w ${short(point.w)}`;
+    mark.className = "mark";
+    for (const button of [line, mark]) {
+      button.title = "go there";
+      button.onclick = () => { stop(); goTo(point.share); };
+    }
+    element("worst-list").append(line);
+    element("marks").append(mark);
+  }
+}
+
+function placeMarks() {
+  [...element("marks").children].forEach((mark, k) => {
+    const place = dots.children[k].getWorldPosition(new THREE.Vector3()).project(viewer.camera);
+    mark.style.left = `${((place.x + 1) / 2) * innerWidth}px`;
+    mark.style.top = `${((1 - place.y) / 2) * innerHeight}px`;
+    mark.hidden = place.z > 1;
+    mark.classList.toggle("left", k === 1); // so that two that are close do not cover each other
+  });
+}
+
+// the curve of w under the player
+
+const highestW = Math.max(...data.paths.flatMap((path) => path.w), 1e-12);
+const curveY = (w) => 98 - (94 * w) / highestW;
+
+function drawCurve(path) {
+  const last = path.w.length - 1;
+  const line = path.w.map((w, k) => `L${((1000 * k) / last).toFixed(1)} ${curveY(w).toFixed(2)}`).join("");
+  const worst = path.worst.map((point) => `M${(1000 * point.share).toFixed(1)} ${curveY(point.w).toFixed(2)}h0.01`);
+  const piece = (name, way) => {
+    const made = document.createElementNS("http://www.w3.org/2000/svg", "path");
+    made.setAttribute("class", name);
+    made.setAttribute("d", way);
+    return made;
+  };
+  element("spark").replaceChildren(piece("curve", `M0 100${line}L1000 100`), piece("worst", worst.join("")), piece("here", ""));
+}
+
+// the player
+
+function goTo(place) {
+  share = Math.min(Math.max(place, 0), 1);
+  const path = shownPath();
+  placeRobot(path, share);
+  element("scrub").value = 1000 * share;
+  element("spark").querySelector(".here").setAttribute("d", `M${1000 * share} 0V100`);
+  element("now").textContent = `w = ${short(sampleAt(path.w, share))} ${data.unit} · ${percent(share)}`;
+  root.dataset.share = share.toFixed(4);
+}
+
+function stop() {
+  playing = false;
+  element("play").textContent = "Play";
+  root.dataset.playing = "false";
+}
+
+function play() {
+  if (playing) return stop();
+  if (share >= 1) goTo(0);
+  playing = true;
+  element("play").textContent = "Pause";
+  root.dataset.playing = "true";
+  let last = performance.now();
+  const step = (now) => {
+    if (!playing) return;
+    goTo(share + Math.max(0, now - last) / (1000 * shownPath().seconds));
+    last = now;
+    if (share >= 1) stop();
+    else requestAnimationFrame(step);
+  };
+  requestAnimationFrame(step);
+}
+
+function onKey(event) {
+  const tag = event.target.tagName;
+  if (event.ctrlKey || event.altKey || event.metaKey || tag === "SELECT" || event.target.id === "beta") return;
+  if (event.key === " " && tag !== "BUTTON" && tag !== "SUMMARY" && event.target.type !== "checkbox") play();
+  else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
+    stop();
+    goTo(share + (event.key === "ArrowLeft" ? -STEP : STEP));
+  } else return;
+  event.preventDefault();
+}
+
+function startPlayer() {
+  element("player").hidden = !data.paths.some((path) => path.waypoints.length > 1);
+  if (element("player").hidden) return;
+  element("play").onclick = play;
+  element("scrub").oninput = () => { stop(); goTo(element("scrub").value / 1000); };
+  element("spark").onclick = (event) => {
+    const box = element("spark").getBoundingClientRect();
+    stop();
+    goTo((event.clientX - box.left) / box.width);
+  };
+  document.addEventListener("keydown", onKey);
+}
+
+// the trade-off: one path an interval of beta
+
+function showPath(k) {
+  data.paths.forEach((path, other) => { if (path.waypoints.length > 1) show(`paths/${other}`, other === k); });
+  current = k;
+  const path = shownPath();
+  root.dataset.path = String(k);
+  fillTable(element("numbers"), path.numbers, data.wrong);
+  markWorst(path);
+  drawCurve(path);
+  if (element("colour").value === "cost" || !root.dataset.colour) colourRoadmap(path);
+  goTo(share);
+  if (!path.interval) return;
+  const [low, high] = path.interval;
+  element("which").textContent = `path ${k + 1} of ${data.paths.length}`;
+  element("interval").textContent = `optimal for β from ${digits(low, high)} to ${digits(high, low)}`;
+  [...element("strip").children].forEach((piece, other) => piece.classList.toggle("on", other === k));
+}
+
+// as many digits as tell two betas apart
+function digits(beta, other) {
+  const apart = Math.abs(beta - other);
+  return beta.toFixed(apart > 0 ? Math.min(12, Math.max(4, 2 - Math.floor(Math.log10(apart)))) : 4);
+}
+
+function setBeta(beta) {
+  element("beta").value = beta;
+  element("beta-now").textContent = beta.toFixed(4);
+  root.dataset.beta = String(beta);
+}
+
+function pathAt(beta) {
+  const k = data.paths.findIndex((path) => beta <= path.interval[1]);
+  return k < 0 ? data.paths.length - 1 : k;
+}
+
+function toInterval(k) {
+  const place = Math.min(Math.max(k, 0), data.paths.length - 1);
+  const [low, high] = data.paths[place].interval;
+  setBeta((low + high) / 2);
+  showPath(place);
+}
+
+function onBetaKey(event) {
+  const moves = { ArrowLeft: current - 1, ArrowDown: current - 1, ArrowRight: current + 1, ArrowUp: current + 1, Home: 0,
+    End: data.paths.length - 1 };
+  if (!(event.key in moves)) return;
+  event.preventDefault();
+  toInterval(moves[event.key]);
+}
+
+function startTradeoff() {
+  element("tradeoff").hidden = !data.paths[0].interval;
+  if (element("tradeoff").hidden) return;
+  for (const path of data.paths) {
+    const piece = document.createElement("i");
+    piece.style.flexGrow = path.interval[1] - path.interval[0];
+    element("strip").append(piece);
+  }
+  const slider = element("beta");
+  slider.oninput = () => {
+    const beta = Number(slider.value), k = pathAt(beta);
+    setBeta(beta);
+    if (k !== current) showPath(k);
+  };
+  slider.onchange = () => toInterval(current); // let go, the slider snaps to the middle of its interval
+  slider.onkeydown = onBetaKey;
+  element("less").onclick = () => toInterval(current - 1);
+  element("more").onclick = () => toInterval(current + 1);
+  setBeta(data.beta);
 }
 
 function showCollision() {
   const on = element("collision").checked;
-  for (const joint of data.joints) {
-    show("robot/" + joint + "/visual", !on);
-    show("robot/" + joint + "/collision", on);
+  for (const path of Object.keys(data.names)) {
+    if (path.startsWith("robot/")) group(path).visible = path.includes("/collision/") === on;
   }
-}
-
-// One frame: the column-major placement of every moving joint frame, joint after joint.
-function setFrame(position) {
-  const motion = data.motion;
-  const k = Math.round(position * (motion.frames.length - 1));
-  const frame = motion.frames[k];
-  data.joints.slice(1).forEach((joint, j) => {
-    viewer.set_transform(["meshcat", "robot", joint], frame.slice(16 * j, 16 * j + 16));
-  });
   viewer.set_dirty();
-  element("now").textContent = "w = " + motion.w[k].toFixed(4) + " · " + Math.round(100 * position) + " % of the way";
-  root.dataset.frame = String(k);
 }
 
-function startPlayer() {
-  if (!data.motion) {
-    element("player").hidden = true;
-    return;
-  }
-  const scrub = element("scrub"), play = element("play");
-  const seconds = data.motion.seconds;
-  let playing = false, last = 0;
-  const step = (now) => {
-    if (!playing) return;
-    const position = Number(scrub.value) + (1000 * (now - last)) / (1000 * seconds);
-    last = now;
-    scrub.value = Math.min(position, 1000);
-    setFrame(scrub.value / 1000);
-    if (position >= 1000) stop();
-    else requestAnimationFrame(step);
+function startPanel() {
+  element("message").textContent = data.message;
+  fillTable(element("about"), data.about);
+  element("about-section").hidden = !data.about.length;
+  element("collision").onchange = showCollision;
+  element("ellipsoid").onchange = () => {
+    ellipsoid.visible = element("ellipsoid").checked;
+    viewer.set_dirty();
   };
-  const stop = () => { playing = false; play.textContent = "Play"; };
-  play.onclick = () => {
-    if (playing) return stop();
-    if (Number(scrub.value) >= 1000) scrub.value = 0;
-    playing = true;
-    play.textContent = "Pause";
-    last = performance.now();
-    requestAnimationFrame(step);
-  };
-  scrub.step = "any";
-  scrub.oninput = () => { stop(); setFrame(scrub.value / 1000); };
-  setFrame(0);
+  showCollision();
 }
 
 async function main() {
-  replay(await unpack(element("scene").textContent), data.lengths);
-  look(data.eye, data.target);
-  fillPanel();
-  element("colour").onchange = colourNodes;
-  element("edges").onchange = () => show("roadmap/edges", element("edges").checked);
-  element("collision").onchange = showCollision;
-  colourNodes();
-  showCollision();
-  show("roadmap/edges", element("edges").checked);
+  replay(await unpack(element("scene").textContent));
+  const render = viewer.render;
+  viewer.render = function () {
+    render.call(viewer);
+    placeMarks();
+  };
+  startPanel();
   startPlayer();
+  startPointer();
+  startRoadmap(shownPath);
+  startTradeoff();
+  showPath(data.current);
+  fillKey(drawGround());
+  lookAtAll();
+  window.addEventListener("resize", centreView);
   requestAnimationFrame(() => requestAnimationFrame(() => { root.dataset.ready = "true"; }));
 }
 
-main().catch((error) => { root.dataset.error = String(error); throw error; });
+main().catch((error) => setTimeout(() => { throw error; })); // to where all errors are told

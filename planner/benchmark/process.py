@@ -1,0 +1,75 @@
+"""A measurement in a process of its own, in a session of its own, so that Ctrl-C reaches us and not it."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a process ended: ``code`` is None where it was killed, because stopped or over its time.
+
+    ``last_words``: the last line it wrote to standard error.
+    """
+
+    code: int | None
+    seconds: float
+    over_time: bool
+    last_words: str
+
+
+def run_module(
+    module: str,
+    arguments: Sequence[str],
+    stop: Callable[[], bool] = lambda: False,
+    time_limit: float | None = None,
+) -> Ended:
+    """Run ``python -m module arguments`` until it ends, ``stop`` returns True, or ``time_limit`` (s) has passed."""
+    begin = time.perf_counter()
+    over = False
+    with tempfile.TemporaryFile() as errors:  # not a pipe: nobody reads it while the process runs
+        command = [sys.executable, "-P", "-m", module, *arguments]
+        with subprocess.Popen(command, stderr=errors, stdout=subprocess.DEVNULL, start_new_session=True) as process:
+            try:
+                while process.poll() is None and not over and not stop():
+                    _wait(process, 0.05)
+                    over = time_limit is not None and time.perf_counter() - begin > time_limit
+            finally:
+                killed = process.poll() is None
+                if killed:
+                    process.kill()
+        seconds = time.perf_counter() - begin
+        errors.seek(0)
+        lines = errors.read().decode(errors="replace").strip().splitlines()
+    return Ended(None if killed else process.returncode, seconds, killed and over, lines[-1] if lines else "")
+
+
+def peak_memory() -> float | None:
+    """The most memory (MiB) this process has held so far, where the system tells.
+
+    Linux's VmHWM, since ru_maxrss counts what the parent held before this program was loaded into the process.
+    """
+    status = Path("/proc/self/status")
+    if status.exists():
+        line = next((line for line in status.read_text().splitlines() if line.startswith("VmHWM:")), None)
+        if line is not None:
+            return int(line.split()[1]) / 1024.0
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    per_unit = 2**20 if sys.platform == "darwin" else 2**10
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / per_unit
+
+
+def _wait(process: subprocess.Popen, seconds: float) -> None:
+    try:
+        process.wait(timeout=seconds)
+    except subprocess.TimeoutExpired:
+        return

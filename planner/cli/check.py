@@ -1,0 +1,64 @@
+"""``planner check``."""
+
+from __future__ import annotations
+
+import json as json_text
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from planner.cli.common import Flag
+from planner.cli.terminal import say, show
+from planner.request import WorldRequest
+
+EXIT_NOT_USABLE = 4
+
+
+def check(
+    path: tyro.conf.Positional[Path],
+    request: Annotated[WorldRequest, tyro.conf.arg(name="")] = WorldRequest(),  # noqa: B008 (frozen)
+    step: float = 0.001,
+    json: Flag = False,
+    debug: Flag = False,
+) -> int:
+    """Check a joint path again, whoever made it: limits, contacts, clearance, proofs, manipulability.
+
+    PATH is a plan.json, a JSON list of rows, {"joints": [...], "path": [...]}, a trajectory message with joint_names
+    and points as JSON, or a CSV; columns with names are put in order and others, as a time, left out. Values are rad
+    (m where a joint slides), the motion between two rows is straight in joint space. Examples:
+
+    planner check out/plan.json
+
+    planner check trajectory.csv --robot panda --scene shelf --margin 0.01 --collision coal
+
+    Exit code 0: free and within limits; 4: not; 2: a wrong option; 3: an unusable robot, scene or file.
+
+    Args:
+        path: The file with the path.
+        step: Metres of motion between two looks; proofs of whole segments come on top.
+        json: Print the report as JSON on standard output, and nothing else there.
+        debug: Show tracebacks of errors.
+    """
+    from planner.pathcheck import check_path, require_step
+
+    require_step(step)
+    from rich.markup import escape
+    from rich.table import Table
+
+    from planner.pathfile import read_joint_path
+    from planner.pathreport import report_record, report_rows, verdict_sentence
+    from planner.query import open_world
+
+    checker = open_world(request)
+    robot, scene = checker.world.robot, checker.world.scene
+    report = check_path(checker, read_joint_path(path, robot), step)
+    if json:
+        say(json_text.dumps(report_record(report), indent=1, allow_nan=False))
+    else:
+        table = Table("", "", title=escape(f"{path}: {robot.name} in {scene.name}"), show_header=False)
+        for name, value in report_rows(report):
+            table.add_row(name, escape(value))
+        show(table)
+        say(verdict_sentence(report))
+    return 0 if report.ok else EXIT_NOT_USABLE

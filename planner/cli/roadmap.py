@@ -1,0 +1,270 @@
+"""``planner roadmap``: grow once, query often."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from planner.cli.common import Flag
+from planner.cli.terminal import progress, reporter, say, show
+from planner.errors import FileError, OptionError
+from planner.request import KeptRequest, RoadmapRequest, require_nodes, require_seed
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from planner.roadmap.roadmap import Roadmap
+
+File = Annotated[Path, tyro.conf.Positional]
+
+roadmap = tyro.extras.SubcommandApp()
+roadmap.__doc__ = """Roadmaps that are kept: grow once, query often with 'planner plan --roadmap FILE.npz'.
+
+A file says which robot and scene it was proven for, and how much room each edge has; it is refused for any other.
+"""
+
+
+@roadmap.command
+def build(
+    file: File,
+    request: Annotated[RoadmapRequest, tyro.conf.arg(name="")] = RoadmapRequest(),  # noqa: B008 (frozen)
+    debug: Flag = False,
+) -> int:
+    """Grow a roadmap around a start and a goal and keep it; every edge is proven free.
+
+    Exit code 0: start and goal are joined; 4: they are not, the roadmap is kept all the same; 130: interrupted, what
+    there is is kept.
+
+    Args:
+        file: The file to write; what is there is replaced.
+        debug: Show tracebacks of errors.
+    """
+    from planner.interrupt import StopRequest
+
+    _require_place(file)
+    from planner.outcome import Outcome
+    from planner.plan import obtain_roadmap
+    from planner.query import make_query
+    from planner.request import SweepRequest
+
+    sweep = SweepRequest(**vars(request))
+    with StopRequest() as stop, progress() as bar:
+        query = make_query(request)
+        result = obtain_roadmap(sweep, query, reporter(bar), stop)
+    _save(result, file)
+    outcome = Outcome.INTERRUPTED if stop() else Outcome.SOLVED if result.connected else Outcome.NO_PATH
+    ending = "Start and goal are joined." if outcome is Outcome.SOLVED else outcome.value
+    say(f"{_size(result)}. {ending} Written: {file}")
+    return outcome.exit_code
+
+
+@roadmap.command
+def info(file: File, json: Flag = False, debug: Flag = False) -> int:
+    """Show what a roadmap file holds: whose it is, its size, its components, what its certificates promise.
+
+    Args:
+        file: A roadmap.npz.
+        json: Print it as JSON.
+        debug: Show tracebacks of errors.
+    """
+    from json import dumps
+
+    from planner.roadmap.storage import load_roadmap
+    from planner.roadmap.summary import summary
+
+    facts = summary(load_roadmap(file))
+    if json:
+        say(dumps(facts, indent=1, allow_nan=False))
+    else:
+        show(_info_table(str(file), facts))
+    return 0
+
+
+@roadmap.command
+def check(
+    file: File,
+    request: Annotated[KeptRequest, tyro.conf.arg(name="")] = KeptRequest(),  # noqa: B008 (frozen)
+    repair: Flag = False,
+    out: Path | None = None,
+    debug: Flag = False,
+) -> int:
+    """Hold a roadmap against a robot and a scene: are they the ones it was proven for, and does every edge hold?
+
+    With --repair a roadmap of another scene or a smaller margin is kept as far as it holds: edges that the difference
+    does not touch stay, the others are proven again or dropped. Examples:
+
+    planner roadmap check paper.npz
+
+    planner roadmap check cell.npz --scene cell-of-today.yaml --repair --out cell-of-today.npz
+
+    Exit code 0: everything holds, or was repaired; 3: it does not; 130: interrupted, nothing is written.
+
+    Args:
+        file: A roadmap.npz.
+        repair: Write what holds instead of refusing the rest.
+        out: Where the repaired roadmap goes; over the file where left out.
+        debug: Show tracebacks of errors.
+    """
+    if out is not None and not repair:
+        raise OptionError("--out says where a repaired roadmap goes: give --repair as well.")
+    return _repair(file, request, out or file) if repair else _check(file, request)
+
+
+def _check(file: Path, request: KeptRequest) -> int:
+    from planner.collision.edges import Verdict
+    from planner.interrupt import StopRequest
+    from planner.roadmap import repair as repairing
+    from planner.roadmap.reopen import reopen
+    from planner.roadmap.storage import load_roadmap, require_same_world
+
+    kept = load_roadmap(file)
+    checker = reopen(request, kept, file)
+    require_same_world(kept, checker, file)
+    with StopRequest() as stop, progress() as bar:
+        found = repairing.verify(kept, checker, reporter(bar), stop)
+    undecided, collides = found.count(Verdict.UNDECIDED), found.count(Verdict.COLLIDES)
+    say(
+        f"{len(found.verdict)} of {len(kept.edges)} edges proven again: {found.count(Verdict.FREE)} hold, "
+        f"{undecided} undecided, {collides} collide."
+    )
+    if not found.complete:
+        return 130
+    failure = repairing.first_failure(kept, checker, found)
+    if failure is not None:
+        i, j, contact = failure
+        raise FileError(
+            f"{undecided + collides} of {len(kept.edges)} edges of roadmap {file} do not hold, the first from node {i} "
+            f"to {j} between {contact}: drop them with --repair."
+        )
+    outside = int((~repairing.within_limits(kept, checker.world.robot)).sum())
+    if outside:
+        raise FileError(f"{outside} nodes of roadmap {file} are outside the joint limits: drop them with --repair.")
+    if not repairing.measures_hold(kept, checker.world.robot):
+        raise FileError(f"roadmap {file} has wrong manipulabilities or lengths: measure them again with --repair.")
+    return 0
+
+
+def _repair(file: Path, request: KeptRequest, target: Path) -> int:
+    from planner.interrupt import StopRequest
+    from planner.roadmap import repair as repairing
+    from planner.roadmap.reopen import reopen
+    from planner.roadmap.storage import load_roadmap
+
+    kept = load_roadmap(file)
+    _require_place(target)
+    checker = reopen(request, kept, file)
+    with StopRequest() as stop, progress() as bar:
+        result = repairing.repair(kept, checker, reporter(bar), stop)
+    if result is None:
+        say(f"Interrupted before every edge was judged: {target} is as it was.")
+        return 130
+    _save(result.roadmap, target)
+    for change in result.changes:
+        say(f"Difference: {change}.")
+    say(
+        f"Edges: {result.kept} kept without another proof, {result.proven} proven again, {result.dropped} dropped; "
+        f"{result.nodes_dropped} nodes dropped. {_size(result.roadmap)}. Written: {target}"
+    )
+    if result.roadmap.component_count > kept.component_count:
+        say("It fell into more components: 'planner roadmap extend' grows new ways between them.")
+    return 0
+
+
+@roadmap.command
+def extend(
+    file: File,
+    nodes: int,
+    request: Annotated[KeptRequest, tyro.conf.arg(name="")] = KeptRequest(),  # noqa: B008 (frozen)
+    seed: int | None = None,
+    out: Path | None = None,
+    debug: Flag = False,
+) -> int:
+    """Grow a roadmap further: its nodes keep their numbers, and costs mean what they did.
+
+    Exit code 0: done; 3: another robot or scene; 130: interrupted, what there is is kept.
+
+    Args:
+        file: A roadmap.npz.
+        nodes: How many configurations to add.
+        seed: Seed of the new ones; left out, it follows from the roadmap.
+        out: Where the larger roadmap goes; over the file where left out.
+        debug: Show tracebacks of errors.
+    """
+    if nodes < 1:
+        raise OptionError(f"{nodes} nodes are no extension: give a whole number from 1.")
+    if seed is not None:
+        require_seed(seed)
+    from planner.interrupt import StopRequest
+    from planner.roadmap.extend import extend as grow_on
+    from planner.roadmap.reopen import reopen
+    from planner.roadmap.storage import load_roadmap, require_same_world
+
+    kept, target = load_roadmap(file), out or file
+    require_nodes(len(kept.nodes) + nodes)
+    _require_place(target)
+    checker = reopen(request, kept, file)
+    require_same_world(kept, checker, file)
+    with StopRequest() as stop, progress() as bar:
+        result = grow_on(kept, checker, nodes, seed, progress=reporter(bar), stop=stop)
+    _save(result, target)
+    more = f"{len(result.nodes) - len(kept.nodes)} nodes and {len(result.edges) - len(kept.edges)} edges more"
+    say(f"{more}: {_size(result)}. Written: {target}")
+    return 130 if stop() else 0
+
+
+def _require_place(file: Path) -> None:
+    """See that ``file`` can be written before any work is done."""
+    from planner.files import require_writable_folder
+
+    if file.is_dir():
+        raise FileError(f"{file} is a folder: give the name of a file.")
+    require_writable_folder(file.parent)
+
+
+def _save(result: Roadmap, file: Path) -> None:
+    from planner.files import make_folder
+    from planner.roadmap.storage import save_roadmap
+
+    make_folder(file.parent)
+    save_roadmap(result, file)
+
+
+def _size(result: Roadmap) -> str:
+    count = result.component_count
+    return f"{len(result.nodes)} nodes, {len(result.edges)} edges, {count} component{'' if count == 1 else 's'}"
+
+
+def _info_table(title: str, facts: dict[str, Any]) -> Table:
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("", "", title=escape(title), show_header=False)
+    for name, value in _info_rows(facts):
+        table.add_row(name, escape(value))
+    return table
+
+
+def _info_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
+    sizes, degree, w = facts["components"], facts["degree"], facts["manipulability"]
+    sides = ", ".join(map(str, sizes[:8])) + " nodes" + (f" and {len(sizes) - 8} more" if len(sizes) > 8 else "")
+    joined = "" if facts["connected"] else "; start and goal are not joined"
+    return [
+        ("robot", f"{facts['robot']} ({', '.join(facts['joints'])}), tool frame {facts['tool']}"),
+        ("scene", f"{facts['scene']} ({len(facts['obstacles'])} obstacles), margin {facts['margin']:g} m"),
+        ("grown with", f"seed {facts['seed']}; " + ", ".join(f"{k} {v}" for k, v in facts["versions"].items())),
+        ("nodes", f"{facts['nodes']}; starts {facts['starts']}, goals {facts['goals']}"),
+        ("edges", f"{facts['edges']}, {facts['edges_certified']} of them proven free"),
+        ("components", f"{len(sizes)}: {sides}{joined}"),
+        ("edges a node", f"{degree['min']} to {degree['max']}, mean {degree['mean']:.2f}"),
+        ("manipulability w", ", ".join(f"{100 * float(q):g} %: {value:.5f}" for q, value in w.items())),
+        ("edge length", f"{_spread(facts['joint_length'], 'rad')}; tool {_spread(facts['tool_length'], 'm')}"),
+        ("clearance proven", f"beyond the margin {_spread(facts['clearance'], 'm')}; {facts['samples']} samples"),
+        ("sha256", facts["sha256"]),
+    ]
+
+
+def _spread(values: dict[str, float | None], unit: str) -> str:
+    text = {key: "any" if value is None else f"{value:.4f}" for key, value in values.items()}
+    return f"{text['min']} to {text['max']} {unit}, median {text['median']}"

@@ -1,0 +1,101 @@
+"""``planner sweep``."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from planner.cli.common import STARTED, Flag
+from planner.cli.terminal import progress, report_table, reporter, say, show
+from planner.errors import OptionError
+from planner.request import SweepRequest
+
+if TYPE_CHECKING:
+    from planner.tradeoff import Tradeoff
+
+
+def sweep(
+    request: Annotated[SweepRequest, tyro.conf.arg(name="")] = SweepRequest(),  # noqa: B008 (frozen)
+    front: Flag = False,
+    max_labels: int | None = None,
+    resume: Flag = False,
+    out: Path = Path("sweep"),
+    debug: Flag = False,
+) -> int:
+    """The whole trade-off between manipulability and distance: every path that some beta makes optimal.
+
+    Finds all values of beta at which the best path changes, exactly and without a grid, on one roadmap. Starts,
+    goals and all other options are those of 'planner plan'. Examples:
+
+    planner sweep --seed 3
+
+    planner sweep --roadmap out/roadmap.npz --front
+
+    planner sweep --nodes 20000 --out big; planner sweep --nodes 20000 --out big --resume
+
+    Writes sweep.json, sweep.csv, sweep.html (open it in a browser) and roadmap.npz. Exit codes are those of
+    'planner plan'; Ctrl-C saves what is proven so far, and --resume goes on from there.
+
+    Args:
+        front: Find the paths too that no beta can reach: all that are not worse in both costs than another one.
+        max_labels: Partial paths that the search of --front may make, 1000000 where left out; it says so if it was
+            stopped there.
+        resume: Go on from the sweep in --out, which must be of the same options.
+        out: Folder to write into.
+        debug: Show tracebacks of errors.
+    """
+    from planner.files import make_folder, require_writable_folder
+    from planner.interrupt import StopRequest
+
+    if max_labels is not None and not front:
+        raise OptionError("--max-labels limits the search of --front: give --front too, or leave it out.")
+    require_writable_folder(out)
+    from planner import tradeoff
+    from planner.nondominated import MAX_LABELS
+    from planner.sweep_results import read_checkpoint, save_sweep
+    from planner.view.page import write_sweep_page
+
+    imported = time.perf_counter() - STARTED
+    labels = MAX_LABELS if max_labels is None else max_labels
+    earlier = read_checkpoint(request, out) if resume else None
+    with StopRequest() as stop:
+        with progress() as bar:
+            result = tradeoff.sweep(request, reporter(bar), stop, front, labels, earlier)
+        make_folder(out)
+        before_page = time.perf_counter()
+        write_sweep_page(result, out / "sweep.html")
+        page = time.perf_counter() - before_page
+        timings = {"import": imported, "page": page, "total": time.perf_counter() - STARTED}
+        record = save_sweep(result, out, timings)
+    _tell(result, record, out)
+    return result.outcome.exit_code
+
+
+def _tell(result: Tradeoff, record: dict[str, Any], out: Path) -> None:
+    from planner.sweep_results import interval_rows, summary_lines
+
+    if record["intervals"]:
+        show(report_table(interval_rows(record)))
+    for line in summary_lines(record):
+        say(line)
+    say("Seconds: " + ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items()) + ".")
+    names = ("sweep.json", "sweep.csv", "sweep.html", "roadmap.npz")
+    say(f"{_ending(result)} Written: {', '.join(str(out / name) for name in names)}")
+
+
+def _ending(result: Tradeoff) -> str:
+    from planner.outcome import Outcome
+
+    match result.outcome:
+        case Outcome.SOLVED:
+            count = len(result.intervals)
+            return f"{count} path{'s are' if count != 1 else ' is'} optimal, each in its interval of beta."
+        case Outcome.INTERRUPTED if result.grown:
+            return f"{result.outcome.value} --resume goes on from there."
+        case Outcome.INTERRUPTED:
+            return f"{result.outcome.value} The roadmap was not whole yet: --resume grows it anew."
+        case Outcome.NO_PATH | Outcome.TOO_SINGULAR:
+            return result.outcome.value

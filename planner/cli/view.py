@@ -1,0 +1,108 @@
+"""``planner view``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from planner.cli.common import Flag
+from planner.cli.terminal import say
+from planner.errors import FileError, OptionError
+from planner.request import WorldRequest
+from planner.targets import parse_target
+
+
+def view(
+    result: tyro.conf.Positional[Path | None] = None,
+    request: Annotated[WorldRequest, tyro.conf.arg(name="")] = WorldRequest(),  # noqa: B008 (frozen)
+    state: str | None = None,
+    out: Path | None = None,
+    port: int = 0,
+    open: Flag = False,
+    debug: Flag = False,
+) -> int:
+    """Look at a result, or at a robot in a scene before anything is planned.
+
+    Serves the page on this machine only (127.0.0.1), until Ctrl-C. A page made by 'planner plan' or 'planner sweep'
+    also opens from disk. Examples:
+
+    planner view out
+
+    planner view sweep/sweep.json --port 8000 --open
+
+    planner view --robot panda --scene shelf --state home
+
+    planner view --robot ur5 --scene table --state q:0,-1.2,1,-1,-1.5,0 --out state.html
+
+    Without RESULT it shows the robot at --state: which pairs touch, how near the rest is, manipulability and limits;
+    the state may be in collision or out of limits.
+
+    Args:
+        result: plan.json, sweep.json, their page, or their folder.
+        state: A name from the scene, q:..., xyz:... or pose:... as 'planner plan' takes them; the scene's start where
+            left out, or the robot's home.
+        out: Write the state's page to this file instead of serving it.
+        port: Port to serve on; any free one where left out.
+        open: Open the page in the browser, where there is a screen.
+        debug: Show tracebacks of errors.
+    """
+    from planner.view.serve import require_port, serve
+
+    require_port(port)
+    if result is not None:
+        _require_alone(request, state, out)
+        page = _page_beside(result)
+    else:
+        page = _state_page(request, state)
+        if out is not None:
+            return _write(page, out)
+    serve(page, port, open, say)
+    return 0
+
+
+def _require_alone(request: WorldRequest, state: str | None, out: Path | None) -> None:
+    if request != WorldRequest() or state is not None or out is not None:
+        raise OptionError("a result has its own robot, scene and page: give RESULT or options for a state, not both.")
+
+
+def _page_beside(result: Path) -> Path:
+    """The page of a result given by its folder, its record or the page itself."""
+    if not result.is_dir():
+        return result.with_suffix(".html") if result.suffix.lower() == ".json" else result
+    pages = [result / name for name in ("plan.html", "sweep.html") if (result / name).is_file()]
+    if not pages:
+        raise FileError(f"folder {result} holds neither plan.html nor sweep.html: 'planner plan --out {result}' first.")
+    if len(pages) > 1:
+        raise FileError(f"folder {result} holds plan.html and sweep.html: name one of them.")
+    return pages[0]
+
+
+def _state_page(request: WorldRequest, state: str | None) -> str:
+    target = None if state is None else parse_target(state)
+    from planner.query import open_world
+    from planner.resolve import resolve_as_is
+    from planner.targets import Joints
+    from planner.view.state import inspect_state, state_page
+
+    checker = open_world(request)
+    robot = checker.world.robot
+    states = checker.world.scene.states_of(robot.name)
+    home = Joints(tuple(robot.home.tolist()))
+    if target is None:
+        target = parse_target("start") if "start" in states else home
+    elif state == "home" and "home" not in states:
+        target = home
+    report = inspect_state(checker, resolve_as_is(target, checker, states, "state"))
+    say(report.sentence)
+    return state_page(report)
+
+
+def _write(page: str, out: Path) -> int:
+    from planner.files import make_folder, write_whole
+
+    make_folder(out.parent)
+    write_whole(out, page.encode())
+    say(f"Written: {out}")
+    return 0

@@ -1,0 +1,191 @@
+"""The lower envelope of all paths' costs over beta: every path that some beta makes optimal, a solve at a time.
+
+A path of a network with the kernel of eq. (finew) costs (1 - beta) Omega + beta D: a line in beta. The least cost over
+all paths is concave and piecewise linear, so all its corners come from its ends: solve at both, intersect the two
+lines, solve there, and put the cheaper path in between; where there is none the intersection is a corner.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner import gabf
+from planner.arrays import Bools, Floats, Ints
+from planner.costs import at_beta, path_cost
+from planner.errors import StateError
+
+TOLERANCE = 1e-12  # relative to max(1, cost): far above the rounding of a sum of costs, far below any difference
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """A path ``nodes`` (k,), start first, that is optimal at ``beta``, its Omega and D, and the field that says so."""
+
+    beta: float
+    nodes: Ints
+    manipulability: float
+    distance: float
+    cost_to_go: gabf.CostToGo
+
+    def at(self, beta: float) -> float:
+        """The path's cost at another beta."""
+        return (1.0 - beta) * self.manipulability + beta * self.distance
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A support and the betas [``beta_min``, ``beta_max``] that its path is optimal for."""
+
+    beta_min: float
+    beta_max: float
+    support: Support
+
+
+class EnvelopeSearch:
+    """The search for all supports from some of ``starts`` (s,), resting between two solves.
+
+    ``supports`` are sorted by beta; the first ``settled`` gaps between them are proven to hold no further path. The
+    leftmost open gap is looked at first, so what is settled reaches from 0 up to :attr:`reach`.
+    ``solves`` counts runs of the dynamics, ``max_error`` is their largest relative error against
+    :func:`planner.gabf.oracle`.
+    """
+
+    def __init__(self, network: gabf.Network, starts: Ints, law: gabf.Law) -> None:
+        self.network, self.starts, self.law = network, starts, law
+        self.supports: list[Support] = []
+        self.settled = 0
+        self.connected = True
+        self.solves = 0
+        self.max_error = 0.0
+
+    @property
+    def done(self) -> bool:
+        """Whether every gap is settled, or no start reaches a goal."""
+        return not self.connected or self.settled == len(self.supports) - 1 > 0
+
+    @property
+    def reach(self) -> float:
+        """The beta up to which everything is proven."""
+        return self.supports[self.settled].beta if self.supports else float(not self.connected)
+
+    def step(self) -> Support | None:
+        """One end, or one look at the leftmost open gap; the new support, if there is one."""
+        if len(self.supports) < 2:
+            return self._add(len(self.supports), self._end(float(len(self.supports))))
+        left, right = self.supports[self.settled : self.settled + 2]
+        if not _same(left, right):
+            beta = crossing(left, right)
+            found = self._between(beta, left, right)
+            if found.at(beta) < left.at(beta) - _slack(left.at(beta)):
+                return self._add(self.settled + 1, found)
+        self.settled += 1
+        return None
+
+    def recall(self, beta: float, nodes: Ints) -> Support:
+        """Take ``nodes`` up as the next support; :class:`StateError` unless it is a path and optimal at ``beta``."""
+        field = self._solve(at_beta(self.network, beta), self.supports[-1].cost_to_go if self.supports else None)
+        least = float(field.x[self.starts].min())
+        if not self._is_path(nodes):
+            raise StateError(f"nodes {nodes.tolist()} are no path from a start to a goal: search anew.")
+        support = self._support(beta, nodes, field)
+        if support.at(beta) > least + _slack(least):
+            raise StateError(f"the path {nodes.tolist()} is not optimal at beta {beta:g}: search anew.")
+        self.supports.append(support)
+        return support
+
+    def _add(self, place: int, found: Support | None) -> Support | None:
+        if found is None:
+            self.connected = False
+        else:
+            self.supports.insert(place, found)
+        return found
+
+    def _end(self, beta: float) -> Support | None:
+        """The path of least D among those of least Omega (``beta`` 0), or the reverse (1); None if there is no path.
+
+        Paths of least cost consist of tight arcs, x_i = f(x_j, w_ij). The dynamics runs once for these and once more
+        on them alone for the other cost. A path that is costlier by less than ``TOLERANCE`` counts as one of them.
+        """
+        network = at_beta(self.network, beta)
+        first = self._solve(network, None)
+        x = first.x[self.starts]
+        if not np.isfinite(x.min()):
+            return None
+        loose = np.flatnonzero(~_tight(network, first.x))
+        second = self._solve(at_beta(network.without_arcs(loose), 1.0 - beta), None)
+        equal = self.starts[x <= x.min() + _slack(x.min())]
+        start = int(equal[np.argmin(second.x[equal])])
+        return self._support(beta, gabf.extract_path(second.network, second, start), first)
+
+    def _between(self, beta: float, left: Support, right: Support) -> Support:
+        near = left if beta - left.beta < right.beta - beta else right
+        field = self._solve(at_beta(self.network, beta), near.cost_to_go)
+        start = int(self.starts[np.argmin(field.x[self.starts])])
+        return self._support(beta, gabf.extract_path(field.network, field, start), field)
+
+    def _solve(self, network: gabf.Network, near: gabf.CostToGo | None) -> gabf.CostToGo:
+        """The settled field, from the one at hand where the law takes any start."""
+        x0 = None if near is None or self.law.needs_overestimate else near.x
+        field = gabf.solve(network, law=self.law, x0=x0)
+        self.solves += 1
+        self.max_error = max(self.max_error, gabf.max_error(field, gabf.oracle(network)))
+        return field
+
+    def _support(self, beta: float, nodes: Ints, field: gabf.CostToGo) -> Support:
+        cost = path_cost(field.network, nodes)
+        return Support(beta, nodes, cost.manipulability, cost.distance, field)
+
+    def _is_path(self, nodes: Ints) -> bool:
+        if nodes[0] not in self.starts or nodes[-1] not in self.network.sources:
+            return False
+        inside = ((nodes >= 0) & (nodes < self.network.n_nodes)).all()
+        return bool(inside) and all(self.network.arcs_between(i, j).size for i, j in itertools.pairwise(nodes))
+
+
+def pieces(supports: Sequence[Support]) -> list[Piece]:
+    """The intervals of a settled run of supports, from the first one's beta to the last one's, without gaps.
+
+    Equal lines are merged, and paths that are optimal at a single beta left out, both within ``TOLERANCE``.
+    """
+    kept: list[Support] = []
+    for support in supports:
+        if kept and _same(kept[-1], support):
+            continue
+        while len(kept) > 1 and _adds_nothing(kept[-2], kept[-1], support):
+            kept.pop()
+        kept.append(support)
+    corners = [crossing(a, b) for a, b in itertools.pairwise(kept)]
+    ends = [supports[0].beta, *corners, supports[-1].beta] if kept else []
+    return [Piece(a, b, support) for (a, b), support in zip(itertools.pairwise(ends), kept, strict=True)]
+
+
+def crossing(left: Support, right: Support) -> float:
+    """The beta at which the lines of two different supports meet, between those that they are optimal at."""
+    more, less = right.manipulability - left.manipulability, left.distance - right.distance
+    return float(np.clip(more / (more + less), left.beta, right.beta))
+
+
+def _tight(network: gabf.Network, x: Floats) -> Bools:
+    """(n_arcs,) the arcs that paths of least cost consist of."""
+    tails = x[network.tails]
+    return network.arcs(x[network.indices]) <= tails + TOLERANCE * np.maximum(1.0, tails)
+
+
+def _slack(cost: float) -> float:
+    return TOLERANCE * max(1.0, cost)
+
+
+def _same(a: Support, b: Support) -> bool:
+    return all(
+        abs(p - q) <= _slack(max(p, q)) for p, q in ((a.manipulability, b.manipulability), (a.distance, b.distance))
+    )
+
+
+def _adds_nothing(left: Support, middle: Support, right: Support) -> bool:
+    """Whether the middle path is nowhere cheaper than both others; it can be so only where these cross."""
+    beta = crossing(left, right)
+    return middle.at(beta) >= left.at(beta) - _slack(left.at(beta))

@@ -1,0 +1,169 @@
+"""A joint path looked at again, whoever made it: limits, contacts, clearance, proofs, manipulability."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.arrays import Floats, Ints
+from planner.collision.checker import CollisionChecker
+from planner.collision.edges import EdgeProver, Verdict
+from planner.collision.world import Contact
+from planner.errors import OptionError
+from planner.kinematics.manipulability import manipulability
+from planner.path import (
+    RECHECK_STEP,
+    PathContact,
+    dense_path,
+    joint_path_length,
+    path_contact,
+    tool_path_length,
+)
+from planner.pathclearance import Place, nearest_pair, slack, smallest_clearance
+from planner.resolve import beyond_limits
+from planner.robot import Robot
+
+_RESOLUTION = 2e-4  # m beyond the margin that a proof needs
+
+
+@dataclass(frozen=True)
+class Excess:
+    """Waypoint ``row`` puts ``joint`` at ``value``, ``beyond`` its limits by so much (rad, m)."""
+
+    row: int
+    joint: str
+    value: float
+    beyond: float
+
+
+@dataclass(frozen=True, eq=False)
+class Proven:
+    """What the proofs of a path's segments came to: ``verdicts`` (k - 1,).
+
+    ``bound`` (m) is a distance that no checked pair comes nearer than anywhere on the path, None unless every segment
+    is proven free. ``strikes`` is the first segment that is proven to touch, and its pair.
+    """
+
+    verdicts: Ints
+    bound: float | None = None
+    strikes: tuple[int, Contact] | None = None
+
+    def count(self, verdict: Verdict) -> int:
+        return int((self.verdicts == verdict).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class PathReport:
+    """What was found on a path (k, dof), looked at every ``step`` metres of motion.
+
+    ``clearance`` is the smallest one (m) and ``nearest`` its pair, None where no pair is checked. ``w`` (n,) is sampled
+    densely at ``shares`` (n,) of the joint motion; ``lowest`` is its minimum. Lengths are in rad and m.
+    """
+
+    checker: CollisionChecker
+    path: Floats
+    step: float
+    excess: Excess | None
+    contact: PathContact | None
+    proven: Proven
+    clearance: Place | None
+    nearest: Contact | None
+    shares: Floats
+    w: Floats
+    lowest: Place
+    joint_length: float
+    workspace_length: float
+
+    @property
+    def ok(self) -> bool:
+        """Within limits, free wherever it was looked at, and no segment proven to touch."""
+        return self.excess is None and self.contact is None and self.proven.strikes is None
+
+
+def check_path(checker: CollisionChecker, path: Floats, step: float = RECHECK_STEP) -> PathReport:
+    """Check a joint path (k, dof): every ``step`` metres of motion by itself, and by proofs of whole segments.
+
+    Between waypoints the path is straight in joint space. Raises :class:`OptionError` for a step that is no distance.
+    """
+    require_step(step)
+    robot, dense = checker.world.robot, dense_path(path)
+    w, clearance = manipulability(robot, dense), smallest_clearance(checker, path)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])
+    return PathReport(
+        checker=checker,
+        path=path,
+        step=step,
+        excess=worst_excess(robot, path),
+        contact=path_contact(checker, path, step),
+        proven=prove_path(checker, path, np.inf if clearance is None else clearance.value),
+        clearance=clearance,
+        nearest=None if clearance is None else nearest_pair(checker, clearance.q),
+        shares=along / max(float(along[-1]), 1e-300),
+        w=w,
+        lowest=_place_of(path, dense[w.argmin()], float(w.min())),
+        joint_length=joint_path_length(path),
+        workspace_length=tool_path_length(robot, path),
+    )
+
+
+def require_step(step: float) -> None:
+    """Raise :class:`OptionError` unless ``step`` (m) is a distance that a path can be looked at in."""
+    if not 1e-6 <= step <= 1.0:
+        raise OptionError(f"step {step:g} m is not usable: give a distance from 0.000001 to 1.")
+
+
+def worst_excess(robot: Robot, path: Floats) -> Excess | None:
+    """The value farthest beyond a joint limit; between waypoints within limits the path is within them too."""
+    beyond = beyond_limits(robot, path)
+    row, joint = np.unravel_index(int(beyond.argmax()), beyond.shape)
+    if not beyond[row, joint]:
+        return None
+    return Excess(int(row), robot.joints[joint], float(path[row, joint]), float(beyond[row, joint]))
+
+
+def prove_path(checker: CollisionChecker, path: Floats, clearance: float = np.inf) -> Proven:
+    """Prove every segment that lies within joint limits: outside them the reach of sliding joints is not bounded.
+
+    ``clearance`` (m) is the smallest that is known of; where all is proven free, proofs of distances below it follow.
+    """
+    robot, world = checker.world.robot, checker.world
+    verdicts = np.full(len(path) - 1, int(Verdict.UNDECIDED))
+    outside = np.flatnonzero(beyond_limits(robot, path).any(axis=1))
+    rows = np.setdiff1d(np.arange(len(verdicts)), np.concatenate([outside - 1, outside]))
+    if not len(rows):
+        return Proven(verdicts)
+    prover = EdgeProver(checker)
+    proofs = prover.prove(path[rows], path[rows + 1] - path[rows])
+    verdicts[rows] = proofs.verdict
+    for k in np.flatnonzero(proofs.verdict == Verdict.COLLIDES)[:1]:
+        contact = prover.static_contact or world.contact(int(proofs.pair[k]))
+        return Proven(verdicts, strikes=(int(rows[k]), contact))
+    free = bool((verdicts == Verdict.FREE).all())
+    return Proven(verdicts, proven_distance(checker, path, clearance) if free else None)
+
+
+def proven_distance(checker: CollisionChecker, path: Floats, clearance: float) -> float:
+    """A distance (m) that a path, proven free at the checker's margin, is proven to keep: that margin or more.
+
+    Proofs are tried at margins a little below the ``clearance`` that was found, so it may be smaller than the truth.
+    """
+    world = checker.world
+    for margin in (clearance - slack(clearance) - _RESOLUTION, 0.5 * clearance):
+        if world.margin < margin < np.inf:
+            wider = type(checker)(replace(world, margin=margin))
+            if EdgeProver(wider).prove(path[:-1], np.diff(path, axis=0)).free.all():
+                return float(margin)
+    return world.margin
+
+
+def _place_of(path: Floats, q: Floats, value: float) -> Place:
+    """Where on a path the configuration ``q`` (dof,), which lies on it, is passed first."""
+    if len(path) == 1:
+        return Place(0, 0.0, q, value)
+    start, delta = path[:-1], np.diff(path, axis=0)
+    length = np.maximum((delta**2).sum(axis=1), 1e-300)
+    share = np.clip(((q - start) * delta).sum(axis=1) / length, 0.0, 1.0)
+    off = np.abs(start + share[:, None] * delta - q).max(axis=1)
+    segment = int(np.flatnonzero(off <= off.min() + 1e-9)[0])
+    return Place(segment, float(share[segment]), q, value)

@@ -1,0 +1,106 @@
+"""The smallest clearance along a joint path, to a tolerance, and which pair it is."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.collision.checker import CollisionChecker
+from planner.collision.clearance import Clearance
+from planner.collision.world import Contact
+from planner.kinematics.forward import joint_placements
+
+TOLERANCE, SHARE = 1e-3, 0.1  # m, and of the clearance itself: what is reported is too large by less than either
+_FIRST_STEP = 0.05  # m of motion between the first looks
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A value at a place of a path: on ``segment`` (from 0), at ``share`` of its way, configuration ``q`` (dof,)."""
+
+    segment: int
+    share: float
+    q: Floats
+    value: float
+
+
+def smallest_clearance(checker: CollisionChecker, path: Floats) -> Place | None:
+    """The smallest clearance (m) along a path (k, dof), to 1 mm and to a tenth; None where no pair is checked.
+
+    A distance changes by no more than its two bodies move, so between two looks at ``left`` and ``right``, ``motion``
+    apart, it is at least (left + right - motion) / 2. The piece that may hide the smallest is halved until none can
+    hide one that is smaller by more than that (Piyavskii 1972). The backend's own error comes on top.
+    """
+    search = _Search(checker, path)
+    while search.pieces and search.pieces[0].bound < search.best.value - slack(search.best.value):
+        search.halve()
+    return search.best if np.isfinite(search.best.value) else None
+
+
+def slack(clearance: float) -> float:
+    """By how much (m) a reported ``clearance`` may be too large."""
+    return min(TOLERANCE, SHARE * clearance)
+
+
+def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
+    """The checked pair that is nearest at ``q`` (dof,), of those that some joint can part; None where there is none."""
+    world = checker.world
+    checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
+    pairs = np.flatnonzero(checked & world.pair_reach.any(axis=1))
+    if not len(pairs):
+        return None
+    rotation, position = joint_placements(checker.chain, np.atleast_2d(q))
+    return world.contact(int(pairs[checker.distances(rotation[:, 0], position[:, 0], pairs).argmin()]))
+
+
+@dataclass(frozen=True, order=True)
+class _Piece:
+    """Part of a segment between two looks; sorted by what it may hide."""
+
+    bound: float
+    segment: int
+    low: float
+    high: float
+    left: float
+    right: float
+
+
+class _Search:
+    """Pieces of the path, the one that may hide the smallest clearance first."""
+
+    def __init__(self, checker: CollisionChecker, path: Floats) -> None:
+        self.path, self.clearance = path, Clearance(checker)
+        # two bodies may come nearer by what both of them move
+        self.motion = (np.abs(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
+        self.best = Place(0, 0.0, path[0], float(self.clearance(path[:1])[0]))
+        self.pieces: list[_Piece] = []
+        for segment, motion in enumerate(self.motion):
+            shares = np.linspace(0.0, 1.0, max(1, int(np.ceil(motion / _FIRST_STEP))) + 1)
+            ends = zip(shares.tolist(), self._look(segment, shares), strict=True)
+            for (low, left), (high, right) in itertools.pairwise(ends):
+                self._push(segment, low, high, left, right)
+
+    def halve(self) -> None:
+        piece = heapq.heappop(self.pieces)
+        middle = 0.5 * (piece.low + piece.high)
+        (value,) = self._look(piece.segment, np.array([middle]))
+        self._push(piece.segment, piece.low, middle, piece.left, value)
+        self._push(piece.segment, middle, piece.high, value, piece.right)
+
+    def _look(self, segment: int, shares: Floats) -> list[float]:
+        a, b = self.path[segment : segment + 2]
+        q = a + shares[:, None] * (b - a)
+        values = self.clearance(q).tolist()
+        row = int(np.argmin(values))
+        if values[row] < self.best.value:
+            self.best = Place(segment, float(shares[row]), q[row], values[row])
+        return values
+
+    def _push(self, segment: int, low: float, high: float, left: float, right: float) -> None:
+        bound = 0.5 * (left + right - (high - low) * self.motion[segment])
+        if np.isfinite(bound):
+            heapq.heappush(self.pieces, _Piece(max(0.0, float(bound)), segment, low, high, left, right))

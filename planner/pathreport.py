@@ -1,0 +1,153 @@
+"""What a checked path's report says, as rows of text and as plain data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from planner.collision.edges import Verdict
+from planner.collision.world import Contact
+from planner.pathcheck import PathReport
+from planner.pathclearance import Place
+
+_PROFILE = 101  # places of the w profile in the record
+
+
+def verdict_sentence(report: PathReport) -> str:
+    """Whether the path is usable, in one sentence; if not, the first reason."""
+    if report.excess is not None:
+        return f"Not usable: {_limits(report)}."
+    if not report.ok:
+        return f"Not usable: {_contact(report)}."
+    undecided = report.proven.count(Verdict.UNDECIDED)
+    if not undecided:
+        return "Free and within limits; every segment is proven free as a whole."
+    return f"Free and within limits wherever it was looked at; {_count(undecided, 'segment')} could not be proven."
+
+
+def report_rows(report: PathReport) -> list[tuple[str, str]]:
+    """The report as the terminal's table has it."""
+    robot, w = report.checker.world.robot, report.w
+    size = f"{_count(len(report.path), 'waypoint')}, {report.joint_length:.3f} rad, {report.workspace_length:.3f} m"
+    smallest = f"min {w.min():.3g} ({_where(report.lowest.segment, report.lowest.share)}), mean {w.mean():.3g}"
+    return [
+        ("path", size),
+        ("joint limits", _limits(report)),
+        ("first contact", _contact(report) + _configuration(report)),
+        ("smallest clearance", _clearance(report)),
+        ("proofs", _proofs(report)),
+        ("manipulability w", f"{smallest}, frame {robot.tool}"),
+    ]
+
+
+def report_record(report: PathReport) -> dict[str, Any]:
+    """The report as plain data; segments and waypoints count from 0, units are rad and m."""
+    world = report.checker.world
+    places = np.linspace(0.0, 1.0, _PROFILE)
+    return {
+        "ok": report.ok,
+        "message": verdict_sentence(report),
+        "robot": world.robot.name,
+        "scene": world.scene.name,
+        "joints": list(world.robot.joints),
+        "collision": report.checker.name,
+        "margin": world.margin,
+        "step": report.step,
+        "waypoints": len(report.path),
+        "path_length": {"joint": report.joint_length, "workspace": report.workspace_length},
+        "limits": None if report.excess is None else vars(report.excess),
+        "contact": _contact_record(report),
+        "clearance": _clearance_record(report),
+        "segments": {verdict.name.lower(): report.proven.count(verdict) for verdict in Verdict},
+        "manipulability": {
+            "min": float(report.w.min()),
+            "mean": float(report.w.mean()),
+            **_place_record(report.lowest),
+            "rows": world.robot.rows,
+            "frame": world.robot.tool,
+            "profile": np.interp(places, report.shares, report.w).tolist(),
+        },
+    }
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def _where(segment: int, share: float) -> str:
+    return f"segment {segment + 1} at {100 * share:.1f} %"
+
+
+def _limits(report: PathReport) -> str:
+    excess, robot = report.excess, report.checker.world.robot
+    if excess is None:
+        return "within limits"
+    k = robot.joints.index(excess.joint)
+    unit = "m" if robot.prismatic[k] else "rad"
+    return (
+        f"waypoint {excess.row + 1} puts joint '{excess.joint}' at {excess.value:.6g}, {excess.beyond:.3g} {unit} "
+        f"outside [{robot.lower[k]:.6g}, {robot.upper[k]:.6g}]"
+    )
+
+
+def _contact(report: PathReport) -> str:
+    margin = report.checker.world.margin
+    how = f"are closer than the margin of {margin:g} m" if margin else "touch"
+    if report.contact is not None:
+        return f"{report.contact.contact} {how} in {_where(report.contact.segment, report.contact.share)}"
+    if report.proven.strikes is not None:
+        segment, pair = report.proven.strikes
+        return f"{pair} {how} in segment {segment + 1}, between two looks at every {1000 * report.step:g} mm"
+    return f"none, looked at every {1000 * report.step:g} mm of motion"
+
+
+def _configuration(report: PathReport) -> str:
+    return "" if report.contact is None else f", q:{','.join(f'{value:.4f}' for value in report.contact.q)}"
+
+
+def _clearance(report: PathReport) -> str:
+    place = report.clearance
+    if place is None:
+        return "there is nothing to come near to"
+    return f"{1000 * place.value:.1f} mm, {report.nearest} in {_where(place.segment, place.share)}"
+
+
+def _proofs(report: PathReport) -> str:
+    proven, total = report.proven.count(Verdict.FREE), len(report.proven.verdicts)
+    text = f"{proven} of {_count(total, 'segment')} proven free as a whole"
+    return f"{text}, to keep {1000 * report.proven.bound:.2f} mm from everything" if report.proven.bound else text
+
+
+def _contact_record(report: PathReport) -> dict[str, Any] | None:
+    if report.contact is not None:
+        found = report.contact
+        return {
+            "segment": found.segment,
+            "share": found.share,
+            "q": found.q.tolist(),
+            "pair": _pair(found.contact),
+        }
+    if report.proven.strikes is not None:
+        segment, pair = report.proven.strikes
+        return {"segment": segment, "share": None, "q": None, "pair": _pair(pair)}
+    return None
+
+
+def _clearance_record(report: PathReport) -> dict[str, Any] | None:
+    if report.clearance is None:
+        return None
+    return {
+        "smallest": report.clearance.value,
+        **_place_record(report.clearance),
+        "pair": _pair(report.nearest),
+        "proven": report.proven.bound,
+    }
+
+
+def _place_record(place: Place) -> dict[str, Any]:
+    return {"segment": place.segment, "share": place.share, "q": place.q.tolist()}
+
+
+def _pair(contact: Contact | None) -> list[str] | None:
+    return None if contact is None else [contact.first, contact.second]

@@ -1,0 +1,113 @@
+"""More of a roadmap that is there: its nodes keep their numbers, its edges their proofs, its costs their scale."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from planner.arrays import Floats, Ints
+from planner.collision.checker import CollisionChecker
+from planner.errors import OptionError
+from planner.kinematics.manipulability import manipulability
+from planner.roadmap.build import Progress, RoadmapSettings
+from planner.roadmap.certificates import RecordingProver
+from planner.roadmap.connect import connect
+from planner.roadmap.grow import Growth, GrowthSettings, grow
+from planner.roadmap.measure import measure_edges
+from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
+
+
+def extend(
+    roadmap: Roadmap,
+    checker: CollisionChecker,
+    nodes: int,
+    seed: int | None = None,
+    settings: GrowthSettings | None = None,
+    progress: Progress = lambda stage, done, total: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Roadmap:
+    """About ``nodes`` more configurations, grown by RRT from all there are, linked to the density there was.
+
+    Fewer come where too many motions are refused or ``stop`` says so. Left out, ``seed`` follows from the roadmap: a
+    seed that was used already would draw the same samples again. Raises :class:`OptionError` for less than one node.
+    """
+    if nodes < 1:
+        raise OptionError(f"{nodes} nodes are no extension: give a whole number from 1.")
+    robot, prover, n = checker.world.robot, RecordingProver(checker), len(roadmap.nodes)
+    growth = grow(
+        robot,
+        prover,
+        roadmap.nodes,
+        np.zeros((0, robot.dof)),
+        n + nodes,
+        (roadmap.origin.seed + n) % 2**31 if seed is None else seed,
+        settings or GrowthSettings(),
+        progress,
+        stop,
+    )
+    new, edges = renumbered(growth, np.arange(n), n)
+    everything = np.vstack([roadmap.nodes, new])
+    density = max(RoadmapSettings().density, len(roadmap.edges) / n)
+    linked = connect(
+        robot,
+        prover,
+        everything,
+        np.concatenate([roadmap.edges, edges]),
+        round(density * len(everything)),
+        lambda done, total: progress("links", done, total),
+        stop,
+    )
+    return enlarged(roadmap, prover, new, linked)
+
+
+def renumbered(growth: Growth, roots: Ints, n: int, goals: Ints | None = None) -> tuple[Floats, Ints]:
+    """What grew from nodes ``roots`` (and towards nodes ``goals``) of ``n``: new nodes (k, dof), and edges (j, 2).
+
+    In the edges the roots and goals have the numbers given, the new nodes those from n on.
+    """
+    number = np.full(len(growth.nodes), -1, dtype=np.int64)
+    number[growth.starts] = roots
+    if goals is not None:
+        number[growth.goals] = goals
+    fresh = number < 0
+    number[fresh] = n + np.arange(fresh.sum())
+    return growth.nodes[fresh], np.sort(number[growth.edges], axis=1)
+
+
+def enlarged(roadmap: Roadmap, prover: RecordingProver, nodes: Floats, edges: Ints) -> Roadmap:
+    """The roadmap with ``nodes`` (k, dof) after its own and those proven ``edges`` (j, 2) that it lacks.
+
+    The margin is that of the weaker proofs; whatever was proven with a larger one has so much more clearance.
+    """
+    robot, everything = prover.world.robot, np.vstack([roadmap.nodes, nodes])
+    edges = _lacking(roadmap.edges, edges, len(everything))
+    clearance, samples = prover.certificates(everything, edges)
+    margin = min(roadmap.origin.margin, prover.world.margin)
+    fresh = {
+        "edges": edges,
+        "proven": np.ones(len(edges), dtype=bool),
+        **measure_edges(robot, everything, edges),
+        "clearance": clearance + (prover.world.margin - margin),
+        "samples": samples,
+    }
+    old: dict[str, Any] = {name: getattr(roadmap, name) for name in EDGE_ARRAYS}
+    old["clearance"] = old["clearance"] + (roadmap.origin.margin - margin)
+    merged = {name: np.concatenate([old[name], fresh[name]]) for name in EDGE_ARRAYS}
+    order = np.lexsort((merged["edges"][:, 1], merged["edges"][:, 0]))
+    return replace(
+        roadmap,
+        nodes=everything,
+        manipulability=np.concatenate([roadmap.manipulability, manipulability(robot, nodes)]),
+        origin=replace(roadmap.origin, margin=margin),
+        **{name: array[order] for name, array in merged.items()},
+    )
+
+
+def _lacking(known: Ints, edges: Ints, n: int) -> Ints:
+    """The ``edges`` that are not among the ``known`` ones, each once."""
+    keys = np.unique(edges[:, 0] * n + edges[:, 1])
+    keys = keys[~np.isin(keys, known[:, 0] * n + known[:, 1])]
+    return np.column_stack([keys // n, keys % n])

@@ -1,0 +1,53 @@
+"""What is measured on every edge of a roadmap, and what the costs along it are made of."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.arrays import Floats, Ints
+from planner.kinematics.forward import Chain, tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.robot import Robot
+
+EDGE_STATES = 9  # evenly spaced states, both ends included, at which w is kept for an edge
+_TOOL_STEP = 0.05  # rad of joint motion between the points that the length of the tool's way is summed over
+
+
+def measure_edges(robot: Robot, nodes: Floats, edges: Ints) -> dict[str, Floats]:
+    """Everything that a roadmap keeps of its edges beside their proofs, by the names of its arrays."""
+    joint, tool = edge_lengths(robot, nodes, edges)
+    return {
+        "joint_length": joint,
+        "tool_length": tool,
+        "edge_manipulability": edge_manipulability(robot, nodes, edges),
+    }
+
+
+def edge_lengths(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floats]:
+    """Joint motion (m,) rad and length of the tool's way (m,) metres of every edge."""
+    delta = robot.difference(nodes[edges[:, 0]], nodes[edges[:, 1]]).reshape(-1, robot.dof)
+    joint = np.linalg.norm(delta, axis=1)
+    pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / _TOOL_STEP)).astype(np.int64)
+    row = np.repeat(np.arange(len(edges)), pieces + 1)
+    first = np.concatenate([[0], np.cumsum(pieces + 1)[:-1]]).astype(np.int64)
+    s = (np.arange(len(row)) - first[row]) / pieces[row] if len(row) else np.zeros(0)
+    tool = tool_positions(robot, nodes[edges[row, 0]] + s[:, None] * delta[row], Chain.of(robot))
+    steps = np.linalg.norm(np.diff(tool, axis=0), axis=1)
+    steps[first[1:] - 1] = 0.0  # from one edge's end to the next one's start
+    length = np.add.reduceat(np.concatenate([steps, [0.0]]), first) if len(edges) else np.zeros(0)
+    return joint, length
+
+
+def edge_manipulability(robot: Robot, nodes: Floats, edges: Ints) -> Floats:
+    """w (m, EDGE_STATES) at evenly spaced states of every edge, from its first node to its second."""
+    a = nodes[edges[:, 0]]
+    delta = robot.difference(a, nodes[edges[:, 1]]).reshape(-1, 1, robot.dof)
+    states = a[:, None] + np.linspace(0.0, 1.0, EDGE_STATES)[:, None] * delta
+    return manipulability(robot, states.reshape(-1, robot.dof)).reshape(-1, EDGE_STATES)
+
+
+def simpson_weights(count: int) -> Floats:
+    """(count,) weights of Simpson's rule on [0, 1] for an odd number of evenly spaced points."""
+    weights = np.where(np.arange(count) % 2 == 1, 4.0, 2.0)
+    weights[[0, -1]] = 1.0
+    return weights / weights.sum()

@@ -1,0 +1,51 @@
+"""Straight motions as tree planners ask about them: proven, or looked at in a few states where a proof can wait."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.collision.edges import EdgeProver
+from planner.kinematics.manipulability import manipulability
+from planner.roadmap.tree_planners import MotionCheck
+
+_GLANCES = np.array([1.0, 0.5])  # where a motion is looked at before anything dearer: most refused ones end in contact
+_W_STEP = 0.1  # rad between the states at which manipulability is looked at
+
+
+class Motions:
+    """Motion checks in one world; counts nothing, remembers nothing.
+
+    With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``_W_STEP`` apart.
+    """
+
+    def __init__(self, prover: EdgeProver, floor: float = 0.0) -> None:
+        self.prover, self.floor, self._checker = prover, floor, prover.checker
+        self._reach_T = np.ascontiguousarray(prover.world.reach.bodies.T)
+
+    def proven(self, first: Floats, delta: Floats) -> bool:
+        """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
+        looks_free = self._glance(first, delta) and self._well_conditioned(first, delta)
+        return looks_free and bool(self.prover.prove(first[None], delta[None]).free[0])
+
+    def sampled(self, step: float) -> MotionCheck:
+        """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""
+
+        def check(first: Floats, delta: Floats) -> bool:
+            if not (self._glance(first, delta) and self._well_conditioned(first, delta)):
+                return False
+            count = int(np.ceil((np.abs(delta) @ self._reach_T).max(initial=0.0) / step))
+            share = np.arange(1, count) / max(count, 1)
+            return count <= 1 or self._checker.all_free(first + share[:, None] * delta)
+
+        return check
+
+    def _glance(self, first: Floats, delta: Floats) -> bool:
+        return self._checker.all_free(first + np.outer(_GLANCES, delta))
+
+    def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
+        if self.floor <= 0:
+            return True
+        count = max(1, int(np.ceil(np.linalg.norm(delta) / _W_STEP)))
+        states = first + (np.arange(count + 1) / count)[:, None] * delta
+        return bool((manipulability(self.prover.world.robot, states) >= self.floor).all())

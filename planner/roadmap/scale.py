@@ -1,0 +1,68 @@
+"""What turns manipulability and length into costs of comparable size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.errors import OptionError, choices
+from planner.request import DEFAULT_COST, ManipulabilityCost
+
+CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
+ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
+
+_DECREASING: dict[str, Callable[[Floats], Floats]] = {
+    "inverse": lambda w: 1.0 / w,
+    "log": lambda w: -np.log(w),
+    "linear": lambda w: -w,
+}
+COSTS = tuple(_DECREASING)
+
+
+@dataclass(frozen=True)
+class CostScale:
+    """The scale factors of a roadmap, measured once; kept with it and reused as it grows.
+
+    The manipulability cost is decreasing in w, capped below ``w_low`` (so that one near-singular node cannot stretch
+    the scale), 1 there and ``zeta`` at ``w_high``. A length is divided by the longest one. ``zeta`` > 0 keeps the
+    kernel progressive, eq. (progressive), at every beta.
+    """
+
+    w_low: float
+    w_high: float
+    joint_length: float  # rad
+    tool_length: float  # m
+    zeta: float
+
+
+def measure_scale(manipulability: Floats, joint_length: Floats, tool_length: Floats) -> CostScale:
+    """The scale factors of a roadmap's first nodes: kept from then on, so that costs stay comparable as it grows.
+
+    w is capped below its ``CAP_QUANTILE``; a length is measured in the longest edge.
+    """
+    low = float(np.quantile(manipulability, CAP_QUANTILE))
+    high = float(manipulability.max())
+    return CostScale(
+        w_low=max(low, 1e-9 * high, 1e-300),
+        w_high=max(high, 1e-300),
+        joint_length=float(joint_length.max(initial=0.0)) or 1.0,
+        tool_length=float(tool_length.max(initial=0.0)) or 1.0,
+        zeta=ZETA,
+    )
+
+
+def manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = DEFAULT_COST) -> Floats:
+    """The cost omega of eq. (finew), in [zeta, 1], decreasing in w: 1 at and below ``scale.w_low``, zeta at ``w_high``.
+
+    ``inverse`` 1/w punishes the neighbourhood of singularities most and tells good nodes apart least, ``linear`` -w
+    the reverse, ``log`` -ln w stands between.
+    """
+    if name not in _DECREASING:
+        raise OptionError(f"manipulability cost '{name}' not found; costs are {choices(COSTS)}.")
+    decreasing = _DECREASING[name]
+    best, worst = decreasing(np.array([scale.w_high, scale.w_low]))
+    share = (decreasing(np.clip(w, scale.w_low, scale.w_high)) - best) / (worst - best) if worst > best else 0.0 * w
+    return scale.zeta + (1.0 - scale.zeta) * np.clip(share, 0.0, 1.0)

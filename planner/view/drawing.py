@@ -1,0 +1,109 @@
+"""Robot, obstacles, roadmap and paths as objects on a canvas."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from planner.arrays import Floats
+from planner.kinematics.forward import Chain, joint_placements, tool_positions
+from planner.path import dense_path
+from planner.poses import pose
+from planner.roadmap.roadmap import Roadmap
+from planner.robot import Robot, load_visuals
+from planner.scene import Scene
+from planner.shapes import Sphere, corners
+from planner.view.canvas import Canvas
+from planner.view.surfaces import tube
+
+_OBSTACLE = (0.55, 0.60, 0.68, 0.85)
+_COLLISION = (0.10, 0.55, 0.90, 0.6)
+TOUCHING = (0.90, 0.12, 0.12, 0.9)
+PATH, START, GOAL = (0.85, 0.25, 0.10, 1.0), (0.15, 0.65, 0.25, 1.0), (0.80, 0.10, 0.15, 1.0)
+_DOT = 0.022  # m
+_TUBE, _TUBE_STEP = 0.006, 0.08  # m, rad: between two rings the tool leaves the chord by less than a tube's radius
+EDGE_PIECES = 4  # straight pieces that an edge's curved way is drawn by
+
+
+def draw_robot(canvas: Canvas, robot: Robot, q: Floats, touching: Collection[str] = ()) -> dict[str, str]:
+    """The robot's bodies under one frame a joint (0 the base), links in ``touching`` red; their names by path."""
+    names: dict[str, str] = {}
+    for kind, bodies in (("visual", load_visuals(robot)), ("collision", robot.bodies)):
+        for k, body in enumerate(bodies):
+            rgba = TOUCHING if body.link in touching else body.color if kind == "visual" else _COLLISION
+            path = f"robot/{body.joint}/{kind}/{k}"
+            canvas.shape(path, body.shape, body.placement, rgba)
+            names[path] = body.link
+    for joint, matrix in enumerate(joint_matrices(robot, q[None])[0], start=1):
+        canvas.transform(f"robot/{joint}", matrix)
+    return names
+
+
+def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> dict[str, str]:
+    """The obstacles, those in ``touching`` red, and a calm background; returns the obstacles' names by path."""
+    for k, obstacle in enumerate(scene.obstacles):
+        rgba = TOUCHING if obstacle.name in touching else _OBSTACLE
+        canvas.shape(f"obstacles/{k}", obstacle.shape, obstacle.placement, rgba)
+    canvas.set("Background", "top_color", [0.95, 0.96, 0.98])
+    canvas.set("Background", "bottom_color", [0.82, 0.85, 0.89])
+    for name in ("Axes", "Grid"):  # the page draws a ground of the scene's own size
+        canvas.set(name, "visible", False)
+    return {f"obstacles/{k}": obstacle.name for k, obstacle in enumerate(scene.obstacles)}
+
+
+def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot) -> dict[str, Any]:
+    """Nodes at their tool positions and edges along the tool's way, to be coloured by the page; starts and goals.
+
+    Returns what the page colours them by: w (n,), the component (n,) and the edges (m, 2).
+    """
+    positions = tool_positions(robot, roadmap.nodes)
+    canvas.points("roadmap/nodes", positions, np.zeros_like(positions), _DOT)
+    a, b = roadmap.edges.T
+    if len(a):
+        q, delta = roadmap.nodes[a], robot.difference(roadmap.nodes[a], roadmap.nodes[b])
+        s = np.linspace(0.0, 1.0, EDGE_PIECES + 1)
+        along = tool_positions(robot, (q[:, None] + s[:, None] * delta[:, None]).reshape(-1, robot.dof))
+        along = along.reshape(len(a), EDGE_PIECES + 1, 3)
+        ends = np.stack([along[:, :-1], along[:, 1:]], axis=2).reshape(-1, 3)
+        canvas.segments("roadmap/edges", ends, np.zeros_like(ends))
+    for role, indices, colour in (("start", roadmap.starts, START), ("goal", roadmap.goals, GOAL)):
+        for k, place in enumerate(positions[indices]):
+            canvas.shape(f"{role}/{k}", Sphere(0.022), pose(place.tolist()), colour)
+    return {
+        "w": np.round(roadmap.manipulability, 7).tolist(),
+        "component": roadmap.components.tolist(),
+        "edges": roadmap.edges.tolist(),
+        "pieces": EDGE_PIECES,
+    }
+
+
+def draw_path(canvas: Canvas, name: str, robot: Robot, path: Floats) -> None:
+    """The tool's way along a joint path as a tube."""
+    canvas.surface(name, tube(tool_positions(robot, dense_path(path, _TUBE_STEP)), _TUBE, 8), PATH)
+
+
+def joint_matrices(robot: Robot, q: Floats) -> Floats:
+    """(n, joints, 4, 4) placements of every planned joint's frame."""
+    rotation, position = joint_placements(Chain.of(robot), q)
+    matrices = np.zeros((*position.shape[:2], 4, 4))
+    matrices[..., :3, :3], matrices[..., :3, 3], matrices[..., 3, 3] = rotation, position, 1.0
+    return matrices[1:].transpose(1, 0, 2, 3)
+
+
+def extent(robot: Robot, scene: Scene, q: Floats, points: Floats) -> tuple[Floats, float]:
+    """The centre (3,) and radius (m) of a ball around the robot at ``q`` (dof,), near obstacles and ``points`` (n, 3).
+
+    An obstacle that reaches far beyond the arm (a floor, a wall) does not count: it would make all else small.
+    """
+    frames = joint_matrices(robot, q[None])[0][:, :3, 3]
+    near = np.vstack([robot.base[:3, 3], frames, tool_positions(robot, q), points])
+    reach = 1.3 * float(np.linalg.norm(np.diff(near[: robot.dof + 2], axis=0), axis=1).sum())  # the arm stretched out
+    for obstacle in scene.obstacles:
+        hull, _ = corners(obstacle.shape)
+        placed = hull @ obstacle.placement[:3, :3].T + obstacle.placement[:3, 3]
+        if np.linalg.norm(placed - robot.base[:3, 3], axis=1).max() < reach:
+            near = np.vstack([near, placed])
+    low, high = near.min(axis=0), near.max(axis=0)
+    return 0.5 * (low + high), max(0.2, float(np.linalg.norm(near - 0.5 * (low + high), axis=1).max()))

@@ -1,0 +1,106 @@
+"""A joint path as the page plays it: waypoints, w, the tool's ellipsoids, and the two worst points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner.arrays import Floats, Ints
+from planner.kinematics.forward import Chain, tool_positions
+from planner.kinematics.manipulability import jacobian, manipulability
+from planner.path import dense_path
+from planner.robot import Robot
+
+SAMPLES = 241  # evenly spaced in joint motion, both ends included
+_SECONDS_A_RADIAN = 0.8  # how fast the motion is shown
+_APART = 0.1  # worst points nearer than this share of the way are one
+
+
+@dataclass(frozen=True)
+class WorstPoint:
+    """A local minimum of w along a path: at ``share`` of its joint motion, with the tool at ``position`` (m)."""
+
+    share: float
+    w: float
+    position: tuple[float, float, float]
+
+
+def motion_data(robot: Robot, path: Floats) -> dict[str, Any]:
+    """What the page's script moves the robot by, along a joint path (k, dof) of one configuration or more."""
+    shares, total = path_shares(path)
+    q = configurations_at(path, shares, np.linspace(0.0, 1.0, SAMPLES))
+    return {
+        "waypoints": np.round(path, 9).tolist(),
+        "shares": shares.tolist(),
+        "w": np.round(manipulability(robot, q), 7).tolist(),
+        "ellipsoids": np.round(ellipsoids(robot, q[::2]), 4).tolist(),
+        "worst": [vars(point) for point in worst_points(robot, path)],
+        "seconds": max(2.0, total * _SECONDS_A_RADIAN) if len(path) > 1 else 0.0,
+    }
+
+
+def chain_data(robot: Robot) -> dict[str, Any]:
+    """The joint tree as :class:`~planner.kinematics.forward.Chain` has it, and the tool's place in its last frame."""
+    chain, frame = Chain.of(robot), robot.model.frames[robot.tool_id]
+    return {
+        "parent": chain.parent.tolist(),
+        "rotations": chain.rotations.reshape(robot.dof, 3, 9).tolist(),
+        "offset": chain.offset.tolist(),
+        "slide": chain.slide.tolist(),
+        "prismatic": chain.prismatic.tolist(),
+        "tool": {"parent": int(frame.parentJoint), "offset": frame.placement.translation.tolist()},
+    }
+
+
+def path_shares(path: Floats) -> tuple[Floats, float]:
+    """The share (k,) of the joint motion that lies behind each row of a path, and the whole motion (rad)."""
+    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    total = float(along[-1])
+    return along / total if total > 0 else 0.0 * along, total
+
+
+def configurations_at(path: Floats, shares: Floats, wanted: Floats) -> Floats:
+    """Configurations (n, dof) at the ``wanted`` shares (n,) of a path's joint motion."""
+    return np.column_stack([np.interp(wanted, shares, column) for column in path.T])
+
+
+def ellipsoids(robot: Robot, q: Floats) -> Floats:
+    """(n, 6) xx, yy, zz, xy, xz, yz of (J Jᵀ)^½ with J the linear rows of the tool's Jacobian (m/rad).
+
+    It maps the unit ball onto the tool velocities that joint velocities of norm 1 reach: Yoshikawa's manipulability
+    ellipsoid of the translation. Two-row (planar) robots have a flat one.
+    """
+    linear = np.zeros((len(q), 3, robot.dof))
+    for k, row in enumerate(q):
+        rows = jacobian(robot, row)[:3]
+        linear[k, : len(rows)] = rows
+    u, s, _ = np.linalg.svd(linear, full_matrices=False)
+    root = np.einsum("nij,nj,nkj->nik", u, s, u)
+    return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+
+
+def worst_points(robot: Robot, path: Floats, count: int = 2) -> list[WorstPoint]:
+    """The ``count`` lowest local minima of w, densely sampled along a path; the lowest first, ends included."""
+    dense = dense_path(path)
+    w, (shares, _) = manipulability(robot, dense), path_shares(dense)
+    chosen: list[int] = []
+    for row in _local_minima(w):
+        if all(abs(shares[row] - shares[other]) > _APART for other in chosen):
+            chosen.append(int(row))
+        if len(chosen) == count:
+            break
+    places = tool_positions(robot, dense[chosen]).tolist()
+    return [
+        WorstPoint(float(shares[row]), float(w[row]), (x, y, z)) for row, (x, y, z) in zip(chosen, places, strict=True)
+    ]
+
+
+def _local_minima(values: Floats) -> Ints:
+    """Rows of the local minima, the lowest first; a stretch of equal values counts as its first row."""
+    rows = np.nonzero(np.concatenate([[True], np.diff(values) != 0]))[0]
+    padded = np.concatenate([[np.inf], values[rows], [np.inf]])
+    lowest = rows[(padded[1:-1] < padded[:-2]) & (padded[1:-1] < padded[2:])]
+    return lowest[np.argsort(values[lowest], kind="stable")]

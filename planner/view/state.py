@@ -1,0 +1,104 @@
+"""A robot at one configuration, looked at before anything is planned: what touches, how near the rest is, w, limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Bools, Floats
+from planner.collision.checker import CollisionChecker, contact_of
+from planner.collision.clearance import Clearance
+from planner.collision.world import Contact
+from planner.kinematics.forward import joint_placements, tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.resolve import beyond_limits
+from planner.view.alternatives import W_UNIT, Rows
+from planner.view.page import Content, page
+
+
+@dataclass(frozen=True, eq=False)
+class StateReport:
+    """What there is to know about a configuration ``q`` (dof,) in a scene.
+
+    ``contacts`` are all pairs no farther apart than the margin, ``clearance`` (m) is the distance of the nearest pair
+    that some joint can part, inf where no pair is checked. ``outside`` (dof,) says which joints are beyond a limit.
+    """
+
+    checker: CollisionChecker
+    q: Floats
+    contacts: tuple[Contact, ...]
+    clearance: float
+    w: float
+    tool: Floats  # (3,) m
+    outside: Bools
+
+    @property
+    def sentence(self) -> str:
+        """Whether the robot could be here, and if not why."""
+        robot, margin = self.checker.world.robot, self.checker.world.margin
+        problems = []
+        for first in self.contacts[:1]:
+            more = f" ({len(self.contacts)} pairs in all)" if len(self.contacts) > 1 else ""
+            how = f"are closer than the margin of {margin:g} m" if margin else "touch"
+            problems.append(f"{first} {how}{more}")
+        beyond = [joint for joint, out in zip(robot.joints, self.outside, strict=True) if out]
+        if beyond:
+            problems.append(f"out of limits: {', '.join(beyond)}")
+        return "; ".join(problems) + "." if problems else "Free and within limits."
+
+
+def inspect_state(checker: CollisionChecker, q: Floats) -> StateReport:
+    """Everything about the configuration ``q`` (dof,), which may touch anything and be out of any limit."""
+    robot = checker.world.robot
+    return StateReport(
+        checker,
+        q,
+        _contacts(checker, q),
+        float(Clearance(checker)(q)[0]),
+        float(manipulability(robot, q)[0]),
+        tool_positions(robot, q)[0],
+        beyond_limits(robot, q) > 0,
+    )
+
+
+def state_page(report: StateReport) -> str:
+    """The page of a robot standing still; what touches is red."""
+    world = report.checker.world
+    content = Content(
+        world.robot,
+        world.scene,
+        report.sentence,
+        report.q,
+        facts=_facts(report),
+        touching=frozenset(name for pair in report.contacts for name in (pair.first, pair.second)),
+        wrong=("contact", *(joint for joint, out in zip(world.robot.joints, report.outside, strict=True) if out)),
+    )
+    return page(content)
+
+
+def _contacts(checker: CollisionChecker, q: Floats) -> tuple[Contact, ...]:
+    """Every checked pair that touches or is closer than the margin; the one that the checker finds first leads."""
+    first = contact_of(checker, q)
+    if first is None:
+        return ()
+    world = checker.world
+    rotation, position = joint_placements(checker.chain, np.atleast_2d(q))
+    scene = np.flatnonzero(world.checked.ravel())
+    pairs = np.concatenate([scene, world.checked.size + np.arange(len(world.self_pairs))])
+    near = pairs[checker.distances(rotation[:, 0], position[:, 0], pairs) <= world.margin]
+    return tuple(dict.fromkeys([first, *(world.contact(int(pair)) for pair in near)]))
+
+
+def _facts(report: StateReport) -> Rows:
+    robot = report.checker.world.robot
+    rows = [("contact", str(pair).replace("'", "")) for pair in report.contacts]
+    if np.isfinite(report.clearance):
+        rows.append(("clearance", f"{1000 * report.clearance:.1f} mm"))
+    rows.append(("w", f"{report.w:.3g} {W_UNIT[robot.rows]}"))
+    rows.append((f"{robot.tool} (m)", ", ".join(f"{value:.3f}" for value in report.tool)))
+    for k, joint in enumerate(robot.joints):
+        unit = "m" if robot.prismatic[k] else "rad"
+        limits = ", turns freely" if robot.continuous[k] else f" of [{robot.lower[k]:.2f}, {robot.upper[k]:.2f}]"
+        rows.append((joint, f"{report.q[k]:.3f}{limits} {unit}"))
+    return rows
