@@ -15,7 +15,7 @@ class Outcome(Enum):
         "or look at the roadmap in the page to see where it stops."
     )
     TOO_SINGULAR = (
-        "Start and goal were connected, but not by a path above the manipulability floor: lower --min-manipulability, "
+        "No path above the manipulability floor was found within the budget: lower --min-manipulability, "
         "raise --nodes, or try another --seed."
     )
     INTERRUPTED = "Interrupted: what was done so far is saved."

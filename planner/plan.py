@@ -18,7 +18,7 @@ from planner.costs import PathCost, build_network, path_cost
 from planner.errors import OptionError
 from planner.floor import breach, course_of
 from planner.outcome import Outcome
-from planner.path import RECHECK_STEP
+from planner.paths.measure import RECHECK_STEP
 from planner.query import Query, make_query
 from planner.request import PAPER_NODES, PlanRequest, SweepRequest
 from planner.resolve import free_configuration
@@ -154,7 +154,7 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: Stopwatch) -> 
             cost_to_go = gabf.solve(course.network, law=law, x0=warm)
         start = int(course.starts[np.argmin(cost_to_go.x[course.starts])])
         if not np.isfinite(cost_to_go.x[start]):
-            outcome = Outcome.TOO_SINGULAR if floor > 0 and roadmap.connected else Outcome.NO_PATH
+            outcome = Outcome.TOO_SINGULAR if floor > 0 else Outcome.NO_PATH
             legs = np.zeros(0, dtype=np.int64)
             break
         with clock("path"):

@@ -11,7 +11,7 @@ from planner.files import write_whole
 from planner.floor import breach
 from planner.kinematics.manipulability import manipulability
 from planner.outcome import Outcome
-from planner.path import joint_path_length, path_manipulability, tool_path_length
+from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
 from planner.plan import Plan
 from planner.request import SweepRequest
 from planner.roadmap.build import versions

@@ -21,7 +21,7 @@ from planner.benchmark.problems import find_problems
 from planner.benchmark.rows import read_rows
 from planner.collision import make_checker
 from planner.errors import FileError, OptionError
-from planner.path import joint_path_length
+from planner.paths.measure import joint_path_length
 from planner.plan import plan
 from planner.request import PlanRequest
 from tests.conftest import POST_GOAL, POST_START, load, make_post
@@ -106,7 +106,8 @@ def test_every_run_has_a_row(out: Path) -> None:
         assert row.nodes >= 40
         assert row.total_s is not None
         assert row.process_s is not None
-        assert 0 < row.total_s < row.process_s
+        assert row.first_path_s is not None
+        assert 0 < row.first_path_s < row.total_s < row.process_s
 
 
 def test_a_row_is_the_plan(problems: Path, out: Path) -> None:

@@ -19,8 +19,10 @@ from planner.costs import (
     measure_scale,
 )
 from planner.errors import OptionError
+from planner.kinematics.manipulability import manipulability
 from planner.plan import build_roadmap
 from planner.request import ManipulabilityCost
+from planner.roadmap.measure import measure_edges
 from planner.roadmap.scale import CAP_QUANTILE, ZETA, CostScale
 
 SCALE = CostScale(w_low=0.01, w_high=0.1, joint_length=2.0, tool_length=0.5, zeta=0.01)
@@ -166,3 +168,46 @@ def test_refused():
     for beta in (-0.01, 1.01, float("nan")):
         with pytest.raises(OptionError, match=r"beta .* is outside \[0, 1\]"):
             build_network(roadmap, beta)
+
+
+def test_charging_edges_integrates_omega_over_their_length(solved) -> None:
+    roadmap, robot = solved.roadmap, solved.robot
+    network = build_network(roadmap, 0.25, charge="edges")
+    rng = np.random.default_rng(0)
+    weight = distance_cost(roadmap)
+    for row in rng.choice(len(roadmap.edges), 12, replace=False):
+        i, j = roadmap.edges[row]
+        fine = roadmap.nodes[i] + np.linspace(0, 1, 801)[:, None] * robot.difference(roadmap.nodes[i], roadmap.nodes[j])
+        omega = manipulability_cost(manipulability(robot, fine), roadmap.scale)
+        expected = 0.75 * np.trapezoid(omega, dx=1 / 800) * weight[row] + 0.25 * weight[row]
+        for a, b in ((i, j), (j, i)):
+            arc = network.arcs_between(a, b)[0]
+            assert network.arcs(np.zeros(network.n_arcs))[arc] == pytest.approx(expected, rel=0.06)
+
+
+def test_the_edge_charge_does_not_mind_where_nodes_lie() -> None:
+    """A straight way in one piece costs what it costs in two, where the node charge counts nodes."""
+    robot, checker = load("planar_2r"), make_post()
+    ends, middle = np.array([[0.5, 0.6], [0.9, 1.4]]), np.array([[0.7, 1.0]])
+    costs = {}
+    for charge in ("nodes", "edges"):
+        for nodes in (ends, np.vstack([ends[:1], middle, ends[1:]])):
+            n = len(nodes)
+            edges = np.column_stack([np.arange(n - 1), np.arange(1, n)])
+            base = build_roadmap(robot, checker, ends[0], ends[1], nodes=10)
+            made = replace(
+                base,
+                nodes=nodes,
+                edges=edges,
+                starts=[0],
+                goals=[n - 1],
+                proven=np.ones(n - 1),
+                clearance=np.ones(n - 1),
+                samples=np.ones(n - 1),
+                manipulability=manipulability(robot, nodes),
+                **measure_edges(robot, nodes, edges),
+            )
+            network = build_network(made, 0.0, charge=charge)  # type: ignore[arg-type]
+            costs[charge, n] = gabf.oracle(network)[0]
+    assert costs["edges", 2] == pytest.approx(costs["edges", 3], rel=1e-3)
+    assert costs["nodes", 2] != pytest.approx(costs["nodes", 3], rel=0.1)

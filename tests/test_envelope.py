@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from planner import gabf
 from planner.costs import arc_costs, at_beta
-from planner.envelope import EnvelopeSearch, Piece, pieces
 from planner.errors import AssumptionError, StateError
+from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 
 LAWS = [gabf.Nominal(), gabf.PrescribedTime(T=2.0), gabf.FixedTime(), gabf.SingularityFree(T=2.0)]
 

@@ -17,14 +17,14 @@ from planner.costs import build_network
 from planner.errors import OptionError
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.nondominated import Front
 from planner.outcome import Outcome
-from planner.path import dense_path, path_clearance
+from planner.paths.measure import dense_path, path_clearance
 from planner.plan import Plan
 from planner.poses import pose
 from planner.request import SweepRequest
 from planner.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from planner.tradeoff import Interval, Tradeoff
+from planner.tradeoff.nondominated import Front
 from planner.view import figures
 from planner.view.space_figures import blocked_grid, determinant_grid
 from planner.view.strokes import DASHES, MARKS, SHADES, marked, stroke

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.errors import AssumptionError, OptionError
-from planner.nondominated import Front, non_dominated
+from planner.tradeoff.nondominated import Front, non_dominated
 
 
 def least_costs(graph: Graph) -> np.ndarray:

@@ -18,7 +18,7 @@ import planner
 from planner.errors import FileError, OptionError
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.path import path_manipulability
+from planner.paths.measure import path_manipulability
 from planner.plan import Plan, plan
 from planner.request import PlanRequest
 from planner.roadmap.storage import save_roadmap

@@ -17,7 +17,7 @@ from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
 from planner.outcome import Outcome
-from planner.path import path_manipulability
+from planner.paths.measure import path_manipulability
 from planner.plan import Plan, plan
 from planner.request import PlanRequest
 from planner.robot import Robot, load_visuals

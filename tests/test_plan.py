@@ -19,7 +19,7 @@ from planner.errors import OptionError, StateError
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.outcome import Outcome
-from planner.path import dense_path, path_manipulability, tool_path_length
+from planner.paths.measure import dense_path, path_manipulability, tool_path_length
 from planner.plan import build_roadmap, make_law, path_waypoints, plan
 from planner.request import PlanRequest
 from planner.roadmap.storage import save_roadmap

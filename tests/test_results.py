@@ -8,7 +8,7 @@ import pytest
 
 from planner.errors import FileError
 from planner.outcome import Outcome
-from planner.path import path_manipulability, tool_path_length
+from planner.paths.measure import path_manipulability, tool_path_length
 from planner.plan import plan
 from planner.request import PlanRequest
 from planner.results import plan_record, save_plan, summary_rows

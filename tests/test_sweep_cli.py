@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from conftest import Run, assert_refused, command
 
-from planner.envelope import EnvelopeSearch
-from planner.nondominated import MAX_LABELS
+from planner.tradeoff.envelope import EnvelopeSearch
+from planner.tradeoff.nondominated import MAX_LABELS
 
 FILES = {"sweep.json", "sweep.csv", "sweep.html", "roadmap.npz"}
 SMALL = ("--nodes", "80", "--seed", "2")
@@ -107,7 +107,7 @@ def test_no_path_is_an_outcome(
     swept: tuple[Path, str], tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where every edge fails when it is looked at again."""
-    monkeypatch.setattr("planner.tradeoff.first_bad_edge", lambda checker, roadmap, nodes: tuple(nodes))
+    monkeypatch.setattr("planner.tradeoff.intervals.first_bad_edge", lambda checker, roadmap, nodes: tuple(nodes))
     out, roadmap = tmp_path / "out", str(swept[0] / "roadmap.npz")
     code, text, _ = run("sweep", *SMALL, "--roadmap", roadmap, "--front", "--out", str(out))
     assert code == 4, text

@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-import planner.tradeoff as module
+import planner.tradeoff.intervals as module
 from planner import gabf
 from planner.costs import build_network, path_cost
 from planner.errors import FileError, OptionError
-from planner.nondominated import MAX_LABELS
 from planner.outcome import Outcome
-from planner.path import joint_path_length, path_contact, path_manipulability, tool_path_length
+from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
 from planner.plan import Plan, path_waypoints, plan
 from planner.request import PlanRequest, SweepRequest
 from planner.roadmap.storage import load_roadmap, save_roadmap
-from planner.sweep_results import interval_rows, read_checkpoint, save_sweep, summary_lines, sweep_record
 from planner.tradeoff import Interval, Tradeoff, reached_by_beta, sweep
+from planner.tradeoff.nondominated import MAX_LABELS
+from planner.tradeoff.results import interval_rows, read_checkpoint, save_sweep, summary_lines, sweep_record
 
 SCENE = """
 obstacles: [{{name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}}]

@@ -13,7 +13,7 @@ from planner.arrays import Floats, Ints
 from planner.errors import OptionError
 from planner.robot import Robot
 
-QUERY_SECONDS = 20.0  # a query that is not answered by then counts as not solved
+QUERY_SECONDS = 5.0  # a query that is not answered by then counts as not solved
 
 
 class OmplPrm:

@@ -10,7 +10,7 @@ import tyro
 
 from planner.cli.common import Flag
 from planner.cli.terminal import progress, reporter, say
-from planner.request import PAPER_NODES, Backend, PlanRequest, WorldRequest
+from planner.request import PAPER_NODES, Backend, Charge, PlanRequest, WorldRequest
 
 if TYPE_CHECKING:
     from planner.experiments.report import Progress
@@ -56,6 +56,8 @@ def plan(
     collision: Backend = "fcl",
     nodes: int = PAPER_NODES,
     beta: float = 0.5,
+    charge: Charge = "nodes",
+    min_manipulability: float = 0.0,
     margin: float = 0.0,
     widen_limits: Flag = False,
     seeds: tuple[int, ...] = (0, 1, 2),
@@ -76,6 +78,8 @@ def plan(
         collision: Collision library to plan with; the paths are checked by the other one.
         nodes: Configurations in the roadmap.
         beta: Trade-off in [0, 1]: 0 minds manipulability only, 1 distance only.
+        charge: Where the manipulability cost is charged: at nodes, or integrated along edges.
+        min_manipulability: A floor under manipulability w that paths stay above, as 'planner plan' has it; 0 for none.
         margin: Distance in metres to keep from every obstacle, and between links.
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         seeds: Seeds to plan every problem with.
@@ -87,7 +91,14 @@ def plan(
         from planner.benchmark.plan import bench_plan
 
         plain = PlanRequest(
-            robot, collision=collision, nodes=nodes, beta=beta, margin=margin, widen_limits=widen_limits
+            robot,
+            collision=collision,
+            margin=margin,
+            widen_limits=widen_limits,
+            nodes=nodes,
+            min_manipulability=min_manipulability,
+            charge=charge,
+            beta=beta,
         )
         result = bench_plan(folder, out, plain, seeds, time_limit, report, stop)
         return result.report, result.complete

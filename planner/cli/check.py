@@ -40,14 +40,14 @@ def check(
         json: Print the report as JSON on standard output, and nothing else there.
         debug: Show tracebacks of errors.
     """
-    from planner.pathcheck import check_path, require_step
+    from planner.paths.check import check_path, require_step
 
     require_step(step)
     from rich.markup import escape
     from rich.table import Table
 
-    from planner.pathfile import read_joint_path
-    from planner.pathreport import report_record, report_rows, verdict_sentence
+    from planner.paths.file import read_joint_path
+    from planner.paths.report import report_record, report_rows, verdict_sentence
     from planner.query import open_world
 
     checker = open_world(request)

@@ -54,8 +54,8 @@ def sweep(
         raise OptionError("--max-labels limits the search of --front: give --front too, or leave it out.")
     require_writable_folder(out)
     from planner import tradeoff
-    from planner.nondominated import MAX_LABELS
-    from planner.sweep_results import read_checkpoint, save_sweep
+    from planner.tradeoff.nondominated import MAX_LABELS
+    from planner.tradeoff.results import read_checkpoint, save_sweep
     from planner.view.page import write_sweep_page
 
     imported = time.perf_counter() - STARTED
@@ -75,7 +75,7 @@ def sweep(
 
 
 def _tell(result: Tradeoff, record: dict[str, Any], out: Path) -> None:
-    from planner.sweep_results import interval_rows, summary_lines
+    from planner.tradeoff.results import interval_rows, summary_lines
 
     if record["intervals"]:
         show(report_table(interval_rows(record)))

@@ -16,7 +16,7 @@ from planner.kinematics.forward import tool_positions
 from planner.learning import ErrorDriven, Execution
 from planner.learning.executions import believed, policy_cost, run_executions
 from planner.learning.roadmap_costs import SlowZone, edge_of_arc, execution_costs, greatest_costs, least_costs
-from planner.path import dense_path
+from planner.paths.measure import dense_path
 from planner.plan import path_waypoints
 from planner.query import Query, make_query
 from planner.request import RoadmapRequest

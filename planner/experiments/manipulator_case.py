@@ -11,7 +11,7 @@ from planner import gabf
 from planner.arrays import Floats, Ints
 from planner.costs import PathCost, build_network, path_cost
 from planner.experiments.manipulator_geometry import kinks, tool_way, turning
-from planner.path import joint_path_length, path_contact, path_manipulability, tool_path_length
+from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
 from planner.plan import make_law, path_waypoints
 from planner.query import Query
 from planner.request import SweepRequest

@@ -9,7 +9,7 @@ import numpy as np
 from planner.arrays import Floats
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
-from planner.path import dense_path
+from planner.paths.measure import dense_path
 from planner.robot import Robot
 
 SPACING = 0.005

@@ -34,8 +34,11 @@ def manipulator_verdicts(cases: Sequence[Case], T_p: float) -> tuple[Verdict, ..
     return (
         *_network_verdicts(cases, T_p),
         *_path_verdicts(whole),
+        *_rrt_verdicts(whole),
+        *_weight_verdicts(whole),
         *_cost_verdicts(whole),
         *_shape_verdicts(whole),
+        *_zigzag_verdicts(whole),
         *_objective_verdicts(whole),
     )
 
@@ -93,6 +96,9 @@ def _path_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
         f"largest share of segments in common: {spread(max(_shared(c, RRT)) for c in cases)}; with RRT's path after "
         f"its shortcuts: {spread(max(_shared(c, SHORTENED)) for c in cases)}",
     )
+
+
+def _rrt_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     near = {beta: [_to(case, beta, RRT) for case in cases] for beta in BETAS}
     shorter = [_closer(case, SHORTENED) for case in cases]
     yield tally(
@@ -104,6 +110,9 @@ def _path_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
         + f"; each of 0.5, 0.7 and 1 closer than both 0 and 0.3: {_all_closer(near)} of {len(cases)}; "
         f"blue closer to RRT's path after its shortcuts: {sum(shorter)} of {len(cases)}",
     )
+
+
+def _weight_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     shares = {beta: [_distance_share(case.ways[label_of(beta)], beta) for case in cases] for beta in BETAS}
     yield tally(
         "... since in this case the distance cost gradually outweighs the manipulability cost "
@@ -166,6 +175,9 @@ def _shape_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
         (ratio > 1.0 for ratio in length),
         f"tool path {spread(length)} times as long; joint path {spread(_ratios(red, blue, 'joint_length'))} times",
     )
+
+
+def _zigzag_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     sharp = {name: [sharp_turns(way) for way in ways] for name, ways in _named(cases).items()}
     yield tally(
         f"The blue path exhibits a zigzag pattern [the tool turns by more than 45 degrees at {ZIGZAG} or more "

@@ -169,7 +169,7 @@ def add_strands(
     forest = Forest(nodes, edges)
     for beta in BETAS:
         cost = MotionCost(robot, scale, beta)
-        path = _best_path(nodes, edges, cost(a, a + robot.difference(a, b)), starts, goals)
+        path = best_path(nodes, edges, cost(a, a + robot.difference(a, b)), starts, goals)
         if path is None or stop():
             break
         above = np.flatnonzero(manipulability(robot, path) >= floor)
@@ -185,7 +185,7 @@ def add_strands(
     return forest.nodes(), forest.edges()
 
 
-def _best_path(nodes: Floats, edges: Ints, cost: Floats, starts: Ints, goals: Ints) -> Floats | None:
+def best_path(nodes: Floats, edges: Ints, cost: Floats, starts: Ints, goals: Ints) -> Floats | None:
     """The configurations (k, dof) of the cheapest way from a start to a goal; None if there is none."""
     from scipy.sparse import csr_matrix  # 0.4 s to load: only where a roadmap is grown
     from scipy.sparse.csgraph import dijkstra

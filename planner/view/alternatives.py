@@ -8,12 +8,12 @@ import numpy as np
 
 from planner import gabf
 from planner.arrays import Floats
-from planner.envelope import EnvelopeSearch, Piece, pieces
 from planner.outcome import Outcome
-from planner.path import joint_path_length, path_manipulability, tool_path_length
+from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
 from planner.plan import Plan, make_law, path_waypoints
 from planner.robot import Robot
 from planner.tradeoff import Tradeoff
+from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 
 Rows = list[tuple[str, str]]
 W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}

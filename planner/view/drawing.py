@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.arrays import Floats
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.path import dense_path
+from planner.paths.measure import dense_path
 from planner.poses import pose
 from planner.roadmap.roadmap import Roadmap
 from planner.robot import Robot, load_visuals

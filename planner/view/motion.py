@@ -10,7 +10,7 @@ import numpy as np
 from planner.arrays import Floats, Ints
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobian, manipulability
-from planner.path import dense_path
+from planner.paths.measure import dense_path
 from planner.robot import Robot
 
 SAMPLES = 241  # evenly spaced in joint motion, both ends included

@@ -84,7 +84,7 @@ def plan_table(plan: Plan) -> str:
 
 def tradeoff_table(tradeoff: Tradeoff) -> str:
     """A trade-off as an HTML table, a row an interval of beta."""
-    from planner.sweep_results import interval_rows, summary_lines, sweep_record
+    from planner.tradeoff.results import interval_rows, summary_lines, sweep_record
 
     record = sweep_record(tradeoff)
     rows = interval_rows(record)

@@ -12,7 +12,7 @@ from planner.arrays import Floats
 from planner.collision.checker import CollisionChecker
 from planner.errors import OptionError
 from planner.kinematics.manipulability import manipulability
-from planner.path import dense_path, path_clearance
+from planner.paths.measure import dense_path, path_clearance
 from planner.robot import Robot
 from planner.view.strokes import marked, stroke
 

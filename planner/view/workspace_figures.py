@@ -14,7 +14,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from planner.arrays import Floats
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
-from planner.path import dense_path
+from planner.paths.measure import dense_path
 from planner.robot import Robot
 from planner.scene import Scene
 from planner.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.errors import FileError
-from planner.pathfile import read_joint_path
+from planner.paths.file import read_joint_path
 
 ROBOT = load("planar_2r")
 A, B = ROBOT.joints

@@ -12,7 +12,8 @@ from planner.collision.edges import EdgeProver, Verdict
 from planner.collision.world import Contact
 from planner.errors import OptionError
 from planner.kinematics.manipulability import manipulability
-from planner.path import (
+from planner.paths.clearance import Place, nearest_pair, slack, smallest_clearance
+from planner.paths.measure import (
     RECHECK_STEP,
     PathContact,
     dense_path,
@@ -20,7 +21,6 @@ from planner.path import (
     path_contact,
     tool_path_length,
 )
-from planner.pathclearance import Place, nearest_pair, slack, smallest_clearance
 from planner.resolve import beyond_limits
 from planner.robot import Robot
 

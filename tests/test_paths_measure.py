@@ -10,7 +10,7 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.collision.clearance import Clearance
-from planner.path import joint_path_length, path_clearance, path_contact
+from planner.paths.measure import joint_path_length, path_clearance, path_contact
 from planner.scene import Scene
 from tests.conftest import checker_of, load, random_q
 

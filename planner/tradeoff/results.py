@@ -14,11 +14,11 @@ import pydantic
 
 from planner.errors import FileError
 from planner.files import write_whole
-from planner.nondominated import Front
 from planner.request import SweepRequest
 from planner.results import config_record, roadmap_record, roadmap_text, rounded, run_record, write_json
 from planner.roadmap.storage import load_roadmap, save_roadmap
-from planner.tradeoff import Checkpoint, Interval, Tradeoff, reached_by_beta
+from planner.tradeoff.intervals import Checkpoint, Interval, Tradeoff, reached_by_beta
+from planner.tradeoff.nondominated import Front
 from planner.yamlfile import Strict, read_text, validate
 
 JSON_NAME, CSV_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "roadmap.npz"

@@ -14,12 +14,10 @@ from planner import gabf
 from planner.arrays import Bools, Floats, Ints
 from planner.collision.checker import CollisionChecker
 from planner.costs import arc_costs, build_network
-from planner.envelope import TOLERANCE, EnvelopeSearch, Piece, pieces
 from planner.errors import FileError, StateError
 from planner.floor import Course, breach, course_of
-from planner.nondominated import MAX_LABELS, Front, non_dominated, require_labels
 from planner.outcome import Outcome
-from planner.path import joint_path_length, path_manipulability, tool_path_length
+from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
 from planner.plan import Progress, Stopwatch, first_bad_edge, make_law, obtain_roadmap, path_waypoints
 from planner.query import Query, make_query
 from planner.request import SweepRequest
@@ -28,6 +26,8 @@ from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import require_same_world
 from planner.robot import Robot
 from planner.scene import Scene
+from planner.tradeoff.envelope import TOLERANCE, EnvelopeSearch, Piece, pieces
+from planner.tradeoff.nondominated import MAX_LABELS, Front, non_dominated, require_labels
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,7 +237,7 @@ class _Run:
             draft = replace(draft, found=tuple((s.beta, s.nodes) for s in search.supports), settled=search.settled)
         draft = replace(draft, solves=search.solves, max_error_vs_oracle=search.max_error if search.solves else None)
         if not search.connected:
-            outcome = Outcome.TOO_SINGULAR if roadmap.connected else Outcome.NO_PATH
+            outcome = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
             return replace(draft, outcome=outcome)
         with self.clock("measures"):
             settled = pieces(search.supports[: search.settled + 1])

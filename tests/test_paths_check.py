@@ -15,9 +15,9 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edges import Verdict
 from planner.errors import OptionError
 from planner.kinematics.manipulability import manipulability
-from planner.pathcheck import check_path, prove_path, worst_excess
-from planner.pathclearance import nearest_pair, slack, smallest_clearance
-from planner.pathreport import report_record, report_rows, verdict_sentence
+from planner.paths.check import check_path, prove_path, worst_excess
+from planner.paths.clearance import nearest_pair, slack, smallest_clearance
+from planner.paths.report import report_record, report_rows, verdict_sentence
 from planner.plan import Plan
 from planner.poses import pose
 from planner.robot import Robot

@@ -8,8 +8,8 @@ import numpy as np
 
 from planner.collision.edges import Verdict
 from planner.collision.world import Contact
-from planner.pathcheck import PathReport
-from planner.pathclearance import Place
+from planner.paths.check import PathReport
+from planner.paths.clearance import Place
 
 _PROFILE = 101  # places of the w profile in the record
 

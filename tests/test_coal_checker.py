@@ -1,0 +1,54 @@
+"""What coal was caught at, and must not do again: verdicts that are wrong, or that depend on earlier questions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.checker import is_free
+from planner.scene import Scene
+from tests.conftest import CoalWorld, load, random_q
+
+# a capsule's axis, or a cylinder's cap, within 1e-6 m of the surface of what it is deep inside of
+CAUGHT = [
+    ("planar_2r", "shelf", [0.3033838000795752, 1.4372742769346543], -0.0249),
+    ("planar_2r", "window", [2.3315949654361257, 0.02733209485857202], -0.0249),
+    (
+        "z1",
+        "paper",
+        [
+            2.2261339488928846,
+            2.5218086309759093,
+            -0.14684909817975322,
+            0.479593402145833,
+            1.257143100783326,
+            0.596307971,
+        ],
+        -1e-5,
+    ),
+]
+
+
+@pytest.mark.parametrize(("robot", "scene", "q", "depth"), CAUGHT)
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_what_is_deep_inside_is_not_free(robot: str, scene: str, q: list[float], depth: float, backend: str) -> None:
+    checker = make_checker(load(robot), Scene.load(scene), backend)
+    assert CoalWorld(checker.world).distances(np.array(q)).min() < depth
+    assert not is_free(checker, np.array(q))
+    assert not checker.all_free(np.array([q]))
+
+
+def test_a_verdict_does_not_depend_on_earlier_questions() -> None:
+    """7e-8 m inside a contact: asked in between random configurations, one by one and with others, always the same."""
+    checker = make_checker(load("iiwa14"), Scene.load("cage"), "coal")
+    q = np.array(
+        [-2.35060193505, -1.40388306384, -1.80932300036, -0.74194653782, -1.10330449115, 1.02058439443, 1.0443870564]
+    )
+    others = random_q(load("iiwa14"), 200, seed=0)
+    verdicts = set()
+    for other in others:
+        is_free(checker, other)
+        verdicts.add(is_free(checker, q))
+        verdicts.add(checker.all_free(q[None]))
+    assert len(verdicts) == 1
