@@ -12,13 +12,15 @@ import pytest
 from planner.benchmark import roadmap as bench
 from planner.benchmark.process import run_module
 from planner.benchmark.roadmap import METHODS, bench_roadmap
-from planner.benchmark.roadmap_case import answer, random_pairs
+from planner.benchmark.roadmap_case import answer, plain_check, random_pairs
 from planner.benchmark.roadmap_rows import (
     CHECKS,
     MEASURED,
     NOT_INSTALLED,
     OMPL,
+    OMPL_PLAIN,
     OURS,
+    PEERS,
     PYROBOPLAN,
     Row,
     aims,
@@ -29,7 +31,7 @@ from planner.collision.checker import is_free
 from planner.errors import OptionError, RobotError, SceneError
 from planner.paths.measure import path_contact
 from planner.request import WorldRequest
-from tests.conftest import POST_GOAL, POST_START, checker_of, make_post, post_roadmap
+from tests.conftest import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap, random_q
 
 # the interface of pyroboplan 1.3.1 that is used, over a straight line: it links nothing but start and goal
 FAKE = """
@@ -94,13 +96,13 @@ def rows_of(folder: Path) -> dict[str, Row]:
 
 def test_every_method_has_a_row(folder: Path) -> None:
     rows = rows_of(folder)
-    assert set(rows) == {OURS, OMPL, PYROBOPLAN, *CHECKS}
-    ours, ompl = rows[OURS], rows[OMPL]
-    assert ours.outcome == ompl.outcome == MEASURED
+    assert set(rows) == {OURS, *PEERS, *CHECKS}
+    ours, ompl, plain = rows[OURS], rows[OMPL], rows[OMPL_PLAIN]
+    assert ours.outcome == ompl.outcome == plain.outcome == MEASURED
     assert ours.proven == ours.edges
     assert ours.touching == ours.contacts == 0
-    assert ours.solved == ompl.solved == 4
-    for row in (ours, ompl):
+    assert ours.solved == ompl.solved == plain.solved == 4
+    for row in (ours, ompl, plain):
         assert row.nodes is not None
         assert row.edges is not None
         assert 38 <= row.nodes <= 60
@@ -187,6 +189,15 @@ def test_queries_are_free_and_the_same_for_all() -> None:
     assert all(is_free(checker, q) for q in pairs.reshape(-1, 2))
     assert np.array_equal(pairs, random_pairs(checker, 5, seed=2))
     assert not np.array_equal(pairs, random_pairs(checker, 5, seed=3))
+
+
+def test_the_plain_check_says_the_same() -> None:
+    checker = checker_of("panda", "shelf")
+    free = plain_check(checker)
+    q = random_q(load("panda"), 60, seed=6)
+    said = [free(row) for row in q]
+    assert said == [is_free(checker, row) for row in q]
+    assert 0 < sum(said) < 60
 
 
 def test_a_scene_without_room_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

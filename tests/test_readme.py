@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import pytest
 import yaml
 
 README = (Path(__file__).resolve().parents[1] / "README.md").read_text()
@@ -33,16 +35,25 @@ def test_the_scene_example_is_a_scene(tmp_path: Path) -> None:
     assert {obstacle.type for obstacle in scene.obstacles} == {"box", "cylinder", "sphere", "capsule", "mesh"}
 
 
-def test_every_option_in_the_examples_exists() -> None:
-    from dataclasses import fields
+COMMANDS = [line.split("#")[0].split() for line in README.splitlines() if line.startswith("    planner ")]
+GROUPS = ("roadmap", "reproduce", "bench")
 
-    from planner.request import PlanRequest
 
-    known = {field.name.replace("_", "-") for field in fields(PlanRequest)} | {"out", "debug", "help"}
-    examples = [line for line in README.splitlines() if line.startswith("    planner plan")]
-    assert examples
-    for line in examples:
-        assert set(re.findall(r"--([a-z-]+)", line)) <= known
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_every_command_and_option_of_the_readme_is_in_the_help(
+    words: list[str], run: Callable[..., tuple[int, str, str]]
+) -> None:
+    names = words[1 : 3 if words[1] in GROUPS else 2]
+    code, out, _ = run(*names, "--help")
+    assert code == 0
+    for option in (word for word in words if word.startswith("--")):
+        assert re.search(rf"{option}\b", out), option
+
+
+def test_the_readme_shows_every_command(run: Callable[..., tuple[int, str, str]]) -> None:
+    _, out, _ = run("--help")
+    shown = {words[1] for words in COMMANDS}
+    assert shown == set(re.search(r"\{([a-z,]+)\}", out).group(1).split(","))  # type: ignore[union-attr]
 
 
 def test_pictures_are_there() -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.benchmark.process import run_module
-from planner.benchmark.roadmap_rows import CHECKS, CRASHED, OMPL, OURS, PYROBOPLAN, TIMED_OUT, Row, to_markdown
+from planner.benchmark.roadmap_rows import CHECKS, CRASHED, OURS, PEERS, TIMED_OUT, Row, to_markdown
 from planner.benchmark.rows import Ledger, collect, software
 from planner.errors import OptionError
 from planner.experiments.report import Progress
@@ -19,7 +19,7 @@ from planner.request import WorldRequest, require_nodes, require_seed
 from planner.roadmap.build import versions
 
 CSV_NAME, MARKDOWN_NAME = "roadmap.csv", "roadmap.md"
-METHODS = (OURS, OMPL, PYROBOPLAN, CHECKS[0])
+METHODS = (OURS, *PEERS, CHECKS[0])
 """What is run; the last fills the rows of both checkers."""
 
 

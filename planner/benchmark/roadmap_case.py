@@ -18,7 +18,7 @@ from planner import gabf
 from planner.arrays import Floats, Ints
 from planner.benchmark.check_speed import measure_speed
 from planner.benchmark.plan_case import path_contacts
-from planner.benchmark.roadmap_rows import CHECKS, MEASURED, NOT_INSTALLED, OMPL, OURS, PYROBOPLAN
+from planner.benchmark.roadmap_rows import CHECKS, MEASURED, NOT_INSTALLED, OMPL, OMPL_PLAIN, OURS, PYROBOPLAN
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edges import recheck
@@ -53,7 +53,9 @@ def measure(
         case _ if method == OURS:
             return {OURS: _ours(checker, pairs, nodes, seed)}
         case _ if method == OMPL:
-            return {OMPL: _ompl(checker, pairs, nodes, seed)}
+            return {OMPL: _ompl(checker, lambda q: is_free(checker, q), pairs, nodes, seed)}
+        case _ if method == OMPL_PLAIN:
+            return {OMPL_PLAIN: _ompl(checker, plain_check(checker), pairs, nodes, seed)}
         case _:
             return {PYROBOPLAN: _pyroboplan(checker, pairs, nodes, seed)}
 
@@ -99,10 +101,21 @@ def answer(roadmap: Roadmap, checker: CollisionChecker, starts: Floats, goal: Fl
     ]
 
 
-def _ompl(checker: CollisionChecker, pairs: Floats, nodes: int, seed: int) -> Columns:
+def plain_check(checker: CollisionChecker) -> Callable[[Floats], bool]:
+    """Whether a configuration (dof,) is free, by Pinocchio's loop over all pairs of the same world with coal."""
+    import pinocchio as pin
+
+    from planner.collision.coal_checker import CoalChecker
+
+    model, geometry = checker.world.robot.model, CoalChecker(checker.world).geometry_model
+    data, found = model.createData(), geometry.createData()
+    return lambda q: not pin.computeCollisions(model, data, geometry, found, q, True)
+
+
+def _ompl(checker: CollisionChecker, free: Callable[[Floats], bool], pairs: Floats, nodes: int, seed: int) -> Columns:
     from planner.benchmark.ompl_prm import OmplPrm
 
-    prm = OmplPrm(checker.world.robot, lambda q: is_free(checker, q), seed)
+    prm = OmplPrm(checker.world.robot, free, seed)
     return _peer(checker, pairs, seed, lambda: prm.build(nodes), prm.graph, prm.query)
 
 

@@ -10,7 +10,8 @@ from planner.benchmark.rows import aim_lines, closing_lines, markdown_table
 from planner.experiments.report import Verdict, tally
 
 OURS = "gabf-planner"
-OMPL, PYROBOPLAN = "OMPL PRM", "pyroboplan PRM"
+OMPL, OMPL_PLAIN, PYROBOPLAN = "OMPL PRM", "OMPL PRM, plain coal", "pyroboplan PRM"
+PEERS = (OMPL, OMPL_PLAIN, PYROBOPLAN)
 CHECKS = ("FCL checks", "coal checks")
 MEASURED, NOT_INSTALLED, TIMED_OUT, CRASHED = "measured", "not installed", "timed out", "crashed"
 
@@ -62,7 +63,7 @@ class Row:
 def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
     """What is meant to show, and whether these rows do; of 0 where it was not measured."""
     ours = [row for row in rows if row.method == OURS and row.build_s is not None]
-    peers = [row for row in rows if row.method in (OMPL, PYROBOPLAN) and row.build_s is not None]
+    peers = [row for row in rows if row.method in PEERS and row.build_s is not None]
     ratios = {peer.method: ratio for peer in peers if (ratio := _ratio(peer.build_s, ours and ours[0].build_s))}
     queries = [row.query_ms for row in ours if row.query_ms is not None]
     return (
@@ -124,7 +125,8 @@ Each runs in a process of its own, one after the other; times are of the wall cl
 every edge proven; a query is `attach`, `build_network`, the field by GABF under the singularity-free law, and the
 path. "Many starts" attaches all starts and one goal, computes one field, and reads every path off it. OMPL's PRM has
 its defaults, the state check being a Python callback on the same checker, and its motions looked at at its default
-resolution; a query is `solve` on the kept roadmap, which grows further where start and goal are not joined.
+resolution; "plain coal": the callback asks Pinocchio about all pairs in turn, as its documentation shows. A query is
+`solve` on the kept roadmap, which grows further where start and goal are not joined.
 pyroboplan's PRM (`pip install --no-deps pyroboplan`: it asks for another Pinocchio than this package) has its
 defaults, save a linking radius of 2 rad, as its 0.5 rad links nothing here; it gets coal's geometry whatever the
 checker. Touching: edges, at most 200 drawn at random, and answered paths, looked at every millimetre of motion by
