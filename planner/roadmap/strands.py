@@ -9,7 +9,7 @@ well-conditioned configurations; its price is that many nodes fewer for the rest
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,10 +60,12 @@ class MotionCost:
         return np.where(w.min(axis=1, initial=np.inf) < self.floor, np.inf, cost)
 
 
-def pull(prover: EdgeProver, path: Floats, cost: MotionCost, stop: Callable[[], bool] = lambda: False) -> Floats:
-    """A path (k, dof) of proven motions moved downhill, its ends kept; angles unwound.
+def pull(
+    prover: EdgeProver, path: Floats, cost: MotionCost, stop: Callable[[], bool] = lambda: False
+) -> Iterator[Floats]:
+    """A path (k, dof) of proven motions moved downhill, its ends kept; first in long pieces, then in shorter ones.
 
-    Every motion of the result is proven if those of ``path`` are. No randomness.
+    Every motion of the results is proven if those of ``path`` are; angles unwound. No randomness.
     """
     robot = prover.world.robot
     path = np.vstack([path[:1], path[:1] + np.cumsum(robot.difference(path[:-1], path[1:]), axis=0)])
@@ -71,14 +73,14 @@ def pull(prover: EdgeProver, path: Floats, cost: MotionCost, stop: Callable[[], 
         path, size = _cut(path, piece), 0.5 * piece
         for sweep in range(_SWEEPS):
             if stop():
-                return path
+                return
             if sweep % _DROP_EVERY == 0:
                 path = _without_needless(prover, path, cost, piece)
             inner = np.arange(1 + sweep % 2, len(path) - 1, 2)
             if len(inner):
                 moved = _move(prover, path, inner, cost, size)
                 size *= 1.0 if moved.mean() >= 0.3 else 0.7
-    return path
+        yield path.copy()
 
 
 def _cut(path: Floats, piece: float) -> Floats:
@@ -176,12 +178,13 @@ def add_strands(
         if len(above) < 3:
             continue
         first, last = above[0], above[-1] + 1
-        strand = robot.normalise(pull(prover, path[first:last], replace(cost, floor=floor), stop))
-        strand[[0, -1]] = path[[first, last - 1]]  # these nodes are there: the same to the last bit
-        fresh = len({q.tobytes() for q in strand} - forest.known)
-        if fresh <= room:
-            forest.add_path(strand)
-            room -= fresh
+        for strand in pull(prover, path[first:last], replace(cost, floor=floor), stop):
+            strand = robot.normalise(strand)
+            strand[[0, -1]] = path[[first, last - 1]]  # these nodes are there: the same to the last bit
+            fresh = len({q.tobytes() for q in strand} - forest.known)
+            if fresh <= room:
+                forest.add_path(strand)
+                room -= fresh
     return forest.nodes(), forest.edges()
 
 
