@@ -82,6 +82,13 @@ def require_writable_folder(folder: Path) -> None:
         ) from None
 
 
+def require_writable_file(path: Path) -> None:
+    """See that ``path`` can be written before any work is done; :class:`FileError` if not."""
+    if path.is_dir():
+        raise FileError(f"{path} is a folder: give the name of a file.")
+    require_writable_folder(path.parent)
+
+
 def make_folder(folder: Path) -> None:
     """Make ``folder`` and those above it; :class:`FileError` if that cannot be done."""
     try:

@@ -16,7 +16,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edges import recheck
 from planner.costs import PathCost, build_network, path_cost
 from planner.errors import OptionError
-from planner.floor import breach, course_of
+from planner.floor import Course, breach, course_of
 from planner.outcome import Outcome
 from planner.paths.measure import RECHECK_STEP
 from planner.query import Query, make_query
@@ -37,7 +37,9 @@ Progress = Callable[[str, int, int], None]
 class Plan:
     """A plan with everything it was made from; ``path`` (k, dof) and ``path_nodes`` are empty where there is none.
 
-    A continuous joint is unwound along the path, so that following it is never a jump.
+    A continuous joint is unwound along the path, so that following it is never a jump. ``course`` is what the dynamics
+    ran on, where it came so far: the roadmap, or with a manipulability floor the stretches of :mod:`planner.floor`;
+    ``cost_to_go`` is of its nodes.
     """
 
     request: PlanRequest
@@ -46,7 +48,7 @@ class Plan:
     scene: Scene
     checker: CollisionChecker
     roadmap: Roadmap
-    network: gabf.Network | None = None
+    course: Course | None = None
     cost_to_go: gabf.CostToGo | None = None
     path: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -55,6 +57,11 @@ class Plan:
     max_error_vs_oracle: float | None = None
     certificate: tuple[gabf.Certificate, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def network(self) -> gabf.Network | None:
+        """The network of ``course``."""
+        return None if self.course is None else self.course.network
 
 
 def plan(
@@ -174,7 +181,7 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: Stopwatch) -> 
         draft,
         outcome=outcome,
         roadmap=roadmap,
-        network=course.network,
+        course=course,
         cost_to_go=cost_to_go,
         path=path_waypoints(roadmap, draft.robot, nodes),
         path_nodes=frozen(nodes, np.int64),

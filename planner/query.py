@@ -57,7 +57,8 @@ def make_query(request: RoadmapRequest) -> Query:
     states = scene.states_of(robot.name)
     starts = resolve(start, checker, states, "start")
     ends = [resolve(goal, checker, states, "goal", request.ik_solutions) for goal in goals]
-    return Query(robot, scene, checker, starts, np.vstack(ends))
+    _, first = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
+    return Query(robot, scene, checker, starts, np.vstack(ends)[np.sort(first)])
 
 
 def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:

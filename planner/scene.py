@@ -138,7 +138,8 @@ class Scene:
         Raises :class:`SceneError` or ``FileError``.
         """
         path = scenes_folder() / f"{name}.yaml" if name in scene_names() else Path(name)
-        if path.suffix.lower() not in (".yaml", ".yml", ".scene") and "/" not in name:
+        known = path.suffix.lower() in (".yaml", ".yml", ".scene")
+        if not known and "/" not in name and not path.is_file():
             raise SceneError(
                 f"scene '{name}' not found; scenes are {choices(scene_names())}, or give the path of a scene file."
             )

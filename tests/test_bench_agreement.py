@@ -28,17 +28,17 @@ from tests.conftest import CoalWorld, load, random_q
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("agreement")
-    bench_agreement(place, states=360, scenes=("paper", "cage"), robots=("iiwa14", "panda", "ur5"))
+    bench_agreement(place, states=160, scenes=("paper", "cage"), robots=("iiwa14", "panda"))
     return place
 
 
 def test_the_two_libraries_agree(folder: Path) -> None:
     rows = read_rows(folder / "agreement.csv", Row, "planner bench agreement")
     assert [(row.robot, row.scene) for row in rows][:2] == [("iiwa14", "paper"), ("iiwa14", "cage")]
-    assert len(rows) == 6
+    assert len(rows) == 4
     for row in rows:
-        assert row.states == 60
-        assert 0 < row.free < 60
+        assert row.states == 40
+        assert 0 < row.free < 40
         assert row.disagreed == row.unexplained == row.batch_differs == 0, row.listed
         assert row.crossings > 5
         assert row.band_m <= band(0.0), row.listed
@@ -46,7 +46,7 @@ def test_the_two_libraries_agree(folder: Path) -> None:
             assert speed is not None
             assert 0 < speed < 1e5
     assert all(aim.holds for aim in aims(rows)[:2])
-    assert "| iiwa14 | paper | 60 |" in (folder / "agreement.md").read_text()
+    assert "| iiwa14 | paper | 40 |" in (folder / "agreement.md").read_text()
 
 
 def test_with_a_margin_the_band_is_wider_and_stated(tmp_path: Path) -> None:
@@ -172,9 +172,9 @@ def test_speeds_are_over_free_states_and_edges_only() -> None:
 def test_it_goes_on_where_it_stopped(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = []
     monkeypatch.setattr(bench, "_measure", lambda robot, scene, *rest: measured.append((robot, scene)))
-    bench_agreement(folder, states=360, scenes=("paper", "cage"), robots=("iiwa14", "panda", "ur5"))
+    bench_agreement(folder, states=160, scenes=("paper", "cage"), robots=("iiwa14", "panda"))
     assert measured == []
-    bench_agreement(folder, states=360, scenes=("paper", "cage"), robots=("iiwa14", "panda", "ur5"), seed=1)
+    bench_agreement(folder, states=160, scenes=("paper", "cage"), robots=("iiwa14", "panda"), seed=1)
     assert measured == [("iiwa14", "paper")]
 
 

@@ -27,7 +27,7 @@ from tests.conftest import load, random_q
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("misses")
-    bench_misses(place, edges=10, robots=("planar_2r",), thicknesses=(1.0, 5.0))
+    bench_misses(place, edges=8, robots=("planar_2r",), thicknesses=(1.0, 5.0))
     bench_misses(place, edges=5, robots=("ur5",), thicknesses=(2.0,))
     return place
 
@@ -49,7 +49,7 @@ def test_nothing_certified_touches(folder: Path) -> None:
 
 
 def test_the_same_seed_gives_the_same_rows(folder: Path, tmp_path: Path) -> None:
-    again = bench_misses(tmp_path, edges=10, robots=("planar_2r",), thicknesses=(5.0,)).rows
+    again = bench_misses(tmp_path, edges=8, robots=("planar_2r",), thicknesses=(5.0,)).rows
     assert set(again) <= set(read_rows(folder / "misses.csv", Row, "planner bench misses"))
     one, two = (bench_misses(tmp_path, edges=2, robots=("planar_2r",), thicknesses=(1.0,), seed=s).rows for s in (0, 1))
     assert [row.looks for row in one] != [row.looks for row in two]

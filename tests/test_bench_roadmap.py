@@ -158,7 +158,7 @@ def test_a_method_that_takes_too_long_is_killed(world: WorldRequest, tmp_path: P
     found = bench_roadmap(tmp_path, world, nodes=40, queries=1, time_limit=0.05)
     assert found.complete
     assert all(row.outcome == "timed out" for row in found.rows)
-    assert "- OMPL PRM: timed out. Killed after 0.05 s." in (tmp_path / "roadmap.md").read_text()
+    assert "- OMPL PRM, our checker: timed out. Killed after 0.05 s." in (tmp_path / "roadmap.md").read_text()
 
 
 def test_a_crash_is_a_row(tmp_path: Path) -> None:
@@ -214,12 +214,12 @@ def row(method: str, **more) -> Row:
 def test_aims_are_met_and_missed() -> None:
     good = [row(OURS), row(OMPL, build_s=21.0), row(PYROBOPLAN, build_s=60.0)]
     assert [(aim.confirmed, aim.of) for aim in aims(good)] == [(2, 2), (1, 1), (1, 1)]
-    assert "OMPL PRM: 10.5 times" in aims(good)[0].note
+    assert "OMPL PRM, our checker: 10.5 times" in aims(good)[0].note
     bad = [replace(good[0], query_ms=51.0, touching=1), replace(good[1], build_s=19.0)]
     assert [aim.confirmed for aim in aims(bad)] == [0, 0, 0]
     assert [aim.of for aim in aims([])] == [0, 0, 0]
     text = to_markdown(good)
-    assert "| OMPL PRM | 21 | 10.5 |" in text
+    assert "| OMPL PRM, our checker | 21 | 10.5 |" in text
     assert to_markdown([], complete=False).startswith("# planner bench roadmap")
 
 

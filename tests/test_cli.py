@@ -124,6 +124,8 @@ BAD_OPTIONS = [
     (["--robot", "nowhere/arm.urdf"], 3, "nowhere/arm.urdf not found"),
     (["--scene", "moon"], 3, "scene 'moon' not found"),
     (["--scene", "nowhere/s.yaml"], 3, "nowhere/s.yaml not found"),
+    (["--scene", "a\nb"], 3, r"scene 'a\nb' not found"),
+    (["--goal", "xyz:1e200,0,0"], 3, "cannot be reached"),
     (["--tool", "tol0"], 3, "frame 'tol0' not found; frames are"),
     (["--start", "q:0,0"], 3, "2 joint values, iiwa14 has 7"),
     (["--start", "q:nan,0,0,0,0,0,0"], 3, "not finite"),

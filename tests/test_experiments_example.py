@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
+from planner.errors import OptionError
 from planner.experiments.example import example_verdicts, optimal_paths, run_example
 from planner.experiments.report import Report, write_report
 
@@ -16,6 +17,12 @@ from planner.experiments.report import Report, write_report
 @pytest.fixture(scope="module")
 def report() -> Report:
     return run_example()
+
+
+def test_the_seed_is_kept() -> None:
+    assert run_example(3).config == {"seed": 3}
+    with pytest.raises(OptionError, match="seed"):
+        run_example(-1)
 
 
 def test_every_sentence_is_confirmed(report: Report) -> None:

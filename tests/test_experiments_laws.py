@@ -233,3 +233,5 @@ def test_the_table_has_medians_and_maxima() -> None:
 def test_no_graphs_are_refused() -> None:
     with pytest.raises(OptionError, match="at least 1"):
         run_laws(graphs=0)
+    with pytest.raises(OptionError, match="seed"):
+        run_laws(graphs=1, seed=-1)

@@ -177,6 +177,24 @@ def test_build_roadmap_says_how_far_it_is(post):
     assert links[-1] == round(40 * 2029 / 1012)
 
 
+@pytest.mark.parametrize("floor", [0.1, 1e9])
+def test_ways_up_to_the_floor_are_grown_once(floor):
+    robot = load("planar_2r")
+    low = np.array([[0.3, 0.02], [-1.0, -0.02]])
+    roadmap = build_roadmap(robot, checker_of("planar_2r"), *low, nodes=200, min_manipulability=floor)
+    assert len(np.unique(roadmap.edges, axis=0)) == len(roadmap.edges)
+    alone = grow(robot, EdgeProver(checker_of("planar_2r")), *low[:, None], 2, 0, GrowthSettings(floor=floor))
+    known = {q.tobytes() for q in alone.nodes}
+    assert all(q.tobytes() in known for q in roadmap.nodes[roadmap.manipulability < floor])
+    assert roadmap.connected == (floor < 1)
+
+
+def test_no_search_between_ends_that_no_way_leads_up_from():
+    growth = grow(load("planar_2r"), EdgeProver(checker_of("planar_2r")), A, B, 2, 0, GrowthSettings(floor=1e9))
+    assert growth.motions == 0
+    assert not growth.joined
+
+
 def test_settings_refuse_what_is_no_roadmap():
     with pytest.raises(OptionError, match=r"1 nodes make no roadmap: give a whole number from 2"):
         RoadmapSettings(nodes=1)

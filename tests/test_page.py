@@ -124,6 +124,24 @@ def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) 
         assert rows["tool's way"] == f"{interval.workspace_length:.3f} m"
 
 
+@pytest.mark.parametrize("floor", [0.02, 0.03])  # above the goal's w alone; above those of both ends
+def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path) -> None:
+    held = plan(PlanRequest(nodes=150, min_manipulability=floor))
+    save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
+    whole = sweep(PlanRequest(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
+    (mine, current), theirs = of_plan(held), of_tradeoff(whole)
+    assert len(mine) == len(theirs) >= 1
+    for a, b in zip(mine, theirs, strict=True):
+        assert a.interval == pytest.approx(b.interval, abs=1e-9)
+        assert a.numbers == b.numbers
+        np.testing.assert_array_equal(a.path, b.path)
+    field = mine[current].cost_to_go
+    assert field is not None
+    assert field.shape == (len(held.roadmap.nodes),)
+    assert held.cost is not None
+    assert field[held.path_nodes[0]] == pytest.approx(held.cost.total)
+
+
 def test_a_plan_that_is_one_of_several_as_good_is_shown_itself(made: Plan) -> None:
     """At a corner of the trade-off, as at 0 and 1, the plan's path may be none of the intervals'."""
     assert made.cost is not None

@@ -84,6 +84,7 @@ BAD = {
         ("[[1, true]]", "row 1 holds something that is no number"),
         ("[[1, null]]", "row 1 holds something that is no number"),
         ("[[1, NaN]]", f"row 1 has no finite value for joint '{B}'"),
+        ("[[1, 1e300]]", f"row 1 puts joint '{B}' at 1e+300"),
         ("[[1, 1e999]]", f"row 1 has no finite value for joint '{B}'"),
         ("[[1, 2, 3]]", "has 3 columns without names, planar_2r has 2 planned joints"),
         ('{"joints": 3, "path": [[1, 2]]}', "its joint names are no list of names"),

@@ -381,3 +381,9 @@ def test_the_default_request_is_the_papers():
     request = PlanRequest()
     assert (request.robot, request.scene, request.nodes, request.beta) == ("iiwa14", "paper", 1012, 0.5)
     assert request.roadmap is None or isinstance(request.roadmap, Path)
+
+
+def test_a_goal_named_twice_is_one_goal(scenes):
+    result = plan(PlanRequest(robot="planar_2r", scene=scenes["post"], goal="goal,start,goal", nodes=10))
+    assert result.outcome is Outcome.SOLVED
+    assert len(result.roadmap.goals) == 2

@@ -222,6 +222,12 @@ def test_wrong_states(run: Run, tmp_path: Path, arguments: tuple[str, ...], code
     assert_refused(run("view", *arguments, "--out", str(out / "state.html")), code, text, out)
 
 
+def test_a_place_that_cannot_be_written_is_refused_first(run: Run, tmp_path: Path) -> None:
+    code, out, err = run("view", "--out", str(tmp_path))
+    assert (code, out) == (3, "")
+    assert "is a folder: give the name of a file" in err
+
+
 def test_wrong_results(run: Run, folder: Path, tmp_path: Path) -> None:
     def refused(code: int, text: str, *arguments: str) -> None:
         assert_refused(run("view", *arguments), code, text, tmp_path / "none")

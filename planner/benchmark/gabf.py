@@ -19,6 +19,7 @@ from planner.benchmark.rows import Ledger, collect
 from planner.errors import OptionError, PlannerError
 from planner.experiments.report import Progress, versions
 from planner.files import make_folder, write_whole
+from planner.request import require_seed
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 CSV_NAME, MARKDOWN_NAME = "gabf.csv", "gabf.md"
@@ -43,6 +44,9 @@ def bench_gabf(
     hand is abandoned. Raises OptionError for a size or neighbours out of range, FileError where the folder cannot
     be used.
     """
+    require_seed(seed)
+    if not sizes:
+        raise OptionError("no size to measure: give numbers of nodes, such as --sizes 1000 10000.")
     for nodes in sizes:
         if not 1 <= neighbours < nodes or nodes < 10:
             raise OptionError(f"{nodes} nodes with {neighbours} neighbours each: give at least 10, and more nodes.")

@@ -1,6 +1,6 @@
 """One method of ``planner bench roadmap``, in a process of its own: build, ask, look at what was built.
 
-python -m planner.benchmark.roadmap_case out.json '{"method": "OMPL PRM", "robot": "panda", "scene": "shelf", ...}'
+python -m planner.benchmark.roadmap_case out.json '{"method": "gabf-planner", "robot": "panda", "scene": "shelf", ...}'
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from planner.benchmark.rows import aim_lines, closing_lines, markdown_table
 from planner.experiments.report import Verdict, tally
 
 OURS = "gabf-planner"
-OMPL, OMPL_PLAIN, PYROBOPLAN = "OMPL PRM", "OMPL PRM, plain coal", "pyroboplan PRM"
+OMPL, OMPL_PLAIN, PYROBOPLAN = "OMPL PRM, our checker", "OMPL PRM, plain coal", "pyroboplan PRM"
 PEERS = (OMPL, OMPL_PLAIN, PYROBOPLAN)
 CHECKS = ("FCL checks", "coal checks")
 MEASURED, NOT_INSTALLED, TIMED_OUT, CRASHED = "measured", "not installed", "timed out", "crashed"
@@ -124,9 +124,9 @@ _METHOD = """How. All methods get the same robot, scene, collision pairs and que
 Each runs in a process of its own, one after the other; times are of the wall clock. Ours: `planner.build_roadmap`,
 every edge proven; a query is `attach`, `build_network`, the field by GABF under the singularity-free law, and the
 path. "Many starts" attaches all starts and one goal, computes one field, and reads every path off it. OMPL's PRM has
-its defaults, the state check being a Python callback on the same checker, and its motions looked at at its default
-resolution; "plain coal": the callback asks Pinocchio about all pairs in turn, as its documentation shows. A query is
-`solve` on the kept roadmap, which grows further where start and goal are not joined.
+its defaults, its motions looked at at its default resolution, and a Python callback as state check: "our checker" is
+the same as ours, "plain coal" asks Pinocchio about all pairs in turn, as its documentation shows. A query is `solve` on
+the kept roadmap, which grows further where start and goal are not joined.
 pyroboplan's PRM (`pip install --no-deps pyroboplan`: it asks for another Pinocchio than this package) has its
 defaults, save a linking radius of 2 rad, as its 0.5 rad links nothing here; it gets coal's geometry whatever the
 checker. Touching: edges, at most 200 drawn at random, and answered paths, looked at every millimetre of motion by

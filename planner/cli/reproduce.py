@@ -36,7 +36,7 @@ def example(out: Path = Path("reproduce-example"), seed: int = 0, debug: Flag = 
     def run(report: Progress, stop: Callable[[], bool]) -> Report:
         from planner.experiments.example import run_example
 
-        return run_example()
+        return run_example(seed)
 
     return run_experiment(run, out)
 

@@ -41,9 +41,10 @@ def build(
         file: The file to write; what is there is replaced.
         debug: Show tracebacks of errors.
     """
+    from planner.files import require_writable_file
     from planner.interrupt import StopRequest
 
-    _require_place(file)
+    require_writable_file(file)
     from planner.outcome import Outcome
     from planner.plan import obtain_roadmap
     from planner.query import make_query
@@ -147,13 +148,14 @@ def _check(file: Path, request: KeptRequest) -> int:
 
 
 def _repair(file: Path, request: KeptRequest, target: Path) -> int:
+    from planner.files import require_writable_file
     from planner.interrupt import StopRequest
     from planner.roadmap import repair as repairing
     from planner.roadmap.reopen import reopen
     from planner.roadmap.storage import load_roadmap
 
     kept = load_roadmap(file)
-    _require_place(target)
+    require_writable_file(target)
     checker = reopen(request, kept, file)
     with StopRequest() as stop, progress() as bar:
         result = repairing.repair(kept, checker, reporter(bar), stop)
@@ -196,6 +198,7 @@ def extend(
         raise OptionError(f"{nodes} nodes are no extension: give a whole number from 1.")
     if seed is not None:
         require_seed(seed)
+    from planner.files import require_writable_file
     from planner.interrupt import StopRequest
     from planner.roadmap.extend import extend as grow_on
     from planner.roadmap.reopen import reopen
@@ -203,7 +206,7 @@ def extend(
 
     kept, target = load_roadmap(file), out or file
     require_nodes(len(kept.nodes) + nodes)
-    _require_place(target)
+    require_writable_file(target)
     checker = reopen(request, kept, file)
     require_same_world(kept, checker, file)
     with StopRequest() as stop, progress() as bar:
@@ -212,15 +215,6 @@ def extend(
     more = f"{len(result.nodes) - len(kept.nodes)} nodes and {len(result.edges) - len(kept.edges)} edges more"
     say(f"{more}: {_size(result)}. Written: {target}")
     return 130 if stop() else 0
-
-
-def _require_place(file: Path) -> None:
-    """See that ``file`` can be written before any work is done."""
-    from planner.files import require_writable_folder
-
-    if file.is_dir():
-        raise FileError(f"{file} is a folder: give the name of a file.")
-    require_writable_folder(file.parent)
 
 
 def _save(result: Roadmap, file: Path) -> None:

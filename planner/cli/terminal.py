@@ -18,7 +18,9 @@ def say(text: str) -> None:
 
 
 def complain(text: str) -> None:
-    print(f"planner: {text}", file=sys.stderr)
+    """One line on standard error; what names and files bring in that would break it or steer a terminal is escaped."""
+    line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    print(f"planner: {line}", file=sys.stderr)
 
 
 def show(renderable: Any) -> None:

@@ -15,7 +15,7 @@ from planner.targets import parse_target
 
 
 def view(
-    result: tyro.conf.Positional[Path | None] = None,
+    result: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[RESULT]")] = None,
     request: Annotated[WorldRequest, tyro.conf.arg(name="")] = WorldRequest(),  # noqa: B008 (frozen)
     state: str | None = None,
     out: Path | None = None,
@@ -48,6 +48,7 @@ def view(
         open: Open the page in the browser, where there is a screen.
         debug: Show tracebacks of errors.
     """
+    from planner.files import require_writable_file
     from planner.view.serve import require_port, serve
 
     require_port(port)
@@ -55,6 +56,8 @@ def view(
         _require_alone(request, state, out)
         page = _page_beside(result)
     else:
+        if out is not None:
+            require_writable_file(out)
         page = _state_page(request, state)
         if out is not None:
             return _write(page, out)

@@ -9,6 +9,7 @@ import numpy as np
 from planner import gabf
 from planner.errors import AssumptionError
 from planner.experiments.report import Report, Row, Verdict, require_figures, tally
+from planner.request import require_seed
 
 Nodes = tuple[int, ...]
 """Nodes in the paper's numbering, which starts at 1."""
@@ -20,19 +21,21 @@ _FROM_ABOVE: tuple[gabf.Law, ...] = (gabf.Nominal(), gabf.PrescribedTime())
 _FROM_ANYWHERE: tuple[gabf.Law, ...] = (gabf.FixedTime(), gabf.SingularityFree())
 
 
-def run_example() -> Report:
+def run_example(seed: int = 0) -> Report:
     """Check what the text says of its example, and solve it under every law from every start that the law allows.
 
     The weights are ours, the figure not being part of the paper's source: :func:`planner.gabf.examples.nine_node`.
-    Raises FileError where matplotlib is missing.
+    ``seed`` is kept in the report, nothing here is random. Raises FileError where matplotlib is missing, OptionError
+    for a seed out of range.
     """
+    require_seed(seed)
     require_figures()
     network = gabf.examples.nine_node()
     found = gabf.structure(network)
     runs = tuple(_solves(network, found.x_star))
     return Report(
         name="example",
-        config={},
+        config={"seed": seed},
         table=tuple(example_table(network, found)),
         verdicts=(*example_verdicts(network, found), *_run_verdicts(network, runs)),
         figures={"example_graph.png": _figure(network, found)},

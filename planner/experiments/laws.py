@@ -18,6 +18,7 @@ from planner.experiments.random_graphs import OUT_DEGREE, START, RandomGraph, dr
 from planner.experiments.remark_verdicts import bound_verdicts, remark_verdicts
 from planner.experiments.report import Picture, Progress, Report, Row, require_figures
 from planner.experiments.textbook import Course
+from planner.request import require_seed
 
 Stop = Callable[[], bool]
 
@@ -49,10 +50,11 @@ def run_laws(
 
     Graph k of a seed is the same however many are drawn. ``progress`` hears ("runs", done, total); once ``stop``
     returns True the report comes back over the graphs that are whole, with ``complete`` False. Raises OptionError for
-    fewer than one graph or too few nodes, FileError where matplotlib is missing.
+    fewer than one graph, too few nodes or a seed out of range, FileError where matplotlib is missing.
     """
     if graphs < 1:
         raise OptionError(f"graphs must be at least 1, not {graphs}.")
+    require_seed(seed)
     require_figures()
     study, each = LawStudy(), len(CASES) + len(TRIALS)
     for k in range(graphs):

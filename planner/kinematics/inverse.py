@@ -51,7 +51,8 @@ def beyond_reach(robot: Robot, position: Floats) -> float:
     while joint:
         # offsets along the first axes do not turn with it: measuring from joint 2's origin is often sharper
         if _origin_is_fixed(chain, joint):
-            apart = float(np.linalg.norm(np.asarray(position) - home[joint, 0]))
+            with np.errstate(over="ignore"):
+                apart = float(np.linalg.norm(np.asarray(position) - home[joint, 0]))
             best = max(best, apart - total)
         row = joint - 1
         slide = max(abs(robot.lower[row]), abs(robot.upper[row])) if chain.prismatic[row] else 0.0
@@ -74,8 +75,9 @@ def _origin_is_fixed(chain: Chain, joint: int) -> bool:
 def _solve(robot: Robot, target: pin.SE3, oriented: bool, rng: np.random.Generator, starts: int) -> Solutions:
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(starts - 1, robot.dof))])
     task = _Task(robot, target, oriented)
-    ends = [task.descend(seed) for seed in seeds]
-    errors = np.array([task.error_norms(q) for q in ends])
+    with np.errstate(over="ignore"):  # a target that is inf squared metres away is out of reach, as the caller will say
+        ends = [task.descend(seed) for seed in seeds]
+        errors = np.array([task.error_norms(q) for q in ends])
     nearest = int(np.argmin(errors[:, 0] + 0.1 * errors[:, 1]))  # 0.1 m/rad weighs an angle against a distance
     solved = (errors[:, 0] <= POSITION_TOLERANCE) & (errors[:, 1] <= ANGLE_TOLERANCE)
     found = _distinct(robot, np.array(ends)[solved])

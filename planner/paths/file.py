@@ -18,6 +18,7 @@ from planner.yamlfile import read_text
 
 _NAMES = ("joints", "joint_names")
 _ROWS = ("path", "waypoints", "positions")
+_FAR = 1000.0  # rad or m: no arm turns 160 times, and looking along such a path every millimetre would not end
 _FORMATS = "a plan.json, a list of rows, {joints, path}, {joint_names, points} or a CSV"
 
 
@@ -51,6 +52,13 @@ def read_joint_path(path: Path, robot: Robot) -> Floats:
     if len(bad):
         row, joint = bad[0]
         raise FileError(f"{where}: row {row + 1} has no finite value for joint '{robot.joints[joint]}'; mend the file.")
+    far = np.argwhere(np.abs(rows) > _FAR)
+    if len(far):
+        row, joint = far[0]
+        raise FileError(
+            f"{where}: row {row + 1} puts joint '{robot.joints[joint]}' at {rows[row, joint]:g}, beyond any joint's "
+            f"{_FAR:g}; mend the file."
+        )
     return frozen(_unwound(rows, robot))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.collision.edges import EdgeProver
+from planner.kinematics.manipulability import manipulability
 from planner.roadmap.climb import climb
 from planner.roadmap.forest import Forest
 from planner.roadmap.join import Joiner, JoinSettings
@@ -29,9 +30,9 @@ class GrowthSettings:
 
     ``range`` (rad): longer steps cross free space sooner, shorter ones enter narrow passages. ``join_motions``: motions
     that the search for a first path may check before it gives up, 5000 a joint where left out; ``shortcuts``:
-    attempts to shorten that path. ``motions_per_node``:
-    motions that RRT may check for each node it is to add. ``floor``: manipulability w that all motions keep above,
-    but for those that lead up to it from a start or goal below; 0 for none.
+    attempts to shorten that path. ``motions_per_node``: motions that RRT may check for each node it is to add.
+    ``floor``: manipulability w that all motions keep above, but for those that lead up to it from a start or goal
+    below; 0 for none.
     """
 
     range: float = 0.8
@@ -74,7 +75,7 @@ def grow(
     last = np.array([forest.add(q) for q in goals], dtype=np.int64)
     join = JoinSettings(settings.range, settings.join_motions or _JOIN_A_JOINT * robot.dof, settings.shortcuts)
     joiner = Joiner(robot, motions, join, lambda done, total: progress(FIRST_PATH, done, total), stop)
-    if settings.floor > 0:
+    if settings.floor > 0 and len(goals):  # with nothing to join, ``starts`` are a tree that has its ways up
         starts, goals = _risen(forest, motions, starts), _risen(forest, motions, goals)
     spine = None if np.intersect1d(first, last).size else joiner.join(starts, goals)
     if spine is not None:
@@ -86,11 +87,12 @@ def grow(
 
 
 def _risen(forest: Forest, motions: Motions, ends: Floats) -> Floats:
-    """Where the ways up from ``ends`` (k, dof) to the floor end; the ways become part of the forest."""
+    """Where the ways up from ``ends`` (k, dof) reach the floor, those that do; all become part of the forest."""
     ways = [climb(motions.prover, q, motions.floor) for q in ends]
     for way in ways:
         forest.add_path(way)
-    return np.array([way[-1] for way in ways]).reshape(ends.shape)
+    tops = np.array([way[-1] for way in ways]).reshape(ends.shape)
+    return tops[manipulability(motions.prover.world.robot, tops) >= motions.floor]  # no motion may leave the others
 
 
 def grow_tree(

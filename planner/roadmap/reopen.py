@@ -14,7 +14,7 @@ from planner.query import open_world
 from planner.request import KeptRequest, WorldRequest
 from planner.resources import robot_names, scene_names
 from planner.roadmap.roadmap import Roadmap
-from planner.robot import with_widened_limits
+from planner.robot import robot_name, with_widened_limits
 
 
 def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionChecker:
@@ -23,6 +23,10 @@ def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionCheck
     Raises :class:`FileError` where the file names one that is not built in, and nobody says where it is.
     """
     origin = roadmap.origin
+    if request.robot and robot_name(request.robot) != origin.robot:
+        raise FileError(
+            f"roadmap {path} is for robot '{origin.robot}', not '{request.robot}': build one for this robot."
+        )
     world = WorldRequest(
         robot=request.robot or _built_in("robot", origin.robot, robot_names(), path),
         scene=request.scene or _built_in("scene", origin.scene, scene_names(), path),

@@ -72,6 +72,8 @@ def save_roadmap(roadmap: Roadmap, path: Path) -> None:
 
 def load_roadmap(path: Path) -> Roadmap:
     """Read a roadmap and check that it is whole; :class:`FileError` says what is wrong with it."""
+    if path.is_dir():
+        raise FileError(f"roadmap {path} is a folder: name the roadmap.npz in it.")
     if not path.is_file():
         raise FileError(f"roadmap {path} not found: 'planner roadmap build' makes one, 'planner plan' writes one too.")
     try:

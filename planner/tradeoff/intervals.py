@@ -77,7 +77,7 @@ class Tradeoff:
     proven, from 0 up; none where there is no path. ``front`` holds the non-dominated paths, where they were asked
     for. ``solves`` counts runs of the dynamics, ``max_error_vs_oracle`` is the largest relative error of all of them.
     ``found``, ``settled``, ``barred`` (legs that dip below the manipulability floor) and ``grown`` (whether the roadmap
-    is whole) are what a later sweep goes on from; their nodes are those of the course, see :mod:`planner.floor`.
+    is whole) are what a later sweep goes on from; their nodes are those of ``course``, see :mod:`planner.floor`.
     """
 
     request: SweepRequest
@@ -86,6 +86,7 @@ class Tradeoff:
     scene: Scene
     checker: CollisionChecker
     roadmap: Roadmap
+    course: Course | None = None
     intervals: tuple[Interval, ...] = ()
     complete: bool = False
     front: Front | None = None
@@ -230,6 +231,7 @@ class _Run:
             course = course_of(roadmap, network, request.min_manipulability)
             for leg in draft.barred:
                 course = course.without_leg(*leg)
+        draft = replace(draft, course=course)
         search = EnvelopeSearch(course.network, course.starts, make_law(request))
         recheck = partial(self.recheck, draft.robot, roadmap, course, request.min_manipulability)
         if self._recall(search, draft, recheck):

@@ -118,7 +118,7 @@ def summary_lines(record: dict[str, Any]) -> list[str]:
         more = (
             "" if front["complete"] else f" The search was stopped after {front['labels']} labels: there may be more."
         )
-        lines.append(f"{count} non-dominated paths, {beyond} of them optimal at no beta.{more}")
+        lines.append(f"{count} non-dominated paths, {beyond or 'none'} of them out of reach of every beta.{more}")
     return lines
 
 

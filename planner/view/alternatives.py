@@ -8,6 +8,7 @@ import numpy as np
 
 from planner import gabf
 from planner.arrays import Floats
+from planner.floor import Course
 from planner.outcome import Outcome
 from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
 from planner.plan import Plan, make_law, path_waypoints
@@ -21,7 +22,7 @@ W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}
 
 @dataclass(frozen=True, eq=False)
 class ShownPath:
-    """A path (k, dof) rad, what is said about it, and where known its betas and its cost-to-go (n,)."""
+    """A path (k, dof) rad, what is said about it, and where known its betas and the cost-to-go (n,) of the roadmap."""
 
     path: Floats
     numbers: Rows
@@ -32,18 +33,19 @@ class ShownPath:
 def of_plan(plan: Plan) -> tuple[list[ShownPath], int]:
     """The paths for every beta on the plan's roadmap, and which of them is the plan's own; none without a path.
 
-    The alternatives consist of proven edges; only the plan's own path was looked at again at every millimetre.
+    The alternatives consist of proven edges; only the plan's own path was looked at again at every millimetre, and
+    held against a manipulability floor between the states that the roadmap keeps.
     """
     if plan.outcome is not Outcome.SOLVED:
         return [], 0
-    assert plan.network is not None
+    assert plan.course is not None
     assert plan.cost is not None
-    search = EnvelopeSearch(plan.network, plan.roadmap.starts, make_law(plan.request))
+    search = EnvelopeSearch(plan.course.network, plan.course.starts, make_law(plan.request))
     while not search.done:
         search.step()
     beta = plan.request.beta
     found = pieces(search.supports)
-    shown = [_of_piece(plan, piece) for piece in found]
+    shown = [_of_piece(plan, plan.course, piece) for piece in found]
     for k, piece in enumerate(found):
         same = np.isclose([piece.support.manipulability, piece.support.distance], [*_costs(plan)], rtol=1e-9).all()
         if same and piece.beta_min <= beta <= piece.beta_max:
@@ -62,7 +64,7 @@ def of_tradeoff(tradeoff: Tradeoff) -> list[ShownPath]:
             item.path,
             path_rows(tradeoff.robot, item.path, item.manipulability_cost, item.distance_cost),
             (item.beta_min, item.beta_max),
-            item.cost_to_go.x,
+            on_roadmap(tradeoff.course, item.cost_to_go),
         )
         for item in tradeoff.intervals
     ]
@@ -83,14 +85,15 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
 
 
 def _planned(plan: Plan, interval: tuple[float, float]) -> ShownPath:
-    return ShownPath(plan.path, path_rows(plan.robot, plan.path, *_costs(plan)), interval, _field(plan.cost_to_go))
+    rows = path_rows(plan.robot, plan.path, *_costs(plan))
+    return ShownPath(plan.path, rows, interval, on_roadmap(plan.course, plan.cost_to_go))
 
 
-def _of_piece(plan: Plan, piece: Piece) -> ShownPath:
+def _of_piece(plan: Plan, course: Course, piece: Piece) -> ShownPath:
     support = piece.support
-    path = path_waypoints(plan.roadmap, plan.robot, support.nodes)
+    path = path_waypoints(plan.roadmap, plan.robot, course.place[support.nodes])
     rows = path_rows(plan.robot, path, support.manipulability, support.distance)
-    return ShownPath(path, rows, (piece.beta_min, piece.beta_max), support.cost_to_go.x)
+    return ShownPath(path, rows, (piece.beta_min, piece.beta_max), on_roadmap(course, support.cost_to_go))
 
 
 def _costs(plan: Plan) -> tuple[float, float]:
@@ -98,5 +101,10 @@ def _costs(plan: Plan) -> tuple[float, float]:
     return plan.cost.manipulability, plan.cost.distance
 
 
-def _field(cost_to_go: gabf.CostToGo | None) -> Floats | None:
-    return None if cost_to_go is None else cost_to_go.x
+def on_roadmap(course: Course | None, cost_to_go: gabf.CostToGo | None) -> Floats | None:
+    """The cost-to-go (n,) of the roadmap's own nodes; where a floor has several stretches, a node's least on any."""
+    if course is None or cost_to_go is None:
+        return None
+    least = np.full(course.place.max() + 1, np.inf)
+    np.minimum.at(least, course.place, cost_to_go.x)
+    return least

@@ -20,7 +20,7 @@ from planner.roadmap.roadmap import Roadmap
 from planner.robot import Robot
 from planner.scene import Scene
 from planner.tradeoff import Tradeoff
-from planner.view.alternatives import W_UNIT, Rows, ShownPath, of_plan, of_tradeoff
+from planner.view.alternatives import W_UNIT, Rows, ShownPath, of_plan, of_tradeoff, on_roadmap
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent
@@ -73,7 +73,7 @@ def plan_page(plan: Plan) -> str:
         plan.roadmap.nodes[plan.roadmap.starts[0]],
         about=summary_rows(plan_record(plan)),
         roadmap=plan.roadmap,
-        cost_to_go=None if plan.cost_to_go is None else plan.cost_to_go.x,
+        cost_to_go=on_roadmap(plan.course, plan.cost_to_go),
         paths=paths,
         current=current,
         beta=plan.request.beta,
