@@ -86,6 +86,8 @@ def breach(robot: Robot, path: Floats, floor: float) -> int | None:
     Everywhere w is at least the least of the floor, w at the start and w at the goal; from where it first reaches the
     floor to where it last does it stays above.
     """
+    if floor <= 0:
+        return None
     rows, segment = [path[:1]], [0]
     for k, (a, b) in enumerate(itertools.pairwise(path)):
         count = max(1, int(np.ceil(np.abs(b - a).max() / _FINE)))

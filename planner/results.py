@@ -93,17 +93,17 @@ def _manipulability(plan: Plan) -> dict[str, Any] | None:
         return None
     w = path_manipulability(plan.robot, plan.path)
     measured = {"min": float(w.min()), "mean": float(w.mean()), "rows": plan.robot.rows, "frame": plan.robot.tool}
-    return measured | _floor(plan)
+    return measured | _floor(plan, float(w.max()))
 
 
-def _floor(plan: Plan) -> dict[str, Any]:
+def _floor(plan: Plan, highest: float) -> dict[str, Any]:
     """What became of the floor that was asked for; nothing where none was."""
     floor = plan.request.min_manipulability
     if floor <= 0:
         return {}
     ends = [float(w) for w in manipulability(plan.robot, plan.path[[0, -1]])]
     holds = breach(plan.robot, plan.path, floor) is None
-    return {"floor": {"asked": floor, "start": ends[0], "goal": ends[1], "holds": holds}}
+    return {"floor": {"asked": floor, "start": ends[0], "goal": ends[1], "reached": highest >= floor, "holds": holds}}
 
 
 def _lengths(plan: Plan) -> dict[str, float] | None:
@@ -165,8 +165,12 @@ def _floor_text(w: dict[str, Any]) -> str:
     if "floor" not in w:
         return ""
     asked, ends = w["floor"]["asked"], min(w["floor"]["start"], w["floor"]["goal"])
+    if not w["floor"]["holds"]:
+        return f"; NOT above the floor of {asked:g}"
+    if not w["floor"]["reached"]:
+        return f"; it never reaches the floor of {asked:g}, and stays above its lower end's {ends:.5f}"
     low = "" if ends >= asked else f" but for the stretches from and to its ends, of w {ends:.5f}"
-    return f"; {'above' if w['floor']['holds'] else 'NOT above'} the floor of {asked:g}{low}"
+    return f"; above the floor of {asked:g}{low}"
 
 
 def _certified(gabf: dict[str, Any]) -> list[tuple[str, str]]:

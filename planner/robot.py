@@ -120,16 +120,21 @@ class Robot:
 
     def difference(self, a: Floats, b: Floats) -> Floats:
         """The joint motion (..., dof) from a to b: continuous joints take the shorter way round."""
-        delta = np.asarray(b) - np.asarray(a)
-        if self.continuous.any():
-            wrapped = np.mod(delta + np.pi, 2 * np.pi) - np.pi
-            delta = np.where(self.continuous, wrapped, delta)
-        return delta
+        return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
 
     def normalise(self, q: Floats) -> Floats:
         """Continuous joints brought into [-pi, pi)."""
         wrapped = np.mod(np.asarray(q) + np.pi, 2 * np.pi) - np.pi
         return np.where(self.continuous, wrapped, q)
+
+
+def shorter_way(delta: Floats, turns: Bools) -> Floats:
+    """Joint motions (..., dof) with the shorter way round for joints that turn freely; the way back is its opposite."""
+    if not turns.any():
+        return delta
+    wrapped = np.mod(delta + np.pi, 2 * np.pi) - np.pi
+    half = (wrapped == -np.pi) & (delta > 0)  # half a turn either way: as it was asked, so that back is back
+    return np.where(turns, np.where(half, np.pi, wrapped), delta)
 
 
 def robot_name(text: str) -> str:

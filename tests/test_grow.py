@@ -183,7 +183,8 @@ def test_ways_up_to_the_floor_are_grown_once(floor):
     low = np.array([[0.3, 0.02], [-1.0, -0.02]])
     roadmap = build_roadmap(robot, checker_of("planar_2r"), *low, nodes=200, min_manipulability=floor)
     assert len(np.unique(roadmap.edges, axis=0)) == len(roadmap.edges)
-    alone = grow(robot, EdgeProver(checker_of("planar_2r")), *low[:, None], 2, 0, GrowthSettings(floor=floor))
+    prover = EdgeProver(checker_of("planar_2r"))
+    alone = grow(robot, prover, low[:1], low[1:], 2, 0, GrowthSettings(floor=floor))
     known = {q.tobytes() for q in alone.nodes}
     assert all(q.tobytes() in known for q in roadmap.nodes[roadmap.manipulability < floor])
     assert roadmap.connected == (floor < 1)

@@ -209,3 +209,13 @@ def test_refused(case, urdf_file):
 def test_a_planned_joint_cannot_be_fixed():
     with pytest.raises(RobotError, match="iiwa14_joint_1"):
         Robot.load("iiwa14", fixed_joints={load("iiwa14").joints[0]: 1.0})
+
+
+def test_half_a_turn_there_is_half_a_turn_back():
+    robot = load("kinova")
+    a, b = robot.home.copy(), robot.home.copy()
+    k = int(np.nonzero(robot.continuous)[0][0])
+    a[k], b[k] = -np.pi, 0.0
+    there, back = robot.difference(a, b), robot.difference(b, a)
+    assert abs(there[k]) == pytest.approx(np.pi)
+    np.testing.assert_array_equal(there, -back)

@@ -96,8 +96,8 @@ class CoalChecker(CollisionChecker):
     def _touching_pair(self, q: Floats) -> int:
         """The first pair that touches at a configuration known to touch."""
         pin.computeCollisions(self.world.robot.model, self._kinematics, self._model, self._data, q, True)
-        hit = next(k for k, result in enumerate(self._data.collisionResults) if result.isCollision())
-        return self._pairs[hit]
+        hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
+        return self._pairs[hits[0]]
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`."""

@@ -11,6 +11,7 @@ from planner.kinematics.manipulability import manipulability
 _STEP = 0.05  # rad
 _STEPS = 80
 _TRIES = 12  # directions beside the steepest one, where that is blocked
+_SPREAD = 1.4  # length of what is added to the steepest direction, which has length 1
 _STATES = np.linspace(0.0, 1.0, 6)[1:]  # of a step at which w must have risen
 _EPS = 1e-4  # rad, finite differences
 
@@ -36,7 +37,7 @@ def _step(prover: EdgeProver, q: Floats, w: float, rng: np.random.Generator) -> 
     robot = prover.world.robot
     slope = manipulability(robot, q + _EPS * np.eye(robot.dof)) - w
     uphill = slope / max(float(np.linalg.norm(slope)), 1e-300)
-    directions = np.vstack([uphill, uphill + 0.7 * rng.normal(size=(_TRIES, robot.dof)) / np.sqrt(robot.dof) * 2.0])
+    directions = np.vstack([uphill, uphill + _SPREAD * rng.normal(size=(_TRIES, robot.dof)) / np.sqrt(robot.dof)])
     directions /= np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), 1e-300)
     ends = q + _STEP * directions
     ends = np.where(robot.continuous, ends, np.clip(ends, robot.lower, robot.upper))

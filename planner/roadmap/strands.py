@@ -18,6 +18,7 @@ from planner.arrays import Bools, Floats, Ints
 from planner.collision.edges import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.forest import Forest
+from planner.roadmap.measure import simpson_weights
 from planner.roadmap.scale import CostScale, manipulability_cost, measure_scale
 from planner.robot import Robot
 
@@ -31,9 +32,8 @@ _BOTH = ((0.5, 0.5), (0.5, 0.25))
 _PROVEN_A_WAYPOINT = 2  # of its candidates, the best ones are proven
 _LEAST_GAIN = 1e-4  # relative
 _EPS = 1e-3  # rad, finite differences
-# Simpson's rule on seven states of a motion
-_SHARES = np.linspace(0.0, 1.0, 7)
-_WEIGHTS = np.array([1.0, 4.0, 2.0, 4.0, 2.0, 4.0, 1.0]) / 18.0
+_SHARES = np.linspace(0.0, 1.0, 7)  # of a motion at which w is looked at
+_WEIGHTS = simpson_weights(len(_SHARES))
 
 
 @dataclass(frozen=True, eq=False)

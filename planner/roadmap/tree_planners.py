@@ -12,7 +12,7 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from planner.arrays import Bools, Floats
-from planner.robot import Robot
+from planner.robot import Robot, shorter_way
 
 MotionCheck = Callable[[Floats, Floats], bool]
 """Whether the straight motion from a configuration (dof,) by a joint motion (dof,) may be taken."""
@@ -32,8 +32,7 @@ class JointSpace:
 
     def difference(self, a: Floats, b: Floats) -> Floats:
         """The joint motion from a to b: the shorter way round where a joint wraps."""
-        delta = b - a
-        return np.where(self.wrap, np.mod(delta + np.pi, 2 * np.pi) - np.pi, delta) if self.wrap.any() else delta
+        return shorter_way(b - a, self.wrap)
 
 
 @dataclass(frozen=True, eq=False)

@@ -208,7 +208,7 @@ class _Recheck:
             if first_bad_edge(self.checker, roadmap, np.array(pair)) is not None:
                 raise _EdgeFails(*pair)
             self.seen.add(frozenset(pair))
-        low = breach(robot, path_waypoints(roadmap, robot, nodes), floor) if floor > 0 else None
+        low = breach(robot, path_waypoints(roadmap, robot, nodes), floor)
         if low is not None:
             raise _Dips(int(legs[low]), int(legs[low + 1]))
 
