@@ -63,8 +63,8 @@ class RoadmapRequest(WorldRequest):
     seed: int = 0
     """Seed of all randomness: the same command and seed give the same path."""
     min_manipulability: float = 0.0
-    """A floor under manipulability w: once reached, paths stay above it until the last stretch to a goal below it. Where
-    start and goal lie below it a path may stay there, no lower than they are. The roadmap grows above it too; 0: none."""
+    """A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a goal
+    below it. Where start and goal lie below, a path may stay there, no lower than they are. Growth keeps above it too."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

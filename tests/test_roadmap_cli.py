@@ -184,7 +184,7 @@ def test_repair_refused(run: Run, kept: Path, tmp_path: Path) -> None:
     cases = [
         (
             ["--robot", "iiwa14", "--scene", "paper", "--tool", "flange", "--repair"],
-            "is for joints joint_1, joint_2",
+            "is for robot 'planar_2r', not 'iiwa14'",
             3,
         ),
         ([*world(tmp_path), "--out", str(tmp_path / "x.npz")], "--out says where a repaired roadmap goes", 2),
@@ -237,8 +237,8 @@ def test_missing_damaged_and_foreign_files(run: Run, kept: Path, tmp_path: Path,
     cut.write_bytes(kept.read_bytes()[:-100])
     for file, text in ((foreign, "is damaged or no roadmap"), (cut, "is damaged or no roadmap")):
         refused_and_kept(run("roadmap", name, str(file), *more), text, file, file.read_bytes())
-    for file in (tmp_path / "none.npz", tmp_path):
-        assert_refused(run("roadmap", name, str(file), *more), 3, "not found", tmp_path / "none.npz")
+    for file, text in ((tmp_path / "none.npz", "not found"), (tmp_path, "is a folder")):
+        assert_refused(run("roadmap", name, str(file), *more), 3, text, tmp_path / "none.npz")
 
 
 def test_build_refused(run: Run, kept: Path, tmp_path: Path) -> None:
