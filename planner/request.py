@@ -64,7 +64,7 @@ class RoadmapRequest(WorldRequest):
     """Seed of all randomness: the same command and seed give the same path."""
     min_manipulability: float = 0.0
     """A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a goal
-    below it. Where start and goal lie below, a path may stay there, no lower than they are. Growth keeps above it too."""
+    below it. Where start and goal lie below, a path may stay there, no lower than they are. Growth keeps above too."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -20,7 +20,7 @@ from planner.kinematics.forward import joint_placements
 
 _REFINE = 0.08  # m: pairs that a coarse bound puts nearer than this get a closer look where it falls short
 _EXACT = 0.02  # m: and nearer than this the exact distance
-_RESOLUTION = 1e-4  # m: a segment that leaves less than this (beyond the margin) is left undecided
+RESOLUTION = 1e-4  # m: a segment that leaves less than this (beyond the margin) is left undecided
 _PIECE = 0.35  # m: first intervals move no point further than this
 
 
@@ -77,16 +77,20 @@ class EdgeProver:
         first, second = self.world.members(pair)
         return not self.world.is_scene_pair(pair) or bool(self.world.checked[first, second])
 
-    def prove(self, start: Floats, delta: Floats) -> Proofs:
-        """Verdicts on the segments start + s delta, s in [0, 1]; arrays (m, dof)."""
-        return _Run(self, np.atleast_2d(start), np.atleast_2d(delta)).finish()
+    def prove(self, start: Floats, delta: Floats, room: float = RESOLUTION) -> Proofs:
+        """Verdicts on the segments start + s delta, s in [0, 1]; arrays (m, dof).
+
+        A segment on which less than ``room`` (m, beyond the margin) is left where it is looked at closely is undecided:
+        the smaller, the more of the tight ones are proven, and the longer each of them takes.
+        """
+        return _Run(self, np.atleast_2d(start), np.atleast_2d(delta), room).finish()
 
 
 class _Run:
     """One batch: intervals still open, looked at in their middles, round by round."""
 
-    def __init__(self, prover: EdgeProver, start: Floats, delta: Floats) -> None:
-        self.prover, self.start, self.delta = prover, start, delta
+    def __init__(self, prover: EdgeProver, start: Floats, delta: Floats, room: float) -> None:
+        self.prover, self.start, self.delta, self.room = prover, start, delta, room
         m = len(start)
         self.verdict = np.full(m, Verdict.FREE, dtype=np.int64)
         self.pair = np.full(m, -1, dtype=np.int64)
@@ -125,7 +129,7 @@ class _Run:
             cleared = np.where(rate > 0, gap / rate, np.inf)
         limit, rows = cleared.argmin(axis=1), np.arange(len(edge))
         reach = cleared[rows, limit]
-        stuck = (reach < need) & (gap[rows, limit] < _RESOLUTION)
+        stuck = (reach < need) & (gap[rows, limit] < self.room)
         self._note_clearance(edge, gap, rate, np.minimum(reach, need))
         for k in np.nonzero(stuck)[0]:
             self._stop(int(edge[k]), int(limit[k]), Verdict.UNDECIDED)

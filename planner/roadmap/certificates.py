@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
-from planner.collision.edges import EdgeProver, Proofs
+from planner.collision.edges import RESOLUTION, EdgeProver, Proofs
 from planner.robot import Robot
 
 
@@ -22,10 +22,10 @@ class RecordingProver(EdgeProver):
         super().__init__(checker)
         self._known: dict[tuple[bytes, bytes], tuple[float, int]] = {}
 
-    def prove(self, start: Floats, delta: Floats) -> Proofs:
+    def prove(self, start: Floats, delta: Floats, room: float = RESOLUTION) -> Proofs:
         """See :class:`planner.collision.edges.EdgeProver`."""
         start, delta = np.atleast_2d(start), np.atleast_2d(delta)
-        proofs = super().prove(start, delta)
+        proofs = super().prove(start, delta, room)
         for row in np.flatnonzero(proofs.free):
             self._known[_key(start[row], delta[row])] = float(proofs.clearance[row]), int(proofs.samples[row])
         return proofs

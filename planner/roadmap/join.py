@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.arrays import Floats
-from planner.roadmap.motions import Motions
+from planner.roadmap.motions import ROOM, Motions
 from planner.roadmap.tree_planners import JointSpace, TreePlanners
 from planner.robot import Robot
 
@@ -116,7 +116,8 @@ class Joiner:
         return None
 
     def _shorten(self, path: Floats) -> Floats:
-        with TreePlanners(JointSpace.of(self._robot), self._motions.proven, self._stop) as planners:
+        roomy = Motions(self._motions.prover, self._motions.floor, ROOM)
+        with TreePlanners(JointSpace.of(self._robot), roomy.proven, self._stop) as planners:
             path = planners.shorten(path, self._settings.shortcuts)
         self.checked += planners.checked
         return path

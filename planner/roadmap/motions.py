@@ -5,28 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from planner.arrays import Floats
-from planner.collision.edges import EdgeProver
+from planner.collision.edges import RESOLUTION, EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.tree_planners import MotionCheck
 
 _GLANCES = np.array([1.0, 0.5])  # where a motion is looked at before anything dearer: most refused ones end in contact
+ROOM = 8e-3  # m: what a motion that only makes a path better should leave: hugging obstacles is slow to prove too
 _W_STEP = 0.1  # rad between the states at which manipulability is looked at
 
 
 class Motions:
     """Motion checks in one world; counts nothing, remembers nothing.
 
-    With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``_W_STEP`` apart.
+    With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``_W_STEP`` apart. ``room`` (m): how
+    much a proof must leave, see :meth:`planner.collision.edges.EdgeProver.prove`.
     """
 
-    def __init__(self, prover: EdgeProver, floor: float = 0.0) -> None:
-        self.prover, self.floor, self._checker = prover, floor, prover.checker
+    def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = RESOLUTION) -> None:
+        self.prover, self.floor, self.room, self._checker = prover, floor, room, prover.checker
         self._reach_T = np.ascontiguousarray(prover.world.reach.bodies.T)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
         """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
         looks_free = self._glance(first, delta) and self._well_conditioned(first, delta)
-        return looks_free and bool(self.prover.prove(first[None], delta[None]).free[0])
+        return looks_free and bool(self.prover.prove(first[None], delta[None], self.room).free[0])
 
     def sampled(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""

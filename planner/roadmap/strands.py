@@ -19,6 +19,7 @@ from planner.collision.edges import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.forest import Forest
 from planner.roadmap.measure import simpson_weights
+from planner.roadmap.motions import ROOM
 from planner.roadmap.scale import CostScale, manipulability_cost, measure_scale
 from planner.robot import Robot
 
@@ -100,7 +101,7 @@ def _without_needless(prover: EdgeProver, path: Floats, cost: MotionCost, piece:
         a, q, b = path[inner - 1], path[inner], path[inner + 1]
         gain = (np.linalg.norm(b - a, axis=1) <= 1.3 * piece) & (cost(a, b) < cost(a, q) + cost(q, b))
         if gain.any():
-            free = prover.prove(a[gain], (b - a)[gain]).free
+            free = prover.prove(a[gain], (b - a)[gain], ROOM).free
             path = np.delete(path, inner[gain][free], axis=0)
     return path
 
@@ -121,7 +122,7 @@ def _move(prover: EdgeProver, path: Floats, inner: Ints, cost: MotionCost, size:
         return moved
     there = candidates[rows, best[rows, ranks]]
     start = np.concatenate([before[rows], there])
-    free = prover.prove(start, np.concatenate([there, after[rows]]) - start).free.reshape(2, -1).all(axis=0)
+    free = prover.prove(start, np.concatenate([there, after[rows]]) - start, ROOM).free.reshape(2, -1).all(axis=0)
     for row, q in zip(rows[free], there[free], strict=True):  # cheapest first
         if not moved[row]:
             path[inner[row]], moved[row] = q, True
