@@ -57,7 +57,7 @@ def test_a_failure_leaves_the_old_report_and_no_scrap(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_made_is_an_error_with_a_remedy(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(FileError, match="choose another --out"):
+    with pytest.raises(FileError, match="choose another place"):
         write_report(small(), tmp_path / "file" / "below")
 
 

@@ -351,7 +351,8 @@ def test_the_worst_points_are_marked_and_lead_there(tab: Tab, made: Plan) -> Non
     lowest = path_manipulability(made.robot, made.path).min()
     marks = tab.run("[...document.querySelectorAll('.mark')].map(m => m.textContent)")
     lines = tab.run("[...element('worst-list').children].map(m => m.textContent)")
-    assert len(marks) == len(lines) == 2
+    count = tab.run("shownPath().worst.length")
+    assert len(marks) == len(lines) == count >= 1
     assert tab.run("shownPath().worst.map(p => p.w)")[0] == pytest.approx(lowest)
     for k, selector in enumerate(("#worst-list button", ".mark")):
         tab.run("goTo(0)")
@@ -359,9 +360,11 @@ def test_the_worst_points_are_marked_and_lead_there(tab: Tab, made: Plan) -> Non
         point = tab.run("shownPath().worst[0]")
         assert float(dataset(tab, "share")) == pytest.approx(point["share"], abs=1e-4), k
         np.testing.assert_allclose(tool_in_page(tab), point["position"], atol=2e-3)
-    second = tab.run("dots.children[1].getWorldPosition(new THREE.Vector3()).project(viewer.camera).toArray()")
-    x, y = (second[0] + 1) / 2 * tab.run("innerWidth"), (1 - second[1]) / 2 * tab.run("innerHeight")
-    box = tab.run("(b => [b.x, b.y, b.width, b.height])(document.querySelectorAll('.mark')[1].getBoundingClientRect())")
+    last = tab.run(f"dots.children[{count - 1}].getWorldPosition(new THREE.Vector3()).project(viewer.camera).toArray()")
+    x, y = (last[0] + 1) / 2 * tab.run("innerWidth"), (1 - last[1]) / 2 * tab.run("innerHeight")
+    box = tab.run(
+        f"(b => [b.x, b.y, b.width, b.height])(document.querySelectorAll('.mark')[{count - 1}].getBoundingClientRect())"
+    )
     assert abs(box[0] + box[2] + 8 - x) < 3
     assert abs(box[1] + box[3] / 2 - y) < 3
 

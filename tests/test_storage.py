@@ -500,7 +500,7 @@ def test_nothing_to_touch_is_no_damage(tmp_path):
 
 def test_other_files(tmp_path):
     assert "not found: 'planner roadmap build' makes one" in refused(tmp_path / "none.npz")
-    assert "not found" in refused(tmp_path)
+    assert "is a folder" in refused(tmp_path)
     for name, data in (("empty.npz", b""), ("text.npz", b"hello"), ("pickle.npz", b"\x80\x04K\x01.")):
         (tmp_path / name).write_bytes(data)
         assert "damaged or no roadmap" in refused(tmp_path / name)

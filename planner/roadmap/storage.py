@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import json
 import math
+import tokenize
 import zipfile
 import zlib
 from dataclasses import asdict, replace
@@ -39,7 +40,7 @@ _RATIO, _SLACK = 100, 1 << 20  # configurations hardly compress: unpacked to 100
 # what a zip or npy reader, or a header that is not ours, can end in
 _DAMAGE = (
     *(OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, MemoryError, RecursionError, RuntimeError),
-    *(zipfile.BadZipFile, zlib.error),
+    *(zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError),
 )
 
 

@@ -68,7 +68,7 @@ def register(shell: Any) -> None:
     formatters = shell.display_formatter.formatters
     for module, name, table in (
         ("planner.plan", "Plan", plan_table),
-        ("planner.tradeoff", "Tradeoff", tradeoff_table),
+        ("planner.tradeoff.intervals", "Tradeoff", tradeoff_table),
         ("planner.roadmap.roadmap", "Roadmap", roadmap_table),
     ):
         formatters["text/html"].for_type_by_name(module, name, table)
