@@ -362,10 +362,9 @@ def test_the_worst_points_are_marked_and_lead_there(tab: Tab, made: Plan) -> Non
         np.testing.assert_allclose(tool_in_page(tab), point["position"], atol=2e-3)
     last = tab.run(f"dots.children[{count - 1}].getWorldPosition(new THREE.Vector3()).project(viewer.camera).toArray()")
     x, y = (last[0] + 1) / 2 * tab.run("innerWidth"), (1 - last[1]) / 2 * tab.run("innerHeight")
-    box = tab.run(
-        f"(b => [b.x, b.y, b.width, b.height])(document.querySelectorAll('.mark')[{count - 1}].getBoundingClientRect())"
-    )
-    assert abs(box[0] + box[2] + 8 - x) < 3
+    mark = f"document.querySelectorAll('.mark')[{count - 1}]"
+    box = tab.run(f"(b => [b.x, b.y, b.width, b.height])({mark}.getBoundingClientRect())")
+    assert min(abs(box[0] + box[2] + 8 - x), abs(box[0] - 8 - x)) < 3, "left or right of its point"
     assert abs(box[1] + box[3] / 2 - y) < 3
 
 
