@@ -19,7 +19,7 @@ from planner.roadmap.measure import EDGE_STATES, edge_manipulability, simpson_we
 from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import component_labels
 from planner.roadmap.scale import manipulability_cost
-from planner.roadmap.strands import MotionCost, add_strands, best_path, pull
+from planner.roadmap.strands import MotionCost, _with_dips, add_strands, best_path, pull
 
 
 def total(cost: MotionCost, path: np.ndarray) -> float:
@@ -171,3 +171,14 @@ def test_motions_with_a_floor_refuse_what_dips() -> None:
     assert Motions(prover, 0.01).proven(a, np.array([1.0, 0.3]))
     assert not Motions(prover, 0.01).sampled(0.05)(a, through_straight)
     assert manipulability(robot, a[None])[0] > 0.01
+
+
+def test_a_dip_inside_a_motion_becomes_a_node() -> None:
+    robot = load("planar_2r")  # w = l1 l2 |sin q2|
+    path = np.array([[0.0, 0.8], [0.2, -0.4], [0.4, -0.9]])
+    dipped = _with_dips(robot, path)
+    assert len(dipped) == 4
+    np.testing.assert_array_equal(dipped[[0, 2, 3]], path)
+    assert manipulability(robot, dipped)[1] < 0.1 * manipulability(robot, path).min()
+    (x, y), (u, v) = dipped[1] - path[0], path[1] - path[0]
+    assert x * v - y * u == pytest.approx(0.0, abs=1e-12)

@@ -30,6 +30,8 @@ _DROP_EVERY = 6  # sweeps between tries to do without a waypoint
 _STEPS = (1.0, 0.5, 0.25, 0.1)  # downhill, in step sizes
 _TOWARDS_MIDDLE = (1.0, 0.5)  # and towards the middle of the neighbours, which is downhill in length
 _BOTH = ((0.5, 0.5), (0.5, 0.25))
+_DIP = 0.5  # a motion dips where w falls below this share of what it is at its ends
+_DIP_SHARES = np.linspace(0.0, 1.0, 33)
 _PROVEN_A_WAYPOINT = 2  # of its candidates, the best ones are proven
 _LEAST_GAIN = 1e-4  # relative
 _EPS = 1e-3  # rad, finite differences
@@ -180,13 +182,23 @@ def add_strands(
             continue
         first, last = above[0], above[-1] + 1
         for strand in pull(prover, path[first:last], replace(cost, floor=floor), stop):
-            strand = robot.normalise(strand)
+            strand = robot.normalise(_with_dips(robot, strand))
             strand[[0, -1]] = path[[first, last - 1]]  # these nodes are there: the same to the last bit
             fresh = len({q.tobytes() for q in strand} - forest.known)
             if fresh <= room:
                 forest.add_path(strand)
                 room -= fresh
     return forest.nodes(), forest.edges()
+
+
+def _with_dips(robot: Robot, path: Floats) -> Floats:
+    """The path with a waypoint where w dips inside a motion, so that a cost charged at nodes sees the singularity."""
+    a, delta = path[:-1], np.diff(path, axis=0)
+    states = a[:, None] + _DIP_SHARES[:, None] * delta[:, None]
+    w = manipulability(robot, states.reshape(-1, robot.dof)).reshape(len(a), -1)
+    lowest = w.argmin(axis=1)
+    dips = np.flatnonzero(w.min(axis=1) < _DIP * np.minimum(w[:, 0], w[:, -1]))
+    return np.insert(path, dips + 1, states[dips, lowest[dips]], axis=0)
 
 
 def best_path(nodes: Floats, edges: Ints, cost: Floats, starts: Ints, goals: Ints) -> Floats | None:
