@@ -14,21 +14,7 @@ from planner.errors import AssumptionError, OptionError, choices
 from planner.request import DEFAULT_COST, DEFAULT_METRIC, Charge, ManipulabilityCost, Metric, require_share
 from planner.roadmap.measure import simpson_weights
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import COSTS, manipulability_cost, measure_scale
-
-__all__ = [
-    "COSTS",
-    "METRICS",
-    "PathCost",
-    "arc_costs",
-    "at_beta",
-    "build_network",
-    "distance_cost",
-    "edge_manipulability_cost",
-    "manipulability_cost",
-    "measure_scale",
-    "path_cost",
-]
+from planner.roadmap.scale import manipulability_cost
 
 METRICS: tuple[str, ...] = get_args(Metric)
 

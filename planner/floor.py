@@ -18,6 +18,7 @@ import numpy as np
 from planner import gabf
 from planner.arrays import Floats, Ints
 from planner.kinematics.manipulability import manipulability
+from planner.paths.measure import dense_segments
 from planner.roadmap.roadmap import Roadmap
 from planner.robot import Robot
 
@@ -88,17 +89,13 @@ def breach(robot: Robot, path: Floats, floor: float) -> int | None:
     """
     if floor <= 0:
         return None
-    rows, segment = [path[:1]], [0]
-    for k, (a, b) in enumerate(itertools.pairwise(path)):
-        count = max(1, int(np.ceil(np.abs(b - a).max() / _FINE)))
-        rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
-        segment += [k] * count
-    w = manipulability(robot, np.concatenate(rows))
+    q, segment = dense_segments(path, _FINE)
+    w = manipulability(robot, q)
     bad = w < (1.0 - _ROUNDING) * min(floor, w[0], w[-1])
     above = np.flatnonzero(w >= floor)
     if len(above):
         bad[above[0] : above[-1]] |= w[above[0] : above[-1]] < floor
-    return segment[int(np.argmax(bad))] if bad.any() else None
+    return int(segment[np.argmax(bad)]) if bad.any() else None
 
 
 class _Kind(Enum):

@@ -131,9 +131,7 @@ def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
     """The configurations (k, dof) of a node sequence, continuous joints unwound."""
     if not len(nodes):
         return np.zeros((0, robot.dof))
-    q = roadmap.nodes[nodes]
-    steps = robot.difference(q[:-1], q[1:])
-    return frozen(np.vstack([q[:1], q[:1] + np.cumsum(steps, axis=0)]))
+    return frozen(robot.unwound(roadmap.nodes[nodes]))
 
 
 def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress, stop: Callable[[], bool]) -> Roadmap:

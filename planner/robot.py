@@ -122,6 +122,10 @@ class Robot:
         """The joint motion (..., dof) from a to b: continuous joints take the shorter way round."""
         return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
 
+    def unwound(self, path: Floats) -> Floats:
+        """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump."""
+        return np.vstack([path[:1], path[:1] + np.cumsum(self.difference(path[:-1], path[1:]), axis=0)])
+
     def normalise(self, q: Floats) -> Floats:
         """Continuous joints brought into [-pi, pi)."""
         wrapped = np.mod(np.asarray(q) + np.pi, 2 * np.pi) - np.pi

@@ -10,20 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner import gabf
-from planner.costs import (
-    COSTS,
-    METRICS,
-    build_network,
-    distance_cost,
-    manipulability_cost,
-    measure_scale,
-)
+from planner.costs import METRICS, build_network, distance_cost
 from planner.errors import OptionError
 from planner.kinematics.manipulability import manipulability
 from planner.plan import build_roadmap
 from planner.request import ManipulabilityCost
 from planner.roadmap.measure import measure_edges
-from planner.roadmap.scale import CAP_QUANTILE, ZETA, CostScale
+from planner.roadmap.scale import CAP_QUANTILE, COSTS, ZETA, CostScale, manipulability_cost, measure_scale
 
 SCALE = CostScale(w_low=0.01, w_high=0.1, joint_length=2.0, tool_length=0.5, zeta=0.01)
 W = st.lists(st.floats(0, 1), min_size=1, max_size=30).map(np.array)

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from conftest import load, random_q
 
-from planner.costs import manipulability_cost
 from planner.errors import OptionError
 from planner.experiments import manipulator as experiment
 from planner.experiments.manipulator import LABELS, run_manipulator, shown_case
@@ -24,6 +23,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.query import Query, make_query
 from planner.request import SweepRequest
+from planner.roadmap.scale import manipulability_cost
 from planner.roadmap.tree_planners import JointSpace, TreePlanners
 
 SEEDS = 3

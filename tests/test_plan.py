@@ -14,7 +14,7 @@ import planner.plan as module
 from planner import gabf
 from planner.collision.edges import recheck, states_along
 from planner.collision.world import Contact
-from planner.costs import build_network, distance_cost, manipulability_cost
+from planner.costs import build_network, distance_cost
 from planner.errors import OptionError, StateError
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
@@ -22,6 +22,7 @@ from planner.outcome import Outcome
 from planner.paths.measure import dense_path, path_manipulability, tool_path_length
 from planner.plan import build_roadmap, make_law, path_waypoints, plan
 from planner.request import PlanRequest
+from planner.roadmap.scale import manipulability_cost
 from planner.roadmap.storage import save_roadmap
 
 SCENE = """

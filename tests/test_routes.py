@@ -12,10 +12,11 @@ from scipy.sparse.csgraph import dijkstra
 
 import planner
 from planner import gabf
-from planner.costs import build_network, distance_cost, manipulability_cost, path_cost
+from planner.costs import build_network, distance_cost, path_cost
 from planner.errors import StateError
 from planner.plan import path_waypoints
 from planner.roadmap.attach import attach
+from planner.roadmap.scale import manipulability_cost
 from planner.routes import paths_from
 
 STARTS = np.array([[-0.9, 1.2], [-1.0, 0.8], [0.4, 2.2], [2.0, 1.0], [-2.4, -0.7], [0.9, 0.1]])

@@ -30,7 +30,6 @@ from planner.query import open_world
 from planner.request import PlanRequest, WorldRequest
 from planner.roadmap.attach import attach
 from planner.roadmap.roadmap import Roadmap
-from planner.robot import Robot
 
 _MOST_DRAWS = 20_000
 _EDGES_LOOKED_AT = 200
@@ -158,12 +157,8 @@ def _asked(checker: CollisionChecker, pairs: Floats, query: Answer) -> Columns:
         "query_ms": 1e3 * float(np.median(seconds)),
         "query_worst_ms": 1e3 * max(seconds),
         "solved": len(paths),
-        "contacts": sum(len(path_contacts(coal, _unwound(checker.world.robot, path))) for path in paths),
+        "contacts": sum(len(path_contacts(coal, checker.world.robot.unwound(path))) for path in paths),
     }
-
-
-def _unwound(robot: Robot, path: Floats) -> Floats:
-    return np.vstack([path[:1], path[:1] + np.cumsum(robot.difference(path[:-1], path[1:]), axis=0)])
 
 
 def _with(checker: CollisionChecker, backend: str) -> CollisionChecker:

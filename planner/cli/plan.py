@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from planner.cli.common import STARTED, Flag
+from planner.cli.common import STARTED, Flag, page_timings
 from planner.cli.terminal import complain, progress, reporter, say, show
 from planner.request import PlanRequest
 
@@ -59,10 +59,7 @@ def plan(
         with progress() as bar:
             result = planning.plan(request, reporter(bar), stop)
         make_folder(out)
-        before_page = time.perf_counter()
-        write_plan_page(result, out / "plan.html")
-        page = time.perf_counter() - before_page
-        timings = {"import": imported, "page": page, "total": time.perf_counter() - STARTED}
+        timings = page_timings(imported, lambda: write_plan_page(result, out / "plan.html"))
         record = save_plan(result, out, timings)
     tell = complain if json else say
     if json:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from planner.cli.common import STARTED, Flag
+from planner.cli.common import STARTED, Flag, page_timings
 from planner.cli.terminal import progress, report_table, reporter, say, show
 from planner.errors import OptionError
 from planner.request import SweepRequest
@@ -65,10 +65,7 @@ def sweep(
         with progress() as bar:
             result = tradeoff.sweep(request, reporter(bar), stop, front, labels, earlier)
         make_folder(out)
-        before_page = time.perf_counter()
-        write_sweep_page(result, out / "sweep.html")
-        page = time.perf_counter() - before_page
-        timings = {"import": imported, "page": page, "total": time.perf_counter() - STARTED}
+        timings = page_timings(imported, lambda: write_sweep_page(result, out / "sweep.html"))
         record = save_sweep(result, out, timings)
     _tell(result, record, out)
     return result.outcome.exit_code

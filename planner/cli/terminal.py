@@ -30,6 +30,7 @@ def show(renderable: Any) -> None:
 
 
 def progress() -> Progress:
+    """Progress bars on standard error, one a stage; enter it, and report through :func:`reporter`."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -38,6 +39,7 @@ def progress() -> Progress:
 
 
 def reporter(bar: Progress) -> Callable[[str, int, int], None]:
+    """What long work reports (stage, done, total) to: every stage has its own bar."""
     tasks: dict[str, Any] = {}
 
     def report(stage: str, done: int, total: int) -> None:
@@ -63,6 +65,7 @@ def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
+    """Verdicts on the paper's sentences as the terminal shows them."""
     from rich.markup import escape
     from rich.table import Table
 

@@ -59,13 +59,7 @@ def read_joint_path(path: Path, robot: Robot) -> Floats:
             f"{where}: row {row + 1} puts joint '{robot.joints[joint]}' at {rows[row, joint]:g}, beyond any joint's "
             f"{_FAR:g}; mend the file."
         )
-    return frozen(_unwound(rows, robot))
-
-
-def _unwound(rows: Floats, robot: Robot) -> Floats:
-    steps = robot.difference(rows[:-1], rows[1:])
-    unwound = np.vstack([rows[:1], rows[:1] + np.cumsum(steps, axis=0)])
-    return np.where(robot.continuous, unwound, rows)
+    return frozen(np.where(robot.continuous, robot.unwound(rows), rows))  # other joints to the last bit
 
 
 def _in_order(content: PathFile, robot: Robot, where: str) -> Floats:

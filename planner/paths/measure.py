@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
 from planner.collision.edges import states_along
@@ -33,11 +33,17 @@ class PathContact:
 
 def dense_path(path: Floats, step: float = W_STEP) -> Floats:
     """Configurations (n, dof) along a joint path, no joint moving more than ``step`` (rad) between two of them."""
-    rows = [path[:1]]
-    for a, b in itertools.pairwise(path):
+    return dense_segments(path, step)[0]
+
+
+def dense_segments(path: Floats, step: float) -> tuple[Floats, Ints]:
+    """Configurations (n, dof) as :func:`dense_path` has them, and the segment (n,) that each ends or lies on."""
+    rows, segment = [path[:1]], [0]
+    for k, (a, b) in enumerate(itertools.pairwise(path)):
         count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
         rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
-    return np.concatenate(rows)
+        segment += [k] * count
+    return np.concatenate(rows), np.array(segment)
 
 
 def path_manipulability(robot: Robot, path: Floats) -> Floats:

@@ -70,8 +70,7 @@ def pull(
 
     Every motion of the results is proven if those of ``path`` are; angles unwound. No randomness.
     """
-    robot = prover.world.robot
-    path = np.vstack([path[:1], path[:1] + np.cumsum(robot.difference(path[:-1], path[1:]), axis=0)])
+    path = prover.world.robot.unwound(path)
     for piece in _PIECES:
         path, size = _cut(path, piece), 0.5 * piece
         for sweep in range(_SWEEPS):

@@ -8,10 +8,10 @@ import pytest
 from scipy.integrate import trapezoid
 
 from planner import build_network
-from planner.costs import manipulability_cost
 from planner.errors import OptionError
 from planner.learning.roadmap_costs import SlowZone, edge_of_arc, execution_costs, greatest_costs, least_costs
 from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.scale import manipulability_cost
 from tests.conftest import load
 
 IIWA = "iiwa14"
