@@ -7,6 +7,7 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.checker import is_free
+from planner.kinematics.forward import joint_placements
 from planner.scene import Scene
 from tests.conftest import CoalWorld, load, random_q
 
@@ -52,3 +53,18 @@ def test_a_verdict_does_not_depend_on_earlier_questions() -> None:
         verdicts.add(is_free(checker, q))
         verdicts.add(checker.all_free(q[None]))
     assert len(verdicts) == 1
+
+
+@pytest.mark.parametrize(("robot", "scene", "count"), [("panda", "shelf", 40), ("ur5", "table", 15), ("z1", "cage", 3)])
+@pytest.mark.parametrize("margin", [0.0, 0.03])
+def test_a_hull_never_promises_more_than_the_mesh_leaves(robot: str, scene: str, count: int, margin: float) -> None:
+    checker = make_checker(load(robot), Scene.load(scene), "coal", margin)
+    pairs, short = np.arange(len(checker.world.pair_reach)), 0
+    for q in random_q(load(robot), count, seed=3):
+        rotation, position = (part[:, 0] for part in joint_placements(checker.chain, q[None]))
+        told = np.array(list(checker.bounding_distances(rotation, position, pairs)))
+        truth = CoalWorld(checker.world).distances(q)
+        assert (told <= truth.clip(min=0.0) + checker.error(0.0)).all()
+        np.testing.assert_array_equal(told <= margin, truth <= margin)  # what collides is told by the mesh itself
+        short += int((told < truth - 1e-6).sum())
+    assert short > 0  # somewhere a hull did answer

@@ -5,7 +5,7 @@ import pytest
 from conftest import POST_GOAL, POST_START, box_mesh, checker_of, load, make_post, scene_of
 
 from planner.collision import make_checker
-from planner.collision.edges import EdgeProver, recheck
+from planner.collision.edges import RESOLUTION, EdgeProver, Verdict, recheck
 from planner.errors import OptionError, StateError
 from planner.kinematics.forward import tool_positions
 from planner.plan import build_roadmap
@@ -95,6 +95,32 @@ def test_start_is_goal(post):
     assert growth.starts.tolist() == growth.goals.tolist() == [0]
     assert not growth.joined
     assert len(growth.nodes) == 60
+
+
+class Doubting(EdgeProver):
+    """Proves no motion from a node on a chessboard's black squares, whatever is in the way."""
+
+    def prove(self, start, delta, room=RESOLUTION):
+        proofs = super().prove(start, delta, room)
+        proofs.verdict[self.doubts(start)] = Verdict.UNDECIDED
+        return proofs
+
+    @staticmethod
+    def doubts(start):
+        return np.floor(3.0 * np.atleast_2d(start)).sum(axis=1) % 2 == 1
+
+
+def test_what_hangs_on_a_motion_without_a_proof_is_dropped():
+    checker, goals = make_checker(load("planar_2r"), scene_of()), np.zeros((0, 2))
+    root = np.array([[0.1, 0.1]])
+    assert not Doubting.doubts(root).any()
+    growth = grow(checker.world.robot, Doubting(checker), root, goals, 300, 0, GrowthSettings())
+    assert len(growth.nodes) == 300
+    assert component_labels(300, growth.edges).max() == 0
+    doubted = Doubting.doubts(growth.nodes)
+    assert doubted.sum() > 50  # they were reached, and nothing led on from them
+    a, b = growth.edges.T
+    assert not (doubted[a] & doubted[b]).any()
 
 
 def test_several_starts_and_goals(post):

@@ -121,12 +121,12 @@ def _ratio(value: float | None, base: Any) -> float | None:
 
 
 _METHOD = """How. All methods get the same robot, scene, collision pairs and queries: random free starts and goals.
-Each runs in a process of its own, one after the other; times are of the wall clock. Ours: `planner.build_roadmap`,
-every edge proven; a query is `attach`, `build_network`, the field by GABF under the singularity-free law, and the
-path. "Many starts" attaches all starts and one goal, computes one field, and reads every path off it. OMPL's PRM has
-its defaults, its motions looked at at its default resolution, and a Python callback as state check: "our checker" is
-the same as ours, "plain coal" asks Pinocchio about all pairs in turn, as its documentation shows. A query is `solve` on
-the kept roadmap, which grows further where start and goal are not joined.
+Each runs in a process of its own, one after the other; times are of the wall clock, once the libraries are loaded.
+Ours: `planner.build_roadmap`, every edge proven; a query is `attach`, `build_network`, the field by GABF under the
+singularity-free law, and the path. "Many starts" attaches all starts and one goal, computes one field, and reads every
+path off it. OMPL's PRM has its defaults, its motions looked at at its default resolution, and a Python callback as
+state check: "our checker" is the same as ours, "plain coal" asks Pinocchio about all pairs in turn, as its
+documentation shows. A query is `solve` on the kept roadmap, which grows further where start and goal are not joined.
 pyroboplan's PRM (`pip install --no-deps pyroboplan`: it asks for another Pinocchio than this package) has its
 defaults, save a linking radius of 2 rad, as its 0.5 rad links nothing here; it gets coal's geometry whatever the
 checker. Touching: edges, at most 200 drawn at random, and answered paths, looked at every millimetre of motion by

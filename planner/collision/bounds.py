@@ -20,7 +20,7 @@ from planner.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, 
 _COARSE, _COARSE_CELL = 6, 0.08
 _FINE, _FINE_CELL = 48, 0.02
 _BOXES = 64  # boxes a mesh obstacle
-_CHUNK = 400_000  # sphere-obstacle distances at a time: larger arrays leave the cache
+_CHUNK = 100_000  # sphere-obstacle distances at a time: larger arrays leave the cache
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
@@ -44,6 +45,14 @@ class CollisionChecker(Protocol):
         ``rotation`` (joints + 1, 3, 3), ``position`` (joints + 1, 3). May exceed the truth by :meth:`error`.
         """
         ...
+
+    def bounding_distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Iterator[float]:
+        """As :meth:`distances`, one after the other as they are asked for, and where much is left less may be reported.
+
+        What is no farther apart than ``world.margin`` by this is so by :meth:`distances`.
+        """
+        for pair in pairs:
+            yield float(self.distances(rotation, position, np.array([pair]))[0])
 
     def error(self, distance: float) -> float:
         """How much a reported ``distance`` (m) may exceed the true one."""

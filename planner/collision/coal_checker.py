@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import coal
 import numpy as np
@@ -20,6 +22,10 @@ from planner.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 _WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
 
 
+_SOLID = 0.995  # a mesh that fills so much of its convex hull has shallow dents only
+_DENTS, _DENTED = 1e-3, 2e-2  # m: so near a hull the mesh is asked instead, where its dents are shallow and where not
+
+
 class CoalChecker(CollisionChecker):
     """The second opinion, and the faster one: state checks run in C++ for a whole batch.
 
@@ -34,6 +40,7 @@ class CoalChecker(CollisionChecker):
         self.bound = ClearanceBound(world)
         self.queries = 0
         self._geometries = [_geometry(item.shape) for item in (*world.bodies, *world.obstacles)]
+        self._hulls = [_hull(geometry) for geometry in self._geometries]
         self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]
         self._fixed = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.obstacles]
         self._request = coal.DistanceRequest()
@@ -102,30 +109,67 @@ class CoalChecker(CollisionChecker):
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`."""
         self.queries += len(pairs)
-        placed: dict[int, coal.Transform3s] = {}
-        result = np.empty(len(pairs))
-        for k, pair in enumerate(pairs):
-            first, second = self.world.members(int(pair))
-            a = self._place(first, rotation, position, placed)
-            if self.world.is_scene_pair(int(pair)):
-                b, other = self._fixed[second], len(self._local) + second
-            else:
-                b, other = self._place(second, rotation, position, placed), second
-            found = coal.DistanceResult()
-            result[k] = coal.distance(self._geometries[first], a, self._geometries[other], b, self._request, found)
-        return result
+        placed = _Placed(self, rotation, position)
+        return np.array([placed.distance(int(pair), self._geometries) for pair in pairs], dtype=float)
 
-    def _place(
-        self, b: int, rotation: Floats, position: Floats, placed: dict[int, coal.Transform3s]
-    ) -> coal.Transform3s:
-        if b not in placed:
-            joint = self.world.bodies[b].joint
-            placed[b] = coal.Transform3s(rotation[joint], position[joint]) * self._local[b]
-        return placed[b]
+    def bounding_distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Iterator[float]:
+        """See :class:`planner.collision.checker.CollisionChecker`: of a mesh's hull, as long as that is far enough."""
+        placed, shapes = _Placed(self, rotation, position), [hull.shape for hull in self._hulls]
+        for pair in pairs.tolist():
+            self.queries += 1
+            distance = placed.distance(pair, shapes)
+            far = self.world.margin + sum(self._hulls[k].depth for k in self._members(pair))
+            yield distance if distance > far else placed.distance(pair, self._geometries)
+
+    def _members(self, pair: int) -> tuple[int, int]:
+        """The numbers of a pair's shapes in our lists, bodies first."""
+        first, second = self.world.members(pair)
+        return first, second + len(self._local) * self.world.is_scene_pair(pair)
 
     def error(self, distance: float) -> float:
         # its GJK stops at 1e-6 m; ten times that for the rounding of placements far from the origin
         return 1e-5
+
+
+class _Placed:
+    """The shapes of a checker at one placement of the joints."""
+
+    def __init__(self, checker: CoalChecker, rotation: Floats, position: Floats) -> None:
+        self._checker, self._rotation, self._position = checker, rotation, position
+        self._transforms: dict[int, coal.Transform3s] = {}
+
+    def distance(self, pair: int, shapes: Sequence[coal.CollisionGeometry]) -> float:
+        """The distance (m) of a numbered pair, if its members have these shapes."""
+        a, b = self._checker._members(pair)
+        found = coal.DistanceResult()
+        return coal.distance(shapes[a], self._at(a), shapes[b], self._at(b), self._checker._request, found)
+
+    def _at(self, k: int) -> coal.Transform3s:
+        bodies = self._checker.world.bodies
+        if k >= len(bodies):
+            return self._checker._fixed[k - len(bodies)]
+        if k not in self._transforms:
+            joint = bodies[k].joint
+            moved = coal.Transform3s(self._rotation[joint], self._position[joint])
+            self._transforms[k] = moved * self._checker._local[k]
+        return self._transforms[k]
+
+
+@dataclass(frozen=True)
+class _Hull:
+    """A convex shape that holds another; where no more than ``depth`` (m) is left to it, the other has to be asked."""
+
+    shape: coal.CollisionGeometry
+    depth: float
+
+
+def _hull(geometry: coal.CollisionGeometry) -> _Hull:
+    """A mesh's convex hull, distances of which take a tenth of the time; a primitive is its own."""
+    if not isinstance(geometry, coal.BVHModelOBBRSS):
+        return _Hull(geometry, 0.0)
+    geometry.buildConvexHull(True, "Qt")
+    dented = geometry.computeVolume() < _SOLID * geometry.convex.computeVolume()
+    return _Hull(geometry.convex, _DENTED if dented else _DENTS)
 
 
 def _settle(request: coal.CollisionRequest) -> None:

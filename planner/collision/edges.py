@@ -171,12 +171,12 @@ class _Run:
     def _look_exactly(
         self, edge: int, gap: Floats, pairs: Ints, rate: Floats, rotation: Floats, position: Floats
     ) -> None:
-        """Replace one configuration's bounds by exact distances less their error; the likeliest contact first."""
+        """Replace one configuration's bounds by distances less their error; the likeliest contact first."""
         if self.verdict[edge] != Verdict.FREE:
             return
         checker, margin = self.prover.checker, self.prover.world.margin
-        for pair in pairs[np.argsort(gap[pairs], kind="stable")]:
-            distance = float(checker.distances(rotation, position, np.array([pair]))[0])
+        pairs = pairs[np.argsort(gap[pairs], kind="stable")]
+        for pair, distance in zip(pairs, checker.bounding_distances(rotation, position, pairs), strict=True):
             if distance <= margin:
                 self._stop(edge, int(pair), Verdict.COLLIDES)
                 return

@@ -74,9 +74,19 @@ def joint_placements(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
 def tool_positions(robot: Robot, q: Floats, chain: Chain | None = None) -> Floats:
     """Positions (n, 3) of the tool frame in the world (m) for configurations (n, dof)."""
-    rotation, position = joint_placements(chain or Chain.of(robot), np.atleast_2d(q))
-    frame = robot.model.frames[robot.tool_id]
-    return position[frame.parentJoint] + rotation[frame.parentJoint] @ np.array(frame.placement.translation)
+    chain, q, frame = chain or Chain.of(robot), np.atleast_2d(q), robot.model.frames[robot.tool_id]
+    point = np.tile(frame.placement.translation, (len(q), 1))
+    joint = int(frame.parentJoint)
+    while joint > 0:  # from the tool to the base, so that only a point is turned, never a frame
+        row, joint = joint - 1, int(chain.parent[joint - 1])
+        if chain.prismatic[row]:
+            point = point @ chain.rotations[row, 0].T + chain.slide[row] * q[:, row, None]
+        else:
+            turned = (point @ chain.rotations[row].reshape(9, 3).T).reshape(-1, 3, 3)
+            point = turned[:, 0] + np.sin(q[:, row, None]) * turned[:, 1]
+            point += (1.0 - np.cos(q[:, row, None])) * turned[:, 2]
+        point += chain.offset[row]
+    return point
 
 
 def tool_pose(robot: Robot, q: Floats) -> pin.SE3:

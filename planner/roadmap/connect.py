@@ -8,26 +8,29 @@ import numpy as np
 
 from planner.arrays import Floats, Ints
 from planner.collision.edges import EdgeProver
-from planner.robot import Robot
+from planner.robot import Robot, shorter_way
 
 NEIGHBOURS = 20
-_BATCH = 128  # candidates proven at a time
+_BATCH = 256  # candidates proven at a time
 _ROWS = 512  # rows of the distance matrix at a time
 
 
 def nearest_neighbours(robot: Robot, nodes: Floats, count: int) -> tuple[Ints, Floats]:
     """The ``count`` nearest others of every node, nearest first: indices and joint distances, (n, count)."""
     n = len(nodes)
-    count = min(count, n - 1)
-    order = np.empty((n, max(count, 0)), dtype=np.int64)
-    length = np.empty(order.shape)
+    count = max(min(count, n - 1), 0)
+    order, length = np.empty((n, count), dtype=np.int64), np.empty((n, count))
+    if not count:
+        return order, length
     for first in range(0, n, _ROWS):
         rows = np.arange(first, min(first + _ROWS, n))
-        apart = np.linalg.norm(robot.difference(nodes[rows, None], nodes[None]), axis=2)
+        apart = np.zeros((len(rows), n))
+        for k, joint in enumerate(nodes.T):  # one by one: small arrays stay in cache
+            apart += np.square(shorter_way(joint - joint[rows, None], robot.continuous[k : k + 1]))
         apart[np.arange(len(rows)), rows] = np.inf
-        near = np.argsort(apart, axis=1, kind="stable")[:, :count]
-        order[rows] = near
-        length[rows] = np.take_along_axis(apart, near, axis=1)
+        near = np.argpartition(apart, count - 1, axis=1)[:, :count]
+        near = np.take_along_axis(near, np.lexsort((near, np.take_along_axis(apart, near, axis=1)), axis=1), axis=1)
+        order[rows], length[rows] = near, np.sqrt(np.take_along_axis(apart, near, axis=1))
     return order, length
 
 
@@ -64,7 +67,7 @@ def connect(
     # links only shorten ways, so a detour measured earlier is never too small: measure again only those on top
     detour = np.full(len(candidates), np.inf)
     while len(accepted) < target and len(candidates) and not stop():
-        top = np.argsort(-detour, kind="stable")[: 4 * _BATCH]
+        top = np.argsort(-detour, kind="stable")[: 2 * _BATCH]
         if len(accepted):
             detour[top] = _way_lengths(robot, nodes, accepted, candidates[top]) / np.maximum(direct[top], 1e-12)
         top = top[np.argsort(-detour[top], kind="stable")]

@@ -14,10 +14,12 @@ from planner.roadmap.climb import climb
 from planner.roadmap.forest import Forest
 from planner.roadmap.join import Joiner, JoinSettings
 from planner.roadmap.motions import Motions
-from planner.roadmap.tree_planners import JointSpace, TreePlanners, seed_everything
+from planner.roadmap.tree_planners import JointSpace, Tree, TreePlanners, seed_everything
 from planner.robot import Robot
 
 _JOIN_A_JOINT = 5000  # motions
+_PART = 250  # nodes a tree grows before its motions are proven
+_SAMPLE = 0.1  # m between the states at which a motion is looked at before
 _ABOVE = 0.02  # growth keeps so much above the floor, relative: between two states looked at, w may dip
 FIRST_PATH, ROADMAP = "first path", "roadmap"  # stages of progress
 
@@ -106,16 +108,32 @@ def grow_tree(
 ) -> int:
     """RRT from every node of ``forest``, until ``wanted`` more are added or too many motions were refused.
 
+    Motions are looked at in a few states while the tree grows and proven many at a time afterwards, which takes half
+    as long as proving them one by one. What hung on a motion without a proof is dropped, and the tree goes on.
     Returns the number of motions that were checked.
     """
-    if wanted <= 0 or stop():
-        return 0
-    before = len(forest)
-    with TreePlanners(JointSpace.of(robot), motions.proven, stop) as planners:
-        planners.on_accept = lambda accepted: progress(before + accepted, before + wanted)
-        tree = planners.rrt(forest.nodes(), settings.range, wanted, settings.motions_per_node * wanted)
-    for q in tree.nodes:
-        forest.add(q)
-    for a, b in tree.edges:
-        forest.add_edge(tree.nodes[a], tree.nodes[b])
-    return planners.checked
+    full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
+    while len(forest) < full and checked < limit and not stop():
+        before = len(forest)
+        with TreePlanners(JointSpace.of(robot), motions.sampled(_SAMPLE), stop) as planners:
+            planners.on_accept = lambda accepted, before=before: progress(before + accepted, full)
+            part = min(full - before, _PART)
+            tree = planners.rrt(forest.nodes(), settings.range, part, limit - checked)
+        checked += max(planners.checked, 1)  # a tree that could not even begin counts, so that growing ends
+        _add_proven(robot, motions, forest, tree)
+    return checked
+
+
+def _add_proven(robot: Robot, motions: Motions, forest: Forest, tree: Tree) -> None:
+    """What of ``tree``, rooted in nodes of ``forest``, hangs on proven motions becomes part of the forest."""
+    edges = np.array(tree.edges, dtype=np.int64).reshape(-1, 2)
+    a, b = tree.nodes[edges[:, 0]], tree.nodes[edges[:, 1]]
+    edges = edges[motions.prover.prove(a, robot.difference(a, b), motions.room).free]
+    children: dict[int, list[int]] = {}
+    for parent, child in edges.tolist():
+        children.setdefault(parent, []).append(child)
+    waiting = [k for k, q in enumerate(tree.nodes) if q.tobytes() in forest.known]
+    for parent in waiting:  # which grows on the way
+        for child in children.get(parent, []):
+            forest.add_edge(tree.nodes[parent], tree.nodes[child])
+            waiting.append(child)

@@ -35,7 +35,7 @@ _DIP_SHARES = np.linspace(0.0, 1.0, 33)
 _PROVEN_A_WAYPOINT = 2  # of its candidates, the best ones are proven
 _LEAST_GAIN = 1e-4  # relative
 _EPS = 1e-3  # rad, finite differences
-_SHARES = np.linspace(0.0, 1.0, 7)  # of a motion at which w is looked at
+_SHARES = np.linspace(0.0, 1.0, 5)  # of a motion at which w is looked at
 _WEIGHTS = simpson_weights(len(_SHARES))
 
 
