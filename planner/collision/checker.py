@@ -51,8 +51,7 @@ class CollisionChecker(Protocol):
 
         What is no farther apart than ``world.margin`` by this is so by :meth:`distances`.
         """
-        for pair in pairs:
-            yield float(self.distances(rotation, position, np.array([pair]))[0])
+        ...
 
     def error(self, distance: float) -> float:
         """How much a reported ``distance`` (m) may exceed the true one."""

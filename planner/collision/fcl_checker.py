@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -194,16 +195,18 @@ class FclChecker(CollisionChecker):
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`."""
+        return np.fromiter(self.bounding_distances(rotation, position, pairs), float, len(pairs))
+
+    def bounding_distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Iterator[float]:
+        """See :class:`planner.collision.checker.CollisionChecker`; these are the distances themselves."""
         moved: set[int] = set()
-        result = np.empty(len(pairs))
-        for k, pair in enumerate(pairs):
-            first, second = self.world.members(int(pair))
+        for pair in pairs.tolist():
+            first, second = self.world.members(pair)
             self._move(first, rotation, position, moved)
-            if not self.world.is_scene_pair(int(pair)):
+            if not self.world.is_scene_pair(pair):
                 self._move(second, rotation, position, moved)
-            result[k] = self._pair_distance(int(pair))
-        self.queries += len(pairs)
-        return result
+            self.queries += 1
+            yield self._pair_distance(pair)
 
     def _move(self, b: int, rotation: Floats, position: Floats, moved: set[int]) -> None:
         if b not in moved:

@@ -27,6 +27,7 @@ BETAS = (0.0, 0.25, 1.0)  # the trade-offs that get a strand: both ends, and whe
 _PIECES = (1.0, 0.5)  # rad: long pieces first move the path as a whole
 _SWEEPS = 12  # a length of piece; each moves every second waypoint
 _DROP_EVERY = 6  # sweeps between tries to do without a waypoint
+_LEAST_STEP = 0.05  # of the length of piece: where smaller steps only would be taken the path is left as it is
 _STEPS = (1.0, 0.5, 0.25, 0.1)  # downhill, in step sizes
 _TOWARDS_MIDDLE = (1.0, 0.5)  # and towards the middle of the neighbours, which is downhill in length
 _BOTH = ((0.5, 0.5), (0.5, 0.25))
@@ -76,6 +77,8 @@ def pull(
         for sweep in range(_SWEEPS):
             if stop():
                 return
+            if size < _LEAST_STEP * piece:
+                break
             if sweep % _DROP_EVERY == 0:
                 path = _without_needless(prover, path, cost, piece)
             inner = np.arange(1 + sweep % 2, len(path) - 1, 2)
