@@ -12,6 +12,7 @@ import numpy as np
 
 from planner import gabf
 from planner.arrays import Floats, Ints, frozen
+from planner.collision import witness
 from planner.collision.checker import CollisionChecker
 from planner.collision.edges import recheck
 from planner.costs import PathCost, build_network, path_cost
@@ -153,6 +154,8 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: Stopwatch) -> 
     """
     law, roadmap, floor = make_law(draft.request), draft.roadmap, draft.request.min_manipulability
     course, cost_to_go, removed = course_of(roadmap, network, floor), None, 0
+    with clock("path"):
+        judge = witness(draft.checker)
     while True:
         with clock("gabf"):
             warm = None if cost_to_go is None or law.needs_overestimate else _warm(cost_to_go.x)
@@ -164,7 +167,7 @@ def _solve_and_extract(draft: Plan, network: gabf.Network, clock: Stopwatch) -> 
             break
         with clock("path"):
             legs = gabf.extract_path(course.network, cost_to_go, start)
-            bad = first_bad_edge(draft.checker, roadmap, course.place[legs])
+            bad = first_bad_edge(judge, roadmap, course.place[legs])
             low = None if bad else breach(draft.robot, path_waypoints(roadmap, draft.robot, course.place[legs]), floor)
         if bad is not None:
             roadmap, course = roadmap.without_edge(roadmap.edge_index(*bad)), course.without_edge(*bad)

@@ -27,6 +27,11 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
     return kind(World.of(robot, scene, disabled | robot.touching, margin))
 
 
+def witness(checker: CollisionChecker) -> CollisionChecker:
+    """The checker that looks at finished paths again: coal, quick, and a stranger to whatever FCL has proven."""
+    return checker if checker.name == "coal" else _backend("coal")(checker.world)
+
+
 def _backend(name: str) -> type[CollisionChecker]:
     if name == "fcl":
         from planner.collision.fcl_checker import FclChecker

@@ -6,6 +6,7 @@ import os
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import coal
 import numpy as np
@@ -40,7 +41,6 @@ class CoalChecker(CollisionChecker):
         self.bound = ClearanceBound(world)
         self.queries = 0
         self._geometries = [_geometry(item.shape) for item in (*world.bodies, *world.obstacles)]
-        self._hulls = [_hull(geometry) for geometry in self._geometries]
         self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]
         self._fixed = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.obstacles]
         self._request = coal.DistanceRequest()
@@ -73,6 +73,10 @@ class CoalChecker(CollisionChecker):
                 continue
             numbers.append(pair)
         return model, numbers
+
+    @cached_property
+    def _hulls(self) -> list[_Hull]:
+        return [_hull(geometry) for geometry in self._geometries]
 
     @property
     def geometry_model(self) -> pin.GeometryModel:

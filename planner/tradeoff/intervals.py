@@ -12,6 +12,7 @@ import numpy as np
 
 from planner import gabf
 from planner.arrays import Bools, Floats, Ints
+from planner.collision import witness
 from planner.collision.checker import CollisionChecker
 from planner.costs import arc_costs, build_network
 from planner.errors import FileError, StateError
@@ -136,7 +137,7 @@ def sweep(
         edges_removed=earlier.edges_removed,
         barred=earlier.barred,
     )
-    run = _Run(clock, progress, stop, _Recheck(checker), max_labels if front else 0, earlier.where)
+    run = _Run(clock, progress, stop, _Recheck(witness(checker)), max_labels if front else 0, earlier.where)
     while True:
         try:
             return run(draft)
