@@ -145,11 +145,11 @@ def test_only_pairs_with_what_is_new_are_looked_at():
     assert not scene[:, 0].any()
     np.testing.assert_array_equal(scene[:, 1], checker.world.checked[:, 1])
     seen = []
-    real = type(checker).distances
+    real = type(checker).bounding_distances
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
             type(checker),
-            "distances",
+            "bounding_distances",
             lambda self, r, p, pairs: seen.append(len(self.world.obstacles)) or real(self, r, p, pairs),
         )
         repair(OLD, checker)

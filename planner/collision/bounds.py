@@ -51,10 +51,18 @@ class _Cylinders:
     halves: Floats  # (k, 1)
 
     def distance(self, points: Floats) -> Floats:
-        local = (self.rotations @ points + self.offsets).reshape(len(self.radii), 3, -1)
-        across = np.hypot(local[:, 0], local[:, 1]) - self.radii
+        local = self.rotations @ points
+        local += self.offsets
+        local = local.reshape(len(self.radii), 3, -1)
         along = np.abs(local[:, 2]) - self.halves
-        return np.hypot(np.maximum(across, 0.0), np.maximum(along, 0.0))
+        np.maximum(along, 0.0, out=along)
+        np.square(local, out=local)
+        across = np.sqrt(local[:, 0] + local[:, 1])  # np.hypot takes five times as long
+        across -= self.radii
+        np.maximum(across, 0.0, out=across)
+        np.square(across, out=across)
+        across += np.square(along, out=along)
+        return np.sqrt(across, out=across)
 
 
 def _length(vectors: Floats) -> Floats:

@@ -17,7 +17,7 @@ from planner.roadmap.motions import Motions
 from planner.roadmap.tree_planners import JointSpace, Tree, TreePlanners, seed_everything
 from planner.robot import Robot
 
-_JOIN_A_JOINT = 5000  # motions
+_JOIN_A_JOINT = 8000  # motions
 _PART = 250  # nodes a tree grows before its motions are proven
 _SAMPLE = 0.1  # m between the states at which a motion is looked at before
 _ABOVE = 0.02  # growth keeps so much above the floor, relative: between two states looked at, w may dip
@@ -31,7 +31,7 @@ class GrowthSettings:
     """How far a tree steps and how long it tries; counts, never clocks, so that a run can be repeated.
 
     ``range`` (rad): longer steps cross free space sooner, shorter ones enter narrow passages. ``join_motions``: motions
-    that the search for a first path may check before it gives up, 5000 a joint where left out; ``shortcuts``:
+    that the search for a first path may check before it gives up, 8000 a joint where left out; ``shortcuts``:
     attempts to shorten that path. ``motions_per_node``: motions that RRT may check for each node it is to add.
     ``floor``: manipulability w that all motions keep above, but for those that lead up to it from a start or goal
     below; 0 for none.

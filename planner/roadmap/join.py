@@ -17,9 +17,9 @@ from planner.roadmap.motions import ROOM, Motions
 from planner.roadmap.tree_planners import JointSpace, TreePlanners
 from planner.robot import Robot
 
-_STEPS = (2.0, 1.0, 4.0)  # steps of the tries by turns, in ranges
+_STEPS = (2.0, 4.0, 1.0)  # steps of the tries by turns, in ranges
 _TRY = 10_000  # motions that one try may check: trees that were cut off early found less than one that went on
-_SAMPLE, _FINEST = 0.05, 0.0125  # m between the states of a sampled motion in the first try, halved with every other
+_SAMPLE, _FINEST = 0.05, 0.0125  # m between the states of a sampled motion; halved where what was found has no proof
 _REPAIR_MOTIONS = 300
 _REPAIR_ROOM = (0.3, 1.0)  # rad beyond the ends of a refused motion where a way round it is looked for, by turns
 _REPORT_EVERY = 500
@@ -61,17 +61,19 @@ class Joiner:
         """
         if not len(starts) or not len(goals):
             return None
-        end = self._settings.motions
-        for number, factor in enumerate(itertools.cycle(_STEPS)):
+        end, sample = self._settings.motions, _SAMPLE
+        for factor in itertools.cycle(_STEPS):
             left = end - self.checked
             if left <= 0 or self._stop():
                 return None
-            sample = max(_SAMPLE / 2**number, _FINEST)
-            path = self._search(starts, goals, factor * self._settings.range, sample, min(_TRY, left))
-            path = None if path is None else self._prove(path)
+            found = self._search(starts, goals, factor * self._settings.range, sample, min(_TRY, left))
+            if found is None:
+                continue
+            path = self._prove(found)
             if path is not None:
                 self._progress(end, end)
                 return self._subdivided(self._shorten(path))
+            sample = max(0.5 * sample, _FINEST)
 
     def _search(self, starts: Floats, goals: Floats, step: float, sample: float, limit: int) -> Floats | None:
         look, before = self._motions.sampled(sample), self.checked

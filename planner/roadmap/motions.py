@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
-from planner.arrays import Floats
+from planner.arrays import Floats, frozen
 from planner.collision.edges import RESOLUTION, EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.tree_planners import MotionCheck
@@ -12,6 +14,14 @@ from planner.roadmap.tree_planners import MotionCheck
 _GLANCES = np.array([1.0, 0.5])  # where a motion is looked at before anything dearer: most refused ones end in contact
 ROOM = 8e-3  # m: what a motion that only makes a path better should leave: hugging obstacles is slow to prove too
 _W_STEP = 0.1  # rad between the states at which manipulability is looked at
+
+
+@lru_cache(maxsize=1024)
+def _between(count: int) -> Floats:
+    """(count - 1, 1): what divides [0, 1] into ``count`` parts; the far apart ones first, as contacts come in runs."""
+    k = np.arange(1, max(count, 1))
+    reversed_bits = sum((k >> bit & 1) << (30 - bit) for bit in range(31))
+    return frozen(k[np.argsort(reversed_bits)][:, None] / max(count, 1))
 
 
 class Motions:
@@ -36,9 +46,8 @@ class Motions:
         def check(first: Floats, delta: Floats) -> bool:
             if not (self._glance(first, delta) and self._well_conditioned(first, delta)):
                 return False
-            count = int(np.ceil((np.abs(delta) @ self._reach_T).max(initial=0.0) / step))
-            share = np.arange(1, count) / max(count, 1)
-            return count <= 1 or self._checker.all_free(first + share[:, None] * delta)
+            shares = _between(int(np.ceil((np.abs(delta) @ self._reach_T).max(initial=0.0) / step)))
+            return not len(shares) or self._checker.all_free(first + shares * delta)
 
         return check
 
