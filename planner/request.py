@@ -32,7 +32,7 @@ class WorldRequest:
     tool: str | None = None
     """Frame of the robot that targets and manipulability speak of; the robot's or the scene's own where left out."""
     collision: Backend = "fcl"
-    """Collision library: FCL, or coal, which is faster on meshes."""
+    """Collision library that proves the edges: FCL, or coal, which is faster on meshes."""
     margin: float = 0.0
     """Distance in metres to keep from every obstacle, and between links."""
 
@@ -91,7 +91,7 @@ class KeptRequest:
     tool: str | None = None
     """Frame of the robot that manipulability speaks of."""
     collision: Backend = "fcl"
-    """Collision library: FCL, or coal, which is faster on meshes."""
+    """Collision library that proves the edges: FCL, or coal, which is faster on meshes."""
     margin: float | None = None
     """Distance in metres to keep from every obstacle, and between links."""
     request: Path | None = None

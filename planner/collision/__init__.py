@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import World
@@ -27,8 +29,12 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
     return kind(World.of(robot, scene, disabled | robot.touching, margin))
 
 
+@lru_cache(maxsize=8)
 def witness(checker: CollisionChecker) -> CollisionChecker:
-    """The checker that looks at finished paths again: coal, quick, and a stranger to whatever FCL has proven."""
+    """Coal in the world of ``checker``, for questions that decide nothing alone, or once more: it is quick.
+
+    It scouts for motions that are then proven, and looks at finished paths again, a stranger to what FCL has proven.
+    """
     return checker if checker.name == "coal" else _backend("coal")(checker.world)
 
 

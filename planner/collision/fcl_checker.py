@@ -18,7 +18,6 @@ from planner.kinematics.forward import Chain, joint_placements
 from planner.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _NEAREST_POINTS = fcl.DistanceRequest(enable_nearest_points=True)
-_FIRST_LOOK, _NEXT_LOOKS = 4, 12  # states looked at together: a contact among the first spares the others
 _ANY_CONTACT = fcl.CollisionRequest(num_max_contacts=1, enable_contact=True)
 
 
@@ -121,11 +120,7 @@ class FclChecker(CollisionChecker):
 
     def all_free(self, q: Floats) -> bool:
         """See :class:`planner.collision.checker.CollisionChecker`; FCL looks where the cheap bounds cannot tell."""
-        q = np.atleast_2d(np.asarray(q, dtype=float))
-        return all(self._batch_free(batch) for batch in np.split(q, np.arange(_FIRST_LOOK, len(q), _NEXT_LOOKS)))
-
-    def _batch_free(self, q: Floats) -> bool:
-        rotation, position = joint_placements(self.chain, q)
+        rotation, position = joint_placements(self.chain, np.atleast_2d(np.asarray(q, dtype=float)))
         bounds = self.bound.coarse(rotation, position)
         rows, pairs = np.nonzero(bounds <= self.world.margin)
         self.queries += len(rows)

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from planner.arrays import Floats, frozen
+from planner.collision import witness
 from planner.collision.edges import RESOLUTION, EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.tree_planners import MotionCheck
@@ -32,7 +33,7 @@ class Motions:
     """
 
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = RESOLUTION) -> None:
-        self.prover, self.floor, self.room, self._checker = prover, floor, room, prover.checker
+        self.prover, self.floor, self.room, self._scout = prover, floor, room, witness(prover.checker)
         self._reach_T = np.ascontiguousarray(prover.world.reach.bodies.T)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
@@ -47,12 +48,12 @@ class Motions:
             if not (self._glance(first, delta) and self._well_conditioned(first, delta)):
                 return False
             shares = _between(int(np.ceil((np.abs(delta) @ self._reach_T).max(initial=0.0) / step)))
-            return not len(shares) or self._checker.all_free(first + shares * delta)
+            return not len(shares) or self._scout.all_free(first + shares * delta)
 
         return check
 
     def _glance(self, first: Floats, delta: Floats) -> bool:
-        return self._checker.all_free(first + np.outer(_GLANCES, delta))
+        return self._scout.all_free(first + np.outer(_GLANCES, delta))
 
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
         if self.floor <= 0:
