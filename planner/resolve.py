@@ -124,7 +124,8 @@ def check_limits(robot: Robot, values: Floats, role: str) -> None:
         unit = "m" if robot.prismatic[k] else "rad"
         raise StateError(
             f"{role} puts joint '{robot.joints[k]}' at {values[k]:.6g}, outside its limits "
-            f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} {unit}: bring it inside."
+            f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} {unit}: "
+            "bring it inside, or widen them with --widen-limits."
         )
 
 
