@@ -8,8 +8,10 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.kinematics.forward import joint_placements
+from planner.poses import pose
 from planner.scene import Scene
-from tests.conftest import CoalWorld, load, random_q
+from planner.shapes import Mesh
+from tests.conftest import CoalWorld, load, random_q, scene_of
 
 # a capsule's axis, or a cylinder's cap, within 1e-6 m of the surface of what it is deep inside of
 CAUGHT = [
@@ -68,3 +70,23 @@ def test_a_hull_never_promises_more_than_the_mesh_leaves(robot: str, scene: str,
         np.testing.assert_array_equal(told <= margin, truth <= margin)  # what collides is told by the mesh itself
         short += int((told < truth - 1e-6).sum())
     assert short > 0  # somewhere a hull did answer
+
+
+PLATE = np.array([[0.2, -0.5, 0.0], [1.2, -0.5, 0.0], [1.2, 0.5, 0.0], [0.2, 0.5, 0.0]])
+
+
+@pytest.mark.parametrize("triangles", [[[0, 1, 2]], [[0, 1, 2], [0, 2, 3]]])
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_a_level_plate_without_thickness_is_seen(triangles: list[list[int]], backend: str) -> None:
+    """Coal's broadphase overlooks boxes without thickness, and its hull of flat meshes crashes."""
+    robot = load("panda")
+    q = random_q(robot, 300, seed=1)
+    checker = make_checker(robot, scene_of((Mesh(PLATE, np.array(triangles)), pose([0.0, 0.0, 0.5]))), backend)
+    plate = [pair for pair in range(len(checker.world.pair_reach)) if checker.world.is_scene_pair(pair)]
+    truth = np.array([CoalWorld(checker.world).distances(row, plate).min() <= 0 for row in q])
+    assert 5 < truth.sum() < 290
+    rotation, position = joint_placements(checker.chain, q)
+    for k, touching in enumerate(truth):
+        if touching:
+            assert not is_free(checker, q[k])
+            assert min(checker.bounding_distances(rotation[:, k], position[:, k], np.array(plate))) <= 0

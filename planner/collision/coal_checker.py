@@ -24,6 +24,8 @@ _WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a
 
 
 _SOLID = 0.995  # a mesh that fills so much of its convex hull has shallow dents only
+_FLAT = 1e-4  # m: a mesh no thicker has no hull
+_BEND = 1e-6  # m
 _DENTS, _DENTED = 1e-3, 2e-2  # m: so near a hull the mesh is asked instead, where its dents are shallow and where not
 
 
@@ -76,7 +78,8 @@ class CoalChecker(CollisionChecker):
 
     @cached_property
     def _hulls(self) -> list[_Hull]:
-        return [_hull(geometry) for geometry in self._geometries]
+        items = *self.world.bodies, *self.world.obstacles
+        return [_hull(item.shape, geometry) for item, geometry in zip(items, self._geometries, strict=True)]
 
     @property
     def geometry_model(self) -> pin.GeometryModel:
@@ -167,13 +170,38 @@ class _Hull:
     depth: float
 
 
-def _hull(geometry: coal.CollisionGeometry) -> _Hull:
-    """A mesh's convex hull, distances of which take a tenth of the time; a primitive is its own."""
-    if not isinstance(geometry, coal.BVHModelOBBRSS):
+def _hull(shape: Shape, geometry: coal.CollisionGeometry) -> _Hull:
+    """A mesh's convex hull, distances of which take a tenth of the time; a primitive or a flat mesh is its own."""
+    if not isinstance(shape, Mesh) or _is_flat(shape.vertices):
         return _Hull(geometry, 0.0)
     geometry.buildConvexHull(True, "Qt")
     dented = geometry.computeVolume() < _SOLID * geometry.convex.computeVolume()
     return _Hull(geometry.convex, _DENTED if dented else _DENTS)
+
+
+def _is_flat(points: Floats) -> bool:
+    """Whether points (n, 3) lie in a plane or nearly so: coal's hull of them would crash."""
+    extents, _ = _principal(points)
+    return len(points) < 4 or float(extents.min()) < max(_FLAT, 1e-5 * float(extents.max()))
+
+
+def _bent(vertices: Floats, triangles: Ints) -> Floats:
+    """The vertices (n, 3) of a mesh; of a flat one a corner is moved by a micrometre out of the plane.
+
+    Coal's broadphase overlooks whatever has a bounding box without thickness: a plate of triangles lying level.
+    """
+    extents, directions = _principal(vertices)
+    bent = np.array(vertices)
+    if extents[-1] < _BEND:
+        bent[triangles[0, 0]] += _BEND * directions[-1]
+    return bent
+
+
+def _principal(points: Floats) -> tuple[Floats, Floats]:
+    """Extents (3,) of points (n, 3) along their principal directions (3, 3), rows; the last is the thinnest."""
+    centred = points - points.mean(axis=0)
+    directions = np.linalg.svd(centred.T @ centred)[2]
+    return np.ptp(centred @ directions.T, axis=0), directions
 
 
 def _settle(request: coal.CollisionRequest) -> None:
@@ -202,7 +230,7 @@ def _geometry(shape: Shape) -> coal.CollisionGeometry:
         case Mesh(vertices, triangles):
             mesh = coal.BVHModelOBBRSS()
             mesh.beginModel(len(triangles), len(vertices))
-            mesh.addVertices(np.array(vertices))
+            mesh.addVertices(_bent(vertices, triangles))
             mesh.addTriangles(np.array(triangles))
             mesh.endModel()
             return mesh
