@@ -98,9 +98,13 @@ def _check_finite(values: Floats, role: str) -> None:
 
 
 def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
-    """Joint values (dof,), continuous ones in [-pi, pi); :class:`StateError` unless within limits and free."""
+    """Joint values (dof,), continuous ones in [-pi, pi); :class:`StateError` unless within limits and free.
+
+    What is beyond a limit by no more than rounding is brought to it: OMPL forgives less.
+    """
     robot = checker.world.robot
     check_limits(robot, _joint_values(values, robot, role), role)
+    values = np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
     contact = contact_of(checker, values)
     if contact is not None:
         raise StateError(f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.")

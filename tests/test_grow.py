@@ -123,6 +123,21 @@ def test_what_hangs_on_a_motion_without_a_proof_is_dropped():
     assert not (doubted[a] & doubted[b]).any()
 
 
+def test_ends_at_their_limits_up_to_rounding_are_joined():
+    """OMPL forgives less than we do: what is printed with ten digits was no root for it."""
+    robot = load("planar_2r")
+    checker = make_checker(robot, scene_of())
+    roadmap = build_roadmap(robot, checker, [3.141592654, 0.5], [-3.141592654, 1.0], 60, 0)
+    assert (np.abs(roadmap.nodes) <= robot.upper).all()
+    assert component_labels(60, roadmap.edges).max() == 0
+
+
+def test_a_root_that_ompl_refuses_grows_nothing(post):
+    growth = grown(post, starts=np.array([[99.0, 0.0]]), goals=np.zeros((0, 2)))
+    assert len(growth.nodes) == 1
+    assert len(growth.edges) == 0
+
+
 def test_several_starts_and_goals(post):
     starts, goals = np.vstack([A, A + 0.1]), np.vstack([B, B - 0.1])
     growth = grown(post, starts=starts, goals=goals)

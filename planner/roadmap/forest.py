@@ -29,7 +29,7 @@ class Forest:
     def add(self, q: Floats) -> int:
         index = self._index.setdefault(q.tobytes(), len(self._nodes))
         if index == len(self._nodes):
-            self._nodes.append(q)
+            self._nodes.append(q.copy())  # a row of a larger array would keep all of it
         return index
 
     def add_edge(self, a: Floats, b: Floats) -> None:

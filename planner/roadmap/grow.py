@@ -18,7 +18,7 @@ from planner.roadmap.tree_planners import JointSpace, Tree, TreePlanners, seed_e
 from planner.robot import Robot
 
 _JOIN_A_JOINT = 8000  # motions
-_PART = 250  # nodes a tree grows before its motions are proven
+_PART = 250  # nodes at least that a tree grows before its motions are proven
 _SAMPLE = 0.1  # m between the states at which a motion is looked at before
 _ABOVE = 0.02  # growth keeps so much above the floor, relative: between two states looked at, w may dip
 FIRST_PATH, ROADMAP = "first path", "roadmap"  # stages of progress
@@ -117,7 +117,7 @@ def grow_tree(
         before = len(forest)
         with TreePlanners(JointSpace.of(robot), motions.sampled(_SAMPLE), stop) as planners:
             planners.on_accept = lambda accepted, before=before: progress(before + accepted, full)
-            part = min(full - before, _PART)
+            part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
             tree = planners.rrt(forest.nodes(), settings.range, part, limit - checked)
         checked += max(planners.checked, 1)  # a tree that could not even begin counts, so that growing ends
         _add_proven(robot, motions, forest, tree)
@@ -126,7 +126,9 @@ def grow_tree(
 
 def _add_proven(robot: Robot, motions: Motions, forest: Forest, tree: Tree) -> None:
     """What of ``tree``, rooted in nodes of ``forest``, hangs on proven motions becomes part of the forest."""
-    edges = np.array(tree.edges, dtype=np.int64).reshape(-1, 2)
+    if not tree.edges:
+        return
+    edges = np.array(tree.edges, dtype=np.int64)
     a, b = tree.nodes[edges[:, 0]], tree.nodes[edges[:, 1]]
     edges = edges[motions.prover.prove(a, robot.difference(a, b), motions.room).free]
     children: dict[int, list[int]] = {}

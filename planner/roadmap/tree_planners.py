@@ -116,7 +116,7 @@ class TreePlanners:
         planner.getPlannerData(data)
         nodes = [self._read(data.getVertex(k).getState()) for k in range(data.numVertices())]
         edges = [(k, int(child)) for k in range(len(nodes)) for child in data.getEdges(k)]
-        return Tree(np.array(nodes), edges)
+        return Tree(np.array(nodes, dtype=float).reshape(-1, roots.shape[1]), edges)
 
     def _takes(self, a: Any, b: Any) -> bool:
         """Whether OMPL may move between two of its states."""
