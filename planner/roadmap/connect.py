@@ -12,6 +12,7 @@ from planner.robot import Robot, shorter_way
 
 NEIGHBOURS = 20
 _BATCH = 256  # candidates proven at a time
+_MEASURED = 8 * _BATCH  # candidates whose detour is measured before: with fewer the longest ones go unseen
 _ROWS = 512  # rows of the distance matrix at a time
 
 
@@ -67,7 +68,7 @@ def connect(
     # links only shorten ways, so a detour measured earlier is never too small: measure again only those on top
     detour = np.full(len(candidates), np.inf)
     while len(accepted) < target and len(candidates) and not stop():
-        top = np.argsort(-detour, kind="stable")[: 2 * _BATCH]
+        top = np.argsort(-detour, kind="stable")[:_MEASURED]
         if len(accepted):
             detour[top] = _way_lengths(robot, nodes, accepted, candidates[top]) / np.maximum(direct[top], 1e-12)
         top = top[np.argsort(-detour[top], kind="stable")]
