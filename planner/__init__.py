@@ -12,18 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from planner import gabf
+    from planner.base.errors import PlannerError
+    from planner.base.outcome import Outcome
+    from planner.base.request import PlanRequest, SweepRequest
     from planner.collision import make_checker
-    from planner.costs import build_network
-    from planner.errors import PlannerError
-    from planner.outcome import Outcome
-    from planner.plan import Plan, build_roadmap
-    from planner.request import PlanRequest, SweepRequest
+    from planner.costs.network import build_network
+    from planner.gabf.routes import paths_from
+    from planner.planning import Plan, build_roadmap
     from planner.roadmap.storage import load_roadmap, save_roadmap
-    from planner.robot import Robot
-    from planner.routes import paths_from
-    from planner.scene import Scene
     from planner.tradeoff import Tradeoff, sweep
     from planner.view.notebook import show
+    from planner.world.robot import Robot
+    from planner.world.scene import Scene
 
 __all__ = [
     "Outcome",
@@ -46,19 +46,19 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Outcome": "planner.outcome",
-    "Plan": "planner.plan",
-    "PlanRequest": "planner.request",
-    "PlannerError": "planner.errors",
-    "Robot": "planner.robot",
-    "Scene": "planner.scene",
-    "SweepRequest": "planner.request",
+    "Outcome": "planner.base.outcome",
+    "Plan": "planner.planning",
+    "PlanRequest": "planner.base.request",
+    "PlannerError": "planner.base.errors",
+    "Robot": "planner.world.robot",
+    "Scene": "planner.world.scene",
+    "SweepRequest": "planner.base.request",
     "Tradeoff": "planner.tradeoff",
-    "build_network": "planner.costs",
-    "build_roadmap": "planner.plan",
+    "build_network": "planner.costs.network",
+    "build_roadmap": "planner.planning",
     "load_roadmap": "planner.roadmap.storage",
     "make_checker": "planner.collision",
-    "paths_from": "planner.routes",
+    "paths_from": "planner.gabf.routes",
     "save_roadmap": "planner.roadmap.storage",
     "show": "planner.view.notebook",
     "sweep": "planner.tradeoff",

@@ -29,7 +29,7 @@ def test_the_library_example_runs_and_is_short() -> None:
 
 
 def test_the_scene_example_is_a_scene(tmp_path: Path) -> None:
-    from planner.scene import SceneFile
+    from planner.world.scene import SceneFile
 
     scene = SceneFile.model_validate(yaml.safe_load(block("yaml")))
     assert {obstacle.type for obstacle in scene.obstacles} == {"box", "cylinder", "sphere", "capsule", "mesh"}

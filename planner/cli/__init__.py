@@ -10,6 +10,7 @@ import sys
 
 import tyro
 
+from planner.base.errors import PlannerError
 from planner.cli.bench import bench
 from planner.cli.catalogue import robots, scenes
 from planner.cli.check import check
@@ -19,7 +20,6 @@ from planner.cli.roadmap import roadmap
 from planner.cli.sweep import sweep
 from planner.cli.terminal import complain
 from planner.cli.view import view
-from planner.errors import PlannerError
 
 app = tyro.extras.SubcommandApp()
 app.command(plan)

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import tyro
 
+from planner.base.request import PAPER_NODES, Backend, Charge, PlanRequest, WorldRequest
 from planner.cli.common import Flag
 from planner.cli.terminal import progress, reporter, say
-from planner.request import PAPER_NODES, Backend, Charge, PlanRequest, WorldRequest
 
 if TYPE_CHECKING:
-    from planner.experiments.report import Progress
+    from planner.studies.report import Progress
 
 bench = tyro.extras.SubcommandApp()
 bench.__doc__ = """Measure success, safety and speed; speed as ratios within one run.
@@ -39,8 +39,8 @@ def gabf(
     """
 
     def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
-        from planner.benchmark.gabf import bench_gabf
-        from planner.benchmark.gabf_rows import to_markdown
+        from planner.studies.bench_gabf.report import to_markdown
+        from planner.studies.bench_gabf.run import bench_gabf
 
         result = bench_gabf(out, sizes, seed=seed, progress=report, stop=stop)
         return to_markdown(result), result.complete
@@ -88,7 +88,7 @@ def plan(
     """
 
     def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
-        from planner.benchmark.plan import bench_plan
+        from planner.studies.bench_plan.run import bench_plan
 
         plain = PlanRequest(
             robot,
@@ -130,8 +130,8 @@ def misses(
     """
 
     def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
-        from planner.benchmark.misses import bench_misses
-        from planner.benchmark.misses_rows import to_markdown
+        from planner.studies.bench_misses.report import to_markdown
+        from planner.studies.bench_misses.run import bench_misses
 
         result = bench_misses(out, edges, robots, thicknesses, seed, report, stop)
         return to_markdown(result.rows, result.complete), result.complete
@@ -165,8 +165,8 @@ def agreement(
     """
 
     def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
-        from planner.benchmark.agreement import bench_agreement
-        from planner.benchmark.agreement_rows import to_markdown
+        from planner.studies.bench_agreement.report import to_markdown
+        from planner.studies.bench_agreement.run import bench_agreement
 
         result = bench_agreement(out, states, robots, scenes, margin, seed, report, stop)
         return to_markdown(result.rows, result.complete), result.complete
@@ -203,8 +203,8 @@ def roadmap(
     """
 
     def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
-        from planner.benchmark.roadmap import bench_roadmap
-        from planner.benchmark.roadmap_rows import to_markdown
+        from planner.studies.bench_roadmap.report import to_markdown
+        from planner.studies.bench_roadmap.run import bench_roadmap
 
         world = WorldRequest(robot, scene, collision=collision)
         result = bench_roadmap(out, world, nodes, queries, seed, time_limit, report, stop)
@@ -215,8 +215,8 @@ def roadmap(
 
 def measure(run: Callable[[Progress, Callable[[], bool]], tuple[str, bool]], out: Path) -> int:
     """Run a benchmark with a progress bar and say its report; the exit code tells whether it is complete."""
-    from planner.files import require_writable_folder
-    from planner.interrupt import StopRequest
+    from planner.base.files import require_writable_folder
+    from planner.base.progress import StopRequest
 
     require_writable_folder(out)
     with StopRequest() as stop, progress() as bar:

@@ -14,8 +14,8 @@ def robots(debug: Flag = False) -> int:
     """
     from rich.table import Table
 
-    from planner.resources import robot_names
-    from planner.robot import Robot
+    from planner.base.resources import robot_names
+    from planner.world.robot import Robot
 
     table = Table("robot", "joint", "from", "to", "unit", "tool frame")
     for name in robot_names():
@@ -44,8 +44,8 @@ def scenes(debug: Flag = False) -> int:
     """
     from rich.table import Table
 
-    from planner.resources import scene_names
-    from planner.scene import Scene
+    from planner.base.resources import scene_names
+    from planner.world.scene import Scene
 
     table = Table("scene", "description", "obstacles", "robots: named states")
     for name in scene_names():

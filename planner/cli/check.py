@@ -8,9 +8,9 @@ from typing import Annotated
 
 import tyro
 
+from planner.base.request import WorldRequest
 from planner.cli.common import Flag
 from planner.cli.terminal import say, show
-from planner.request import WorldRequest
 
 EXIT_NOT_USABLE = 4
 
@@ -48,7 +48,7 @@ def check(
 
     from planner.paths.file import read_joint_path
     from planner.paths.report import report_record, report_rows, verdict_sentence
-    from planner.query import open_world
+    from planner.query.open import open_world
 
     checker = open_world(request)
     robot, scene = checker.world.robot, checker.world.scene

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from planner.base.request import PlanRequest
 from planner.cli.common import STARTED, Flag, page_timings
 from planner.cli.terminal import complain, progress, reporter, say, show
-from planner.request import PlanRequest
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -44,13 +44,13 @@ def plan(
         json: Print plan.json on standard output, and nothing else there.
         debug: Show tracebacks of errors.
     """
-    from planner.files import make_folder, require_writable_folder
-    from planner.interrupt import StopRequest
+    from planner.base.files import make_folder, require_writable_folder
+    from planner.base.progress import StopRequest
 
     require_writable_folder(out)
-    from planner import plan as planning
-    from planner.outcome import Outcome
-    from planner.results import save_plan
+    from planner import planning
+    from planner.base.outcome import Outcome
+    from planner.plan_record import save_plan
     from planner.view.page import write_plan_page
     from planner.view.serve import serve
 
@@ -76,7 +76,7 @@ def _plan_table(record: dict[str, Any]) -> Table:
     from rich.markup import escape
     from rich.table import Table
 
-    from planner.results import summary_rows
+    from planner.plan_record import summary_rows
 
     table = Table("", "", title=escape(f"{record['robot']} in {record['scene']}"), show_header=False)
     for name, value in summary_rows(record):

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import tyro
 
+from planner.base.errors import OptionError
+from planner.base.request import PAPER_NODES, Backend
 from planner.cli.common import Flag
 from planner.cli.terminal import progress, report_table, reporter, say, show, verdict_table
-from planner.errors import OptionError
-from planner.request import PAPER_NODES, Backend
 
 if TYPE_CHECKING:
-    from planner.experiments.report import Progress, Report
+    from planner.studies.report import Progress, Report
 
 reproduce = tyro.extras.SubcommandApp()
 reproduce.__doc__ = """Reproduce a simulation of the paper: its figures, its table, and a verdict on its sentences.
@@ -34,7 +34,7 @@ def example(out: Path = Path("reproduce-example"), seed: int = 0, debug: Flag = 
     """
 
     def run(report: Progress, stop: Callable[[], bool]) -> Report:
-        from planner.experiments.example import run_example
+        from planner.studies.example import run_example
 
         return run_example(seed)
 
@@ -53,7 +53,7 @@ def laws(out: Path = Path("reproduce-laws"), seed: int = 0, graphs: int = 20, de
     """
 
     def run(report: Progress, stop: Callable[[], bool]) -> Report:
-        from planner.experiments.laws import run_laws
+        from planner.studies.laws.run import run_laws
 
         return run_laws(graphs, seed=seed, progress=report, stop=stop)
 
@@ -84,7 +84,7 @@ def manipulator(
     """
 
     def run(report: Progress, stop: Callable[[], bool]) -> Report:
-        from planner.experiments.manipulator import run_manipulator
+        from planner.studies.manipulator.run import run_manipulator
 
         return run_manipulator(seeds, nodes, collision, seed, strands, report, stop)
 
@@ -132,8 +132,8 @@ def learning(
         raise OptionError(f"{', '.join('--' + name for name in given)} asks for a robot's roadmaps: give --robot too.")
 
     def run(report: Progress, stop: Callable[[], bool]) -> Report:
-        from planner.experiments.learning import run_learning
-        from planner.experiments.learning_robot import RobotSettings
+        from planner.studies.learning.robot import RobotSettings
+        from planner.studies.learning.run import run_learning
 
         settings = RobotSettings(robot, **given) if robot else None
         return run_learning(graphs, iterations, seed, settings, progress=report, stop=stop)
@@ -143,11 +143,11 @@ def learning(
 
 def run_experiment(run: Callable[[Progress, Callable[[], bool]], Report], folder: Path) -> int:
     """Run an experiment with a progress bar, write its report, print its table and verdicts; the exit code."""
-    from planner.files import require_writable_folder
-    from planner.interrupt import StopRequest
+    from planner.base.files import require_writable_folder
+    from planner.base.progress import StopRequest
 
     require_writable_folder(folder)
-    from planner.experiments.report import write_report
+    from planner.studies.report import write_report
 
     with StopRequest() as stop, progress() as bar:
         report = run(reporter(bar), stop)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from planner.base.errors import FileError, OptionError
+from planner.base.request import KeptRequest, RoadmapRequest, require_nodes, require_seed
 from planner.cli.common import Flag
 from planner.cli.terminal import progress, reporter, say, show
-from planner.errors import FileError, OptionError
-from planner.request import KeptRequest, RoadmapRequest, require_nodes, require_seed
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -41,14 +41,14 @@ def build(
         file: The file to write; what is there is replaced.
         debug: Show tracebacks of errors.
     """
-    from planner.files import require_writable_file
-    from planner.interrupt import StopRequest
+    from planner.base.files import require_writable_file
+    from planner.base.progress import StopRequest
 
     require_writable_file(file)
-    from planner.outcome import Outcome
-    from planner.plan import obtain_roadmap
-    from planner.query import make_query
-    from planner.request import SweepRequest
+    from planner.base.outcome import Outcome
+    from planner.base.request import SweepRequest
+    from planner.planning import obtain_roadmap
+    from planner.query.open import make_query
 
     sweep = SweepRequest(**vars(request))
     with StopRequest() as stop, progress() as bar:
@@ -114,11 +114,11 @@ def check(
 
 
 def _check(file: Path, request: KeptRequest) -> int:
-    from planner.collision.edges import Verdict
-    from planner.interrupt import StopRequest
+    from planner.base.progress import StopRequest
+    from planner.collision.edge_prover import Verdict
     from planner.roadmap import repair as repairing
-    from planner.roadmap.reopen import reopen
     from planner.roadmap.storage import load_roadmap, require_same_world
+    from planner.roadmap.world_of import reopen
 
     kept = load_roadmap(file)
     checker = reopen(request, kept, file)
@@ -148,11 +148,11 @@ def _check(file: Path, request: KeptRequest) -> int:
 
 
 def _repair(file: Path, request: KeptRequest, target: Path) -> int:
-    from planner.files import require_writable_file
-    from planner.interrupt import StopRequest
+    from planner.base.files import require_writable_file
+    from planner.base.progress import StopRequest
     from planner.roadmap import repair as repairing
-    from planner.roadmap.reopen import reopen
     from planner.roadmap.storage import load_roadmap
+    from planner.roadmap.world_of import reopen
 
     kept = load_roadmap(file)
     require_writable_file(target)
@@ -198,11 +198,11 @@ def extend(
         raise OptionError(f"{nodes} nodes are no extension: give a whole number from 1.")
     if seed is not None:
         require_seed(seed)
-    from planner.files import require_writable_file
-    from planner.interrupt import StopRequest
+    from planner.base.files import require_writable_file
+    from planner.base.progress import StopRequest
     from planner.roadmap.extend import extend as grow_on
-    from planner.roadmap.reopen import reopen
     from planner.roadmap.storage import load_roadmap, require_same_world
+    from planner.roadmap.world_of import reopen
 
     kept, target = load_roadmap(file), out or file
     require_nodes(len(kept.nodes) + nodes)
@@ -218,7 +218,7 @@ def extend(
 
 
 def _save(result: Roadmap, file: Path) -> None:
-    from planner.files import make_folder
+    from planner.base.files import make_folder
     from planner.roadmap.storage import save_roadmap
 
     make_folder(file.parent)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from planner.base.errors import OptionError
+from planner.base.request import SweepRequest
 from planner.cli.common import STARTED, Flag, page_timings
 from planner.cli.terminal import progress, report_table, reporter, say, show
-from planner.errors import OptionError
-from planner.request import SweepRequest
 
 if TYPE_CHECKING:
     from planner.tradeoff import Tradeoff
@@ -47,15 +47,15 @@ def sweep(
         out: Folder to write into.
         debug: Show tracebacks of errors.
     """
-    from planner.files import make_folder, require_writable_folder
-    from planner.interrupt import StopRequest
+    from planner.base.files import make_folder, require_writable_folder
+    from planner.base.progress import StopRequest
 
     if max_labels is not None and not front:
         raise OptionError("--max-labels limits the search of --front: give --front too, or leave it out.")
     require_writable_folder(out)
     from planner import tradeoff
     from planner.tradeoff.nondominated import MAX_LABELS
-    from planner.tradeoff.results import read_checkpoint, save_sweep
+    from planner.tradeoff.record import read_checkpoint, save_sweep
     from planner.view.page import write_sweep_page
 
     imported = time.perf_counter() - STARTED
@@ -72,7 +72,7 @@ def sweep(
 
 
 def _tell(result: Tradeoff, record: dict[str, Any], out: Path) -> None:
-    from planner.tradeoff.results import interval_rows, summary_lines
+    from planner.tradeoff.record import interval_rows, summary_lines
 
     if record["intervals"]:
         show(report_table(interval_rows(record)))
@@ -84,7 +84,7 @@ def _tell(result: Tradeoff, record: dict[str, Any], out: Path) -> None:
 
 
 def _ending(result: Tradeoff) -> str:
-    from planner.outcome import Outcome
+    from planner.base.outcome import Outcome
 
     match result.outcome:
         case Outcome.SOLVED:

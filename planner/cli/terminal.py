@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress
     from rich.table import Table
 
-    from planner.experiments.report import Verdict
+    from planner.studies.report import Verdict
 
 
 def say(text: str) -> None:
@@ -55,7 +55,7 @@ def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
     from rich.markup import escape
     from rich.table import Table
 
-    from planner.experiments.report import text_table
+    from planner.studies.report import text_table
 
     columns, lines = text_table(tuple(rows))
     table = Table(*columns)

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import tyro
 
+from planner.base.errors import FileError, OptionError
+from planner.base.request import WorldRequest
+from planner.base.targets import parse_target
 from planner.cli.common import Flag
 from planner.cli.terminal import say
-from planner.errors import FileError, OptionError
-from planner.request import WorldRequest
-from planner.targets import parse_target
 
 
 def view(
@@ -48,7 +48,7 @@ def view(
         open: Open the page in the browser, where there is a screen.
         debug: Show tracebacks of errors.
     """
-    from planner.files import require_writable_file
+    from planner.base.files import require_writable_file
     from planner.view.serve import require_port, serve
 
     require_port(port)
@@ -84,9 +84,9 @@ def _page_beside(result: Path) -> Path:
 
 def _state_page(request: WorldRequest, state: str | None) -> str:
     target = None if state is None else parse_target(state)
-    from planner.query import open_world
-    from planner.resolve import resolve_as_is
-    from planner.targets import Joints
+    from planner.base.targets import Joints
+    from planner.query.open import open_world
+    from planner.query.resolve import resolve_as_is
     from planner.view.state import inspect_state, state_page
 
     checker = open_world(request)
@@ -103,7 +103,7 @@ def _state_page(request: WorldRequest, state: str | None) -> str:
 
 
 def _write(page: str, out: Path) -> int:
-    from planner.files import make_folder, write_whole
+    from planner.base.files import make_folder, write_whole
 
     make_folder(out.parent)
     write_whole(out, page.encode())

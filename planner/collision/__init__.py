@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+from planner.base.errors import OptionError, choices
+from planner.base.request import require_margin
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import World
-from planner.errors import OptionError, choices
-from planner.request import require_margin
-from planner.robot import Robot
-from planner.scene import Scene
+from planner.world.robot import Robot
+from planner.world.scene import Scene
 
 BACKENDS = ("fcl", "coal")
 
@@ -40,11 +40,11 @@ def witness(checker: CollisionChecker) -> CollisionChecker:
 
 def _backend(name: str) -> type[CollisionChecker]:
     if name == "fcl":
-        from planner.collision.fcl_checker import FclChecker
+        from planner.collision.fcl import FclChecker
 
         return FclChecker
     if name == "coal":
-        from planner.collision.coal_checker import CoalChecker
+        from planner.collision.coal import CoalChecker
 
         return CoalChecker
     raise OptionError(f"collision backend '{name}' not found; backends are {choices(BACKENDS)}.")

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
 from planner.collision.covers import Spheres, box_cover, sphere_cover
 from planner.collision.world import World
-from planner.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere
+from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere
 
 # spheres a body in the first and in the second look, and the cell size below which none is cut (m)
 _COARSE, _COARSE_CELL = 6, 0.08

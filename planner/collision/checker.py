@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
 from planner.collision.bounds import ClearanceBound
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain

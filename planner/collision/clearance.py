@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import joint_placements
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats, frozen
-from planner.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.base.arrays import Floats, frozen
+from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 
 @dataclass(frozen=True, eq=False)

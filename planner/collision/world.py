@@ -7,11 +7,11 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.arrays import Bools, Floats, Ints, frozen
+from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.kinematics.reach import Reach
-from planner.robot import Robot
-from planner.scene import Scene
-from planner.shapes import Body, Obstacle
+from planner.world.robot import Robot
+from planner.world.scene import Scene
+from planner.world.shapes import Body, Obstacle
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from planner.arrays import Bools, Floats, Ints
-from planner.errors import AssumptionError
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import AssumptionError
 
 UserFunction = Callable[[Ints, Floats, Floats], Floats]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Bools, Floats
-from planner.errors import AssumptionError
+from planner.base.arrays import Bools, Floats
+from planner.base.errors import AssumptionError
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce, require_state
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 from planner.gabf.clock import PrescribedClock
 from planner.gabf.flows import PowerFlow
 from planner.gabf.laws import FixedTime, SingularityFree

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 from planner.gabf import bounds
 from planner.gabf.clock import PrescribedClock
 from planner.gabf.laws import FixedTime, Law, SingularityFree

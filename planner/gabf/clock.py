@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 
 Reading: TypeAlias = float | Floats
 """One reading of a clock, or an array of them."""

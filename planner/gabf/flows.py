@@ -12,7 +12,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 
 
 class Flow(ABC):

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.arrays import Bools, Floats
-from planner.errors import AssumptionError, OptionError
+from planner.base.arrays import Bools, Floats
+from planner.base.errors import AssumptionError, OptionError
 from planner.gabf.arcmaps import AffineArcs, ArcMap, FunctionArcs, UserFunction
 
 if TYPE_CHECKING:

@@ -10,8 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.errors import OptionError
+from planner.base.arrays import Floats
+from planner.base.errors import OptionError
 from planner.gabf.clock import PrescribedClock, Reading, UniformClock
 from planner.gabf.flows import Flow, LinearFlow, PowerFlow
 

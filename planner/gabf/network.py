@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, frozen
-from planner.errors import AssumptionError
+from planner.base.arrays import Floats, Ints, frozen
+from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
 

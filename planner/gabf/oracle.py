@@ -8,8 +8,8 @@ import heapq
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.errors import AssumptionError
+from planner.base.arrays import Floats
+from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce

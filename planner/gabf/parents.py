@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from planner.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints
 from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.problem import Problem
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
-from planner.errors import StateError
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import StateError
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce, require_state
 from planner.gabf.result import CostToGo

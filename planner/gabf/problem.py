@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
-from planner.errors import AssumptionError
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.network import Network
 from planner.gabf.reachability import hops_to_source

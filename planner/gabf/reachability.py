@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.arrays import Ints
+from planner.base.arrays import Ints
 from planner.gabf.network import Network
 
 

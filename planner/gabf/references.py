@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.errors import AssumptionError, OptionError
+from planner.base.arrays import Floats
+from planner.base.errors import AssumptionError, OptionError
 from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input
 from planner.gabf.network import Network

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 from planner.gabf.assumptions import Premises
 from planner.gabf.laws import Law
 from planner.gabf.network import Network

@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 
-from planner.arrays import Floats, frozen
-from planner.errors import OptionError
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import OptionError
 from planner.gabf.laws import Law, control_input
 from planner.gabf.problem import Problem
 from planner.gabf.result import Trajectory

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.errors import AssumptionError
+from planner.base.arrays import Floats
+from planner.base.errors import AssumptionError
 from planner.gabf.assumptions import Premises
 from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input

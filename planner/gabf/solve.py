@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.errors import OptionError
+from planner.base.arrays import Floats
+from planner.base.errors import OptionError
 from planner.gabf.assumptions import Premises, pack_start, premises, require_overestimate
 from planner.gabf.laws import Law, SingularityFree
 from planner.gabf.network import Network

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 from planner.gabf.flows import Flow
 from planner.gabf.problem import Problem
 

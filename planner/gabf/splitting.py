@@ -9,8 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.errors import OptionError
+from planner.base.arrays import Floats
+from planner.base.errors import OptionError
 from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce

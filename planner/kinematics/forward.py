@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from planner.arrays import Bools, Floats, Ints, frozen
-from planner.robot import Robot
+from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.world.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)

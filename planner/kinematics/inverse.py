@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 from planner.kinematics.forward import Chain, joint_placements
-from planner.robot import Robot
+from planner.world.robot import Robot
 
 POSITION_TOLERANCE = 1e-6  # m
 ANGLE_TOLERANCE = 1e-6  # rad

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pinocchio as pin
 
-from planner.arrays import Floats
-from planner.robot import Robot
+from planner.base.arrays import Floats
+from planner.world.robot import Robot
 
 if TYPE_CHECKING:
     from collections.abc import Callable

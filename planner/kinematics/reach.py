@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, frozen
+from planner.base.arrays import Floats, frozen
 from planner.kinematics.forward import Chain
-from planner.robot import Robot
-from planner.shapes import Body, farthest, farthest_from_axis
+from planner.world.robot import Robot
+from planner.world.shapes import Body, farthest, farthest_from_axis
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import gabf
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
 from planner.learning.rules import ErrorDriven
 from planner.learning.stages import Stage, next_stage, planning_stage
 

@@ -23,8 +23,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.errors import OptionError
+from planner.base.arrays import Floats
+from planner.base.errors import OptionError
 
 
 def log_cost(weights: Floats, K: float) -> float:

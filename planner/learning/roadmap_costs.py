@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import gabf
-from planner.arrays import Bools, Floats, Ints
-from planner.costs import distance_cost
-from planner.errors import OptionError
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import OptionError
+from planner.base.request import require_share
+from planner.costs.network import distance_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.request import require_share
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import manipulability_cost
-from planner.robot import Robot
+from planner.world.robot import Robot
 
 COST_STEP = 0.02  # rad of joint motion between the samples that the cost of an edge is integrated over
 

@@ -9,8 +9,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.errors import AssumptionError, OptionError
+from planner.base.arrays import Floats
+from planner.base.errors import AssumptionError, OptionError
 
 
 @dataclass(frozen=True)

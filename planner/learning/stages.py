@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner import gabf
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
 from planner.learning.rules import LearningRule
 
 FIRST_WEIGHT = 0.5

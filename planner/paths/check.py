@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker
-from planner.collision.edges import EdgeProver, Verdict
+from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
-from planner.errors import OptionError
 from planner.kinematics.manipulability import manipulability
 from planner.paths.clearance import Place, nearest_pair, slack, smallest_clearance
 from planner.paths.measure import (
@@ -21,8 +21,8 @@ from planner.paths.measure import (
     path_contact,
     tool_path_length,
 )
-from planner.resolve import beyond_limits
-from planner.robot import Robot
+from planner.query.resolve import beyond_limits
+from planner.world.robot import Robot
 
 _RESOLUTION = 2e-4  # m beyond the margin that a proof needs
 

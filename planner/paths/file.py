@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats, frozen
-from planner.errors import FileError, choices
-from planner.robot import Robot
-from planner.yamlfile import read_text
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import FileError, choices
+from planner.base.yamlfile import read_text
+from planner.world.robot import Robot
 
 _NAMES = ("joints", "joint_names")
 _ROWS = ("path", "waypoints", "positions")

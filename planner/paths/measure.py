@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
-from planner.collision.edges import states_along
+from planner.collision.edge_prover import states_along
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.robot import Robot
+from planner.world.robot import Robot
 
 W_STEP = 0.01  # rad of joint motion between the samples of w along a path
 RECHECK_STEP = 1e-3  # m of motion between the states that a path is looked at again

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.collision.edges import Verdict
+from planner.collision.edge_prover import Verdict
 from planner.collision.world import Contact
 from planner.paths.check import PathReport
 from planner.paths.clearance import Place

@@ -9,14 +9,14 @@ from functools import partial
 
 import numpy as np
 
-from planner.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints
 from planner.collision.checker import CollisionChecker
-from planner.resolve import free_configuration
+from planner.query.resolve import free_configuration
 from planner.roadmap.build import Progress
-from planner.roadmap.certificates import RecordingProver
-from planner.roadmap.connect import NEIGHBOURS
+from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.extend import enlarged, renumbered
 from planner.roadmap.grow import Growth, GrowthSettings, grow
+from planner.roadmap.links import NEIGHBOURS
 from planner.roadmap.roadmap import Roadmap, component_labels
 
 SAME = 1e-9  # rad: a configuration this near a node is that node

@@ -8,18 +8,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
+from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
-from planner.request import PAPER_EDGES, PAPER_NODES, require_nodes
-from planner.roadmap.certificates import RecordingProver
-from planner.roadmap.connect import connect
+from planner.roadmap.best_paths import add_strands
+from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.grow import ROADMAP, GrowthSettings, grow
+from planner.roadmap.links import connect
 from planner.roadmap.measure import measure_edges
-from planner.roadmap.record import record_of
 from planner.roadmap.roadmap import Origin, Roadmap
 from planner.roadmap.scale import measure_scale
-from planner.roadmap.strands import add_strands
+from planner.roadmap.world_record import record_of
 
 _REST = 1_000_003  # added to the seed where the tree goes on: the same seed would draw the same samples again
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker
-from planner.errors import OptionError
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import Progress, RoadmapSettings
-from planner.roadmap.certificates import RecordingProver
-from planner.roadmap.connect import connect
+from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.grow import Growth, GrowthSettings, grow
+from planner.roadmap.links import connect
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
 

@@ -7,7 +7,7 @@ from collections.abc import Set
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
 
 
 class Forest:

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
-from planner.collision.edges import EdgeProver
+from planner.base.arrays import Floats, Ints
+from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.climb import climb
+from planner.roadmap.escape_singularity import climb
+from planner.roadmap.first_path import Joiner, JoinSettings
 from planner.roadmap.forest import Forest
-from planner.roadmap.join import Joiner, JoinSettings
 from planner.roadmap.motions import Motions
-from planner.roadmap.tree_planners import JointSpace, Tree, TreePlanners, seed_everything
-from planner.robot import Robot
+from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners, seed_everything
+from planner.world.robot import Robot
 
 _JOIN_A_JOINT = 8000  # motions
 _PART = 250  # nodes at least that a tree grows before its motions are proven

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.robot import Robot
+from planner.world.robot import Robot
 
 EDGE_STATES = 9  # evenly spaced states, both ends included, at which w is kept for an edge
 _TOOL_STEP = 0.05  # rad of joint motion between the points that the length of the tool's way is summed over

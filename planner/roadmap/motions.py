@@ -6,11 +6,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.arrays import Floats, frozen
+from planner.base.arrays import Floats, frozen
 from planner.collision import witness
-from planner.collision.edges import RESOLUTION, EdgeProver
+from planner.collision.edge_prover import RESOLUTION, EdgeProver
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.tree_planners import MotionCheck
+from planner.roadmap.ompl_planners import MotionCheck
 
 _GLANCES = np.array([1.0, 0.5])  # where a motion is looked at before anything dearer: most refused ones end in contact
 ROOM = 8e-3  # m: what a motion that only makes a path better should leave: hugging obstacles is slow to prove too
@@ -29,7 +29,7 @@ class Motions:
     """Motion checks in one world; counts nothing, remembers nothing.
 
     With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``_W_STEP`` apart. ``room`` (m): how
-    much a proof must leave, see :meth:`planner.collision.edges.EdgeProver.prove`.
+    much a proof must leave, see :meth:`planner.collision.edge_prover.EdgeProver.prove`.
     """
 
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = RESOLUTION) -> None:

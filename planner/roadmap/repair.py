@@ -12,20 +12,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planner.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import FileError, choices
 from planner.collision.checker import CollisionChecker, is_free
-from planner.collision.edges import EdgeProver, Verdict
+from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact, World
-from planner.errors import FileError, choices
 from planner.kinematics.forward import joint_placements
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.build import Progress, origin_of
 from planner.roadmap.measure import measure_edges
-from planner.roadmap.record import changes, unproven_pairs
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import measure_scale
 from planner.roadmap.storage import same_world
-from planner.robot import Robot
+from planner.roadmap.world_record import changes, unproven_pairs
+from planner.world.robot import Robot
 
 _BATCH = 128  # edges looked at between two questions whether to stop
 _LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back

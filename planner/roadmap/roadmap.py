@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Bools, Floats, Ints, frozen
-from planner.hashing import content_hash
-from planner.roadmap.record import WorldRecord
+from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.hashing import content_hash
 from planner.roadmap.scale import CostScale
+from planner.roadmap.world_record import WorldRecord
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats
-from planner.errors import OptionError, choices
-from planner.request import DEFAULT_COST, ManipulabilityCost
+from planner.base.arrays import Floats
+from planner.base.errors import OptionError, choices
+from planner.base.request import DEFAULT_COST, ManipulabilityCost
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta

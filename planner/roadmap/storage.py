@@ -19,16 +19,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from planner.arrays import frozen
+from planner.base.arrays import frozen
+from planner.base.errors import FileError
+from planner.base.files import write_whole
+from planner.base.hashing import content_hash
+from planner.base.yamlfile import Strict, validate
 from planner.collision.checker import CollisionChecker
-from planner.errors import FileError
-from planner.files import write_whole
-from planner.hashing import content_hash
 from planner.roadmap.measure import EDGE_STATES
-from planner.roadmap.record import changes, holds_limits, unproven_pairs
 from planner.roadmap.roadmap import DTYPES, Origin, Roadmap
 from planner.roadmap.scale import CostScale
-from planner.yamlfile import Strict, validate
+from planner.roadmap.world_record import changes, holds_limits, unproven_pairs
 
 FORMAT = "gabf-planner roadmap"
 VERSION = 2  # 2: what the world was made of, and a certificate for every edge

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner import gabf
-from planner.arrays import Bools, Floats, Ints
-from planner.costs import at_beta, path_cost
-from planner.errors import StateError
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import StateError
+from planner.costs.network import at_beta, path_cost
 
 TOLERANCE = 1e-12  # relative to max(1, cost): far above the rounding of a sum of costs, far below any difference
 

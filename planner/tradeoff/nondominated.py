@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Floats, Ints, frozen
-from planner.errors import AssumptionError, OptionError
+from planner.base.arrays import Floats, Ints, frozen
+from planner.base.errors import AssumptionError, OptionError
 
 MAX_LABELS = 1_000_000
 _TOLERANCE = 1e-12  # relative to max(1, cost): paths this close in both costs are one point

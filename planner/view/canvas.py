@@ -18,10 +18,10 @@ import umsgpack
 from meshcat.commands import SetObject, SetProperty, SetTransform
 from meshcat.path import Path as ScenePath
 
-from planner.arrays import Floats
-from planner.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.base.arrays import Floats
 from planner.view.colours import hex_colour
 from planner.view.surfaces import creased, tube
+from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _SCRIPTS = ("page_robot.js", "page_roadmap.js", "page_pointer.js", "page.js")  # one script, in this order
 _REFERENCES = ("uuid", "geometry", "material")  # keys by which a command's parts speak of each other

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 
 # lightness rises evenly along the ramp, so order survives a black and white print
 _STOPS = np.array([[0.16, 0.11, 0.33], [0.20, 0.32, 0.55], [0.13, 0.54, 0.55], [0.38, 0.74, 0.38], [0.98, 0.88, 0.22]])

@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.paths.measure import dense_path
-from planner.poses import pose
 from planner.roadmap.roadmap import Roadmap
-from planner.robot import Robot, load_visuals
-from planner.scene import Scene
-from planner.shapes import Sphere, corners
 from planner.view.canvas import Canvas
 from planner.view.surfaces import tube
+from planner.world.poses import pose
+from planner.world.robot import Robot, load_visuals
+from planner.world.scene import Scene
+from planner.world.shapes import Sphere, corners
 
 _OBSTACLE = (0.55, 0.60, 0.68, 0.85)
 _COLLISION = (0.10, 0.55, 0.90, 0.6)

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobian, manipulability
 from planner.paths.measure import dense_path
-from planner.robot import Robot
+from planner.world.robot import Robot
 
 SAMPLES = 241  # evenly spaced in joint motion, both ends included
 _SECONDS_A_RADIAN = 0.8  # how fast the motion is shown

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from planner.errors import OptionError
+from planner.base.errors import OptionError
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
-    from planner.plan import Plan
+    from planner.planning import Plan
     from planner.roadmap.roadmap import Roadmap
     from planner.tradeoff import Tradeoff
 
@@ -44,7 +44,7 @@ def show(thing: Plan | Tradeoff | Roadmap, checker: CollisionChecker | None = No
 
     Raises :class:`OptionError` for anything else.
     """
-    from planner.plan import Plan
+    from planner.planning import Plan
     from planner.roadmap.roadmap import Roadmap
     from planner.tradeoff import Tradeoff
     from planner.view.page import plan_page, roadmap_page, sweep_page
@@ -67,8 +67,8 @@ def register(shell: Any) -> None:
     """Make an IPython shell show our results as tables, and in text as one line."""
     formatters = shell.display_formatter.formatters
     for module, name, table in (
-        ("planner.plan", "Plan", plan_table),
-        ("planner.tradeoff.intervals", "Tradeoff", tradeoff_table),
+        ("planner.planning", "Plan", plan_table),
+        ("planner.tradeoff.sweep", "Tradeoff", tradeoff_table),
         ("planner.roadmap.roadmap", "Roadmap", roadmap_table),
     ):
         formatters["text/html"].for_type_by_name(module, name, table)
@@ -77,14 +77,14 @@ def register(shell: Any) -> None:
 
 def plan_table(plan: Plan) -> str:
     """A plan as an HTML table."""
-    from planner.results import plan_record, summary_rows
+    from planner.plan_record import plan_record, summary_rows
 
     return _table(f"{plan.robot.name} in {plan.scene.name}. {plan.outcome.value}", summary_rows(plan_record(plan)))
 
 
 def tradeoff_table(tradeoff: Tradeoff) -> str:
     """A trade-off as an HTML table, a row an interval of beta."""
-    from planner.tradeoff.results import interval_rows, summary_lines, sweep_record
+    from planner.tradeoff.record import interval_rows, summary_lines, sweep_record
 
     record = sweep_record(tradeoff)
     rows = interval_rows(record)
@@ -97,7 +97,7 @@ def tradeoff_table(tradeoff: Tradeoff) -> str:
 
 def roadmap_table(roadmap: Roadmap) -> str:
     """A roadmap as an HTML table."""
-    from planner.results import roadmap_record, roadmap_text
+    from planner.plan_record import roadmap_record, roadmap_text
 
     w, length, origin = roadmap.manipulability, roadmap.joint_length, roadmap.origin
     rows = [

@@ -9,22 +9,22 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Floats
+from planner.base.arrays import Floats
+from planner.base.files import write_whole
+from planner.base.outcome import Outcome
 from planner.collision.checker import CollisionChecker
-from planner.files import write_whole
 from planner.kinematics.forward import tool_positions
-from planner.outcome import Outcome
-from planner.plan import Plan
-from planner.results import plan_record, roadmap_record, roadmap_text, summary_rows
+from planner.plan_record import plan_record, roadmap_record, roadmap_text, summary_rows
+from planner.planning import Plan
 from planner.roadmap.roadmap import Roadmap
-from planner.robot import Robot
-from planner.scene import Scene
 from planner.tradeoff import Tradeoff
-from planner.view.alternatives import W_UNIT, Rows, ShownPath, of_plan, of_tradeoff, on_roadmap
+from planner.tradeoff.alternatives import W_UNIT, Rows, ShownPath, of_plan, of_tradeoff, on_roadmap
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent
 from planner.view.motion import chain_data, motion_data
+from planner.world.robot import Robot
+from planner.world.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.arrays import Bools, Floats
+from planner.base.arrays import Bools, Floats
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.collision.clearance import Clearance
 from planner.collision.world import Contact
 from planner.kinematics.forward import joint_placements, tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.resolve import beyond_limits
-from planner.view.alternatives import W_UNIT, Rows
+from planner.query.resolve import beyond_limits
+from planner.tradeoff.alternatives import W_UNIT, Rows
 from planner.view.page import Content, page
 
 

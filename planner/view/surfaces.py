@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.arrays import Floats, Ints
-from planner.shapes import Mesh
+from planner.base.arrays import Floats, Ints
+from planner.world.shapes import Mesh
 
 _CREASE = np.cos(np.radians(35.0))  # faces that meet at more than this stay sharp
 

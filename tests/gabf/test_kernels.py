@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.errors import AssumptionError, OptionError
+from planner.base.errors import AssumptionError, OptionError
 
 from .networks import chain, from_arcs, solve
 

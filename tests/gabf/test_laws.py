@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.errors import OptionError
+from planner.base.errors import OptionError
 
 from .networks import AtTimes, scattered, solve
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.errors import AssumptionError
+from planner.base.errors import AssumptionError
 
 from .networks import Network, chain, from_arcs, solve
 

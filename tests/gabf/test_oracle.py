@@ -4,7 +4,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from planner import gabf
-from planner.errors import AssumptionError
+from planner.base.errors import AssumptionError
 
 from .networks import chain, from_arcs, scattered
 

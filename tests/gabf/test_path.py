@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.errors import AssumptionError, StateError
+from planner.base.errors import AssumptionError, StateError
 
 from .networks import from_arcs, require_paths, scattered, solve
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.errors import OptionError
+from planner.base.errors import OptionError
 from planner.learning import K_for_excess, excess_bound, log_cost, sufficient_K
-from tests.conftest import QUICK
 from tests.learning.graphs import random_network, simple_paths
+from tests.random_shapes import QUICK
 
 
 def ranked(seed: int) -> tuple[np.ndarray, list[np.ndarray]]:

@@ -10,7 +10,7 @@ import pytest
 from tests.test_imports import MODULES, imported
 
 GRAPHS_ONLY = [name for name in MODULES if name.startswith("planner.learning") and "roadmap" not in name]
-ALLOWED = ("planner.learning", "planner.gabf", "planner.arrays", "planner.errors")
+ALLOWED = ("planner.learning", "planner.gabf", "planner.base.arrays", "planner.base.errors")
 
 
 @pytest.mark.parametrize("module", GRAPHS_ONLY)

@@ -8,11 +8,11 @@ import pytest
 from scipy.integrate import trapezoid
 
 from planner import build_network
-from planner.errors import OptionError
+from planner.base.errors import OptionError
 from planner.learning.roadmap_costs import SlowZone, edge_of_arc, execution_costs, greatest_costs, least_costs
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import manipulability_cost
-from tests.conftest import load
+from tests.worlds import load
 
 IIWA = "iiwa14"
 BETA = 0.3

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.errors import AssumptionError, OptionError
+from planner.base.errors import AssumptionError, OptionError
 from planner.learning import ErrorDriven, Hebbian
-from tests.conftest import QUICK
+from tests.random_shapes import QUICK
 
 inside = st.floats(0.0, 1.0, exclude_min=True, exclude_max=True, allow_subnormal=False)
 activity = st.floats(0.0, 1.0)

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner import gabf, learning
-from planner.errors import AssumptionError
+from planner.base.errors import AssumptionError
 from planner.learning import ErrorDriven, Hebbian
-from tests.conftest import QUICK
 from tests.learning.graphs import network_of, random_network, simple_paths
+from tests.random_shapes import QUICK
 
 
 @pytest.mark.parametrize("seed", range(6))

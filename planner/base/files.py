@@ -1,0 +1,97 @@
+"""Writing files so that a crash at any moment leaves either the old file or the new one, whole."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import glob
+import os
+import tempfile
+from pathlib import Path
+
+from planner.base.errors import FileError
+
+_UNFINISHED = ".unfinished"
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write to a temporary name beside ``path``, then rename; on a :class:`FileError` an old file is untouched.
+
+    A writer that is killed leaves its temporary file behind; the next one to write ``path`` clears it away.
+    """
+    temporary = None
+    try:
+        _clear_unfinished(path)
+        handle, temporary = _open_temporary(path)
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+            os.chmod(temporary, 0o666 & ~_umask())  # mkstemp's 0600 would keep colleagues from reading it
+            os.replace(temporary, path)
+    except OSError as error:
+        if temporary is not None and os.path.exists(temporary):
+            os.unlink(temporary)
+        raise FileError(f"{path} cannot be written: {error.strerror or error}; choose another place.") from None
+
+
+def _open_temporary(path: Path) -> tuple[int, str]:
+    """A new file beside ``path``, open and locked for as long as its writer lives."""
+    while True:
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=_UNFINISHED, dir=path.parent)
+        # another writer may take it for litter before it is locked: then try again
+        if _lock(handle) is not False and os.path.exists(name):
+            return handle, name
+        os.close(handle)
+
+
+def _clear_unfinished(path: Path) -> None:
+    """Remove what writers of ``path`` left behind that are no more: nobody holds a lock on it."""
+    for litter in path.parent.glob(f".{glob.escape(path.name)}.????????{_UNFINISHED}"):
+        with contextlib.suppress(OSError), litter.open("rb") as file:
+            if _lock(file.fileno()):
+                litter.unlink()
+
+
+def _lock(handle: int) -> bool | None:
+    """Whether the open file is now locked; False if somebody else holds it, None where files cannot be locked."""
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def require_writable_folder(folder: Path) -> None:
+    """See that ``folder`` can be made and written, leaving no trace; :class:`FileError` if not."""
+    existing = next(parent for parent in (folder.absolute(), *folder.absolute().parents) if parent.exists())
+    try:
+        with tempfile.TemporaryDirectory(dir=existing):
+            pass
+    except OSError as error:
+        raise FileError(
+            f"folder {folder} cannot be written: {error.strerror or error}; choose another place."
+        ) from None
+
+
+def require_writable_file(path: Path) -> None:
+    """See that ``path`` can be written before any work is done; :class:`FileError` if not."""
+    if path.is_dir():
+        raise FileError(f"{path} is a folder: give the name of a file.")
+    require_writable_folder(path.parent)
+
+
+def make_folder(folder: Path) -> None:
+    """Make ``folder`` and those above it; :class:`FileError` if that cannot be done."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise FileError(f"folder {folder} cannot be made: {error.strerror or error}; choose another place.") from None

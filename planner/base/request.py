@@ -1,0 +1,163 @@
+"""What can be asked of the planner, as typed options; loads no library, so that ``planner --help`` is quick."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from planner.base.errors import OptionError
+from planner.base.targets import parse_target
+
+LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
+Backend = Literal["fcl", "coal"]
+Metric = Literal["joint", "workspace"]
+Charge = Literal["nodes", "edges"]
+ManipulabilityCost = Literal["inverse", "log", "linear"]
+
+PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
+DEFAULT_COST: ManipulabilityCost = "log"
+DEFAULT_METRIC: Metric = "joint"
+
+
+@dataclass(frozen=True)
+class WorldRequest:
+    """A robot in a scene, and how contacts are found."""
+
+    robot: str = "iiwa14"
+    """Name of a built-in robot (see 'planner robots') or the path of a URDF."""
+    scene: str = "paper"
+    """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
+    tool: str | None = None
+    """Frame of the robot that targets and manipulability speak of; the robot's or the scene's own where left out."""
+    collision: Backend = "fcl"
+    """Collision library that proves the edges: FCL, or coal, which is faster on meshes."""
+    margin: float = 0.0
+    """Distance in metres to keep from every obstacle, and between links."""
+
+    def __post_init__(self) -> None:
+        require_margin(self.margin)
+
+
+@dataclass(frozen=True)
+class RoadmapRequest(WorldRequest):
+    """A roadmap around a start and a goal.
+
+    Each is a name from the scene file, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
+    or pose:x,y,z,qx,qy,qz,qw.
+    """
+
+    start: str = "start"
+    """Where the arm starts."""
+    goal: str = "goal"
+    """Where the arm should go; several names from the scene, with commas between, are goals of equal right."""
+    request: Path | None = None
+    """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
+    ik_solutions: int = 8
+    """Configurations that a position or pose as goal becomes at most; the dynamics picks the best of them."""
+    widen_limits: bool = False
+    """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
+    nodes: int = PAPER_NODES
+    """Configurations in the roadmap; more find better paths and take longer."""
+    seed: int = 0
+    """Seed of all randomness: the same command and seed give the same path."""
+    min_manipulability: float = 0.0
+    """A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a goal
+    below it. Where start and goal lie below, a path may stay there, no lower than they are. Growth keeps above too."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 <= self.min_manipulability < math.inf:
+            raise OptionError(
+                f"min manipulability {self.min_manipulability:g} is not usable: give a number of 0 or more."
+            )
+        parse_target(self.start)
+        parse_target(self.goal)
+        require_nodes(self.nodes)
+        if not 1 <= self.ik_solutions <= 100:
+            raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
+        require_seed(self.seed)
+
+
+@dataclass(frozen=True)
+class KeptRequest:
+    """The world to hold a roadmap against; what is left out is as the roadmap's file has it."""
+
+    robot: str | None = None
+    """Name of a built-in robot or the path of a URDF; the file's own if that is a built-in one."""
+    scene: str | None = None
+    """Name of a built-in scene or the path of a scene file; the file's own if that is a built-in one."""
+    tool: str | None = None
+    """Frame of the robot that manipulability speaks of."""
+    collision: Backend = "fcl"
+    """Collision library that proves the edges: FCL, or coal, which is faster on meshes."""
+    margin: float | None = None
+    """Distance in metres to keep from every obstacle, and between links."""
+    request: Path | None = None
+    """The MoveIt MotionPlanRequest (YAML) of the roadmap, to take the joints that are not planned from."""
+    widen_limits: bool = False
+    """Widen joint limits to those that the roadmap was grown within."""
+
+    def __post_init__(self) -> None:
+        if self.margin is not None:
+            require_margin(self.margin)
+
+
+@dataclass(frozen=True)
+class SweepRequest(RoadmapRequest):
+    """A roadmap and what its costs and its dynamics are, for every beta."""
+
+    roadmap: Path | None = None
+    """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
+    law: LawName = "singularity-free"
+    """Control law under which the dynamics runs."""
+    prescribed_time: float = 4.0
+    """T_p in seconds: the field settles before it (laws without a prescribed time do not mind it)."""
+    metric: Metric = DEFAULT_METRIC
+    """What distance means: joint motion (rad), or the length of the tool's way in the workspace (m)."""
+    manipulability_cost: ManipulabilityCost = DEFAULT_COST
+    """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
+    charge: Charge = "nodes"
+    """Where that cost is charged: at nodes, as the paper does, or integrated along edges, where singularities hide."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0.0 < self.prescribed_time < math.inf:
+            raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number.")
+
+
+@dataclass(frozen=True)
+class PlanRequest(SweepRequest):
+    """One plan. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles."""
+
+    beta: float = 0.5
+    """Trade-off in [0, 1]: 0 minds manipulability only, 1 distance only."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_share(self.beta)
+
+
+def require_share(beta: float) -> None:
+    """Raise :class:`OptionError` unless beta lies in [0, 1]."""
+    if not 0.0 <= beta <= 1.0:
+        raise OptionError(f"beta {beta:g} is outside [0, 1]: 0 minds manipulability only, 1 distance only.")
+
+
+def require_nodes(nodes: int) -> None:
+    """Raise :class:`OptionError` unless a roadmap of so many nodes makes sense."""
+    if not 2 <= nodes <= 10_000_000:
+        raise OptionError(f"{nodes} nodes make no roadmap: give a whole number from 2 to 10000000.")
+
+
+def require_seed(seed: int) -> None:
+    """Raise :class:`OptionError` unless a seed fits every generator."""
+    if not 0 <= seed < 2**31:
+        raise OptionError(f"seed {seed} is not usable: give a whole number from 0 to 2147483647.")
+
+
+def require_margin(margin: float) -> None:
+    """Raise :class:`OptionError` unless a margin (m) is a distance."""
+    if not 0.0 <= margin < math.inf:
+        raise OptionError(f"margin {margin:g} m is not usable: give a distance of 0 or more.")

@@ -1,0 +1,81 @@
+"""Where the arm should be, as people write it.
+
+A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-0.10,0.42`` (tool position, m) or
+``pose:x,y,z,qx,qy,qz,qw`` (tool position and orientation). :mod:`planner.query.resolve` finds the configuration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from planner.base.errors import OptionError
+
+FORMS = "a name from the scene, q:..., xyz:x,y,z or pose:x,y,z,qx,qy,qz,qw"
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Joint values, rad (m where prismatic)."""
+
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Position:
+    """A place for the tool's origin, m; its orientation is free."""
+
+    xyz: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A placement of the tool frame: position in m, orientation as a quaternion x, y, z, w."""
+
+    xyz: tuple[float, ...]
+    quaternion: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Named:
+    """States that the scene names; more than one are alternatives."""
+
+    names: tuple[str, ...]
+
+
+Target: TypeAlias = Joints | Position | Pose | Named
+
+
+def parse_target(text: str) -> Target:
+    """A target out of its text; :class:`OptionError` where the text has no meaning.
+
+    What the robot has to judge (how many joints, limits, reach, NaN) is left to :func:`planner.query.resolve.resolve`.
+    """
+    kind, colon, rest = text.partition(":")
+    if not colon:
+        names = tuple(part.strip() for part in text.split(","))
+        if not all(names):
+            raise OptionError(f"an empty state is not usable: give {FORMS}.")
+        return Named(names)
+    match kind:
+        case "q":
+            return Joints(_numbers(text, rest))
+        case "xyz":
+            return Position(_numbers(text, rest, 3))
+        case "pose":
+            values = _numbers(text, rest, 7)
+            return Pose(values[:3], values[3:])
+    raise OptionError(f"state '{text}' starts with '{kind}:': give {FORMS}.")
+
+
+def _numbers(text: str, rest: str, count: int | None = None) -> tuple[float, ...]:
+    try:
+        values = tuple(float(part) for part in rest.split(","))
+    except ValueError:
+        raise OptionError(
+            f"state '{text}' holds something that is no number: give numbers with commas between."
+        ) from None
+    if count is not None and len(values) != count:
+        kind = text.partition(":")[0]
+        raise OptionError(f"state '{text}' has {len(values)} numbers, '{kind}:' takes {count}.")
+    return values

@@ -1,0 +1,236 @@
+"""The door to coal through Pinocchio's broadphase managers: whole batches of configurations in one call, on threads."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Bools, Floats, Ints
+from planner.collision.bounds import ClearanceBound
+from planner.collision.checker import CollisionChecker
+from planner.collision.world import Contact, World
+from planner.kinematics.forward import Chain
+from planner.world.poses import se3
+from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+
+_WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
+
+
+_SOLID = 0.995  # a mesh that fills so much of its convex hull has shallow dents only
+_FLAT = 1e-4  # m: a mesh no thicker has no hull
+_BEND = 1e-6  # m
+_DENTS, _DENTED = 1e-3, 2e-2  # m: so near a hull the mesh is asked instead, where its dents are shallow and where not
+
+
+class CoalChecker(CollisionChecker):
+    """The second opinion, and the faster one: state checks run in C++ for a whole batch.
+
+    Same bodies, pairs and margin as any backend. Its GJK converges to 1e-6 m: distances need little room for error.
+    """
+
+    name = "coal"
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.chain = Chain.of(world.robot)
+        self.bound = ClearanceBound(world)
+        self.queries = 0
+        self._geometries = [_geometry(item.shape) for item in (*world.bodies, *world.obstacles)]
+        self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]
+        self._fixed = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.obstacles]
+        self._request = coal.DistanceRequest()
+        self._model, self._pairs = self._geometry_model()
+        self._data = pin.GeometryData(self._model)
+        self._kinematics = world.robot.model.createData()
+        self._threads = os.cpu_count() or 1
+        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(
+            world.robot.model, self._model, self._threads
+        )
+        for data in (self._data, *self._pool.getGeometryDatas()):
+            for request in data.collisionRequests:
+                request.security_margin = world.margin
+                _settle(request)
+
+    def _geometry_model(self) -> tuple[pin.GeometryModel, list[int]]:
+        """Pinocchio's geometry of the world, and our number of each of its pairs."""
+        world, model = self.world, pin.GeometryModel()
+        joints = [body.joint for body in world.bodies] + [0] * len(world.obstacles)
+        for k, (item, joint) in enumerate(zip((*world.bodies, *world.obstacles), joints, strict=True)):
+            model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), self._geometries[k]))
+        numbers = []
+        for pair in range(len(world.pair_reach)):
+            first, second = world.members(pair)
+            if not world.is_scene_pair(pair):
+                model.addCollisionPair(pin.CollisionPair(first, second))
+            elif world.checked[first, second]:
+                model.addCollisionPair(pin.CollisionPair(first, len(world.bodies) + second))
+            else:
+                continue
+            numbers.append(pair)
+        return model, numbers
+
+    @cached_property
+    def _hulls(self) -> list[_Hull]:
+        items = *self.world.bodies, *self.world.obstacles
+        return [_hull(item.shape, geometry) for item, geometry in zip(items, self._geometries, strict=True)]
+
+    @property
+    def geometry_model(self) -> pin.GeometryModel:
+        """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
+        return self._model
+
+    def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
+        """See :class:`planner.collision.checker.CollisionChecker`."""
+        q = np.atleast_2d(np.asarray(q, dtype=float))
+        self.queries += len(q)
+        hits = np.nonzero(self._touching(q, False))[0]
+        return (int(hits[0]), self.world.contact(self._touching_pair(q[hits[0]]))) if len(hits) else None
+
+    def all_free(self, q: Floats) -> bool:
+        """See :class:`planner.collision.checker.CollisionChecker`."""
+        q = np.atleast_2d(np.asarray(q, dtype=float))
+        self.queries += len(q)
+        return not self._touching(q, True).any()
+
+    def _touching(self, q: Floats, stop_at_first: bool) -> Bools:
+        """(n,) which configurations touch something; those after the first may be left out."""
+        if not self._pairs:
+            return np.zeros(len(q), dtype=bool)
+        threads = self._threads if len(q) >= _WORTH_THREADS else 1
+        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, stop_at_first)
+        return np.asarray(hits).ravel().astype(bool)
+
+    def _touching_pair(self, q: Floats) -> int:
+        """The first pair that touches at a configuration known to touch."""
+        pin.computeCollisions(self.world.robot.model, self._kinematics, self._model, self._data, q, True)
+        hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
+        return self._pairs[hits[0]]
+
+    def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
+        """See :class:`planner.collision.checker.CollisionChecker`."""
+        self.queries += len(pairs)
+        placed = _Placed(self, rotation, position)
+        return np.array([placed.distance(int(pair), self._geometries) for pair in pairs], dtype=float)
+
+    def bounding_distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Iterator[float]:
+        """See :class:`planner.collision.checker.CollisionChecker`: of a mesh's hull, as long as that is far enough."""
+        placed, shapes = _Placed(self, rotation, position), [hull.shape for hull in self._hulls]
+        for pair in pairs.tolist():
+            self.queries += 1
+            distance = placed.distance(pair, shapes)
+            far = self.world.margin + sum(self._hulls[k].depth for k in self._members(pair))
+            yield distance if distance > far else placed.distance(pair, self._geometries)
+
+    def _members(self, pair: int) -> tuple[int, int]:
+        """The numbers of a pair's shapes in our lists, bodies first."""
+        first, second = self.world.members(pair)
+        return first, second + len(self._local) * self.world.is_scene_pair(pair)
+
+    def error(self, distance: float) -> float:
+        # its GJK stops at 1e-6 m; ten times that for the rounding of placements far from the origin
+        return 1e-5
+
+
+class _Placed:
+    """The shapes of a checker at one placement of the joints."""
+
+    def __init__(self, checker: CoalChecker, rotation: Floats, position: Floats) -> None:
+        self._checker, self._rotation, self._position = checker, rotation, position
+        self._transforms: dict[int, coal.Transform3s] = {}
+
+    def distance(self, pair: int, shapes: Sequence[coal.CollisionGeometry]) -> float:
+        """The distance (m) of a numbered pair, if its members have these shapes."""
+        a, b = self._checker._members(pair)
+        found = coal.DistanceResult()
+        return coal.distance(shapes[a], self._at(a), shapes[b], self._at(b), self._checker._request, found)
+
+    def _at(self, k: int) -> coal.Transform3s:
+        bodies = self._checker.world.bodies
+        if k >= len(bodies):
+            return self._checker._fixed[k - len(bodies)]
+        if k not in self._transforms:
+            joint = bodies[k].joint
+            moved = coal.Transform3s(self._rotation[joint], self._position[joint])
+            self._transforms[k] = moved * self._checker._local[k]
+        return self._transforms[k]
+
+
+@dataclass(frozen=True)
+class _Hull:
+    """A convex shape that holds another; where no more than ``depth`` (m) is left to it, the other has to be asked."""
+
+    shape: coal.CollisionGeometry
+    depth: float
+
+
+def _hull(shape: Shape, geometry: coal.CollisionGeometry) -> _Hull:
+    """A mesh's convex hull, distances of which take a tenth of the time; a primitive or a flat mesh is its own."""
+    if not isinstance(shape, Mesh) or _is_flat(shape.vertices):
+        return _Hull(geometry, 0.0)
+    geometry.buildConvexHull(True, "Qt")
+    dented = geometry.computeVolume() < _SOLID * geometry.convex.computeVolume()
+    return _Hull(geometry.convex, _DENTED if dented else _DENTS)
+
+
+def _is_flat(points: Floats) -> bool:
+    """Whether points (n, 3) lie in a plane or nearly so: coal's hull of them would crash."""
+    extents, _ = _principal(points)
+    return len(points) < 4 or float(extents.min()) < max(_FLAT, 1e-5 * float(extents.max()))
+
+
+def _bent(vertices: Floats, triangles: Ints) -> Floats:
+    """The vertices (n, 3) of a mesh; of a flat one a corner is moved by a micrometre out of the plane.
+
+    Coal's broadphase overlooks whatever has a bounding box without thickness: a plate of triangles lying level.
+    """
+    extents, directions = _principal(vertices)
+    bent = np.array(vertices)
+    if extents[-1] < _BEND:
+        bent[triangles[0, 0]] += _BEND * directions[-1]
+    return bent
+
+
+def _principal(points: Floats) -> tuple[Floats, Floats]:
+    """Extents (3,) of points (n, 3) along their principal directions (3, 3), rows; the last is the thinnest."""
+    centred = points - points.mean(axis=0)
+    directions = np.linalg.svd(centred.T @ centred)[2]
+    return np.ptp(centred @ directions.T, axis=0), directions
+
+
+def _settle(request: coal.CollisionRequest) -> None:
+    """What keeps a verdict from being wrong, or from depending on what was asked before.
+
+    Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
+    within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
+    contact the verdict then depends on earlier questions.
+    """
+    request.enable_contact = True
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
+        request.enable_cached_gjk_guess = False
+
+
+def _geometry(shape: Shape) -> coal.CollisionGeometry:
+    match shape:
+        case Box(size):
+            return coal.Box(*size)
+        case Sphere(radius):
+            return coal.Sphere(radius)
+        case Cylinder(radius, length):
+            return coal.Cylinder(radius, length)
+        case Capsule(radius, length):
+            return coal.Capsule(radius, length)
+        case Mesh(vertices, triangles):
+            mesh = coal.BVHModelOBBRSS()
+            mesh.beginModel(len(triangles), len(vertices))
+            mesh.addVertices(_bent(vertices, triangles))
+            mesh.addTriangles(np.array(triangles))
+            mesh.endModel()
+            return mesh

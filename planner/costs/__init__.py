@@ -1,0 +1,1 @@
+"""From a roadmap to the network that GABF solves."""

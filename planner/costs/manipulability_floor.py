@@ -1,0 +1,173 @@
+"""A floor under manipulability: the part of a roadmap on which a path keeps above it.
+
+A path may begin below the floor, where its start lies there, and end below it, where its goal does. So it has three
+stretches: up to the floor and not below the start's own w on the way; above the floor; down to the goal and not
+below the goal's own w. Once the floor is reached only the last stretch leaves it.
+The dynamics knows no stretches, so nodes below the floor appear once for every end that lies below it: a graph for the
+way up, one for the way down, and arcs lead from the first through the nodes above the floor to the second.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from enum import Enum, auto
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.kinematics.manipulability import manipulability
+from planner.paths.measure import dense_segments
+from planner.roadmap.roadmap import Roadmap
+from planner.world.robot import Robot
+
+_FINE = 1e-3  # rad of joint motion between the states at which a path is held against the floor
+_ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """What the dynamics runs on: a network, the roadmap node that each of its nodes stands for, and where paths start.
+
+    Without a floor it is the roadmap itself. ``place`` (k,) begins with the roadmap's nodes in their order.
+    """
+
+    network: gabf.Network
+    place: Ints
+    starts: Ints
+
+    def without_edge(self, i: int, j: int) -> Course:
+        """The course lacking every arc between two roadmap nodes, whichever stretch it is on."""
+        tails, heads = self.place[self.network.tails], self.place[self.network.indices]
+        gone = ((tails == i) & (heads == j)) | ((tails == j) & (heads == i))
+        return replace(self, network=self.network.without_arcs(np.flatnonzero(gone)))
+
+    def without_leg(self, i: int, j: int) -> Course:
+        """The course lacking the arcs between two nodes of its own network."""
+        arcs = np.concatenate([self.network.arcs_between(i, j), self.network.arcs_between(j, i)])
+        return replace(self, network=self.network.without_arcs(arcs))
+
+
+def course_of(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0) -> Course:
+    """The ways of ``roadmap`` that keep to ``floor`` (w), with the costs of ``network``, which was made from it.
+
+    w along an edge is known at the states kept with the roadmap: hold the path against :func:`breach`.
+    """
+    if floor <= 0:
+        return Course(network, np.arange(network.n_nodes), roadmap.starts)
+    layers, legs = _Layers(roadmap, floor), _Legs(roadmap, network, floor)
+    parts = [(legs.arcs(_Kind.ABOVE, 0.0), layers.roadmap, layers.roadmap)]
+    for tier in layers.tiers:
+        parts.append((legs.arcs(_Kind.BELOW, tier.least), tier.copy, tier.copy))
+        if tier.up:
+            parts.append((legs.arcs(_Kind.UP, tier.least), tier.copy, layers.roadmap))
+        else:
+            parts.append((legs.arcs(_Kind.DOWN, tier.least), layers.roadmap, tier.copy))
+    arcs = np.concatenate([part[0] for part in parts])
+    tails = np.concatenate([tail[network.tails[rows]] for rows, tail, _ in parts])
+    heads = np.concatenate([head[network.indices[rows]] for rows, _, head in parts])
+    order = np.lexsort((heads, tails))
+    arcs, n = arcs[order], len(layers.place)
+    graph = gabf.Network(
+        indptr=np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=n))]),
+        indices=heads[order],
+        weight=network.weight[arcs],
+        sources=layers.ends(roadmap.goals, up=False),
+        node_cost=None if network.node_cost is None else network.node_cost[layers.place],
+        arc_cost=None if network.arc_cost is None else network.arc_cost[arcs],
+        kernel=network.kernel,
+    )
+    return Course(graph, layers.place, layers.ends(roadmap.starts, up=True))
+
+
+def breach(robot: Robot, path: Floats, floor: float) -> int | None:
+    """The first segment on which a joint path (k, dof) breaks the floor, looked at every 0.001 rad; None if none does.
+
+    Everywhere w is at least the least of the floor, w at the start and w at the goal; from where it first reaches the
+    floor to where it last does it stays above.
+    """
+    if floor <= 0:
+        return None
+    q, segment = dense_segments(path, _FINE)
+    w = manipulability(robot, q)
+    bad = w < (1.0 - _ROUNDING) * min(floor, w[0], w[-1])
+    above = np.flatnonzero(w >= floor)
+    if len(above):
+        bad[above[0] : above[-1]] |= w[above[0] : above[-1]] < floor
+    return int(segment[np.argmax(bad)]) if bad.any() else None
+
+
+class _Kind(Enum):
+    """How an arc lies to the floor."""
+
+    ABOVE = auto()
+    BELOW = auto()
+    UP = auto()  # crosses it once
+    DOWN = auto()
+
+
+class _Legs:
+    """The arcs of a network by how they lie to the floor, with the least w on each."""
+
+    def __init__(self, roadmap: Roadmap, network: gabf.Network, floor: float) -> None:
+        tails, heads, n = network.tails, network.indices, len(roadmap.nodes)
+        keys = roadmap.edges[:, 0] * n + roadmap.edges[:, 1]
+        edge = np.searchsorted(keys, np.minimum(tails, heads) * n + np.maximum(tails, heads))
+        w = roadmap.edge_manipulability[edge]
+        w = np.where((tails > heads)[:, None], w[:, ::-1], w)
+        above = w >= floor
+        rises = (np.diff(above.astype(np.int8), axis=1) >= 0).all(axis=1)
+        falls = (np.diff(above.astype(np.int8), axis=1) <= 0).all(axis=1)
+        first, last = above[:, 0], above[:, -1]
+        self._least = w.min(axis=1)
+        self._of = {
+            _Kind.ABOVE: above.all(axis=1),
+            _Kind.BELOW: ~above.any(axis=1),
+            _Kind.UP: rises & ~first & last,
+            _Kind.DOWN: falls & first & ~last,
+        }
+
+    def arcs(self, kind: _Kind, least: float) -> Ints:
+        """The arcs (k,) of a kind on which w is at least ``least``."""
+        return np.flatnonzero(self._of[kind] & (self._least >= (1.0 - _ROUNDING) * least))
+
+
+@dataclass(frozen=True, eq=False)
+class _Tier:
+    """A copy of the nodes below the floor, for ends whose own w is ``least``: on the way up to it, or down from it."""
+
+    least: float
+    up: bool
+    copy: Ints  # (n,) the copy's number of each roadmap node, -1 for those above the floor
+
+
+class _Layers:
+    """The roadmap's nodes, then their copies, tier by tier."""
+
+    def __init__(self, roadmap: Roadmap, floor: float) -> None:
+        n, self._w = len(roadmap.nodes), roadmap.manipulability
+        self._floor = floor
+        self.roadmap = np.arange(n)
+        below = np.flatnonzero(self._w < floor)
+        bars = [(w, up) for ends, up in ((roadmap.starts, True), (roadmap.goals, False)) for w in self._bars(ends)]
+        self.place = np.concatenate([self.roadmap, np.tile(below, len(bars))])
+        tiers = []
+        for k, (least, up) in enumerate(bars):
+            copy = np.full(n, -1, dtype=np.int64)
+            copy[below] = n + k * len(below) + np.arange(len(below))
+            tiers.append(_Tier(least, up, copy))
+        self.tiers = tuple(tiers)
+
+    def _bars(self, ends: Ints) -> list[float]:
+        return np.unique(self._w[ends][self._w[ends] < self._floor]).tolist()
+
+    def ends(self, nodes: Ints, up: bool) -> Ints:
+        """Where paths may start (``up``) or end: at a node, or at its copies.
+
+        That is the copy in its own tier; and any in the other way's tiers, for paths that never reach the floor.
+        """
+        numbers = [[node] for node in nodes[self._w[nodes] >= self._floor]]
+        for node in nodes[self._w[nodes] < self._floor]:
+            numbers.append([t.copy[node] for t in self.tiers if t.up != up or t.least == self._w[node]])
+        return np.array(list(itertools.chain(*numbers)), dtype=np.int64)

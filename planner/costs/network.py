@@ -1,0 +1,101 @@
+"""From a roadmap to the network of eq. (finew): manipulability and distance, normalised, traded off by beta."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from typing import get_args
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import AssumptionError, OptionError, choices
+from planner.base.request import DEFAULT_COST, DEFAULT_METRIC, Charge, ManipulabilityCost, Metric, require_share
+from planner.roadmap.measure import simpson_weights
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.scale import manipulability_cost
+
+METRICS: tuple[str, ...] = get_args(Metric)
+
+
+@dataclass(frozen=True)
+class PathCost:
+    """A path's cost as eq. (finew) sums it: total = (1 - beta) manipulability + beta distance."""
+
+    total: float
+    manipulability: float
+    distance: float
+    beta: float
+
+
+def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
+    """The normalised length w_ij of every edge (m,), at least zeta.
+
+    ``joint`` is the Euclidean joint motion, ``workspace`` the length of the tool's way.
+    """
+    if metric not in METRICS:
+        raise OptionError(f"metric '{metric}' not found; metrics are {choices(METRICS)}.")
+    joint = metric == "joint"
+    length = roadmap.joint_length if joint else roadmap.tool_length
+    unit = roadmap.scale.joint_length if joint else roadmap.scale.tool_length
+    return np.maximum(length / unit, roadmap.scale.zeta)
+
+
+def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCost = DEFAULT_COST) -> Floats:
+    """The mean of omega along every edge (m,), in [zeta, 1], by Simpson's rule over the states kept for it."""
+    omega = manipulability_cost(roadmap.edge_manipulability, roadmap.scale, manipulability)
+    return omega @ simpson_weights(omega.shape[1])
+
+
+def build_network(
+    roadmap: Roadmap,
+    beta: float = 0.5,
+    manipulability: ManipulabilityCost = DEFAULT_COST,
+    metric: Metric = DEFAULT_METRIC,
+    charge: Charge = "nodes",
+) -> gabf.Network:
+    """The network whose cost-to-go GABF computes: two arcs an edge, the goals as sources, the kernel of eq. (finew).
+
+    ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "edges" omega is
+    integrated along each edge over its length instead of charged at the node it leads to, so that neither a
+    singularity between two nodes goes unseen nor does the cost of a way depend on how many nodes lie on it.
+    """
+    require_share(beta)
+    n = len(roadmap.nodes)
+    reader = np.concatenate([roadmap.edges[:, 0], roadmap.edges[:, 1]])
+    read = np.concatenate([roadmap.edges[:, 1], roadmap.edges[:, 0]])
+    weight = np.tile(distance_cost(roadmap, metric), 2)
+    order = np.lexsort((read, reader))
+    along = charge == "edges"
+    omega = edge_manipulability_cost(roadmap, manipulability) if along else None
+    return gabf.Network(
+        indptr=np.concatenate([[0], np.cumsum(np.bincount(reader, minlength=n))]),
+        indices=read[order],
+        weight=weight[order],
+        sources=roadmap.goals,
+        node_cost=manipulability_cost(roadmap.manipulability, roadmap.scale, manipulability),
+        arc_cost=None if omega is None else (np.tile(omega, 2) * weight)[order],
+        kernel=gabf.EdgeIntegral(beta=beta) if along else gabf.TradeOff(beta=beta),
+    )
+
+
+def at_beta(network: gabf.Network, beta: float) -> gabf.Network:
+    """The same network at another beta, whatever its kernel charges omega to."""
+    if not isinstance(network.kernel, gabf.TradeOff | gabf.EdgeIntegral):
+        raise AssumptionError(f"{type(network.kernel).__name__} has no beta: take TradeOff or EdgeIntegral.")
+    return replace(network, kernel=replace(network.kernel, beta=beta))
+
+
+def arc_costs(network: gabf.Network) -> Floats:
+    """(n_arcs, 2) what an arc adds to a path's Omega and D: the cost at beta 0 and at beta 1, for any kernel."""
+    nothing = np.zeros(network.n_arcs)
+    return np.column_stack([at_beta(network, beta).arcs(nothing) for beta in (0.0, 1.0)])
+
+
+def path_cost(network: gabf.Network, nodes: Ints) -> PathCost:
+    """The cost of a node sequence, start first, on a network of :func:`build_network`; no arcs run parallel there."""
+    arcs = np.array([network.arcs_between(i, j)[0] for i, j in itertools.pairwise(nodes)], dtype=np.int64)
+    manipulability, distance = (float(total) for total in arc_costs(network)[arcs].sum(axis=0))
+    beta: float = network.kernel.beta  # type: ignore[attr-defined]  (arc_costs refused any other kernel)
+    return PathCost((1.0 - beta) * manipulability + beta * distance, manipulability, distance, beta)

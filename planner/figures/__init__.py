@@ -1,0 +1,1 @@
+"""Figures for papers and notebooks: the only room that imports matplotlib."""

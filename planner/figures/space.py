@@ -1,0 +1,91 @@
+"""The configuration space of an arm with two joints: where it collides, where it is singular, what it costs to go on.
+
+A door to matplotlib.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from planner.base.arrays import Bools, Floats
+from planner.base.errors import OptionError
+from planner.collision.checker import CollisionChecker, is_free
+from planner.kinematics.manipulability import jacobian
+from planner.roadmap.roadmap import Roadmap
+from planner.view.colours import ramp_stops
+from planner.world.robot import Robot
+
+_HATCHED: dict[str, Any] = {"colors": ["0.85"], "hatches": ["////"]}
+_SINGULAR: dict[str, Any] = {"colors": "black", "linestyles": [(0, (6, 2, 1, 2))], "linewidths": 1.4}
+
+
+def configuration_space(
+    checker: CollisionChecker, roadmap: Roadmap, cost_to_go: Floats, path: Floats | None = None, resolution: int = 121
+) -> Figure:
+    """The roadmap in the plane of the two joints, its nodes shaded by ``cost_to_go`` (n,), and a ``path`` (k, 2).
+
+    Hatched: in collision, by asking the checker on a grid of ``resolution`` x ``resolution``. Dash-dotted: singular,
+    where the determinant of the Jacobian changes its sign. Nodes that reach no goal are grey. Raises
+    :class:`OptionError` for a robot that has not two joints and a Jacobian of two rows.
+    """
+    robot = checker.world.robot
+    if robot.dof != 2 or len(jacobian(robot, robot.home)) != 2:
+        raise OptionError(f"{robot.name} has {robot.dof} joints: this figure is for an arm with 2 in a plane.")
+    figure = Figure(figsize=(7.2, 5.6), layout="constrained")
+    axes = figure.add_subplot()
+    grid = tuple(np.linspace(low, high, resolution) for low, high in zip(robot.lower, robot.upper, strict=True))
+    axes.contourf(*grid, blocked_grid(checker, *grid).T.astype(float), levels=[0.5, 1.5], **_HATCHED)
+    axes.contour(*grid, determinant_grid(robot, *grid).T, levels=[0.0], **_SINGULAR)
+    _draw_roadmap(figure, axes, robot, roadmap, cost_to_go)
+    if path is not None:
+        axes.plot(*path.T, "-", color="white", linewidth=4.5, zorder=4)
+        axes.plot(*path.T, "o-", color="black", linewidth=2.0, markersize=4, label="path", zorder=5)
+    for name, nodes, look, size in (("start", roadmap.starts, "D", 7), ("goal", roadmap.goals, "*", 13)):
+        places = roadmap.nodes[nodes].T
+        axes.plot(*places, look, color="black", mfc="white", markersize=size, mew=1.6, ls="none", label=name, zorder=6)
+    _label(axes, robot, grid)
+    return figure
+
+
+def blocked_grid(checker: CollisionChecker, first: Floats, second: Floats) -> Bools:
+    """(a, b) whether the arm collides with its joints at ``first`` (a,) and ``second`` (b,), rad."""
+    return np.array([[not is_free(checker, np.array([p, q])) for q in second] for p in first])
+
+
+def determinant_grid(robot: Robot, first: Floats, second: Floats) -> Floats:
+    """(a, b) determinant of the Jacobian with the joints at ``first`` (a,) and ``second`` (b,), rad."""
+    return np.array([[np.linalg.det(jacobian(robot, np.array([p, q]))) for q in second] for p in first])
+
+
+def _draw_roadmap(figure: Figure, axes: Axes, robot: Robot, roadmap: Roadmap, cost_to_go: Floats) -> None:
+    a = roadmap.nodes[roadmap.edges[:, 0]]
+    b = a + robot.difference(a, roadmap.nodes[roadmap.edges[:, 1]])
+    axes.add_collection(LineCollection(list(np.stack([a, b], axis=1)), colors="0.6", linewidths=0.6, zorder=2))
+    known = np.isfinite(cost_to_go)
+    axes.plot(*roadmap.nodes[~known].T, ".", color="0.6", markersize=5, zorder=3)
+    dots = axes.scatter(
+        *roadmap.nodes[known].T,
+        c=cost_to_go[known],
+        cmap=LinearSegmentedColormap.from_list("cost", ramp_stops()[::-1]),
+        s=22,
+        edgecolors="black",
+        linewidths=0.3,
+        zorder=3,
+    )
+    figure.colorbar(dots, ax=axes, label="cost-to-go $x$ (no unit)")
+
+
+def _label(axes: Axes, robot: Robot, grid: tuple[Floats, Floats]) -> None:
+    axes.set_xlim(grid[0][0], grid[0][-1])
+    axes.set_ylim(grid[1][0], grid[1][-1])
+    axes.set_xlabel(f"{robot.joints[0]} (rad)")
+    axes.set_ylabel(f"{robot.joints[1]} (rad)")
+    axes.fill_between([], [], color="0.85", hatch="////", label="in collision")
+    axes.plot([], [], color="black", linestyle=(0, (6, 2, 1, 2)), label="singular")
+    axes.figure.legend(loc="outside upper center", ncols=5, frameon=False)

@@ -1,0 +1,126 @@
+"""What beta trades: the front of (Omega, D), and costs against beta. A door to matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import StrMethodFormatter
+
+from planner.base.arrays import Floats
+from planner.base.errors import OptionError
+from planner.figures.strokes import SHADES, marked, stroke
+from planner.tradeoff import Interval, Tradeoff, reached_by_beta
+
+OMEGA, DISTANCE = "manipulability cost $\\Omega$ (no unit)", "distance cost $D$ (no unit)"
+BETA = "$\\beta$ (no unit)"
+
+_FAINT: dict[str, Any] = {"color": "0.7", "linewidth": 0.8, "zorder": 1}
+_BEYOND: dict[str, Any] = {"marker": "x", "linestyle": "none", "color": SHADES[1], "markersize": 6, "mew": 1.4}
+
+
+def tradeoff_front(tradeoff: Tradeoff) -> Figure:
+    """The paths of a trade-off in the plane of their two costs, each with the betas it is optimal for.
+
+    Crosses are non-dominated paths that no beta reaches, where the trade-off was asked for its front; the line is
+    the lower convex hull, which is all that beta can reach. Raises :class:`OptionError` where there is no path.
+    """
+    intervals = _intervals(tradeoff)
+    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    omega, distance = ([getattr(i, name) for i in intervals] for name in ("manipulability_cost", "distance_cost"))
+    axes.plot(omega, distance, label="optimal for some $\\beta$", zorder=3, **{**marked(0), "markersize": 7})
+    for k, interval in enumerate(intervals):
+        place = interval.manipulability_cost, interval.distance_cost
+        text = f"$\\beta$ {interval.beta_min:.3g} to {interval.beta_max:.3g}"
+        offset, side = ((8, 6), "left") if k % 2 == 0 else ((-8, -13), "right")  # neighbours may lie close
+        axes.annotate(text, place, offset, textcoords="offset points", ha=side, fontsize=8)
+    if tradeoff.front is not None:
+        beyond = tradeoff.front.points[~reached_by_beta(tradeoff.front.points, intervals)]
+        more = "" if tradeoff.front.complete else ", as far as searched"
+        axes.plot(*beyond.T, label=f"non-dominated, reached by no $\\beta${more}", zorder=2, **_BEYOND)
+    axes.set_xlabel(OMEGA)
+    axes.set_ylabel(DISTANCE)
+    axes.margins(x=0.25, y=0.12)
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False)
+    return figure
+
+
+def cost_envelope(tradeoff: Tradeoff) -> Figure:
+    """Total cost against beta: one line a path, (1 - beta) Omega + beta D, and the lower envelope that GABF follows.
+
+    Raises :class:`OptionError` where there is no path.
+    """
+    intervals = _intervals(tradeoff)
+    figure = Figure(figsize=(6.4, 4.0), layout="constrained")
+    axes = figure.add_subplot()
+    ends = np.array([0.0, 1.0])
+    for k, interval in enumerate(intervals):
+        axes.plot(ends, _total(interval, ends), label=f"path {k + 1}", **{**stroke(k + 1), "linewidth": 1.1})
+    betas = np.array([intervals[0].beta_min, *(interval.beta_max for interval in intervals)])
+    costs = [_total(intervals[max(0, k - 1)], beta) for k, beta in enumerate(betas)]
+    axes.plot(betas, costs, label="least cost", **{**marked(0), "linewidth": 2.6})
+    axes.set_xlabel(BETA)
+    axes.set_ylabel("$(1 - \\beta)\\,\\Omega + \\beta D$ (no unit)")
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(bottom=0.0)
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False, handlelength=3.6)
+    return figure
+
+
+def beta_costs(
+    betas: Sequence[float],
+    costs: tuple[Floats, Floats],
+    others: Mapping[str, tuple[Floats, Floats]],
+    printed: tuple[Floats, Floats],
+) -> Figure:
+    """Accumulated costs against beta on several roadmaps: Omega, D, and both relative to beta = 1 with the paper's.
+
+    ``costs``: Omega and D, (roadmaps, betas) each. ``others``: Omega and D (roadmaps,) of paths that know no beta, by
+    label. ``printed``: the paper's Omega and D (betas,). Grey lines are single roadmaps, thick ones medians.
+    """
+    figure = Figure(figsize=(11.0, 3.8), layout="constrained")
+    panels = figure.subplots(1, 3)
+    for row, (axes, name) in enumerate(zip(panels[:2], (OMEGA, DISTANCE), strict=True)):
+        axes.plot(betas, costs[row].T, **_FAINT)
+        axes.plot(betas, np.median(costs[row], axis=0), label="GABF, median", **{**marked(0), "linewidth": 2.2})
+        for k, (label, pair) in enumerate(others.items(), start=1):
+            axes.axhline(float(np.median(pair[row])), label=f"{label}, median", **stroke(k))
+        axes.set_ylabel(name)
+        axes.set_ylim(bottom=0.0)
+    panels[0].plot([], [], label="GABF, one roadmap each", **_FAINT)
+    lines, labels = panels[0].get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside upper left", ncols=4, frameon=False, handlelength=3.6)
+    _relative(panels[2], betas, costs, printed)
+    for axes in panels:
+        axes.set_xlabel(BETA)
+        axes.set_xticks(betas)
+        axes.grid(alpha=0.25)
+    return figure
+
+
+def _relative(axes: Axes, betas: Sequence[float], costs: tuple[Floats, Floats], printed: tuple[Floats, Floats]) -> None:
+    """Each cost over its own value at the last beta: what the paper's normalisation leaves comparable."""
+    for k, (symbol, ours, theirs) in enumerate(zip(("\\Omega", "D"), costs, printed, strict=True)):
+        share = np.median(ours / ours[:, -1:], axis=0)
+        axes.plot(betas, share, label=f"${symbol}$, ours (median)", **{**marked(2 * k), "linewidth": 2.0})
+        axes.plot(betas, theirs / theirs[-1], label=f"${symbol}$, paper", **marked(2 * k + 1))
+    axes.set_yscale("log")
+    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.set_ylabel("cost relative to that at $\\beta = 1$")
+    axes.legend(frameon=False, fontsize=8, handlelength=3.6)
+
+
+def _intervals(tradeoff: Tradeoff) -> tuple[Interval, ...]:
+    if not tradeoff.intervals:
+        raise OptionError(f"the trade-off has no path to draw: {tradeoff.outcome.value}")
+    return tradeoff.intervals
+
+
+def _total(interval: Interval, beta: Any) -> Any:
+    return (1.0 - beta) * interval.manipulability_cost + beta * interval.distance_cost

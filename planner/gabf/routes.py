@@ -1,0 +1,33 @@
+"""Many starts on one roadmap: the field that answered one of them answers all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+
+
+def paths_from(
+    network: gabf.Network, cost_to_go: gabf.CostToGo | Floats, starts: Ints | Sequence[int]
+) -> tuple[Ints, ...]:
+    """The cheapest node path (k,) from each of the ``starts`` (s,) to a goal; empty where no goal can be reached.
+
+    Nothing is solved again: along minimising neighbours x already holds every node's cost-to-go, and x at a start is
+    what its path costs. :func:`planner.planning.path_waypoints` turns nodes into configurations:
+
+        roadmap = attach(load_roadmap(file), checker, starts, goals)      # nodes for all of them, linked by proofs
+        network = planner.build_network(roadmap, beta=0.5)
+        paths = paths_from(network, gabf.solve(network, law), roadmap.starts)
+
+    Raises :class:`StateError` for a start that is no node.
+    """
+    x = cost_to_go.x if isinstance(cost_to_go, gabf.CostToGo) else np.asarray(cost_to_go, dtype=float)
+    n = network.n_nodes
+    nowhere = np.zeros(0, dtype=np.int64)
+    return tuple(
+        nowhere if 0 <= start < n and not np.isfinite(x[start]) else gabf.extract_path(network, x, int(start))
+        for start in starts
+    )

@@ -1,0 +1,180 @@
+"""The configurations that take the arm where a target says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import StateError, choices
+from planner.base.targets import FORMS, Joints, Named, Pose, Position, Target, parse_target
+from planner.collision.checker import CollisionChecker, contact_of
+from planner.collision.world import Contact
+from planner.kinematics import inverse
+from planner.kinematics.manipulability import manipulability
+from planner.world.poses import pose, se3
+from planner.world.robot import Robot
+
+IK_STARTS = 100
+NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
+IK_SEED = 0  # its own, so that the same target gives the same configuration whatever --seed says
+
+
+def resolve(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str, count: int = 1) -> Floats:
+    """Up to ``count`` collision-free configurations (k, dof) that reach ``target``, best manipulability first.
+
+    ``states`` are the scene's named states of this robot, ``role`` is "start" or "goal" for the messages. Inverse
+    kinematics starts from ``IK_STARTS`` seeds; of the solutions that are free and within limits the ones with the
+    highest manipulability are kept, those within ``NEAR_LIMIT`` of a joint limit only if there are too few others.
+    Raises :class:`StateError`: out of limits, in collision, out of reach.
+    """
+    match target:
+        case Named(names):
+            inner = [_look_up(name, states, checker, role) for name in names]
+            return np.vstack([resolve(each, checker, states, role, count) for each in inner])
+        case Joints(values):
+            return free_configuration(np.array(values), checker, role)[None]
+        case Position(xyz) | Pose(xyz):
+            return _choose(_reach(target, checker.world.robot, role), checker, np.array(xyz), role, count)
+
+
+def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:
+    """One configuration (dof,) that ``target`` speaks of, to be looked at: it may be in collision or out of limits.
+
+    Joint values stand as given; for a position or pose the free solution of the highest manipulability is taken,
+    or the best of those in collision. Raises :class:`StateError`: wrong joint count, out of reach, unknown name.
+    """
+    match target:
+        case Named((name,)):
+            return resolve_as_is(_look_up(name, states, checker, role), checker, states, role)
+        case Named(names):
+            raise StateError(f"{role} names {len(names)} states, {choices(names)}: name one.")
+        case Joints(values):
+            return frozen(_joint_values(np.array(values), checker.world.robot, role))
+        case Position(xyz) | Pose(xyz):
+            robot = checker.world.robot
+            solutions = _reach(target, robot, role)
+            found = solutions.configurations
+            if not len(found):
+                raise StateError(_out_of_reach(solutions, robot, np.array(xyz), role))
+            touching = np.array([contact_of(checker, q) is not None for q in found])
+            return frozen(found[np.lexsort((-manipulability(robot, found), touching))[0]])
+
+
+def _reach(target: Position | Pose, robot: Robot, role: str) -> inverse.Solutions:
+    rng = np.random.default_rng(IK_SEED)
+    if isinstance(target, Position):
+        _check_finite(np.array(target.xyz), role)
+        return inverse.solve_position(robot, np.array(target.xyz), rng, IK_STARTS)
+    _check_finite(np.array([*target.xyz, *target.quaternion]), role)
+    return inverse.solve_pose(robot, se3(_matrix(target, role)), rng, IK_STARTS)
+
+
+def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
+    robot = checker.world.robot.name
+    if name not in states:
+        known = f"its states are {choices(states)}" if states else "it names none"
+        raise StateError(
+            f"{role} '{name}' is not among the scene's states for {robot} ({known}): choose one with --{role}, "
+            f"as {FORMS}."
+        )
+    target = parse_target(states[name])
+    if isinstance(target, Named):
+        raise StateError(f"state '{name}' of the scene names another state, '{states[name]}': give numbers.")
+    return target
+
+
+def _matrix(target: Pose, role: str) -> Floats:
+    try:
+        return pose(target.xyz, quaternion=target.quaternion)
+    except ValueError as error:
+        raise StateError(f"{role}: {error}; give a unit quaternion qx,qy,qz,qw.") from None
+
+
+def _check_finite(values: Floats, role: str) -> None:
+    if not np.isfinite(values).all():
+        raise StateError(f"{role} holds a value that is not finite: give plain numbers.")
+
+
+def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
+    """Joint values (dof,), continuous ones in [-pi, pi); :class:`StateError` unless within limits and free.
+
+    What is beyond a limit by no more than rounding is brought to it: OMPL forgives less.
+    """
+    robot = checker.world.robot
+    check_limits(robot, _joint_values(values, robot, role), role)
+    values = np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
+    contact = contact_of(checker, values)
+    if contact is not None:
+        raise StateError(f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.")
+    return frozen(robot.normalise(values))
+
+
+def _joint_values(values: Floats, robot: Robot, role: str) -> Floats:
+    if values.shape != (robot.dof,):
+        raise StateError(
+            f"{role} has {values.size} joint values, {robot.name} has {robot.dof} planned joints: "
+            f"{choices(robot.joints)}."
+        )
+    _check_finite(values, role)
+    return values
+
+
+def check_limits(robot: Robot, values: Floats, role: str) -> None:
+    """Raise :class:`StateError` naming the first joint that is out of its limits and by how much."""
+    beyond = beyond_limits(robot, values)
+    for k in np.nonzero(beyond)[0]:
+        unit = "m" if robot.prismatic[k] else "rad"
+        raise StateError(
+            f"{role} puts joint '{robot.joints[k]}' at {values[k]:.6g}, outside its limits "
+            f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} {unit}: "
+            "bring it inside, or widen them with --widen-limits."
+        )
+
+
+def beyond_limits(robot: Robot, values: Floats) -> Floats:
+    """How far (..., dof) joint values lie outside their limits (rad, m), 0 within; continuous joints have none."""
+    beyond = np.maximum(robot.lower - values, values - robot.upper)
+    # 1e-9 forgives a limit that was printed and read back
+    return np.where(robot.continuous | (beyond <= 1e-9), 0.0, beyond)
+
+
+def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: Floats, role: str, count: int) -> Floats:
+    found = solutions.configurations
+    if not len(found):
+        raise StateError(_out_of_reach(solutions, checker.world.robot, position, role))
+    contacts = [contact_of(checker, q) for q in found]
+    free = np.array([contact is None for contact in contacts])
+    if not free.any():
+        first = next(contact for contact in contacts if contact is not None)
+        raise StateError(
+            f"{role} is reached by {len(found)} configurations, all in collision (the first: "
+            f"{_describe(first, checker)}); move it or the obstacle."
+        )
+    candidates = found[free]
+    robot = checker.world.robot
+    room = np.minimum(candidates - robot.lower, robot.upper - candidates)
+    at_limit = (np.where(robot.continuous, np.inf, room) < NEAR_LIMIT).any(axis=1)
+    order = np.lexsort((-manipulability(robot, candidates), at_limit))
+    return frozen(candidates[order[:count]])
+
+
+def _describe(contact: Contact, checker: CollisionChecker) -> str:
+    margin = checker.world.margin
+    return f"{contact} are closer than the margin of {margin:g} m" if margin else f"{contact} touch"
+
+
+def _out_of_reach(solutions: inverse.Solutions, robot: Robot, position: Floats, role: str) -> str:
+    place = ", ".join(f"{value:g}" for value in position)
+    beyond = inverse.beyond_reach(robot, position)
+    reach = (
+        f"the target lies {beyond:.3f} m beyond the arm's reach"
+        if beyond > 0
+        else "joint limits or orientation forbid it"
+    )
+    turn = f" and {np.degrees(solutions.angle):.2f} degrees" if solutions.angle > inverse.ANGLE_TOLERANCE else ""
+    return (
+        f"{role} ({place}) cannot be reached by frame '{robot.tool}': the nearest configuration of {IK_STARTS} tries "
+        f"stays {solutions.distance:.4f} m{turn} away ({reach}); choose a nearer one."
+    )

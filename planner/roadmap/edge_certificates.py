@@ -1,0 +1,56 @@
+"""What the proof of each edge said, kept while a roadmap grows: how much room it leaves and how often it looked."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import RESOLUTION, EdgeProver, Proofs
+from planner.world.robot import Robot
+
+
+class RecordingProver(EdgeProver):
+    """A prover that remembers every free segment's clearance and samples, so that nothing is proven twice for them.
+
+    prover = RecordingProver(checker)
+    growth = grow(robot, prover, ...)
+    clearance, samples = prover.certificates(growth.nodes, growth.edges)
+    """
+
+    def __init__(self, checker: CollisionChecker) -> None:
+        super().__init__(checker)
+        self._known: dict[tuple[bytes, bytes], tuple[float, int]] = {}
+
+    def prove(self, start: Floats, delta: Floats, room: float = RESOLUTION) -> Proofs:
+        """See :class:`planner.collision.edge_prover.EdgeProver`."""
+        start, delta = np.atleast_2d(start), np.atleast_2d(delta)
+        proofs = super().prove(start, delta, room)
+        for row in np.flatnonzero(proofs.free):
+            self._known[_key(start[row], delta[row])] = float(proofs.clearance[row]), int(proofs.samples[row])
+        return proofs
+
+    def certificates(self, nodes: Floats, edges: Ints) -> tuple[Floats, Ints]:
+        """Clearance (m,) metres beyond the margin, never negative, and samples (m,) of proven ``edges`` (m, 2).
+
+        Pieces of a motion that was proven as a whole are looked at on their own; where that leaves one undecided
+        nothing is claimed for it: clearance 0, no samples.
+        """
+        robot = self.world.robot
+        found = [self._recall(robot, nodes[i], nodes[j]) for i, j in edges]
+        missing = [row for row, known in enumerate(found) if known is None]
+        if missing:
+            a, b = nodes[edges[missing, 0]], nodes[edges[missing, 1]]
+            self.prove(a, robot.difference(a, b))
+        known = [self._recall(robot, nodes[i], nodes[j]) or (0.0, 0) for i, j in edges]
+        clearance, samples = np.array(known, dtype=float).reshape(-1, 2).T
+        return np.maximum(clearance, 0.0), samples.astype(np.int64)
+
+    def _recall(self, robot: Robot, a: Floats, b: Floats) -> tuple[float, int] | None:
+        """What is known of the segment between two nodes, whichever end its proof began at."""
+        forth = self._known.get(_key(a, robot.difference(a, b)))
+        return forth or self._known.get(_key(b, robot.difference(b, a)))
+
+
+def _key(start: Floats, delta: Floats) -> tuple[bytes, bytes]:
+    return start.tobytes(), delta.tobytes()

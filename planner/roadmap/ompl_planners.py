@@ -1,0 +1,200 @@
+"""The one door to OMPL: its tree planners over a space of joint values, with a motion check of ours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from ompl import base as ob
+from ompl import geometric as og
+from ompl import util as ou
+
+from planner.base.arrays import Bools, Floats
+from planner.world.robot import Robot, shorter_way
+
+MotionCheck = Callable[[Floats, Floats], bool]
+"""Whether the straight motion from a configuration (dof,) by a joint motion (dof,) may be taken."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointSpace:
+    """Joint values between ``lower`` and ``upper`` (dof,), rad; those that ``wrap`` are angles on a circle."""
+
+    lower: Floats
+    upper: Floats
+    wrap: Bools
+
+    @staticmethod
+    def of(robot: Robot) -> JointSpace:
+        return JointSpace(robot.lower, robot.upper, robot.continuous)
+
+    def difference(self, a: Floats, b: Floats) -> Floats:
+        """The joint motion from a to b: the shorter way round where a joint wraps."""
+        return shorter_way(b - a, self.wrap)
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """What RRT grew: ``nodes`` (n, dof) and the pairs of them that a motion joins."""
+
+    nodes: Floats
+    edges: list[tuple[int, int]]
+
+
+def seed_everything(seed: int) -> None:
+    """Seed OMPL before its planners are made; it turns seed 0 into 1, so seed + 1 is passed on to keep them apart."""
+    ou.noOutputHandler()
+    ou.RNG.setSeed(seed + 1)
+
+
+class TreePlanners:
+    """OMPL's planners in one space under one motion check; work stops on counts, never on clocks.
+
+        with TreePlanners(space, check) as planners:
+            path = planners.rrt_connect(starts, goals, step=0.8, limit=5000)
+
+    ``checked`` counts the motions that were looked at, ``accepted`` those that passed.
+    """
+
+    def __init__(self, space: JointSpace, check: MotionCheck, stop: Callable[[], bool] = lambda: False) -> None:
+        self.checked = self.accepted = 0
+        self.on_accept: Callable[[int], None] = lambda accepted: None
+        self._space, self._check, self._stop = space, check, stop
+        self._ompl_space = _ompl_space(space)
+        self._info = ob.SpaceInformation(self._ompl_space)
+        self._info.setStateValidityChecker(lambda state: True)  # checking a motion includes its ends
+        self._validator = _Validator(self._info, self)
+        self._info.setMotionValidator(self._validator)
+        self._info.setup()
+
+    def __enter__(self) -> TreePlanners:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Break the cycle through C++ that Python's collector cannot see: OMPL would report leaks at exit."""
+        self._validator.planners = None
+        del self._validator, self._info, self._ompl_space
+
+    def rrt_connect(self, starts: Floats, goals: Floats, step: float, limit: int) -> Floats | None:
+        """A path (k, dof) from one of ``starts`` to one of ``goals``, or None after ``limit`` motions more.
+
+        RRTConnect (Kuffner and LaValle 2000) with steps of ``step`` (rad).
+        """
+        goal = ob.GoalStates(self._info)
+        for q in goals:
+            goal.addState(self._state(q))
+        problem = self._problem(starts, goal)
+        planner = og.RRTConnect(self._info)
+        planner.setRange(step)
+        planner.setProblemDefinition(problem)
+        planner.setup()
+        planner.solve(self._until(self.checked + limit))
+        return self._configurations(problem.getSolutionPath()) if problem.hasExactSolution() else None
+
+    def shorten(self, path: Floats, attempts: int) -> Floats:
+        """The path with ``attempts`` shortcuts between random points of it tried, among joints one by one and all."""
+        if attempts < 1:
+            return path  # OMPL reads 0 as "as many as there are states"
+        ompl_path = og.PathGeometric(self._info)
+        for q in path:
+            ompl_path.append(self._state(q))
+        og.PathSimplifier(self._info).partialShortcutPath(ompl_path, attempts, attempts, 1.0)
+        return self._configurations(ompl_path)
+
+    def rrt(self, roots: Floats, step: float, wanted: int, limit: int) -> Tree:
+        """Grow from every row of ``roots`` until ``wanted`` nodes are added or ``limit`` motions were checked."""
+        self.accepted = 0
+        planner = og.RRT(self._info)
+        planner.setRange(step)
+        planner.setGoalBias(0.0)
+        planner.setProblemDefinition(self._problem(roots, _Nowhere(self._info)))
+        planner.setup()
+        planner.solve(self._until(self.checked + limit, wanted))
+        data = ob.PlannerData(self._info)
+        planner.getPlannerData(data)
+        nodes = [self._read(data.getVertex(k).getState()) for k in range(data.numVertices())]
+        edges = [(k, int(child)) for k in range(len(nodes)) for child in data.getEdges(k)]
+        return Tree(np.array(nodes, dtype=float).reshape(-1, roots.shape[1]), edges)
+
+    def _takes(self, a: Any, b: Any) -> bool:
+        """Whether OMPL may move between two of its states."""
+        if self._stop():
+            return False
+        self.checked += 1
+        first = self._read(a)
+        free = bool(self._check(first, self._space.difference(first, self._read(b))))  # a numpy.bool_ ends in bad_cast
+        if free:
+            self.accepted += 1
+            self.on_accept(self.accepted)
+        return free
+
+    def _read(self, state: Any) -> Floats:
+        if not self._space.wrap.any():
+            return np.array([state[k] for k in range(len(self._space.lower))])
+        return np.array([state[k].value if wraps else state[k][0] for k, wraps in enumerate(self._space.wrap)])
+
+    def _state(self, q: Floats) -> Any:
+        state = self._info.allocState()
+        for k, value in enumerate(q):
+            if not self._space.wrap.any():
+                state[k] = float(value)
+            elif self._space.wrap[k]:
+                state[k].value = float(value)
+            else:
+                state[k][0] = float(value)
+        return state
+
+    def _configurations(self, path: Any) -> Floats:
+        return np.array([self._read(path.getState(k)) for k in range(path.getStateCount())])
+
+    def _problem(self, roots: Floats, goal: Any) -> Any:
+        problem = ob.ProblemDefinition(self._info)
+        for q in roots:
+            problem.addStartState(self._state(q))
+        problem.setGoal(goal)
+        return problem
+
+    def _until(self, limit: int, accepted: int | None = None) -> Any:
+        """A termination condition that counts; OMPL's own would look at the clock."""
+        return ob.PlannerTerminationCondition(
+            lambda: self.checked >= limit or self._stop() or (accepted is not None and self.accepted >= accepted)
+        )
+
+
+class _Validator(ob.MotionValidator):
+    def __init__(self, info: Any, planners: TreePlanners) -> None:
+        super().__init__(info)
+        self.planners: TreePlanners | None = planners
+
+    def checkMotion(self, a: Any, b: Any, last_valid: Any = None) -> bool:
+        return self.planners is not None and self.planners._takes(a, b)
+
+
+class _Nowhere(ob.Goal):
+    """A goal that is never met: RRT would stop growing as soon as it meets its goal."""
+
+    def isSatisfied(self, *_: Any) -> bool:
+        return False
+
+
+def _ompl_space(space: JointSpace) -> Any:
+    if not space.wrap.any():
+        return _real_space(space.lower, space.upper)
+    compound = ob.CompoundStateSpace()
+    for k, wraps in enumerate(space.wrap):
+        part = ob.SO2StateSpace() if wraps else _real_space(space.lower[k : k + 1], space.upper[k : k + 1])
+        compound.addSubspace(part, 1.0)
+    compound.lock()
+    return compound
+
+
+def _real_space(lower: Floats, upper: Floats) -> Any:
+    space = ob.RealVectorStateSpace(len(lower))
+    bounds = ob.RealVectorBounds(len(lower))
+    for k, (low, high) in enumerate(zip(lower, upper, strict=True)):
+        bounds.setLow(k, float(low))
+        bounds.setHigh(k, float(high))
+    space.setBounds(bounds)
+    return space

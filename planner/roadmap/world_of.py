@@ -1,0 +1,48 @@
+"""The world that a kept roadmap is held against: as its file says, but for what is asked for otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from planner.base.errors import FileError
+from planner.base.request import KeptRequest, WorldRequest
+from planner.base.resources import robot_names, scene_names
+from planner.collision import make_checker
+from planner.collision.checker import CollisionChecker
+from planner.query.open import open_world
+from planner.roadmap.roadmap import Roadmap
+from planner.world.robot import robot_name, with_widened_limits
+
+
+def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionChecker:
+    """A checker of the robot and scene that ``request`` or else the file at ``path`` names.
+
+    Raises :class:`FileError` where the file names one that is not built in, and nobody says where it is.
+    """
+    origin = roadmap.origin
+    if request.robot and robot_name(request.robot) != origin.robot:
+        raise FileError(
+            f"roadmap {path} is for robot '{origin.robot}', not '{request.robot}': build one for this robot."
+        )
+    world = WorldRequest(
+        robot=request.robot or _built_in("robot", origin.robot, robot_names(), path),
+        scene=request.scene or _built_in("scene", origin.scene, scene_names(), path),
+        tool=request.tool or origin.tool,
+        collision=request.collision,
+        margin=origin.margin if request.margin is None else request.margin,
+    )
+    checker = open_world(world, request.request)
+    robot = checker.world.robot
+    if request.widen_limits and robot.joints == origin.joints:
+        wide = with_widened_limits(robot, np.array([origin.world.lower, origin.world.upper]))
+        checker = make_checker(wide, checker.world.scene, world.collision, world.margin)
+    return checker
+
+
+def _built_in(what: str, name: str, names: Sequence[str], path: Path) -> str:
+    if name not in names:
+        raise FileError(f"roadmap {path} is for {what} '{name}', which is not built in: say where it is with --{what}.")
+    return name

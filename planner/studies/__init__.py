@@ -1,0 +1,1 @@
+"""Evidence: what the paper claims, reproduced, and what we claim, measured."""

@@ -1,0 +1,1 @@
+"""``planner bench agreement``: FCL against coal on random states."""

@@ -1,0 +1,138 @@
+"""``planner bench agreement``: FCL and coal asked about the same configurations, of all robots in all scenes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats
+from planner.base.errors import OptionError
+from planner.base.files import make_folder, write_whole
+from planner.base.request import WorldRequest, require_margin, require_seed
+from planner.base.resources import robot_names, scene_names
+from planner.collision.checker import CollisionChecker, is_free
+from planner.query.open import open_world
+from planner.roadmap.build import versions
+from planner.studies.bench_agreement.check_speed import Speed, measure_speed
+from planner.studies.bench_agreement.contact_band import Disagreement, crossing, disagreement
+from planner.studies.bench_agreement.report import Row, to_markdown
+from planner.studies.report import Progress
+from planner.studies.table import Ledger, collect, software
+
+CROSSINGS = 40  # contacts of each robot and scene whose surroundings are looked at
+CSV_NAME, MARKDOWN_NAME = "agreement.csv", "agreement.md"
+_LISTED = 20  # disagreements of a row that are kept one by one
+
+
+@dataclass(frozen=True)
+class AgreementBench:
+    """The rows asked for; ``complete`` is False where it was interrupted."""
+
+    rows: tuple[Row, ...]
+    complete: bool
+
+
+def bench_agreement(
+    folder: Path,
+    states: int = 100_000,
+    robots: Sequence[str] = (),
+    scenes: Sequence[str] = (),
+    margin: float = 0.0,
+    seed: int = 0,
+    progress: Progress = lambda stage, done, total: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> AgreementBench:
+    """Ask both libraries about ``states`` random configurations, shared out among all ``robots`` in all ``scenes``.
+
+    All there are where none are named; a scene may be a file. Writes ``agreement.csv`` and ``agreement.md``; rows that
+    are there already are kept. Once ``stop`` returns True the robot and scene at hand are abandoned. Raises OptionError
+    for numbers out of range, RobotError and SceneError for unknown names, FileError where the folder cannot be used.
+    """
+    pairs = [(robot, scene) for robot in robots or robot_names() for scene in scenes or scene_names()]
+    require_margin(margin)
+    require_seed(seed)
+    if states < 2 * len(pairs):
+        raise OptionError(f"{states} states are too few for {len(pairs)} pairs of robot and scene: give more.")
+    each = -(-states // len(pairs))
+    make_folder(folder)
+    ledger = Ledger(folder / CSV_NAME, Row, "planner bench agreement", lambda row: row.key)
+    here = software(versions())
+    rows, complete = collect(
+        ledger,
+        pairs,
+        lambda pair: ledger.find((*pair, margin, seed, each, here)),
+        lambda pair: _measure(*pair, margin, each, seed, stop),
+        lambda done, total: progress("worlds", done, total),
+    )
+    write_whole(folder / MARKDOWN_NAME, to_markdown(rows, complete).encode())
+    return AgreementBench(tuple(rows), complete)
+
+
+def _measure(robot: str, scene: str, margin: float, states: int, seed: int, stop: Callable[[], bool]) -> list[Row]:
+    """One robot in one scene; no row where stopped."""
+    fcl = open_world(WorldRequest(robot, scene, collision="fcl", margin=margin))
+    coal = open_world(WorldRequest(robot, scene, collision="coal", margin=margin))
+    arm = fcl.world.robot
+    rng = np.random.default_rng([seed, *robot.encode(), *Path(scene).name.encode()])
+    q = rng.uniform(arm.lower, arm.upper, (states, arm.dof))
+    free = verdicts(fcl, coal, q, stop)
+    if free is None:
+        return []
+    by_fcl, by_coal = free
+    differ = [one for k in np.nonzero(by_fcl != by_coal)[0] if (one := disagreement(fcl, coal, q[k])) is not None]
+    both, neither = q[by_fcl & by_coal], q[~by_fcl & ~by_coal]
+    count = min(CROSSINGS, len(both), len(neither))
+    around = [one for a, b in zip(both[:count], neither[:count], strict=True) for one in crossing(fcl, coal, a, b)]
+    row = Row(
+        robot=robot,
+        scene=scene,
+        margin=margin,
+        seed=seed,
+        states=states,
+        free=int(by_fcl.sum()),
+        disagreed=int((by_fcl != by_coal).sum()),
+        unexplained=sum(not one.explained for one in differ),
+        batch_differs=sum(batch_differences(checker, both, neither) for checker in (fcl, coal)),
+        crossings=count,
+        band_m=max((one.band_m for one in around), default=0.0),
+        **_speed_columns(measure_speed({"fcl": fcl, "coal": coal}, both)),
+        listed=json.dumps([asdict(one) for one in [*differ, *_outside(around)][:_LISTED]]),
+        software=software(versions()),
+    )
+    return [row]
+
+
+def verdicts(
+    fcl: CollisionChecker, coal: CollisionChecker, q: Floats, stop: Callable[[], bool] = lambda: False
+) -> tuple[Bools, Bools] | None:
+    """Which configurations (n, dof) each of the two calls free, asked one by one; None where stopped."""
+    free = np.empty((2, len(q)), dtype=bool)
+    for k, row in enumerate(q):
+        if stop():
+            return None
+        free[:, k] = is_free(fcl, row), is_free(coal, row)
+    return free[0], free[1]
+
+
+def _outside(around: Sequence[Disagreement]) -> list[Disagreement]:
+    """Those around a contact that lie outside the band, the worst first."""
+    return sorted((one for one in around if not one.explained), key=lambda one: -one.band_m)
+
+
+def batch_differences(checker: CollisionChecker, free: Floats, touching: Floats) -> int:
+    """Configurations on which a checker changes its verdict when it is asked about them together with others."""
+    wrong = 0 if not len(free) or checker.all_free(free) else 1
+    beside = free[:1] if len(free) else touching[:0]
+    for q in touching:
+        batch = np.vstack([beside, q, beside])
+        found = checker.first_contact(batch)
+        wrong += found is None or found[0] != len(beside) or checker.all_free(batch)
+    return wrong
+
+
+def _speed_columns(speed: dict[str, Speed]) -> dict[str, float | None]:
+    return {f"{name}_{look}": value for name, of in speed.items() for look, value in asdict(of).items()}

@@ -1,0 +1,1 @@
+"""``planner bench gabf``: the dynamics against other integrators and Dijkstra."""

@@ -1,0 +1,1 @@
+"""``planner bench misses``: thin obstacles, proofs against samples."""

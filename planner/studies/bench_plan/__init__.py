@@ -1,0 +1,1 @@
+"""``planner bench plan``: a folder of planning problems, one row each."""

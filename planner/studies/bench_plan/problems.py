@@ -1,0 +1,57 @@
+"""Planning problems in folders: a MoveIt scene and a motion plan request each, as MotionBenchMaker lays them out."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from planner.base.errors import FileError
+
+_SCENES, _REQUESTS = (".yaml", ".yml", ".scene"), (".yaml", ".yml")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """``request`` in ``scene``; ``kind`` is the type of scene, the name of the folder that holds the two."""
+
+    name: str
+    kind: str
+    scene: Path
+    request: Path
+
+    @property
+    def content(self) -> str:
+        """Eight digits of a hash of both files, empty where one is missing."""
+        try:
+            return hashlib.sha256(self.scene.read_bytes() + b"\0" + self.request.read_bytes()).hexdigest()[:8]
+        except OSError:
+            return ""
+
+
+def find_problems(folder: Path) -> list[Problem]:
+    """The problems in ``folder`` and the folders below it, sorted by name.
+
+    One is ``request<X>.yaml`` with ``scene<X>.yaml`` or ``scene<X>.scene`` beside it. A request whose scene is missing
+    is a problem all the same, which the planner will refuse by the name of that file. Raises :class:`FileError` where
+    there is none.
+    """
+    try:
+        requests = sorted(p for p in folder.rglob("request*") if p.suffix.lower() in _REQUESTS and p.is_file())
+    except OSError as error:
+        raise FileError(f"{folder} cannot be read: {error.strerror or error}; choose another folder.") from None
+    if not requests:
+        raise FileError(
+            f"{folder} holds no problems: give a folder with request0001.yaml beside scene0001.yaml and so on, "
+            "or with such folders in it."
+        )
+    return [_problem(folder, request) for request in requests]
+
+
+def _problem(folder: Path, request: Path) -> Problem:
+    number = request.stem.removeprefix("request")
+    scenes = [request.with_name(f"scene{number}{suffix}") for suffix in _SCENES]
+    scene = next((path for path in scenes if path.is_file()), scenes[0])
+    parent = request.parent.relative_to(folder)
+    kind = parent.as_posix() if parent.parts else folder.resolve().name
+    return Problem(f"{kind}/{number}", kind, scene, request)

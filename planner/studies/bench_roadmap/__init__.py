@@ -1,0 +1,1 @@
+"""``planner bench roadmap``: proven roadmaps and queries against other PRMs."""

@@ -1,0 +1,167 @@
+"""One roadmap of section 4.2: the path of every beta on it, and what RRTConnect found alone, all measured alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.base.request import SweepRequest
+from planner.costs.network import PathCost, build_network, path_cost
+from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
+from planner.planning import make_law, path_waypoints
+from planner.query.open import Query
+from planner.roadmap.build import RoadmapSettings, grow_roadmap
+from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.roadmap import Roadmap
+from planner.studies.manipulator.geometry import kinks, tool_way, turning
+
+BETAS = (0.0, 0.3, 0.5, 0.7, 1.0)
+"""The betas of section 4.2."""
+
+RRT, SHORTENED = "RRT", "RRT, shortened"
+"""RRTConnect's path as it is found, and after the shortcuts with which it becomes the roadmap's first path."""
+
+Heard = Callable[[str, int, int], None]
+
+
+def label_of(beta: float) -> str:
+    """The name of a beta's path."""
+    return f"beta = {beta:g}"
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A path and its measures. ``q`` (k, dof) rad; ``tool`` (n, 3) m, evenly spaced; ``kinks`` (k - 2,) rad.
+
+    ``nodes`` (k, dof): the same as it stands in the roadmap, to the last bit, so that paths can be compared.
+    ``manipulability_cost`` and ``distance_cost`` as eq. (finew) sums them; w sampled densely along the path;
+    ``turning`` rad, the total curvature of the tool's way; ``contact``: what it touches when looked at every
+    millimetre, None where it is free.
+    """
+
+    label: str
+    nodes: Floats
+    q: Floats
+    manipulability_cost: float
+    distance_cost: float
+    w_min: float
+    w_mean: float
+    joint_length: float
+    workspace_length: float
+    turning: float
+    kinks: Floats
+    tool: Floats
+    contact: str | None
+
+    def total(self, beta: float) -> float:
+        """(1 - beta) Omega + beta D."""
+        return (1.0 - beta) * self.manipulability_cost + beta * self.distance_cost
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """How the dynamics went at one beta: settling time (s), relative error against Dijkstra, zeta and L."""
+
+    beta: float
+    settling_time: float | None
+    error: float
+    zeta: float
+    L: float
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One seed: its roadmap, its fields, and its ways by :func:`label_of`, :data:`RRT` and :data:`SHORTENED`.
+
+    ``ways`` is empty where start and goal are not connected.
+    """
+
+    seed: int
+    roadmap: Roadmap
+    fields: tuple[Field, ...]
+    ways: dict[str, Way]
+
+    @property
+    def groups(self) -> tuple[tuple[float, ...], ...]:
+        """The betas that share a path, in their order."""
+        groups: dict[bytes, list[float]] = {}
+        for beta in BETAS:
+            groups.setdefault(self.ways[label_of(beta)].nodes.tobytes(), []).append(beta)
+        return tuple(map(tuple, groups.values()))
+
+
+def study_seed(
+    query: Query,
+    request: SweepRequest,
+    strands: float = 0.0,
+    heard: Heard = lambda *_: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Case | None:
+    """The roadmap of ``request.seed`` with every path on it, or None where it was interrupted.
+
+    ``strands``: the share of its nodes that are not RRT's but pulled best paths, see :class:`RoadmapSettings`.
+    """
+    settings = RoadmapSettings(request.nodes, strands=strands)
+    roadmap = grow_roadmap(query.checker, query.starts, query.goals, settings, request.seed, heard, stop)
+    if stop():
+        return None
+    fields, ways = [], {}
+    for beta in BETAS:
+        field, way = _solve(query, roadmap, request, beta)
+        fields.append(field)
+        if way is not None:
+            ways[way.label] = way
+    for label, shortcuts in ((RRT, 0), (SHORTENED, GrowthSettings().shortcuts)):
+        tree = _tree(query, roadmap, request.seed, shortcuts)
+        way = _solve(query, tree, request, 1.0)[1]
+        if way is not None:
+            ways[label] = replace(way, label=label)
+    return Case(request.seed, roadmap, tuple(fields), ways if len(ways) == len(BETAS) + 2 else {})
+
+
+def _solve(query: Query, roadmap: Roadmap, request: SweepRequest, beta: float) -> tuple[Field, Way | None]:
+    """The field of one beta and the way it shows from the start, None where it shows none."""
+    network = build_network(roadmap, beta, request.manipulability_cost, request.metric)
+    result = gabf.solve(network, law=make_law(request))
+    error = gabf.max_error(result, gabf.oracle(network))
+    field = Field(beta, result.settling_time, error, result.premises.zeta, result.premises.L)
+    start = int(roadmap.starts[0])
+    if not np.isfinite(result.x[start]):
+        return field, None
+    nodes = gabf.extract_path(network, result, start)
+    return field, measure_way(query, roadmap, label_of(beta), nodes, path_cost(network, nodes))
+
+
+def measure_way(query: Query, roadmap: Roadmap, label: str, nodes: Ints, cost: PathCost) -> Way:
+    """Everything measured along the path over ``nodes`` (k,) of ``roadmap``."""
+    q = path_waypoints(roadmap, query.robot, nodes)
+    w, tool = path_manipulability(query.robot, q), tool_way(query.robot, q)
+    found = path_contact(query.checker, q)
+    return Way(
+        label=label,
+        nodes=roadmap.nodes[nodes],
+        q=q,
+        manipulability_cost=cost.manipulability,
+        distance_cost=cost.distance,
+        w_min=float(w.min()),
+        w_mean=float(w.mean()),
+        joint_length=joint_path_length(q),
+        workspace_length=tool_path_length(query.robot, q),
+        turning=turning(tool),
+        kinks=kinks(query.robot, q),
+        tool=tool,
+        contact=None if found is None else str(found.contact),
+    )
+
+
+def _tree(query: Query, roadmap: Roadmap, seed: int, shortcuts: int) -> Roadmap:
+    """RRTConnect's path alone, as a roadmap with the costs of ``roadmap``.
+
+    The same seed joins start and goal by the same trees as in the roadmap; two nodes and no links stop there.
+    """
+    settings = RoadmapSettings(nodes=2, density=0.0, strands=0.0, growth=GrowthSettings(shortcuts=shortcuts))
+    return replace(grow_roadmap(query.checker, query.starts, query.goals, settings, seed), scale=roadmap.scale)

@@ -1,0 +1,62 @@
+"""The shape of a tool's way in the room: how much it turns, where it kinks, how far two ways lie apart."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import jacobian
+from planner.paths.measure import dense_path
+from planner.world.robot import Robot
+
+SPACING = 0.005
+"""m between two points of an evenly spaced way."""
+
+
+def tool_way(robot: Robot, path: Floats, spacing: float = SPACING) -> Floats:
+    """Tool positions (n, 3) m along a joint path (k, dof), about ``spacing`` (m) of travel from each to the next."""
+    dense = tool_positions(robot, dense_path(path))
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])
+    wanted = np.linspace(0.0, along[-1], max(2, round(along[-1] / spacing) + 1))
+    return np.column_stack([np.interp(wanted, along, column) for column in dense.T])
+
+
+def turning(way: Floats) -> float:
+    """Total curvature (rad) of a way (n, 3): the angles between its successive steps, summed."""
+    steps = np.diff(way, axis=0)
+    return float(_angles(steps[:-1], steps[1:]).sum())
+
+
+def kinks(robot: Robot, path: Floats) -> Floats:
+    """The angle (rad) by which the tool changes direction at each inner waypoint (k - 2,) of a joint path."""
+    linear = [jacobian(robot, q)[:3] for q in path[1:-1]]
+    before, after = np.diff(path, axis=0)[:-1], np.diff(path, axis=0)[1:]
+    arriving = np.array([J @ step for J, step in zip(linear, before, strict=True)]).reshape(-1, 3)
+    leaving = np.array([J @ step for J, step in zip(linear, after, strict=True)]).reshape(-1, 3)
+    return _angles(arriving, leaving)
+
+
+def mean_distance(a: Floats, b: Floats) -> float:
+    """How far (m) two evenly spaced ways lie apart: the mean distance to the other's nearest point, over both."""
+    apart = np.linalg.norm(a[:, None] - b[None], axis=2)
+    return float(0.5 * (apart.min(axis=1).mean() + apart.min(axis=0).mean()))
+
+
+def shared_segments(a: Floats, b: Floats) -> float:
+    """The share of segments that two joint paths (k, dof) have in common, of the one that has fewer."""
+    first, second = _segments(a), _segments(b)
+    return len(first & second) / max(1, min(len(first), len(second)))
+
+
+def _segments(path: Floats) -> set[frozenset[bytes]]:
+    keys = [q.tobytes() for q in path]
+    return {frozenset(pair) for pair in itertools.pairwise(keys)}
+
+
+def _angles(a: Floats, b: Floats) -> Floats:
+    """Angles (n,) between rows; 0 where one of them has no length."""
+    across, along = np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ij,ij->i", a, b)
+    return np.arctan2(across, along)

@@ -1,0 +1,110 @@
+"""What a page shows of a plan or a trade-off: one path an interval of beta, each with its numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats
+from planner.base.outcome import Outcome
+from planner.costs.manipulability_floor import Course
+from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
+from planner.planning import Plan, make_law, path_waypoints
+from planner.tradeoff import Tradeoff
+from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
+from planner.world.robot import Robot
+
+Rows = list[tuple[str, str]]
+W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}
+
+
+@dataclass(frozen=True, eq=False)
+class ShownPath:
+    """A path (k, dof) rad, what is said about it, and where known its betas and the cost-to-go (n,) of the roadmap."""
+
+    path: Floats
+    numbers: Rows
+    interval: tuple[float, float] | None = None
+    cost_to_go: Floats | None = None
+
+
+def of_plan(plan: Plan) -> tuple[list[ShownPath], int]:
+    """The paths for every beta on the plan's roadmap, and which of them is the plan's own; none without a path.
+
+    The alternatives consist of proven edges; only the plan's own path was looked at again at every millimetre, and
+    held against a manipulability floor between the states that the roadmap keeps.
+    """
+    if plan.outcome is not Outcome.SOLVED:
+        return [], 0
+    assert plan.course is not None
+    assert plan.cost is not None
+    search = EnvelopeSearch(plan.course.network, plan.course.starts, make_law(plan.request))
+    while not search.done:
+        search.step()
+    beta = plan.request.beta
+    found = pieces(search.supports)
+    shown = [_of_piece(plan, plan.course, piece) for piece in found]
+    for k, piece in enumerate(found):
+        same = np.isclose([piece.support.manipulability, piece.support.distance], [*_costs(plan)], rtol=1e-9).all()
+        if same and piece.beta_min <= beta <= piece.beta_max:
+            shown[k] = _planned(plan, (piece.beta_min, piece.beta_max))
+            return shown, k
+    # as good as the others at this one beta, as may be at 0, at 1 and where two intervals meet
+    place = sum(piece.beta_min < beta for piece in found)
+    shown.insert(place, _planned(plan, (beta, beta)))
+    return shown, place
+
+
+def of_tradeoff(tradeoff: Tradeoff) -> list[ShownPath]:
+    """The trade-off's paths; those that are proven so far where it was interrupted."""
+    return [
+        ShownPath(
+            item.path,
+            path_rows(tradeoff.robot, item.path, item.manipulability_cost, item.distance_cost),
+            (item.beta_min, item.beta_max),
+            on_roadmap(tradeoff.course, item.cost_to_go),
+        )
+        for item in tradeoff.intervals
+    ]
+
+
+def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
+    """What the page says about a path: its two costs, w along it, its lengths."""
+    w = path_manipulability(robot, path)
+    return [
+        ("manipulability cost Ω", f"{omega:.4f}"),
+        ("distance cost D", f"{distance:.4f}"),
+        (f"w smallest ({W_UNIT[robot.rows]})", f"{w.min():.3g}"),
+        (f"w mean ({W_UNIT[robot.rows]})", f"{w.mean():.3g}"),
+        ("joint motion", f"{joint_path_length(path):.3f} rad"),
+        ("tool's way", f"{tool_path_length(robot, path):.3f} m"),
+        ("waypoints", str(len(path))),
+    ]
+
+
+def _planned(plan: Plan, interval: tuple[float, float]) -> ShownPath:
+    rows = path_rows(plan.robot, plan.path, *_costs(plan))
+    return ShownPath(plan.path, rows, interval, on_roadmap(plan.course, plan.cost_to_go))
+
+
+def _of_piece(plan: Plan, course: Course, piece: Piece) -> ShownPath:
+    support = piece.support
+    path = path_waypoints(plan.roadmap, plan.robot, course.place[support.nodes])
+    rows = path_rows(plan.robot, path, support.manipulability, support.distance)
+    return ShownPath(path, rows, (piece.beta_min, piece.beta_max), on_roadmap(course, support.cost_to_go))
+
+
+def _costs(plan: Plan) -> tuple[float, float]:
+    assert plan.cost is not None
+    return plan.cost.manipulability, plan.cost.distance
+
+
+def on_roadmap(course: Course | None, cost_to_go: gabf.CostToGo | None) -> Floats | None:
+    """The cost-to-go (n,) of the roadmap's own nodes; where a floor has several stretches, a node's least on any."""
+    if course is None or cost_to_go is None:
+        return None
+    least = np.full(course.place.max() + 1, np.inf)
+    np.minimum.at(least, course.place, cost_to_go.x)
+    return least

@@ -1,0 +1,202 @@
+"""What a sweep writes, ``sweep.json``, ``sweep.csv`` and ``roadmap.npz``, and how a later sweep goes on from it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pydantic
+
+from planner.base.errors import FileError
+from planner.base.files import write_whole
+from planner.base.request import SweepRequest
+from planner.base.yamlfile import Strict, read_text, validate
+from planner.plan_record import config_record, roadmap_record, roadmap_text, rounded, run_record, write_json
+from planner.roadmap.storage import load_roadmap, save_roadmap
+from planner.tradeoff.nondominated import Front
+from planner.tradeoff.sweep import Checkpoint, Interval, Tradeoff, reached_by_beta
+
+JSON_NAME, CSV_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "roadmap.npz"
+_NUMBERS = (
+    *("beta_min", "beta_max", "manipulability_cost", "distance_cost"),
+    *("w_min", "w_mean", "joint_length", "workspace_length"),
+)
+
+
+def sweep_record(tradeoff: Tradeoff) -> dict[str, Any]:
+    """The trade-off as plain data, the keys of ``sweep.json``; units in rad, m and s.
+
+    ``intervals`` cover [0, 1] where ``complete`` is true; where not, they are those that are proven. ``search`` is
+    what --resume goes on from.
+    """
+    return {
+        **run_record(tradeoff.request, tradeoff.outcome, tradeoff.robot, tradeoff.scene),
+        "complete": tradeoff.complete,
+        "intervals": [_interval_record(interval) for interval in tradeoff.intervals],
+        "front": None if tradeoff.front is None else _front_record(tradeoff.front, tradeoff),
+        "roadmap": roadmap_record(tradeoff.roadmap, tradeoff.edges_removed),
+        "solves": tradeoff.solves,
+        "max_error_vs_oracle": tradeoff.max_error_vs_oracle,
+        "search": {
+            "roadmap_whole": tradeoff.grown,
+            "settled": tradeoff.settled,
+            "barred": [list(leg) for leg in tradeoff.barred],
+            "found": [{"beta": beta, "path_nodes": nodes.tolist()} for beta, nodes in tradeoff.found],
+        },
+        "timings_s": rounded(tradeoff.timings),
+    }
+
+
+def save_sweep(tradeoff: Tradeoff, folder: Path, timings: dict[str, float]) -> dict[str, Any]:
+    """Write ``roadmap.npz``, ``sweep.csv`` and ``sweep.json`` under ``folder``; returns the record that was written."""
+    save_roadmap(tradeoff.roadmap, folder / ROADMAP_NAME)
+    record = sweep_record(tradeoff)
+    record["timings_s"] |= rounded(timings)
+    write_whole(folder / CSV_NAME, to_csv(record).encode())
+    write_json(folder / JSON_NAME, record)
+    return record
+
+
+def to_csv(record: dict[str, Any]) -> str:
+    """One line an interval: its numbers to the last bit, and the nodes of its path with spaces between."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*_NUMBERS, "path_nodes"])
+    for interval in record["intervals"]:
+        writer.writerow([*(repr(interval[name]) for name in _NUMBERS), " ".join(map(str, interval["path_nodes"]))])
+    return text.getvalue()
+
+
+def read_checkpoint(request: SweepRequest, folder: Path) -> Checkpoint:
+    """How far the sweep in ``folder`` came; :class:`FileError` unless it is a whole one of the same request."""
+    path = folder / JSON_NAME
+    kept = _read(path)
+    _require_same_request(kept.config, json.loads(json.dumps(config_record(request))), path)
+    if not kept.search.roadmap_whole:
+        return Checkpoint(folder / ROADMAP_NAME)
+    roadmap = load_roadmap(folder / ROADMAP_NAME)
+    if roadmap.sha256 != kept.roadmap.sha256:
+        raise FileError(f"{path} was made on another roadmap than the one beside it: sweep anew without --resume.")
+    found = tuple((support.beta, np.array(support.path_nodes, dtype=np.int64)) for support in kept.search.found)
+    barred = tuple(kept.search.barred)
+    return Checkpoint(folder / ROADMAP_NAME, roadmap, found, kept.search.settled, kept.roadmap.edges_removed, barred)
+
+
+def interval_rows(record: dict[str, Any]) -> list[dict[str, Any]]:
+    """The intervals as the terminal's table says them, narrow enough for 80 columns."""
+    return [
+        {
+            "beta": f"{interval['beta_min']:.4g} - {interval['beta_max']:.4g}",
+            "Omega": f"{interval['manipulability_cost']:.4f}",
+            "D": f"{interval['distance_cost']:.4f}",
+            "w min": f"{interval['w_min']:.2g}",
+            "w mean": f"{interval['w_mean']:.3g}",
+            "rad": f"{interval['joint_length']:.2f}",
+            "m": f"{interval['workspace_length']:.2f}",
+            "nodes": len(interval["path_nodes"]),
+        }
+        for interval in record["intervals"]
+    ]
+
+
+def summary_lines(record: dict[str, Any]) -> list[str]:
+    """What the terminal says below the table."""
+    lines = ["A path costs (1 - beta) Omega + beta D: manipulability and distance."] if record["intervals"] else []
+    lines.append(f"Roadmap: {roadmap_text(record['roadmap'])}.")
+    if record["solves"]:
+        error = f"{record['max_error_vs_oracle']:.1e}"
+        lines.append(f"{record['solves']} fields solved, largest error against the oracle {error} relative.")
+    if not record["complete"] and record["intervals"]:
+        lines.append(f"Proven up to beta = {record['intervals'][-1]['beta_max']:.5g} so far.")
+    if (front := record["front"]) is not None:
+        count, beyond = len(front["points"]), front["beyond_every_beta"]
+        more = (
+            "" if front["complete"] else f" The search was stopped after {front['labels']} labels: there may be more."
+        )
+        lines.append(f"{count} non-dominated paths, {beyond or 'none'} of them out of reach of every beta.{more}")
+    return lines
+
+
+def _interval_record(interval: Interval) -> dict[str, Any]:
+    return {
+        **{name: getattr(interval, name) for name in _NUMBERS},
+        "path_nodes": interval.path_nodes.tolist(),
+        "path": interval.path.tolist(),
+    }
+
+
+def _front_record(front: Front, tradeoff: Tradeoff) -> dict[str, Any]:
+    reached = reached_by_beta(front.points, tradeoff.intervals)
+    rows = zip(front.points.tolist(), reached.tolist(), front.paths, strict=True)
+    return {
+        "complete": front.complete,
+        "labels": front.labels,
+        "beyond_every_beta": int((~reached).sum()),
+        "points": [
+            {
+                "manipulability_cost": omega,
+                "distance_cost": distance,
+                "optimal_at_some_beta": some,
+                "path_nodes": nodes.tolist(),
+            }
+            for (omega, distance), some, nodes in rows
+        ],
+    }
+
+
+class _Support(Strict):
+    beta: float = pydantic.Field(ge=0, le=1)
+    path_nodes: list[int] = pydantic.Field(min_length=1)
+
+
+class _Search(Strict):
+    """The part of ``sweep.json`` that --resume goes on from."""
+
+    roadmap_whole: bool
+    settled: int = pydantic.Field(ge=0)
+    barred: list[tuple[pydantic.NonNegativeInt, pydantic.NonNegativeInt]]
+    found: list[_Support]
+
+    @pydantic.model_validator(mode="after")
+    def _is_a_run_of_supports(self) -> _Search:
+        betas = [support.beta for support in self.found]
+        ends = betas[:1] in ([], [0.0]) and (len(betas) < 2 or betas[-1] == 1.0)
+        if not ends or any(a > b for a, b in pairwise(betas)) or self.settled > max(0, len(betas) - 1):
+            raise ValueError("its paths are not in the order of beta from 0 to 1")
+        return self
+
+
+class _Roadmap(pydantic.BaseModel):
+    sha256: str
+    edges_removed: int
+
+
+class _Kept(pydantic.BaseModel):
+    """What is read of ``sweep.json`` again."""
+
+    config: dict[str, Any]
+    roadmap: _Roadmap
+    search: _Search
+
+
+def _read(path: Path) -> _Kept:
+    if not path.is_file():
+        raise FileError(f"{path} not found, so there is no sweep to go on from: leave --resume out.")
+    try:
+        data = json.loads(read_text(path, "sweep"))
+    except (ValueError, RecursionError):
+        raise FileError(f"{path} is damaged: it is no JSON; sweep anew without --resume.") from None
+    return validate(_Kept, data, f"{path} is damaged")
+
+
+def _require_same_request(earlier: dict[str, Any], now: dict[str, Any], path: Path) -> None:
+    other = sorted(key for key in earlier.keys() | now.keys() if earlier.get(key) != now.get(key))
+    if other:
+        option = "--" + other[0].replace("_", "-")
+        was, asked = (repr(config.get(other[0])) for config in (earlier, now))
+        raise FileError(f"{path} was made with {option} {was}, not {asked}: repeat its options, or leave --resume out.")

@@ -1,0 +1,1 @@
+"""Who stands where: robots, scenes, shapes, and the files they come from."""

@@ -1,0 +1,37 @@
+"""Rigid placements as 4x4 homogeneous matrices: metres, and rotations from rpy or quaternion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Floats, frozen
+
+
+def pose(
+    position: Sequence[float] = (0.0, 0.0, 0.0),
+    rpy: Sequence[float] | None = None,
+    quaternion: Sequence[float] | None = None,
+) -> Floats:
+    """The (4, 4) placement at ``position`` (m), turned by ``rpy`` (rad, fixed axes) or ``quaternion`` [x, y, z, w].
+
+    The quaternion is normalised; a zero one raises ValueError.
+    """
+    matrix = np.eye(4)
+    matrix[:3, 3] = position
+    if rpy is not None:
+        matrix[:3, :3] = pin.rpy.rpyToMatrix(np.asarray(rpy, dtype=float))
+    elif quaternion is not None:
+        q = np.asarray(quaternion, dtype=float)
+        norm = float(np.linalg.norm(q))
+        if not norm > 1e-9:
+            raise ValueError("a quaternion of zero length has no direction")
+        matrix[:3, :3] = pin.Quaternion(q / norm).toRotationMatrix()
+    return frozen(matrix)
+
+
+def se3(matrix: Floats) -> pin.SE3:
+    """A (4, 4) placement as Pinocchio's SE3."""
+    return pin.SE3(np.array(matrix))

@@ -1,0 +1,298 @@
+"""A robot arm as the planner sees it: planned joints, limits, bodies, tool frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pinocchio as pin
+import pydantic
+
+from planner.base.arrays import Bools, Floats, frozen
+from planner.base.errors import RobotError, choices
+from planner.base.hashing import content_hash
+from planner.base.resources import robot_names, robots_folder
+from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
+from planner.world import urdf
+from planner.world.poses import pose
+from planner.world.shapes import Body, Carried
+
+Rows = Literal["pose", "translation", "planar"]
+
+
+class Source(Strict):
+    """A file beside the robot file, or inside a Python package that ships robot data."""
+
+    file: str
+    package: Literal["example-robot-data"] | None = None
+
+    def path(self, folder: Path) -> Path:
+        return (urdf.example_robot_data() / "robots" if self.package else folder) / self.file
+
+
+class RobotFile(Strict):
+    """What ``robots/<name>/robot.yaml`` holds."""
+
+    description: str
+    urdf: Source
+    srdf: Source | None = None
+    joints: list[str] | None = None
+    tool: str
+    home: list[float] | None = None
+    rows: Rows | None = None
+    fixed_joints: dict[str, float] = pydantic.Field(default_factory=dict)
+    disabled_pairs: list[tuple[str, str]] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot arm with its planned joints; configurations are (n, dof) arrays of joint values, rad (m where prismatic).
+
+    A continuous joint is one angle like any other; ``continuous`` says which may wrap. Load with :meth:`load`:
+
+        robot = Robot.load("iiwa14")
+        robot.joints, robot.lower, robot.upper
+
+    It holds no state: where a configuration puts the links is asked of :mod:`planner.kinematics`.
+    """
+
+    name: str
+    description: str
+    model: pin.Model
+    joints: tuple[str, ...]
+    lower: Floats  # (dof,)
+    upper: Floats  # (dof,)
+    velocity: Floats  # (dof,) rad/s, 0 where the URDF says nothing
+    continuous: Bools  # (dof,)
+    tool: str
+    home: Floats  # (dof,)
+    rows: Rows
+    bodies: tuple[Body, ...]
+    disabled_pairs: frozenset[frozenset[str]] | None  # None: nobody has said
+    fixed_joints: Mapping[str, float]
+    base: Floats  # (4, 4)
+    source: urdf.Description = field(repr=False)
+    carried: tuple[Body, ...] = ()  # of ``bodies``, those that a link holds without being part of it
+    touching: frozenset[frozenset[str]] = frozenset()  # what these may touch, by name
+
+    @staticmethod
+    def load(
+        name: str,
+        tool: str | None = None,
+        fixed_joints: Mapping[str, float] | None = None,
+        base: Floats | None = None,
+    ) -> Robot:
+        """A built-in robot by name, or any URDF by path.
+
+        ``tool`` is a frame of the URDF (for a URDF by path, needed unless it has one single tip), ``fixed_joints``
+        holds joints that are not planned at values (rad, m), ``base`` places the robot in the world (4, 4).
+        Raises :class:`RobotError` naming the choices.
+        """
+        folder, file = _find(name)
+        description = urdf.read_description(file.urdf.path(folder) if file else Path(name))
+        return _assemble(name, file, folder, description, tool, fixed_joints or {}, pose() if base is None else base)
+
+    @property
+    def other_joints(self) -> tuple[str, ...]:
+        """Movable joints of the URDF that are not planned but held."""
+        return tuple(name for name in urdf.build_model(self.source).names[1:] if name not in self.joints)
+
+    @property
+    def dof(self) -> int:
+        return len(self.joints)
+
+    @property
+    def prismatic(self) -> Bools:
+        """(dof,) which joints slide (their values are metres)."""
+        return np.array([self.model.joints[k].shortname().startswith("JointModelP") for k in range(1, self.dof + 1)])
+
+    @property
+    def tool_id(self) -> int:
+        return urdf.frame_id(self.model, self.tool)
+
+    @property
+    def identity(self) -> str:
+        """A hash of everything that decides where a configuration puts which geometry, and what is checked."""
+        return _identity(self)
+
+    def difference(self, a: Floats, b: Floats) -> Floats:
+        """The joint motion (..., dof) from a to b: continuous joints take the shorter way round."""
+        return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
+
+    def unwound(self, path: Floats) -> Floats:
+        """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump."""
+        return np.vstack([path[:1], path[:1] + np.cumsum(self.difference(path[:-1], path[1:]), axis=0)])
+
+    def normalise(self, q: Floats) -> Floats:
+        """Continuous joints brought into [-pi, pi)."""
+        wrapped = np.mod(np.asarray(q) + np.pi, 2 * np.pi) - np.pi
+        return np.where(self.continuous, wrapped, q)
+
+
+def shorter_way(delta: Floats, turns: Bools) -> Floats:
+    """Joint motions (..., dof) with the shorter way round for joints that turn freely; the way back is its opposite."""
+    if not turns.any():
+        return delta
+    wrapped = np.mod(delta + np.pi, 2 * np.pi) - np.pi
+    half = (wrapped == -np.pi) & (delta > 0)  # half a turn either way: as it was asked, so that back is back
+    return np.where(turns, np.where(half, np.pi, wrapped), delta)
+
+
+def robot_name(text: str) -> str:
+    """The name under which scenes speak of a robot given by name or by the path of a URDF."""
+    _, file = _find(text)
+    return text if file else urdf.read_description(Path(text)).name
+
+
+def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
+    """The robot holding further shapes; each counts as a link of its own name that may touch the link that holds it."""
+    bodies, touching = [], set(robot.touching)
+    for item in carried:
+        frame = robot.model.frames[urdf.frame_id(robot.model, item.link)]
+        placement = frozen(frame.placement.homogeneous @ item.placement)
+        bodies.append(Body(item.name, item.name, int(frame.parentJoint), item.shape, placement, (0.8, 0.6, 0.3, 1.0)))
+        touching |= {frozenset((item.name, link)) for link in (item.link, *item.touch_links)}
+    return replace(
+        robot,
+        bodies=(*robot.bodies, *bodies),
+        carried=(*robot.carried, *bodies),
+        touching=frozenset(touching),
+    )
+
+
+def with_widened_limits(robot: Robot, configurations: Floats) -> Robot:
+    """The robot with limits that hold all of ``configurations`` (n, dof), where its own do not."""
+    lower = np.minimum(robot.lower, np.min(configurations, axis=0))
+    upper = np.maximum(robot.upper, np.max(configurations, axis=0))
+    return replace(robot, lower=frozen(lower), upper=frozen(upper))
+
+
+def load_visuals(robot: Robot) -> tuple[Body, ...]:
+    """The bodies that are looked at; slow for detailed meshes, so asked only when a picture is made."""
+    full = urdf.build_model(robot.source)
+    geometry, links = urdf.read_bodies(robot.source, full, pin.GeometryType.VISUAL)
+    _, geometry = urdf.reduce(full, geometry, robot.joints, robot.fixed_joints, robot.base)
+    return (*urdf.bodies(geometry, links), *robot.carried)
+
+
+def _find(name: str) -> tuple[Path, RobotFile | None]:
+    folder = robots_folder() / name
+    if name in robot_names():
+        where = f"robot file {folder / 'robot.yaml'}"
+        data = parse_yaml(read_text(folder / "robot.yaml", "robot file"), where)
+        return folder, validate(RobotFile, data, where, RobotError)
+    if Path(name).suffix.lower() in (".urdf", ".xml") or "/" in name:
+        return Path(name).parent, None
+    raise RobotError(f"robot '{name}' not found; robots are {choices(robot_names())}, or give the path of a URDF.")
+
+
+def _assemble(
+    name: str,
+    file: RobotFile | None,
+    folder: Path,
+    description: urdf.Description,
+    tool: str | None,
+    fixed: Mapping[str, float],
+    base: Floats,
+) -> Robot:
+    full = urdf.build_model(description)
+    tool = _choose_tool(full, tool or (file.tool if file else None))
+    planned = list(file.joints) if file and file.joints else urdf.chain_joints(full, tool)
+    _check_joints(full, planned, tool)
+    fixed = {**(file.fixed_joints if file else {}), **fixed}
+    held = [joint for joint in planned if joint in fixed]
+    if held:
+        raise RobotError(f"joint '{held[0]}' is planned and cannot be held fixed as well: choose one of the two.")
+    parts = _parts(description, full, planned, fixed, base)
+    model = parts["model"]
+    lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
+    _check_limits(model, lower, upper)
+    home = _home(file, planned, lower, upper)
+    disabled = None
+    if file and file.srdf:
+        disabled = urdf.read_srdf_pairs(file.srdf.path(folder)) or None  # some SRDFs disable nothing at all
+    if file and file.disabled_pairs is not None:
+        disabled = (disabled or frozenset()) | frozenset(frozenset(pair) for pair in file.disabled_pairs)
+    return Robot(
+        name=name if file else description.name,
+        description=file.description if file else f"from {name}",
+        joints=tuple(model.names[1:]),
+        lower=lower,
+        upper=upper,
+        velocity=frozen(model.upperVelocityLimit),
+        continuous=frozen([joint in description.continuous for joint in model.names[1:]], np.bool_),
+        tool=tool,
+        home=frozen(home),
+        rows=(file.rows if file else None) or ("pose" if model.nv >= 6 else "translation"),
+        disabled_pairs=disabled,
+        fixed_joints=fixed,
+        base=frozen(base),
+        source=description,
+        **parts,
+    )
+
+
+def _parts(
+    description: urdf.Description,
+    full: pin.Model,
+    planned: Sequence[str],
+    fixed: Mapping[str, float],
+    base: Floats,
+) -> dict[str, Any]:
+    geometry, links = urdf.read_bodies(description, full, pin.GeometryType.COLLISION)
+    model, geometry = urdf.reduce(full, geometry, planned, fixed, base)
+    return {"model": model, "bodies": urdf.bodies(geometry, links)}
+
+
+def _home(file: RobotFile | None, planned: Sequence[str], lower: Floats, upper: Floats) -> Floats:
+    """The file's home where it speaks of these joints, else zero or the limit next to it."""
+    if file and file.home and len(file.home) >= len(planned):
+        return np.array(file.home[: len(planned)])
+    return np.clip(np.zeros(len(planned)), lower, upper)
+
+
+def _choose_tool(model: pin.Model, tool: str | None) -> str:
+    if tool is None:
+        tips = urdf.leaf_links(model)
+        if len(tips) != 1:
+            raise RobotError(f"the robot has {len(tips)} tips: choose one with --tool; tips are {choices(tips)}.")
+        return tips[0]
+    urdf.frame_id(model, tool)
+    return tool
+
+
+def _check_joints(model: pin.Model, planned: Sequence[str], tool: str) -> None:
+    for name in planned:
+        if not model.existJointName(name):
+            raise RobotError(f"joint '{name}' not found; joints are {choices(model.names[1:])}.")
+    if not planned:
+        raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another --tool.")
+
+
+def _check_limits(model: pin.Model, lower: Floats, upper: Floats) -> None:
+    for name, low, high in zip(model.names[1:], lower, upper, strict=True):
+        if not (np.isfinite(low) and np.isfinite(high) and low < high):
+            raise RobotError(
+                f"joint '{name}' has limits [{low:g}, {high:g}]: give it finite limits, lower below upper, in the URDF."
+            )
+
+
+def _identity(robot: Robot) -> str:
+    model, tool = robot.model, robot.model.frames[robot.tool_id]
+    disabled = None if robot.disabled_pairs is None else sorted(sorted(pair) for pair in robot.disabled_pairs)
+    values: list[Any] = [robot.joints, robot.lower, robot.upper, robot.continuous, robot.rows, disabled]
+    values += [sorted(sorted(pair) for pair in robot.touching)]
+    values += [int(tool.parentJoint), np.array(tool.placement.homogeneous)]
+    for joint in range(1, model.njoints):
+        values += [int(model.parents[joint]), model.joints[joint].shortname()]
+        values += [np.array(model.jointPlacements[joint].homogeneous)]
+    # axes that are no coordinate axes show in where the joints are once all have moved
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.full(model.nq, 0.5))
+    values += [np.round(data.oMi[joint].homogeneous, 9) + 0.0 for joint in range(1, model.njoints)]
+    for body in robot.bodies:
+        values += [body.link, body.joint, body.placement, *body.shape.content()]
+    return content_hash(values)

@@ -1,0 +1,178 @@
+"""The obstacles around the robot, with named starts and goals: our own small YAML format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Literal
+
+import pydantic
+
+from planner.base.arrays import Floats
+from planner.base.errors import SceneError, choices
+from planner.base.hashing import content_hash
+from planner.base.resources import scene_names, scenes_folder
+from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
+from planner.world.meshes import read_mesh
+from planner.world.moveit import PlanningScene, looks_like_planning_scene, planning_scene, scene_text
+from planner.world.poses import pose
+from planner.world.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
+
+Positive = Annotated[float, pydantic.Field(gt=0)]
+Triple = tuple[float, float, float]
+
+
+class PoseFile(Strict):
+    """A placement: metres, and either rpy (rad) or a quaternion [x, y, z, w]."""
+
+    position: Triple = (0.0, 0.0, 0.0)
+    rpy: Triple | None = None
+    quaternion: tuple[float, float, float, float] | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_rotation(self) -> PoseFile:
+        if self.rpy is not None and self.quaternion is not None:
+            raise ValueError("give rpy or quaternion, not both")
+        self.matrix()
+        return self
+
+    def matrix(self) -> Floats:
+        return pose(self.position, self.rpy, self.quaternion)
+
+
+class _Named(PoseFile):
+    name: str = pydantic.Field(min_length=1)
+
+
+class BoxFile(_Named):
+    type: Literal["box"]
+    size: tuple[Positive, Positive, Positive]
+
+    def shape(self, folder: Path) -> Shape:
+        return Box(self.size)
+
+
+class SphereFile(_Named):
+    type: Literal["sphere"]
+    radius: Positive
+
+    def shape(self, folder: Path) -> Shape:
+        return Sphere(self.radius)
+
+
+class CylinderFile(_Named):
+    type: Literal["cylinder"]
+    radius: Positive
+    length: Positive
+
+    def shape(self, folder: Path) -> Shape:
+        return Cylinder(self.radius, self.length)
+
+
+class CapsuleFile(_Named):
+    type: Literal["capsule"]
+    radius: Positive
+    length: Positive
+
+    def shape(self, folder: Path) -> Shape:
+        return Capsule(self.radius, self.length)
+
+
+class MeshFile(_Named):
+    type: Literal["mesh"]
+    file: str
+    scale: Positive = 1.0
+
+    def shape(self, folder: Path) -> Shape:
+        return read_mesh(folder / self.file, self.scale)
+
+
+ObstacleFile = Annotated[
+    BoxFile | SphereFile | CylinderFile | CapsuleFile | MeshFile, pydantic.Field(discriminator="type")
+]
+
+
+class PlacementFile(Strict):
+    """How a scene sets a robot up: where its base stands, which tool it uses, what is held fixed."""
+
+    base: PoseFile = PoseFile()
+    tool: str | None = None
+    fixed_joints: dict[str, float] = pydantic.Field(default_factory=dict)
+
+
+class SceneFile(Strict):
+    """What a scene file holds."""
+
+    name: str | None = None
+    description: str = ""
+    obstacles: list[ObstacleFile] = pydantic.Field(default_factory=list)
+    states: dict[str, dict[str, str]] = pydantic.Field(default_factory=dict)
+    robots: dict[str, PlacementFile] = pydantic.Field(default_factory=dict)
+
+    @pydantic.model_validator(mode="after")
+    def _distinct_names(self) -> SceneFile:
+        names = [obstacle.name for obstacle in self.obstacles]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"obstacle name '{twice[0]}' is used twice; names must differ")
+        return self
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Obstacles in the world frame and the named states and set-up of each robot. Load with :meth:`load`."""
+
+    name: str
+    obstacles: tuple[Obstacle, ...] = ()
+    description: str = ""
+    states: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    robots: Mapping[str, PlacementFile] = field(default_factory=dict)
+    carried: tuple[Carried, ...] = ()  # shapes that a link of the robot holds
+    allowed: frozenset[frozenset[str]] = frozenset()  # pairs of names that may touch
+
+    @staticmethod
+    def load(name: str) -> Scene:
+        """A built-in scene by name, or by path: our own YAML, MoveIt's PlanningScene as YAML or its ``.scene`` text.
+
+        Raises :class:`SceneError` or ``FileError``.
+        """
+        path = scenes_folder() / f"{name}.yaml" if name in scene_names() else Path(name)
+        known = path.suffix.lower() in (".yaml", ".yml", ".scene")
+        if not known and "/" not in name and not path.is_file():
+            raise SceneError(
+                f"scene '{name}' not found; scenes are {choices(scene_names())}, or give the path of a scene file."
+            )
+        where = f"scene file {path}"
+        text = read_text(path, "scene file")
+        if path.suffix.lower() == ".scene":
+            return _from_moveit(scene_text(text, path))
+        data = parse_yaml(text, where)
+        if looks_like_planning_scene(data):
+            return _from_moveit(planning_scene(data, path))
+        return _build(validate(SceneFile, data, where, SceneError), path)
+
+    def placement(self, robot: str) -> PlacementFile:
+        """How this scene sets up a robot; the default where it says nothing."""
+        return self.robots.get(robot, PlacementFile())
+
+    def states_of(self, robot: str) -> Mapping[str, str]:
+        return self.states.get(robot, {})
+
+    @property
+    def identity(self) -> str:
+        """A hash of obstacles and permissions; their order does not matter, nor does a name without a permission."""
+        solid = sorted(content_hash([*item.shape.content(), item.placement]) for item in self.obstacles)
+        named = {item.object for item in self.obstacles}
+        allowed = sorted(sorted(pair) for pair in self.allowed if pair & named)
+        owners = sorted((item.object, item.placement.tolist()) for item in self.obstacles) if allowed else []
+        return content_hash([solid, allowed, owners])
+
+
+def _from_moveit(scene: PlanningScene) -> Scene:
+    return Scene(scene.name, scene.obstacles, "from MoveIt", carried=scene.carried, allowed=scene.allowed)
+
+
+def _build(file: SceneFile, path: Path) -> Scene:
+    obstacles = tuple(Obstacle(item.name, item.shape(path.parent), item.matrix()) for item in file.obstacles)
+    return Scene(file.name or path.stem, obstacles, file.description, file.states, file.robots)

@@ -1,0 +1,195 @@
+"""URDF and SRDF into a Pinocchio model of the planned joints and backend-neutral bodies."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import RobotError, choices
+from planner.base.resources import robots_folder
+from planner.base.yamlfile import read_text
+from planner.world.meshes import shape_of
+from planner.world.poses import se3
+from planner.world.shapes import Body
+
+
+@dataclass(frozen=True)
+class Description:
+    """A URDF as read: its text made fit for Pinocchio, where its meshes are looked for, its continuous joints."""
+
+    path: Path
+    name: str
+    xml: str
+    continuous: frozenset[str]
+    collision_elements: int
+
+    @property
+    def package_dirs(self) -> list[str]:
+        above = [str(folder) for folder in self.path.resolve().parents][:4]
+        ros = [part for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+        return [*above, *ros, str(robots_folder()), str(example_robot_data().parent)]
+
+
+@cache
+def example_robot_data() -> Path:
+    """The folder of example-robot-data's files; its wheel holds no Python module to ask."""
+    for file in importlib.metadata.distribution("example-robot-data").files or ():
+        if file.name == "package.xml":
+            return Path(str(file.locate())).resolve().parent
+    raise RobotError("example-robot-data is installed without its data: reinstall it with pip.")
+
+
+def read_description(path: Path) -> Description:
+    """The URDF at ``path``; continuous joints become revolute ones of one turn, so that every joint is one angle.
+
+    Capsules are read only from version 1.1 on (they vanish otherwise), so the version is raised.
+    """
+    text = read_text(path, "URDF")
+    try:
+        root = ET.fromstring(text)
+    except ET.ParseError as error:
+        raise RobotError(f"URDF {path} is not well-formed XML ({error}): mend the file.") from None
+    if root.tag != "robot":
+        raise RobotError(f"{path} is no URDF: its root element is <{root.tag}>, not <robot> (run xacro first).")
+    root.set("version", "1.1")
+    continuous = frozenset(
+        _make_revolute(joint) for joint in root.findall("joint") if joint.get("type") == "continuous"
+    )
+    elements = sum(1 for _ in root.iterfind("link/collision/geometry"))
+    name = root.get("name") or path.stem
+    return Description(path, name, ET.tostring(root, encoding="unicode"), continuous, elements)
+
+
+def _make_revolute(joint: ET.Element) -> str:
+    joint.set("type", "revolute")
+    limit = joint.find("limit")
+    if limit is None:
+        limit = ET.SubElement(joint, "limit", effort="0", velocity="0")
+    limit.set("lower", repr(-np.pi))
+    limit.set("upper", repr(np.pi))
+    return joint.get("name", "")
+
+
+def build_model(description: Description) -> pin.Model:
+    """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
+    try:
+        model = pin.buildModelFromXML(description.xml)
+    except (ValueError, RuntimeError) as error:
+        raise RobotError(f"URDF {description.path} cannot be built: {str(error).strip()}.") from None
+    for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
+        if joint.nv != 1 or joint.nq != 1:
+            raise RobotError(
+                f"joint '{name}' of {description.path} has {joint.nv} degrees of freedom: "
+                "only revolute, continuous and prismatic joints are supported."
+            )
+    return model
+
+
+def read_bodies(
+    description: Description, model: pin.Model, kind: pin.GeometryType
+) -> tuple[pin.GeometryModel, dict[str, str]]:
+    """Pinocchio's geometry of one ``kind`` and the link each geometry hangs on."""
+    try:
+        geometry = pin.buildGeomFromUrdfString(model, description.xml, kind, None, description.package_dirs)
+    except (ValueError, RuntimeError) as error:
+        raise RobotError(
+            f"a mesh of {description.path} cannot be loaded ({str(error).strip()}): put it beside the URDF "
+            "or set ROS_PACKAGE_PATH."
+        ) from None
+    if kind is pin.GeometryType.COLLISION and geometry.ngeoms < description.collision_elements:
+        raise RobotError(
+            f"only {geometry.ngeoms} of the {description.collision_elements} collision geometries of "
+            f"{description.path} could be read: use box, sphere, cylinder, capsule or mesh."
+        )
+    links = {item.name: model.frames[item.parentFrame].name for item in geometry.geometryObjects}
+    return geometry, links
+
+
+def reduce(
+    model: pin.Model,
+    geometry: pin.GeometryModel,
+    planned: Sequence[str],
+    fixed: Mapping[str, float],
+    base: Floats,
+) -> tuple[pin.Model, pin.GeometryModel]:
+    """The model of the ``planned`` joints, the others held at ``fixed`` (else at neutral), placed at ``base``."""
+    reference = pin.neutral(model)
+    for name, value in fixed.items():
+        if not model.existJointName(name):
+            raise RobotError(f"joint '{name}' not found; joints are {choices(model.names[1:])}.")
+        reference[model.joints[model.getJointId(name)].idx_q] = value
+    locked = [model.getJointId(name) for name in model.names[1:] if name not in planned]
+    reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)
+    _move_base(reduced, geometry, se3(base))
+    return reduced, geometry
+
+
+def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> None:
+    for joint in range(1, model.njoints):
+        if model.parents[joint] == 0:
+            model.jointPlacements[joint] = base * model.jointPlacements[joint]
+    for frame in list(model.frames)[1:]:
+        if frame.parentJoint == 0:
+            frame.placement = base * frame.placement
+    for item in geometry.geometryObjects:
+        if item.parentJoint == 0:
+            item.placement = base * item.placement
+
+
+def bodies(geometry: pin.GeometryModel, links: Mapping[str, str]) -> tuple[Body, ...]:
+    """Pinocchio's geometry objects as backend-neutral bodies, in their order."""
+    return tuple(
+        Body(
+            name=item.name,
+            link=links[item.name],
+            joint=int(item.parentJoint),
+            shape=shape_of(item.geometry),
+            placement=frozen(item.placement.homogeneous),
+            color=_rgba(item.meshColor),
+        )
+        for item in geometry.geometryObjects
+    )
+
+
+def _rgba(color: Floats) -> tuple[float, float, float, float]:
+    red, green, blue, alpha = (float(value) for value in color)
+    return red, green, blue, alpha
+
+
+def read_srdf_pairs(path: Path) -> frozenset[frozenset[str]]:
+    """Pairs of links that an SRDF says need no collision check."""
+    try:
+        root = ET.fromstring(read_text(path, "SRDF"))
+    except ET.ParseError as error:
+        raise RobotError(f"SRDF {path} is not well-formed XML ({error}): mend the file.") from None
+    pairs = root.iter("disable_collisions")
+    return frozenset(frozenset((pair.get("link1", ""), pair.get("link2", ""))) for pair in pairs)
+
+
+def leaf_links(model: pin.Model) -> list[str]:
+    """Names of the body frames that nothing hangs on: the candidates for a tool."""
+    parents = {frame.parentFrame for frame in model.frames}
+    return [f.name for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
+
+
+def frame_id(model: pin.Model, name: str) -> int:
+    """The index of the frame called ``name``, the link where a joint has the same name; raises naming the frames."""
+    matches = [k for k, frame in enumerate(model.frames) if frame.name == name]
+    if not matches:
+        raise RobotError(f"frame '{name}' not found; frames are {choices(frame.name for frame in model.frames)}.")
+    return next((k for k in matches if model.frames[k].type == pin.FrameType.BODY), matches[0])
+
+
+def chain_joints(model: pin.Model, frame: str) -> list[str]:
+    """Movable joints between the base and ``frame``, base first."""
+    joint = model.frames[frame_id(model, frame)].parentJoint
+    return [model.names[k] for k in model.supports[joint] if k != 0]

@@ -1,0 +1,103 @@
+"""``planner bench`` as its users type it: help, wrong options, exit codes, Ctrl-C."""
+
+from __future__ import annotations
+
+import inspect
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from planner.cli.bench import agreement, misses, roadmap
+from planner.studies.bench_agreement.run import bench_agreement
+from planner.studies.bench_misses.run import bench_misses
+from planner.studies.bench_plan.rows import Row
+from planner.studies.bench_roadmap.run import bench_roadmap
+from planner.studies.table import read_rows
+from tests.command_line import Run, assert_refused, command
+from tests.studies.bench_plan.test_run import write_problem
+
+PLANAR = ("--robot", "planar_2r", "--collision", "coal", "--nodes", "30", "--seeds", "0")
+
+
+@pytest.mark.parametrize("name", ["gabf", "plan", "misses", "agreement", "roadmap"])
+def test_every_benchmark_has_help(name: str, run: Run) -> None:
+    code, text, _ = run("bench", name, "--help")
+    assert code == 0
+    assert "--out" in text
+    assert "--debug" in text
+
+
+def test_the_commands_defaults_are_the_librarys() -> None:
+    """The command line spells them out, so that its help loads nothing heavy."""
+    for command_, function in ((misses, bench_misses), (agreement, bench_agreement), (roadmap, bench_roadmap)):
+        library = inspect.signature(function).parameters
+        for name, option in inspect.signature(command_).parameters.items():
+            if name in library and library[name].default is not inspect.Parameter.empty:
+                assert option.default == library[name].default, name
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        (("plan", "nowhere"), 3, "nowhere holds no problems"),
+        (("plan", "."), 3, "holds no problems"),
+        (("plan", ".", "--beta", "2"), 2, "beta 2 is outside"),
+        (("plan", ".", "--time-limit", "0"), 2, "time limit above 0"),
+        (("plan", ".", "--nodes", "many"), 2, "nodes"),
+        (("plan", ".", "--collision", "bullet"), 2, "fcl"),
+        (("misses", "--edges", "0"), 2, "at least 1 edge"),
+        (("misses", "--robots", "marvin"), 3, "robot 'marvin' not found"),
+        (("misses", "--seed", "-1"), 2, "seed -1"),
+        (("agreement", "--states", "3"), 2, "3 states are too few"),
+        (("agreement", "--margin", "-1"), 2, "margin -1"),
+        (("roadmap", "--robot", "marvin"), 3, "robot 'marvin' not found"),
+        (("roadmap", "--scene", "moon"), 3, "scene 'moon' not found"),
+        (("roadmap", "--queries", "0"), 2, "at least one query"),
+    ],
+)
+def test_wrong_input_is_one_sentence(
+    arguments: tuple[str, ...], code: int, text: str, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    out = tmp_path / "out"
+    assert_refused(run("bench", *arguments, "--out", str(out)), code, text, out)
+
+
+def test_a_problem_without_its_scene_is_a_refused_row(tmp_path: Path, run: Run) -> None:
+    write_problem(tmp_path / "p", "0001", (-1.0, 0.8), (1.0, -0.8))
+    (tmp_path / "p" / "request0002.yaml").write_text("start_state: {}\n")
+    code, text, _ = run("bench", "plan", str(tmp_path / "p"), *PLANAR, "--out", str(tmp_path / "o"))
+    assert code == 0
+    assert "| p | 2 | 1 | 1 | 100 % |" in text
+    rows = read_rows(tmp_path / "o" / "plan.csv", Row, "planner bench plan")
+    assert [row.outcome for row in rows] == ["solved", "refused"]
+    assert "scene0002.yaml" in rows[1].message
+    assert text.strip() == (tmp_path / "o" / "plan.md").read_text().strip()
+
+
+def test_ctrl_c_saves_and_goes_on_later(tmp_path: Path, run: Run) -> None:
+    write_problem(tmp_path / "p", "0001", (-1.0, 0.8), (1.0, -0.8))
+    write_problem(tmp_path / "p", "0002", (-1.0, 0.8), (1.0, -0.8))
+    arguments = ("bench", "plan", "p", *PLANAR, "--out", "o", "--time-limit", "1000")
+    process = command(*arguments, cwd=tmp_path)
+    until = time.monotonic() + 120
+    while not (tmp_path / "o" / "plan.csv").exists():
+        assert time.monotonic() < until
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    text, error = process.communicate(timeout=60)
+    assert "Traceback" not in error
+    assert process.returncode == 130
+    assert "Interrupted" in text
+    rows = read_rows(tmp_path / "o" / "plan.csv", Row, "planner bench plan")
+    assert [row.problem for row in rows] == ["p/0001"]
+    code, text, _ = run(
+        "bench", "plan", str(tmp_path / "p"), *PLANAR, "--out", str(tmp_path / "o"), "--time-limit", "1000"
+    )
+    assert code == 0
+    again = read_rows(tmp_path / "o" / "plan.csv", Row, "planner bench plan")
+    assert rows[0] in again
+    assert {row.problem for row in again} == {"p/0001", "p/0002"}

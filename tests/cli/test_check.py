@@ -1,0 +1,101 @@
+"""``planner check`` as a user types it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.command_line import Run
+
+WINDOW = ("--robot", "planar_2r", "--scene", "window")
+FREE = [[-2.0, 0.3], [-2.5, 0.5], [-2.2, 0.4]]
+THROUGH = [[-2.0, 0.3], [0.0, 0.3], [1.5, 0.3]]
+
+
+def written(folder: Path, rows: list[list[float]]) -> str:
+    path = folder / "path.json"
+    path.write_text(json.dumps(rows))
+    return str(path)
+
+
+def test_a_plan_of_ours(run: Run, tmp_path: Path) -> None:
+    made = ("--robot", "planar_2r", "--scene", "empty")
+    code, _, _ = run("plan", *made, "--start", "q:0,1", "--goal", "q:1,1", "--nodes", "20", "--out", str(tmp_path))
+    assert code == 0
+    code, out, err = run("check", str(tmp_path / "plan.json"), *made)
+    assert code == 0, err
+    assert "within limits" in out
+    assert "proven free as a whole" in out
+    code, _, err = run("check", str(tmp_path / "plan.json"))
+    assert code == 3
+    assert "is for robot 'planar_2r', not 'iiwa14': choose it with --robot." in err
+
+
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_free_and_not_free(run: Run, tmp_path: Path, backend: str) -> None:
+    code, out, err = run("check", written(tmp_path, FREE), *WINDOW, "--collision", backend)
+    assert code == 0, err
+    assert "Free and within limits" in out
+    code, out, err = run("check", written(tmp_path, THROUGH), *WINDOW, "--collision", backend)
+    assert code == 4, err
+    assert "Not usable: 'link_" in out
+    assert "touch in segment" in out
+
+
+def test_json_on_standard_output_and_nothing_else(run: Run, tmp_path: Path) -> None:
+    code, out, err = run("check", written(tmp_path, THROUGH), *WINDOW, "--json")
+    record = json.loads(out)
+    assert code == 4
+    assert err == ""
+    assert record["ok"] is False
+    contact = record["contact"]
+    a, b = (np.array(row) for row in THROUGH[contact["segment"] : contact["segment"] + 2])
+    np.testing.assert_allclose(contact["q"], a + contact["share"] * (b - a))
+    assert contact["pair"][0].startswith("link_")
+    assert {"limits", "clearance", "segments", "manipulability", "path_length", "message"} <= set(record)
+
+
+def test_step_margin_and_tool_matter(run: Run, tmp_path: Path) -> None:
+    path = written(tmp_path, FREE)
+    plain = json.loads(run("check", path, *WINDOW, "--json")[1])
+    gap = plain["clearance"]["smallest"]
+    assert gap > 0.02
+    code, out, _ = run("check", path, *WINDOW, "--margin", str(gap + 0.01))
+    assert code == 4
+    assert "closer than the margin" in out
+    assert json.loads(run("check", path, *WINDOW, "--json", "--step", "0.01")[1])["step"] == 0.01
+    tool = json.loads(run("check", path, *WINDOW, "--json", "--tool", "link_2")[1])
+    assert tool["manipulability"]["frame"] == "link_2"
+    assert tool["path_length"]["workspace"] != plain["path_length"]["workspace"]
+
+
+def test_limits(run: Run, tmp_path: Path) -> None:
+    code, out, _ = run("check", written(tmp_path, [[0.0, 0.0], [0.0, 3.5]]), "--robot", "planar_2r", "--scene", "empty")
+    assert code == 4
+    assert "waypoint 2 puts joint 'joint_2' at 3.5" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "text"),
+    [
+        (("none.json",), 3, "none.json not found"),
+        (("plan.html",), 3, "ends in '.html'"),
+        (("bad.csv",), 3, "2 planned joints"),
+        (("bad.csv", "--step", "0"), 2, "step 0 m is not usable"),
+        (("bad.csv", "--step", "fine"), 2, "--step"),
+        (("bad.csv", "--margin", "-1"), 2, "margin -1"),
+        (("bad.csv", "--scene", "moon"), 3, "scene 'moon' not found"),
+        ((), 2, "PATH"),
+    ],
+)
+def test_wrong_input(run: Run, tmp_path: Path, arguments: tuple[str, ...], code: int, text: str) -> None:
+    (tmp_path / "bad.csv").write_text("1,2,3\n")
+    (tmp_path / "plan.html").write_text("<html>")
+    paths = [str(tmp_path / name) for name in arguments[:1]]
+    got, out, err = run("check", *paths, *WINDOW[: 2 if "--scene" in arguments else 4], *arguments[1:])
+    assert got == code, err
+    assert text.lower() in " ".join(err.replace("│", " ").split()).lower()
+    assert "Traceback" not in err + out

@@ -1,0 +1,149 @@
+"""Clearance bounds never exceed the distance that FCL or coal finds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.bounds import ClearanceBound
+from planner.collision.fcl import FclChecker
+from planner.collision.world import World
+from planner.kinematics.forward import Chain, joint_placements
+from planner.world.robot import Robot
+from planner.world.scene import Scene
+from planner.world.shapes import Sphere
+from tests.coal_judge import CoalWorld
+from tests.random_shapes import KINDS, PRIMITIVES, random_pose, random_shape
+from tests.worlds import body, checker_of, load, random_q, scene_of
+
+COAL = 1e-6  # m: coal's own tolerance
+REGIMES = ("normal", "thin", "large")
+
+
+def random_scene(seed: int, count: int = 6) -> Scene:
+    rng = np.random.default_rng(seed)
+    items = [
+        (random_shape(rng, KINDS[k % len(KINDS)], REGIMES[int(rng.integers(3))]), random_pose(rng, 1.2))
+        for k in range(count)
+    ]
+    return scene_of(*items)
+
+
+def both_bounds(world: World, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, pairs) coarse and refined."""
+    bound = ClearanceBound(world)
+    rotation, position = joint_placements(Chain.of(world.robot), q)
+    coarse = bound.coarse(rotation, position)
+    rows, pairs = (grid.ravel() for grid in np.indices(coarse.shape))
+    return coarse, bound.refine(rotation, position, rows, pairs).reshape(coarse.shape)
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "panda", "ur5", "kinova", "planar_2r"])
+def test_never_above_coals_distance(name):
+    scene = random_scene(len(name), 10)
+    world = make_checker(load(name), scene).world
+    judge, q = CoalWorld(world), random_q(load(name), 6, seed=8)
+    coarse, fine = both_bounds(world, q)
+    for k, row in enumerate(q):
+        truth = judge.distances(row)
+        apart = truth > 0
+        assert (coarse[k][apart] <= truth[apart] + COAL).all()
+        assert (fine[k][apart] <= truth[apart] + COAL).all()
+        assert (coarse[k][~apart] <= COAL).all()
+        assert (fine[k][~apart] <= COAL).all()
+
+
+@pytest.mark.parametrize("first", KINDS)
+@pytest.mark.parametrize("second", KINDS)
+def test_every_pair_of_kinds_against_both_libraries(first, second):
+    """One body on the base of an arm, one obstacle: many shapes, sizes and poses."""
+    rng = np.random.default_rng(KINDS.index(first) * 7 + KINDS.index(second))
+    for _ in range(20):
+        shape_a, shape_b = (random_shape(rng, kind, REGIMES[int(rng.integers(3))]) for kind in (first, second))
+        world = world_of(shape_a, random_pose(rng), shape_b, random_pose(rng))
+        coarse, fine = both_bounds(world, np.zeros((1, 2)))
+        truth = CoalWorld(world).distances(np.zeros(2))[0]
+        rotation, position = joint_placements(Chain.of(world.robot), np.zeros((1, 2)))
+        fcl = FclChecker(world).distances(rotation[:, 0], position[:, 0], np.array([0]))[0]
+        for bound in (coarse[0, 0], fine[0, 0]):
+            assert bound <= max(truth, 0.0) + COAL
+            assert bound <= max(fcl, 0.0) + COAL
+
+
+def world_of(shape_a, place_a, shape_b, place_b) -> World:
+    robot = replace(load("planar_2r"), bodies=(body(shape_a, place_a),))
+    return World.of(robot, scene_of((shape_b, place_b)), frozenset())
+
+
+@pytest.mark.parametrize("kind", ["box", "sphere", "cylinder", "capsule"])
+def test_a_ball_against_a_primitive_is_exact(kind):
+    """The formula behind the bound, not merely something small: for a sphere it is the distance itself."""
+    rng = np.random.default_rng(6)
+    assert kind in PRIMITIVES
+    for _ in range(50):
+        world = world_of(Sphere(0.1), random_pose(rng), random_shape(rng, kind), random_pose(rng))
+        truth = CoalWorld(world).distances(np.zeros(2))[0]
+        coarse, _ = both_bounds(world, np.zeros((1, 2)))
+        if truth > 0:
+            assert coarse[0, 0] == pytest.approx(truth, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "panda"])
+def test_bounds_are_of_use(name):
+    """Most of what is 20 cm away is known to be at least 5 cm away."""
+    world = checker_of(name, "paper").world
+    q = random_q(load(name), 8, seed=2)
+    coarse, _ = both_bounds(world, q)
+    truth = np.array([CoalWorld(world).distances(row) for row in q])
+    far = truth > 0.2
+    assert (coarse[far] > 0.05).mean() > 0.95
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "panda"])
+def test_the_second_look_is_closer_where_it_is_asked(name):
+    world = checker_of(name, "paper").world
+    q = random_q(load(name), 8, seed=2)
+    coarse, fine = both_bounds(world, q)
+    truth = np.array([CoalWorld(world).distances(row) for row in q])
+    near = (truth > 0) & (truth < 0.08)
+    assert (truth - fine)[near].mean() < (truth - coarse)[near].mean() + 1e-12
+
+
+def test_pairs_that_are_not_checked_are_infinitely_far():
+    world = checker_of("iiwa14", "paper").world
+    checked = np.array(world.checked)
+    checked[3, 2] = False
+    some = replace(world, checked=checked)
+    coarse, _ = both_bounds(some, random_q(some.robot, 3))
+    pair = 3 * len(world.obstacles) + 2
+    assert np.isposinf(coarse[:, pair]).all()
+    assert np.isfinite(np.delete(coarse, pair, axis=1)).all()
+
+
+@pytest.mark.parametrize("scene", ["empty", "paper"])
+def test_a_batch_is_its_rows(scene):
+    """Chunks and batches change nothing."""
+    world = checker_of("panda", scene).world
+    q = random_q(world.robot, 400)
+    whole = coarse_bounds(world, q)
+    np.testing.assert_allclose(whole[137], coarse_bounds(world, q[137:138])[0], atol=1e-12)
+    assert whole.shape == (400, len(world.bodies) * len(world.obstacles) + len(world.self_pairs))
+
+
+def coarse_bounds(world, q):
+    return ClearanceBound(world).coarse(*joint_placements(Chain.of(world.robot), q))
+
+
+def test_no_configurations():
+    world = checker_of("iiwa14", "paper").world
+    assert len(coarse_bounds(world, np.zeros((0, 7)))) == 0
+
+
+def test_a_robot_in_another_place_has_other_bounds():
+    base = np.eye(4)
+    base[0, 3] = 5.0
+    far = World.of(Robot.load("iiwa14", base=base), Scene.load("paper"), frozenset())
+    coarse = coarse_bounds(far, random_q(far.robot, 10))
+    scene = len(far.bodies) * len(far.obstacles)
+    assert coarse[:, :scene].min() > 2.5

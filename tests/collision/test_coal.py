@@ -1,0 +1,93 @@
+"""What coal was caught at, and must not do again: verdicts that are wrong, or that depend on earlier questions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.checker import is_free
+from planner.kinematics.forward import joint_placements
+from planner.world.poses import pose
+from planner.world.scene import Scene
+from planner.world.shapes import Mesh
+from tests.coal_judge import CoalWorld
+from tests.worlds import load, random_q, scene_of
+
+# a capsule's axis, or a cylinder's cap, within 1e-6 m of the surface of what it is deep inside of
+CAUGHT = [
+    ("planar_2r", "shelf", [0.3033838000795752, 1.4372742769346543], -0.0249),
+    ("planar_2r", "window", [2.3315949654361257, 0.02733209485857202], -0.0249),
+    (
+        "z1",
+        "paper",
+        [
+            2.2261339488928846,
+            2.5218086309759093,
+            -0.14684909817975322,
+            0.479593402145833,
+            1.257143100783326,
+            0.596307971,
+        ],
+        -1e-5,
+    ),
+]
+
+
+@pytest.mark.parametrize(("robot", "scene", "q", "depth"), CAUGHT)
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_what_is_deep_inside_is_not_free(robot: str, scene: str, q: list[float], depth: float, backend: str) -> None:
+    checker = make_checker(load(robot), Scene.load(scene), backend)
+    assert CoalWorld(checker.world).distances(np.array(q)).min() < depth
+    assert not is_free(checker, np.array(q))
+    assert not checker.all_free(np.array([q]))
+
+
+def test_a_verdict_does_not_depend_on_earlier_questions() -> None:
+    """7e-8 m inside a contact: asked in between random configurations, one by one and with others, always the same."""
+    checker = make_checker(load("iiwa14"), Scene.load("cage"), "coal")
+    q = np.array(
+        [-2.35060193505, -1.40388306384, -1.80932300036, -0.74194653782, -1.10330449115, 1.02058439443, 1.0443870564]
+    )
+    others = random_q(load("iiwa14"), 200, seed=0)
+    verdicts = set()
+    for other in others:
+        is_free(checker, other)
+        verdicts.add(is_free(checker, q))
+        verdicts.add(checker.all_free(q[None]))
+    assert len(verdicts) == 1
+
+
+@pytest.mark.parametrize(("robot", "scene", "count"), [("panda", "shelf", 40), ("ur5", "table", 15), ("z1", "cage", 3)])
+@pytest.mark.parametrize("margin", [0.0, 0.03])
+def test_a_hull_never_promises_more_than_the_mesh_leaves(robot: str, scene: str, count: int, margin: float) -> None:
+    checker = make_checker(load(robot), Scene.load(scene), "coal", margin)
+    pairs, short = np.arange(len(checker.world.pair_reach)), 0
+    for q in random_q(load(robot), count, seed=3):
+        rotation, position = (part[:, 0] for part in joint_placements(checker.chain, q[None]))
+        told = np.array(list(checker.bounding_distances(rotation, position, pairs)))
+        truth = CoalWorld(checker.world).distances(q)
+        assert (told <= truth.clip(min=0.0) + checker.error(0.0)).all()
+        np.testing.assert_array_equal(told <= margin, truth <= margin)  # what collides is told by the mesh itself
+        short += int((told < truth - 1e-6).sum())
+    assert short > 0  # somewhere a hull did answer
+
+
+PLATE = np.array([[0.2, -0.5, 0.0], [1.2, -0.5, 0.0], [1.2, 0.5, 0.0], [0.2, 0.5, 0.0]])
+
+
+@pytest.mark.parametrize("triangles", [[[0, 1, 2]], [[0, 1, 2], [0, 2, 3]]])
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_a_level_plate_without_thickness_is_seen(triangles: list[list[int]], backend: str) -> None:
+    """Coal's broadphase overlooks boxes without thickness, and its hull of flat meshes crashes."""
+    robot = load("panda")
+    q = random_q(robot, 300, seed=1)
+    checker = make_checker(robot, scene_of((Mesh(PLATE, np.array(triangles)), pose([0.0, 0.0, 0.5]))), backend)
+    plate = [pair for pair in range(len(checker.world.pair_reach)) if checker.world.is_scene_pair(pair)]
+    truth = np.array([CoalWorld(checker.world).distances(row, plate).min() <= 0 for row in q])
+    assert 5 < truth.sum() < 290
+    rotation, position = joint_placements(checker.chain, q)
+    for k, touching in enumerate(truth):
+        if touching:
+            assert not is_free(checker, q[k])
+            assert min(checker.bounding_distances(rotation[:, k], position[:, k], np.array(plate))) <= 0

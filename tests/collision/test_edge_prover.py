@@ -1,0 +1,370 @@
+"""Edges called free really are, edges called colliding really do: looked at again densely, by FCL and by coal."""
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import coal
+import numpy as np
+import pytest
+
+from planner.collision import BACKENDS, make_checker
+from planner.collision.checker import is_free
+from planner.collision.coal import CoalChecker
+from planner.collision.edge_prover import EdgeProver, Verdict, recheck, states_along
+from planner.collision.fcl import FclChecker
+from planner.collision.world import World
+from planner.world.poses import pose
+from planner.world.robot import Robot
+from planner.world.scene import Scene
+from planner.world.shapes import Box, Capsule, Cylinder, Sphere
+from tests.coal_judge import CoalWorld, coal_geometry, coal_transform
+from tests.random_shapes import FCL_AT_ITS_WORST, box_mesh, random_pose
+from tests.worlds import body, checker_of, joint_xml, link_xml, load, random_q, scene_of
+
+
+def edges_of(robot: Robot, n: int, seed: int, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Random segments of about ``length`` (rad) within limits."""
+    rng = np.random.default_rng(seed)
+    start = rng.uniform(robot.lower, robot.upper, size=(n, robot.dof))
+    step = rng.normal(size=(n, robot.dof)) * length / np.sqrt(robot.dof)
+    return start, np.clip(start + step, robot.lower, robot.upper) - start
+
+
+def obstacle_world(name: str, seed: int) -> Scene:
+    """Thin walls of 1 to 5 mm and poles within reach, anywhere and anyhow."""
+    rng = np.random.default_rng(seed)
+    reach = {"planar_2r": 0.6}.get(name, 0.9)
+    items = []
+    for k in range(6):
+        thin = float(rng.uniform(0.001, 0.005))
+        wall = (0.5, 0.5, thin)
+        shapes = [Box(wall), Cylinder(0.5 * thin, 0.8), Capsule(0.01, 0.6), box_mesh(wall)]
+        items.append((shapes[k % 4], random_pose(rng, reach)))
+    return scene_of(*items)
+
+
+# robot, seed, edges, free edges looked at by FCL, by coal, looks at a colliding edge
+WORLDS = [
+    ("iiwa14", 1, 150, 20, 10, 300),
+    ("iiwa14", 2, 150, 20, 10, 300),
+    ("planar_2r", 3, 150, 30, 15, 300),
+    ("ur5", 4, 80, 10, 1, 40),
+    ("kinova", 5, 30, 3, 0, 15),
+]
+
+
+@pytest.mark.parametrize(("name", "seed", "count", "by_fcl", "by_coal", "looks"), WORLDS)
+def test_free_edges_have_no_miss_and_colliding_ones_collide(name, seed, count, by_fcl, by_coal, looks):
+    """Free edges are looked at again by FCL at 0.5 mm, the ones with least clearance by coal at 0.1 mm where near."""
+    robot = load(name)
+    checker = make_checker(robot, obstacle_world(name, seed))
+    start, delta = edges_of(robot, count, seed, 0.5)
+    proofs = EdgeProver(checker).prove(start, delta)
+    free, hit = np.nonzero(proofs.free)[0], np.nonzero(proofs.verdict == Verdict.COLLIDES)[0]
+    assert len(free) > 3
+    assert len(hit) > 3
+    assert (proofs.verdict == Verdict.UNDECIDED).mean() < 0.1
+    for k in free[:by_fcl]:
+        assert recheck(checker, start[k], delta[k], 5e-4) is None
+    judge = CoalWorld(checker.world)
+    for k in free[np.argsort(proofs.clearance[free])][:by_coal]:
+        assert judge.nearest_along(start[k], delta[k], 4e-3, 1e-4) > 0
+    for k in hit:
+        # the pair that stopped it comes as near as the looks are apart
+        motion = float(checker.world.reach.motion(delta[k : k + 1]).max())
+        states = states_along(start[k], delta[k], motion, motion / looks)
+        assert min(judge.distances(q, [int(proofs.pair[k])])[0] for q in states) <= motion / looks + 1e-4
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("kind", ["box", "mesh"])
+@pytest.mark.parametrize("thickness", [0.001, 0.002, 0.005])
+def test_no_edge_through_a_wall_is_free(kind, thickness, backend):
+    """planar_2r swings through a thin wall that stands anywhere across its way; a look at 2 cm would miss most."""
+    robot, rng = load("planar_2r"), np.random.default_rng(int(1e4 * thickness))
+    for _ in range(12):
+        angle, far = rng.uniform(0.3, 1.2), rng.uniform(0.3, 0.8)
+        size = (0.2, thickness, 0.5)
+        place = pose([far * np.cos(angle), far * np.sin(angle), 0], [0, 0, angle])
+        scene = scene_of((Box(size) if kind == "box" else box_mesh(size), place))
+        prover = EdgeProver(make_checker(robot, scene, backend))
+        bend = rng.uniform(-0.05, 0.05)
+        start, delta = np.array([[0.0, bend]]), np.array([[1.5, rng.uniform(-0.1, 0.1)]])
+        verdict = prover.prove(start, delta).verdict[0]
+        assert verdict == Verdict.COLLIDES
+        back = prover.prove(start + delta, -delta).verdict[0]
+        assert back == Verdict.COLLIDES
+
+
+def needle(shape, place, joint=2) -> Robot:
+    return replace(load("planar_2r"), bodies=(replace(body(shape, place), joint=joint),))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_thin_arm_past_a_thin_pole(seed):
+    """Two cylinders of 2 mm: the true clearance of the sweep decides, from coal at fine steps."""
+    rng = np.random.default_rng(seed)
+    robot = needle(Capsule(0.001, 0.35), pose([0.2, 0, 0], [0, np.pi / 2, 0]))
+    poles = scene_of(*[(Cylinder(0.001, 0.5), random_pose(rng, 0.7)) for _ in range(4)])
+    checker = make_checker(robot, poles)
+    start, delta = edges_of(robot, 40, seed, 1.0)
+    proofs, judge = EdgeProver(checker).prove(start, delta), CoalWorld(checker.world)
+    for k in np.nonzero(proofs.free)[0][:15]:
+        assert judge.nearest_along(start[k], delta[k], 4e-3, 2e-4) > 0
+
+
+# what FCL gets wrong must not get into a proof
+
+
+def pushed(first, second, place) -> tuple[World, float]:
+    """``first`` on a slide that pushes it towards ``second`` at ``place``, and their true distance."""
+    result = coal.DistanceResult()
+    shapes = coal_geometry(first), coal_transform(np.eye(4)), coal_geometry(second), coal_transform(place)
+    true = coal.distance(*shapes, coal.DistanceRequest(), result)
+    towards = (result.getNearestPoint2() - result.getNearestPoint1()) / true
+    robot = sliding_robot(" ".join(repr(float(v)) for v in towards))
+    robot = replace(robot, bodies=(replace(body(first), joint=1),))
+    return World.of(robot, scene_of((second, place)), frozenset()), true
+
+
+def sliding_robot(axis: str) -> Robot:
+    inside = link_xml("a") + link_xml("b") + link_xml("c")
+    inside += joint_xml("slide", "a", "b", "prismatic", axis) + joint_xml("turn", "b", "c")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "slide.urdf"
+        path.write_text(f'<robot name="slide">{inside}</robot>')
+        return Robot.load(str(path))
+
+
+@pytest.mark.parametrize("kind", [FclChecker, CoalChecker])
+@pytest.mark.parametrize("case", FCL_AT_ITS_WORST, ids=lambda case: "-".join(type(s).__name__ for s in case[:2]))
+def test_an_edge_into_an_obstacle_is_not_free(case, kind):
+    world, true = pushed(*case)
+    prover, judge, verdicts = EdgeProver(kind(world)), CoalWorld(world), []
+    assert judge.distances(np.zeros(2))[0] == pytest.approx(true, abs=1e-6)
+    for push in np.arange(true + 1e-3, 0.014, 5e-4):  # at least 1 mm into the obstacle, at the end
+        end = np.array([push, 0.0])
+        assert judge.distances(end)[0] < 0
+        verdicts.append(prover.prove(-end, 2 * end).verdict[0])
+    assert Verdict.FREE not in verdicts
+
+
+# margin
+
+
+@pytest.mark.parametrize("margin", [0.002, 0.03])
+def test_the_margin_is_kept_all_along(margin):
+    checker = make_checker(load("iiwa14"), obstacle_world("iiwa14", 7), margin=margin)
+    plain = EdgeProver(make_checker(load("iiwa14"), obstacle_world("iiwa14", 7)))
+    start, delta = edges_of(load("iiwa14"), 120, 7, 0.5)
+    proofs, judge = EdgeProver(checker).prove(start, delta), CoalWorld(checker.world)
+    free = np.nonzero(proofs.free)[0]
+    assert len(free) > 5
+    assert plain.prove(start[free], delta[free]).free.all()
+    for k in free[np.argsort(proofs.clearance[free])][:10]:
+        assert judge.nearest_along(start[k], delta[k], 4e-3, 5e-4) > margin
+    refused = plain.prove(start, delta).free & (proofs.verdict == Verdict.COLLIDES)
+    assert refused.any()
+
+
+def ball_and_wall(gap: float, margin: float = 0.0) -> EdgeProver:
+    """A ball of 10 cm at planar_2r's end that sweeps past a ball of 10 cm, ``gap`` away at the nearest."""
+    robot = needle(Sphere(0.1), pose([0.4, 0, 0]))
+    post = scene_of((Sphere(0.1), pose([0.9 + 0.2 + gap, 0, 0])))
+    return EdgeProver(make_checker(robot, post, margin=margin))
+
+
+@pytest.mark.parametrize(
+    ("gap", "margin", "verdict"),
+    [
+        (0.002, 0.0, Verdict.FREE),
+        (-0.002, 0.0, Verdict.COLLIDES),
+        (0.012, 0.01, Verdict.FREE),
+        (0.008, 0.01, Verdict.COLLIDES),
+        (1e-6, 0.0, Verdict.UNDECIDED),
+    ],
+)
+def test_the_gap_of_a_sweep_decides(gap, margin, verdict):
+    prover = ball_and_wall(gap, margin)
+    assert prover.prove(np.array([[-0.6, 0.0]]), np.array([[1.3, 0.0]])).verdict[0] == verdict
+
+
+def test_undecided_is_not_free():
+    proofs = ball_and_wall(1e-6).prove(np.array([[-0.6, 0.0]]), np.array([[1.3, 0.0]]))
+    assert not proofs.free[0]
+    assert proofs.pair[0] == 0
+
+
+# what a proof says about itself
+
+
+def test_clearance_is_a_lower_bound_where_everything_moves():
+    checker = checker_of("iiwa14", "paper")
+    start, delta = edges_of(load("iiwa14"), 80, 9, 0.3)
+    proofs, judge = EdgeProver(checker).prove(start, delta), CoalWorld(checker.world)
+    moving = np.nonzero((checker.world.pair_reach > 0).any(axis=1))[0]
+    for k in np.nonzero(proofs.free)[0][:20]:
+        nearest = min(judge.distances(start[k] + s * delta[k], moving).min() for s in np.linspace(0, 1, 40))
+        assert -1e-12 <= proofs.clearance[k] <= nearest + 1e-6
+
+
+def test_clearance_counts_pairs_that_stand_still():
+    """The first link stands 1 cm from a wall while only the second joint moves."""
+    robot = load("planar_2r")
+    checker = make_checker(robot, scene_of((Box((0.1, 0.1, 0.1)), pose([0.25, -0.09, 0]))))
+    proofs = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.0, 0.5]]))
+    assert proofs.free[0]
+    assert CoalWorld(checker.world).distances(np.zeros(2)).min() == pytest.approx(0.01, abs=1e-6)
+    assert proofs.clearance[0] <= 0.01 + 1e-6
+
+
+def test_free_space_costs_few_looks(paper_prover):
+    """Most of an edge is far from everything: far fewer looks than a state every 2 cm, as none would be FCL's."""
+    start, delta = edges_of(load("iiwa14"), 100, 10, 0.8)
+    before = paper_prover.checker.queries
+    proofs = paper_prover.prove(start, delta)
+    motion = paper_prover.world.reach.motion(delta).max(axis=1)
+    assert proofs.samples[proofs.free].sum() < 0.5 * (motion[proofs.free] / 0.02).sum()
+    assert paper_prover.checker.queries - before < 20 * len(start)
+
+
+def test_a_batch_is_its_edges(paper_prover):
+    start, delta = edges_of(load("iiwa14"), 60, 11, 0.6)
+    whole = paper_prover.prove(start, delta)
+    alone = [paper_prover.prove(start[k], delta[k]) for k in range(len(start))]
+    assert whole.verdict.tolist() == [int(p.verdict[0]) for p in alone]
+    np.testing.assert_allclose(whole.clearance[whole.free], [p.clearance[0] for p in alone if p.free[0]], atol=1e-9)
+
+
+def test_backwards_is_the_same_edge(paper_prover):
+    start, delta = edges_of(load("iiwa14"), 60, 12, 0.6)
+    there, back = paper_prover.prove(start, delta), paper_prover.prove(start + delta, -delta)
+    assert there.verdict.tolist() == back.verdict.tolist()
+
+
+def test_proving_again_gives_the_same(paper_prover):
+    start, delta = edges_of(load("iiwa14"), 60, 13, 0.6)
+    one, two = paper_prover.prove(start, delta), paper_prover.prove(start, delta)
+    for field in ("verdict", "pair", "samples", "clearance"):
+        np.testing.assert_array_equal(getattr(one, field), getattr(two, field))
+
+
+# special edges
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "panda", "planar_2r", "kinova"])
+def test_an_edge_without_length_is_its_state(name):
+    checker = checker_of(name, "paper")
+    q = random_q(load(name), 25, seed=14)
+    proofs = EdgeProver(checker).prove(q, np.zeros_like(q))
+    for row, verdict in zip(q, proofs.verdict, strict=True):
+        assert (verdict == Verdict.FREE) == is_free(checker, row)
+
+
+def test_an_edge_that_moves_one_link_only_minds_the_others_too():
+    """Joint 2 moves while link 1 stands in an obstacle."""
+    robot = load("planar_2r")
+    checker = make_checker(robot, scene_of((Box((0.1, 0.1, 0.1)), pose([0.25, 0, 0]))))
+    proofs = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.0, 0.5]]))
+    assert proofs.verdict[0] == Verdict.COLLIDES
+
+
+def test_no_edges(paper_prover):
+    proofs = paper_prover.prove(np.zeros((0, 7)), np.zeros((0, 7)))
+    assert len(proofs.verdict) == len(proofs.free) == 0
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.02])
+def test_a_base_in_contact_refuses_every_edge(margin):
+    gap = 0.01 if margin else -0.01
+    table = scene_of((Box((1, 1, 0.1)), pose([0, 0, -0.05 - gap])))
+    checker = make_checker(load("iiwa14"), table, margin=margin)
+    prover = EdgeProver(checker)
+    assert prover.static_contact is not None
+    assert (prover.static_contact.first, prover.static_contact.second) == ("iiwa14_link_0", "thing0")
+    q = np.zeros((3, 7))
+    assert (prover.prove(q, q + 0.1).verdict == Verdict.COLLIDES).all()
+    assert not is_free(checker, q[0])
+
+
+def test_a_base_on_a_table_that_is_not_checked():
+    table = scene_of((Box((1, 1, 0.1)), pose([0, 0, -0.04])))
+    world = make_checker(load("iiwa14"), table).world
+    checked = np.array(world.checked)
+    checked[0, 0] = False
+    prover = EdgeProver(FclChecker(replace(world, checked=checked)))
+    assert prover.static_contact is None
+    assert prover.prove(np.zeros((1, 7)), np.full((1, 7), 0.1)).free[0]
+
+
+def test_a_robot_without_bodies_goes_anywhere():
+    bare = replace(load("planar_2r"), bodies=())
+    for scene in (Scene("none"), obstacle_world("planar_2r", 1)):
+        prover = EdgeProver(FclChecker(World.of(bare, scene, frozenset())))
+        assert prover.prove(np.zeros((2, 2)), np.ones((2, 2))).free.all()
+
+
+def test_links_that_meet_on_the_way():
+    """planar_2r folded onto its own base: only the self pair can stop it."""
+    base = replace(body(Sphere(0.06)), link="link_0")
+    tip = replace(body(Sphere(0.1), pose([0.4, 0, 0])), link="link_2", joint=2)
+    checker = FclChecker(World.of(replace(load("planar_2r"), bodies=(base, tip)), Scene("none"), frozenset()))
+    proofs = EdgeProver(checker).prove(np.array([[0.0, 2.0], [0.0, 2.0]]), np.array([[0.0, 0.9], [0.0, 0.2]]))
+    assert proofs.verdict.tolist() == [Verdict.COLLIDES, Verdict.FREE]
+    contact = checker.world.contact(int(proofs.pair[0]))
+    assert (contact.first, contact.second) == ("link_0", "link_2")
+
+
+def test_continuous_joints_take_the_short_way():
+    """From 3.0 to -3.0 rad a continuous joint turns by 0.28 rad, past pi: a wall opposite is not in its way."""
+    joint = '<joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>'
+    second = joint_xml("k", "b", "c")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "turn.urdf"
+        path.write_text(f'<robot name="t">{link_xml("a")}{link_xml("b")}{link_xml("c")}{joint}{second}</robot>')
+        robot = Robot.load(str(path))
+    arm = replace(robot, bodies=(replace(body(Capsule(0.01, 0.5), pose([0.3, 0, 0], [0, np.pi / 2, 0])), joint=1),))
+    ahead, behind = (pose([x, 0, 0]) for x in (0.4, -0.4))
+    a, b = np.array([3.0, 0]), np.array([-3.0, 0])
+    for place, verdict in ((ahead, Verdict.FREE), (behind, Verdict.COLLIDES)):
+        prover = EdgeProver(FclChecker(World.of(arm, scene_of((Box((0.1, 0.002, 0.1)), place)), frozenset())))
+        assert prover.prove(a, arm.difference(a, b)).verdict[0] == verdict
+        assert prover.prove(b, arm.difference(b, a)).verdict[0] == verdict
+
+
+def test_a_turn_of_any_number_of_rounds_is_looked_at_all_along():
+    prover = EdgeProver(make_checker(load("planar_2r"), scene_of((Box((0.2, 0.002, 0.2)), pose([-0.7, 0, 0])))))
+    assert prover.prove(np.zeros((1, 2)), np.array([[7.0, 0.0]])).verdict[0] == Verdict.COLLIDES
+    assert prover.prove(np.zeros((1, 2)), np.array([[3.0, 0.0]])).verdict[0] == Verdict.FREE
+
+
+# looking again without proofs
+
+
+def test_states_along_keep_the_step():
+    world = checker_of("iiwa14", "paper").world
+    start, delta = edges_of(load("iiwa14"), 1, 15, 1.0)
+    motion = float(world.reach.motion(delta).max())
+    states = states_along(start[0], delta[0], motion, 1e-3)
+    np.testing.assert_allclose(states[[0, -1]], [start[0], start[0] + delta[0]])
+    assert world.reach.motion(np.diff(states, axis=0)).max() <= 1e-3 + 1e-12
+    assert len(states_along(start[0], 0 * delta[0], 0.0, 1e-3)) == 2
+
+
+def test_recheck_sees_a_wall_of_a_millimetre_and_names_it():
+    place = pose([0.6 * np.cos(0.5), 0.6 * np.sin(0.5), 0], [0, 0, 0.5])
+    checker = make_checker(load("planar_2r"), scene_of((Box((0.1, 0.001, 0.3)), place)))
+    contact = recheck(checker, np.zeros(2), np.array([1.2, 0.0]))
+    assert contact is not None
+    assert contact.second == "thing0"
+    assert recheck(checker, np.zeros(2), np.array([-1.2, 0.0])) is None
+
+
+def test_recheck_agrees_with_proofs(paper):
+    start, delta = edges_of(load("iiwa14"), 40, 16, 0.5)
+    proofs = EdgeProver(paper).prove(start, delta)
+    for k, verdict in enumerate(proofs.verdict):
+        seen = recheck(paper, start[k], delta[k], 2e-3) is not None
+        assert verdict != Verdict.FREE or not seen
+        assert verdict != Verdict.COLLIDES or seen or proofs.clearance[k] < 2e-3

@@ -1,0 +1,90 @@
+"""Which pairs of links are not checked."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.fcl import FclChecker
+from planner.collision.self_pairs import ALWAYS, adjacent_pairs, generate_disabled_pairs
+from planner.collision.world import World
+from planner.world.robot import Robot
+from planner.world.scene import Scene
+from tests.coal_judge import CoalWorld
+from tests.worlds import ROBOTS, checker_of, joint_xml, link_xml, load, random_q
+
+GENERATED = [name for name in ROBOTS if load(name).disabled_pairs is None]
+
+
+def test_neighbours_of_iiwa14():
+    expected = {frozenset((f"iiwa14_link_{k}", f"iiwa14_link_{k + 1}")) for k in range(7)}
+    assert adjacent_pairs(load("iiwa14")) == expected
+
+
+def test_some_robots_come_without_pairs_of_their_own():
+    assert "ur10" in GENERATED
+
+
+@pytest.mark.parametrize("name", GENERATED)
+def test_generated_pairs(name):
+    """Neighbours are off, and whatever is still checked is not touching in nearly every configuration."""
+    robot = load(name)
+    world = checker_of(name).world
+    checked = {frozenset((robot.bodies[i].link, robot.bodies[k].link)) for i, k in world.self_pairs}
+    assert not checked & adjacent_pairs(robot)
+    judge, q = CoalWorld(world), random_q(robot, 25, seed=11)
+    touching = np.mean([judge.distances(row) <= 0 for row in q], axis=0)
+    assert (touching < ALWAYS).all()
+
+
+def test_generating_twice_gives_the_same():
+    assert generate_disabled_pairs(load("ur10"), FclChecker) == generate_disabled_pairs(load("ur10"), FclChecker)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_robot_is_free_at_home_and_can_hit_itself(name):
+    checker = checker_of(name)
+    assert checker.first_contact(load(name).home[None]) is None
+    assert len(checker.world.self_pairs)
+
+
+def test_disabled_pairs_are_not_checked():
+    robot = load("iiwa14")
+    world = checker_of("iiwa14").world
+    pairs = {frozenset((robot.bodies[i].link, robot.bodies[k].link)) for i, k in world.self_pairs}
+    assert robot.disabled_pairs is not None
+    assert not pairs & robot.disabled_pairs
+    everything = {frozenset((a.link, b.link)) for a in robot.bodies for b in robot.bodies if a.joint != b.joint}
+    assert pairs | robot.disabled_pairs == everything | robot.disabled_pairs
+
+
+def test_generated_pairs_turn_off_what_always_touches(urdf_file):
+    """Links 1 and 3 overlap whatever the joints do; 1 and 4 only sometimes: that stays checked."""
+    ball, arm = '<sphere radius="0.1"/>', '<sphere radius="0.05"/>'
+    links = link_xml("l1", ball) + link_xml("l2") + link_xml("l3", ball) + link_xml("l4", arm)
+    robot = Robot.load(
+        urdf_file(
+            links
+            + joint_xml("j1", "l1", "l2", limit="-3 3")
+            + joint_xml("j2", "l2", "l3", limit="-3 3", xyz="0.05 0 0")
+            + joint_xml("j3", "l3", "l4", "prismatic", "1 0 0", limit="0 2")
+        )
+    )
+    disabled = generate_disabled_pairs(robot, FclChecker)
+    assert frozenset(("l1", "l3")) in disabled
+    assert frozenset(("l1", "l4")) not in disabled
+
+
+def test_nothing_to_check_with_one_body(urdf_file):
+    links = link_xml("a", '<sphere radius="0.1"/>') + link_xml("b") + link_xml("c")
+    robot = Robot.load(urdf_file(links + joint_xml("j", "a", "b") + joint_xml("k", "b", "c")))
+    assert generate_disabled_pairs(robot, FclChecker) == frozenset()
+    assert len(make_checker(robot, Scene("none")).world.self_pairs) == 0
+
+
+def test_bodies_of_one_joint_are_never_a_pair():
+    robot = replace(load("panda"), disabled_pairs=frozenset())
+    world = World.of(robot, Scene("none"), frozenset())
+    assert all(robot.bodies[i].joint != robot.bodies[k].joint for i, k in world.self_pairs)
+    assert (world.self_pairs[:, 0] < world.self_pairs[:, 1]).all()

@@ -1,0 +1,149 @@
+"""Inverse kinematics, judged by Pinocchio's forward kinematics."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from planner.kinematics import inverse
+from planner.query.resolve import IK_STARTS
+from planner.world.poses import pose
+from planner.world.robot import Robot
+from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
+
+STARTS = 25
+
+
+def tool(robot: Robot, q: np.ndarray) -> pin.SE3:
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    return data.oMf[robot.model.getFrameId(robot.tool, pin.FrameType.BODY)].copy()
+
+
+def assert_solved(robot, found, target, oriented):
+    assert len(found.configurations)
+    for q in found.configurations:
+        miss = target.actInv(tool(robot, q))
+        assert np.linalg.norm(miss.translation) <= 2e-6
+        assert not oriented or np.linalg.norm(pin.log3(miss.rotation)) <= 2e-6
+        inside = (robot.lower - 1e-12 <= q) & (q <= robot.upper + 1e-12)
+        assert inside.all()
+    assert found.distance <= inverse.POSITION_TOLERANCE
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_positions(name):
+    robot, rng = load(name), np.random.default_rng(0)
+    for q in random_q(robot, 2, seed=5):
+        target = tool(robot, q)
+        found = inverse.solve_position(robot, target.translation, rng, STARTS)
+        assert_solved(robot, found, pin.SE3(np.eye(3), target.translation), False)
+        assert found.angle == 0.0
+
+
+@pytest.mark.parametrize("name", [name for name in ROBOTS if load(name).dof >= 6])
+def test_poses(name):
+    robot, rng = load(name), np.random.default_rng(0)
+    for q in random_q(robot, 2, seed=6):
+        assert_solved(robot, inverse.solve_pose(robot, tool(robot, q), rng, 60), tool(robot, q), True)
+
+
+def test_solutions_differ_from_each_other():
+    robot = load("planar_2r")
+    found = inverse.solve_position(robot, np.array([0.5, 0.3, 0.0]), np.random.default_rng(0), 40).configurations
+    assert len(found) == 2  # elbow left and right
+    assert np.abs(found[0] - found[1]).max() > 0.1
+    assert found[0, 1] == pytest.approx(-found[1, 1], abs=1e-5)
+
+
+def test_closed_form_of_planar_2r():
+    x, y = 0.5, 0.3
+    found = inverse.solve_position(load("planar_2r"), np.array([x, y, 0]), np.random.default_rng(1), 40).configurations
+    cosine = (x * x + y * y - 0.25 - 0.16) / (2 * 0.5 * 0.4)
+    np.testing.assert_allclose(np.abs(found[:, 1]), np.arccos(cosine), atol=1e-5)
+
+
+def test_seeded():
+    robot, place = load("iiwa14"), np.array([0.5, 0.1, 0.6])
+    one, two = (inverse.solve_position(robot, place, np.random.default_rng(3), 10).configurations for _ in range(2))
+    np.testing.assert_array_equal(one, two)
+    assert len(one) > 3
+    apart = np.abs(one[:, None] - one[None]).max(axis=2) + np.eye(len(one))
+    assert apart.min() > 1e-3
+
+
+def test_continuous_joints_come_back_within_one_turn():
+    robot = load("kinova")
+    target = tool(robot, robot.home)
+    found = inverse.solve_pose(robot, target, np.random.default_rng(2), 40).configurations
+    assert (np.abs(found[:, robot.continuous]) <= np.pi).all()
+
+
+@pytest.mark.parametrize(
+    "direction",
+    [
+        (1, 0, 0),
+        (0, -1, 0),
+        (0.6, 0, 0.8),
+        (-0.36, 0.48, 0.8),
+    ],
+)
+def test_the_residual_of_an_unreachable_target(direction):
+    """iiwa14's flange leaves the sphere of 0.946 m about the shoulder nowhere."""
+    robot, shoulder = load("iiwa14"), np.array([0, 0, 0.36])
+    target = shoulder + 1.2 * np.array(direction)
+    found = inverse.solve_position(robot, target, np.random.default_rng(0), IK_STARTS)
+    assert len(found.configurations) == 0
+    assert found.distance == pytest.approx(1.2 - 0.946, abs=2e-3)
+    assert np.linalg.norm(tool(robot, found.nearest).translation - target) == pytest.approx(found.distance)
+    assert inverse.beyond_reach(robot, target) == pytest.approx(1.2 - 0.946, abs=1e-9)
+
+
+def test_an_orientation_out_of_reach_has_an_angle():
+    robot = load("planar_2r")
+    target = pin.SE3(pin.rpy.rpyToMatrix(0.5, 0.0, 0.0), np.array([0.5, 0.3, 0.0]))
+    found = inverse.solve_pose(robot, target, np.random.default_rng(0), 10)
+    assert len(found.configurations) == 0
+    assert found.angle >= 0.5 - 1e-6  # the plane cannot be left
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_what_is_reached_is_not_beyond_reach(name):
+    robot = load(name)
+    turned = Robot.load(name, base=pose([0.4, -0.3, 0.2], rpy=[0.2, -0.4, 1.0]))
+    for some in (robot, turned):
+        for q in random_q(some, 100, seed=9):
+            assert inverse.beyond_reach(some, tool(some, q).translation) <= 1e-9
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_far_away_is_beyond_reach(name):
+    robot = load(name)
+    assert inverse.beyond_reach(robot, np.array([100.0, 0, 0])) > 90
+
+
+def test_planar_2r_reaches_90_cm():
+    assert inverse.beyond_reach(load("planar_2r"), np.array([0.6, 0.8, 0.0])) == pytest.approx(0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize("first", ["prismatic", "revolute"])
+def test_sliding_joints_reach_further(urdf_file, first):
+    links = "".join(link_xml(name) for name in "abcd")
+    joints = (
+        joint_xml("j1", "a", "b", first, "1 0 0", xyz="0 0 0.1", limit="-1 1")
+        + joint_xml("j2", "b", "c", axis="0 0 1", xyz="0 0.3 0")
+        + joint_xml("j3", "c", "d", "prismatic", "0 1 0", xyz="0.2 0 0", limit="-0.5 0.5")
+    )
+    robot = Robot.load(urdf_file(links + joints))
+    for q in random_q(robot, 200):
+        assert inverse.beyond_reach(robot, tool(robot, q).translation) <= 1e-9
+
+
+@pytest.mark.parametrize("oriented", [True, False])
+def test_the_descents_jacobian_is_the_errors_derivative(oriented):
+    robot, h = load("ur5"), 1e-6
+    q = random_q(robot, 1, seed=4)[0]
+    task = inverse._Task(robot, tool(robot, random_q(robot, 1, seed=12)[0]), oriented)
+    _, jacobian = task.error(q)
+    steps = h * np.eye(robot.dof)
+    columns = [(task.error(q + step)[0] - task.error(q - step)[0]) / (2 * h) for step in steps]
+    np.testing.assert_allclose(jacobian, np.array(columns).T, atol=1e-6)

@@ -1,0 +1,127 @@
+"""Joint paths out of files: every form gives the same path, and what cannot be read is said in a sentence."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.base.errors import FileError
+from planner.paths.file import read_joint_path
+from tests.random_shapes import QUICK
+from tests.worlds import load, random_q
+
+ROBOT = load("planar_2r")
+A, B = ROBOT.joints
+ROWS = [[0.1, -0.2], [0.3, 0.4], [0.5, 1.0]]
+SWAPPED = [row[::-1] for row in ROWS]
+POINTS = [{"positions": row, "time_from_start": {"secs": k}} for k, row in enumerate(SWAPPED)]
+MESSAGE = {"joint_names": [B, A], "points": POINTS}
+
+JSON_FORMS = {
+    "plan": {"robot": "planar_2r", "outcome": "solved", "joints": [A, B], "path": ROWS, "cost": {}},
+    "rows": ROWS,
+    "waypoints": {"joints": [B, A], "waypoints": SWAPPED},
+    "positions": {"joint_names": [A, "gripper", B], "positions": [[a, 0.02, b] for a, b in ROWS]},
+    "no names": {"path": ROWS},
+    "trajectory message": MESSAGE,
+    "robot trajectory": {"joint_trajectory": MESSAGE, "multi_dof_joint_trajectory": {}},
+    "display trajectory": {"model_id": "r", "trajectory": [{"joint_trajectory": MESSAGE}]},
+}
+CSV_FORMS = {
+    "bare": "0.1,-0.2\n0.3,0.4\n0.5,1.0\n",
+    "header": f"time,{B},{A},note\n0,-0.2,0.1,start\n1,0.4,0.3,\n2,1.0,0.5,end\n",
+    "comment header": f"# {A} {B}\n0.1 -0.2\n# half way\n0.3 0.4\n0.5 1e0\n",
+    "semicolons, mark of a spreadsheet": f"\ufeff{A};{B}\r\n0.1;-0.2\r\n0.3;0.4\r\n\r\n0.5;1.0\r\n",
+    "tabs": "0.1\t-0.2\n0.3\t0.4\n0.5\t1.0\n",
+    "quoted": f'"{B}","{A}"\n-0.2,0.1\n0.4,0.3\n1.0,0.5\n',
+    "comment, no header": "# made by hand\n0.1,-0.2\n0.3,0.4\n0.5,1.0\n",
+}
+
+
+@pytest.mark.parametrize("form", [*JSON_FORMS, *CSV_FORMS])
+def test_every_form_gives_the_same_path(form: str, tmp_path: Path) -> None:
+    path = tmp_path / ("p.json" if form in JSON_FORMS else "p.CSV")
+    path.write_text(json.dumps(JSON_FORMS[form]) if form in JSON_FORMS else CSV_FORMS[form], newline="")
+    np.testing.assert_allclose(read_joint_path(path, ROBOT), ROWS, atol=1e-15)
+
+
+@QUICK
+@given(st.integers(0, 2**31), st.permutations(range(7)))
+def test_columns_in_any_order(tmp_path_factory: pytest.TempPathFactory, seed: int, order: list[int]) -> None:
+    robot = load("iiwa14")
+    rows = random_q(robot, 4, seed)
+    path = tmp_path_factory.mktemp("order") / "p.csv"
+    names = ",".join(robot.joints[k] for k in order)
+    path.write_text("\n".join([names, *(",".join(repr(float(row[k])) for k in order) for row in rows)]))
+    np.testing.assert_array_equal(read_joint_path(path, robot), rows)
+
+
+def test_continuous_joints_take_the_shorter_way(tmp_path: Path) -> None:
+    robot = load("kinova")
+    assert robot.continuous[0]
+    rows = np.tile(robot.home, (3, 1))
+    rows[:, 0] = [3.0, -3.0, -2.5]
+    (tmp_path / "p.json").write_text(json.dumps(rows.tolist()))
+    path = read_joint_path(tmp_path / "p.json", robot)
+    np.testing.assert_allclose(path[:, 0], [3.0, 2 * np.pi - 3.0, 2 * np.pi - 2.5])
+    np.testing.assert_allclose(path[:, 1:], rows[:, 1:], atol=1e-15)
+
+
+BAD = {
+    "p.json": [
+        ("{", "is no JSON"),
+        ("[" * 100_000, "is "),
+        ("3", "holds no path"),
+        ("{}", "holds no path"),
+        ("[]", "holds no rows"),
+        ('{"path": "here"}', "holds no list of rows"),
+        ("[[1, 2], [3]]", "row 2 has 1 values, the first row has 2"),
+        ("[[1, 2], 3]", "row 2 has no list of values"),
+        ("[[1, true]]", "row 1 holds something that is no number"),
+        ("[[1, null]]", "row 1 holds something that is no number"),
+        ("[[1, NaN]]", f"row 1 has no finite value for joint '{B}'"),
+        ("[[1, 1e300]]", f"row 1 puts joint '{B}' at 1e+300"),
+        ("[[1, 1e999]]", f"row 1 has no finite value for joint '{B}'"),
+        ("[[1, 2, 3]]", "has 3 columns without names, planar_2r has 2 planned joints"),
+        ('{"joints": 3, "path": [[1, 2]]}', "its joint names are no list of names"),
+        ('{"joints": ["elbow", "wrist"], "path": [[1, 2]]}', f"names joint '{A}' nowhere; it names elbow, wrist"),
+        (f'{{"joints": ["{A}", "{A}", "{B}"], "path": [[1, 2, 3]]}}', f"names joint '{A}' twice"),
+        (f'{{"joints": ["{A}", "{B}"], "path": [[1, 2, 3]]}}', "names 2 columns and has 3"),
+        ('{"robot": "ur5", "path": [[1, 2]]}', "is for robot 'ur5', not 'planar_2r'"),
+        ('{"outcome": "no_path", "path": []}', "is a plan that found no path"),
+        ('{"intervals": [{"path": [[1, 2]]}]}', "is a sweep, one path an interval of beta"),
+    ],
+    "p.csv": [
+        ("", "holds no rows"),
+        ("# nothing\n", "holds no rows"),
+        (f"{A},{B}\n", "holds no rows"),
+        ("x,y\n1,2\n", f"names joint '{A}' nowhere"),
+        ("1,2\n3,four\n", "row 2 holds something that is no number"),
+        ("1,2\n3\n", "row 2 has 1 values, the first row has 2"),
+        (f"{A},{B}\n1,\n", f"row 1 has no finite value for joint '{B}'"),
+        (f"{A},{B}\n1,2,3\n", "names 2 columns and has 3"),
+    ],
+    "p.yaml": [("- [1, 2]", "ends in '.yaml': give a .json or .csv file")],
+}
+
+
+@pytest.mark.parametrize(("name", "content", "text"), [(n, c, t) for n, rows in BAD.items() for c, t in rows])
+def test_what_cannot_be_read(name: str, content: str, text: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(content)
+    with pytest.raises(FileError) as error:
+        read_joint_path(tmp_path / name, ROBOT)
+    assert text in str(error.value)
+    assert str(error.value).endswith((".", "'"))
+
+
+def test_files_that_are_not_there_or_no_text(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="not found"):
+        read_joint_path(tmp_path / "none.json", ROBOT)
+    (tmp_path / "p.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FileError, match="not UTF-8"):
+        read_joint_path(tmp_path / "p.csv", ROBOT)

@@ -1,0 +1,152 @@
+"""From a target to configurations: what comes first, what is refused, and in which words."""
+
+import numpy as np
+import pytest
+
+from planner.base.errors import StateError
+from planner.base.targets import Joints, Pose, Position, parse_target
+from planner.collision import make_checker
+from planner.collision.checker import is_free
+from planner.kinematics.forward import tool_pose, tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.query.resolve import resolve
+from planner.world.poses import pose
+from planner.world.scene import Scene
+from planner.world.shapes import Box, Sphere
+from tests.worlds import checker_of, load, scene_of
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return checker_of("iiwa14", "paper")
+
+
+def test_positions_come_best_manipulability_first(paper):
+    target = Position((0.6, -0.2, 0.7))
+    found = resolve(target, paper, {}, "goal", count=10)
+    w = manipulability(load("iiwa14"), found)
+    assert len(found) > 2
+    assert (np.diff(w) <= 0).all()
+    assert all(is_free(paper, q) for q in found)
+    np.testing.assert_allclose(tool_positions(load("iiwa14"), found), np.tile(target.xyz, (len(found), 1)), atol=2e-6)
+    np.testing.assert_array_equal(resolve(target, paper, {}, "goal"), found[:1])
+
+
+def test_a_pose_keeps_its_orientation():
+    robot, checker = load("iiwa14"), checker_of("iiwa14", "empty")
+    tool = tool_pose(robot, np.array([0.3, 0.6, 0, -1.2, 0.2, 0.5, 0]))
+    q = tool.rotation
+    from pinocchio import Quaternion
+
+    x, y, z, w = Quaternion(q).coeffs()
+    found = resolve(Pose(tuple(tool.translation), (2 * x, 2 * y, 2 * z, 2 * w)), checker, {}, "start")
+    np.testing.assert_allclose(tool_pose(robot, found[0]).homogeneous, tool.homogeneous, atol=1e-5)
+
+
+def test_the_same_target_gives_the_same_configuration(paper):
+    one, two = (resolve(Position((0.5, 0.1, 0.8)), paper, {}, "start") for _ in range(2))
+    np.testing.assert_array_equal(one, two)
+    assert not one.flags.writeable
+
+
+def test_joints_are_taken_as_they_are(paper):
+    q = load("iiwa14").home
+    np.testing.assert_array_equal(resolve(Joints(tuple(q)), paper, {}, "start"), q[None])
+
+
+def test_a_limit_that_was_printed_and_read_back_is_kept():
+    robot = load("planar_2r")
+    q = (float(f"{robot.upper[0]:.10f}"), 0.5)
+    assert resolve(Joints(q), checker_of("planar_2r"), {}, "start").shape == (1, 2)
+
+
+def test_continuous_joints_may_be_any_angle():
+    robot, checker = load("kinova"), checker_of("kinova")
+    turned = robot.home + np.where(robot.continuous, 2 * np.pi, 0.0)
+    np.testing.assert_allclose(resolve(Joints(tuple(turned)), checker, {}, "start")[0], robot.home, atol=1e-12)
+
+
+def test_names_come_from_the_scene(paper):
+    states = {"here": "q:" + ",".join(map(str, load("iiwa14").home)), "there": "xyz:0.5,0.1,0.8"}
+    np.testing.assert_allclose(resolve(parse_target("here"), paper, states, "start")[0], load("iiwa14").home)
+    np.testing.assert_array_equal(
+        resolve(parse_target("there"), paper, states, "goal"), resolve(Position((0.5, 0.1, 0.8)), paper, {}, "goal")
+    )
+
+
+def test_the_papers_ends_are_reached(paper):
+    states = Scene.load("paper").states_of("iiwa14")
+    for name, place in (("start", (0.92, -0.10, 0.42)), ("goal", (-0.52, -0.04, 1.13))):
+        (q,) = resolve(parse_target(name), paper, states, name)
+        np.testing.assert_allclose(tool_positions(load("iiwa14"), q)[0], place, atol=2e-6)
+        assert is_free(paper, q)
+
+
+# refusals; scenes of their own, so that they do not hang on the built-in ones
+
+WALL = [(Box((0.2, 2, 2)), pose([0.5, 0, 0.5]))]
+
+
+@pytest.fixture(scope="module")
+def walled():
+    return make_checker(load("iiwa14"), scene_of(*WALL))
+
+
+STATES = {"here": "q:0,0,0,0,0,0,0", "again": "here"}
+FORMS = ["a name from the scene", "q:...", "xyz:x,y,z", "pose:x,y,z,qx,qy,qz,qw"]
+SEVEN = (0.0,) * 7
+REFUSED = {
+    "unknown name": (parse_target("goal"), ["start 'goal'", "states for iiwa14", "here, again", *FORMS]),
+    "name of a name": (parse_target("again"), ["state 'again'", "another state", "'here'", "give numbers"]),
+    "too few joints": (Joints((0.0,) * 6), ["start has 6 joint values", "iiwa14 has 7 planned joints", "iiwa14_joint"]),
+    "too many joints": (Joints((0.0,) * 8), ["start has 8 joint values"]),
+    "NaN": (Joints((float("nan"), *SEVEN[1:])), ["start holds a value that is not finite", "plain numbers"]),
+    "infinite position": (Position((float("inf"), 0, 0)), ["not finite"]),
+    "NaN pose": (Pose((0, 0, 0), (0, 0, float("nan"), 1)), ["not finite"]),
+    "above a limit": (
+        Joints((0, 0, 0, 0, 0, 0, 3.2)),
+        ["start puts joint", "joint_7'", "at 3.2", "limits [-3.05433, 3.05433]", "by 0.146 rad", "bring it inside"],
+    ),
+    "below a limit": (Joints((0, -2.2, 0, 0, 0, 0, 0)), ["joint_2'", "at -2.2", "by 0.106 rad"]),
+    "in collision": (
+        Joints((0, 1.0, 0, 0, 0, 0, 0)),
+        ["start is in collision", "'iiwa14_link_", "and 'thing0' touch", "move it or the obstacle"],
+    ),
+    "zero quaternion": (Pose((0.5, 0, 0.5), (0, 0, 0, 0)), ["start", "zero length", "unit quaternion qx,qy,qz,qw"]),
+    "out of reach": (
+        Position((0, 1.5, 0.36)),
+        ["start (0, 1.5, 0.36) cannot be reached by frame 'flange'", "0.554 m beyond the arm's reach", "nearer"],
+    ),
+    "limits forbid it": (
+        Position((0, 0, 0.4)),
+        ["start (0, 0, 0.4) cannot be reached", "joint limits or orientation forbid it"],
+    ),
+    "only in collision": (
+        Position((0.5, 0, 0.5)),
+        ["start is reached by", "configurations, all in collision", "'thing0' touch", "move it or the obstacle"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(walled, case):
+    target, parts = REFUSED[case]
+    with pytest.raises(StateError) as caught:
+        resolve(target, walled, STATES, "start")
+    message = str(caught.value)
+    assert [part for part in parts if part not in message] == [], message
+    assert message.endswith(".")
+    assert "\n" not in message
+    assert caught.value.exit_code == 3
+
+
+def test_an_orientation_out_of_reach_tells_the_angle():
+    with pytest.raises(StateError, match=r"stays 0\.\d{4} m and \d+\.\d\d degrees away"):
+        resolve(Pose((0.5, 0.3, 0), (0.5, 0, 0, 1)), checker_of("planar_2r"), {}, "goal")
+
+
+def test_a_margin_is_named_in_the_refusal():
+    robot = load("planar_2r")
+    checker = make_checker(robot, scene_of((Sphere(0.1), pose([1.01, 0, 0]))), margin=0.05)
+    with pytest.raises(StateError, match=r"are closer than the margin of 0\.05 m"):
+        resolve(Joints((0.0, 0.0)), checker, {}, "goal")

@@ -1,0 +1,184 @@
+"""Strands: cheaper than where they came from, proven, within limits; the way out of a singularity."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from planner.base.request import PlanRequest
+from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.manipulability import manipulability
+from planner.paths.measure import joint_path_length, path_contact, path_manipulability
+from planner.planning import plan
+from planner.roadmap.best_paths import MotionCost, _with_dips, add_strands, best_path, pull
+from planner.roadmap.build import RoadmapSettings, grow_roadmap
+from planner.roadmap.escape_singularity import climb
+from planner.roadmap.measure import EDGE_STATES, edge_manipulability, simpson_weights
+from planner.roadmap.motions import Motions
+from planner.roadmap.roadmap import component_labels
+from planner.roadmap.scale import manipulability_cost
+from tests.worlds import checker_of, load, make_post, small_plan
+
+
+def total(cost: MotionCost, path: np.ndarray) -> float:
+    return float(cost(path[:-1], path[1:]).sum())
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.25, 1.0])
+def test_a_pulled_path_is_cheaper_and_proven(beta: float) -> None:
+    made = small_plan()
+    checker, path = made.checker, made.path
+    cost = MotionCost(made.robot, made.roadmap.scale, beta)
+    *_, pulled = pull(EdgeProver(checker), path, cost)
+    np.testing.assert_allclose(pulled[[0, -1]], path[[0, -1]], rtol=0, atol=1e-12)
+    assert total(cost, pulled) <= total(cost, path)
+    assert path_contact(checker, pulled) is None
+    assert EdgeProver(checker).prove(pulled[:-1], np.diff(pulled, axis=0)).free.all()
+    assert ((pulled >= made.robot.lower) & (pulled <= made.robot.upper)).all()
+
+
+def test_pulling_in_open_space_straightens_a_detour() -> None:
+    checker = checker_of("planar_2r")
+    bent = np.array([[0.0, 0.5], [0.6, 1.8], [-0.3, 0.9], [1.0, 1.0]])
+    *_, straight = pull(EdgeProver(checker), bent, MotionCost(load("planar_2r"), small_plan().roadmap.scale, 1.0))
+    assert joint_path_length(straight) == pytest.approx(np.linalg.norm(bent[-1] - bent[0]), rel=0.01)
+
+
+def test_pulling_downhill_in_omega_raises_mean_w() -> None:
+    made = small_plan()
+    prover, scale = EdgeProver(made.checker), made.roadmap.scale
+    *_, short = pull(prover, made.path, MotionCost(made.robot, scale, 1.0))
+    *_, good = pull(prover, made.path, MotionCost(made.robot, scale, 0.0))
+    assert path_manipulability(made.robot, good).mean() > 1.1 * path_manipulability(made.robot, short).mean()
+
+
+def test_a_floor_is_never_crossed() -> None:
+    made = small_plan()
+    w = manipulability(made.robot, made.path)
+    inner = made.path[1:-1]
+    floor = 0.8 * min(path_manipulability(made.robot, inner).min(), w.max())
+    *_, pulled = pull(EdgeProver(made.checker), inner, MotionCost(made.robot, made.roadmap.scale, 1.0, floor))
+    assert path_manipulability(made.robot, pulled).min() >= 0.98 * floor
+
+
+def test_motion_cost_is_the_integral() -> None:
+    made, rng = small_plan(), np.random.default_rng(0)
+    a = rng.uniform(made.robot.lower, made.robot.upper, (5, 7))
+    b = a + rng.uniform(-0.2, 0.2, a.shape)
+    ours = MotionCost(made.robot, made.roadmap.scale, 0.3)(a, b)
+    for p, q, value in zip(a, b, ours, strict=True):
+        fine = p + np.linspace(0, 1, 401)[:, None] * (q - p)
+        omega = manipulability_cost(manipulability(made.robot, fine), made.roadmap.scale)
+        length = np.linalg.norm(q - p)
+        assert value == pytest.approx(length * (0.7 * np.trapezoid(omega, dx=1 / 400) + 0.3), rel=0.03)
+
+
+def test_strands_join_the_roadmap_and_leave_the_rest() -> None:
+    checker = make_post()
+    bare = grow_roadmap(checker, *ends(), RoadmapSettings(100, strands=0.0), 0)
+    nodes, edges = add_strands(EdgeProver(checker), bare.nodes, bare.edges, bare.starts, bare.goals, 40)
+    np.testing.assert_array_equal(nodes[:100], bare.nodes)
+    np.testing.assert_array_equal(edges[: len(bare.edges)], bare.edges)
+    assert 100 < len(nodes) <= 140
+    assert component_labels(len(nodes), edges).max() == component_labels(100, bare.edges).max()
+    none, same = add_strands(EdgeProver(checker), bare.nodes, bare.edges, bare.starts, bare.goals, 0)
+    assert (len(none), len(same)) == (100, len(bare.edges))
+
+
+def test_a_roadmap_with_strands_has_its_size_and_repeats() -> None:
+    made = [grow_roadmap(make_post(), *ends(), RoadmapSettings(100), 3) for _ in range(2)]
+    assert made[0].sha256 == made[1].sha256
+    assert len(made[0].nodes) == 100
+    assert len(made[0].edges) == round(100 * RoadmapSettings().density)
+
+
+def test_strands_make_better_paths() -> None:
+    """The integrated cost on a roadmap with strands is at neither end of beta worse than without, and better at 0."""
+    ratios = []
+    for beta in (0.0, 1.0):
+        request = PlanRequest(nodes=150, beta=beta, charge="edges")
+        found = plan(request)
+        without = grow_roadmap(
+            found.checker,
+            found.roadmap.nodes[found.roadmap.starts],
+            found.roadmap.nodes[found.roadmap.goals],
+            RoadmapSettings(150, strands=0.0),
+            0,
+        )
+        nodes, edges = without.nodes, without.edges
+        cost = MotionCost(found.robot, found.roadmap.scale, beta)
+        best = best_path(nodes, edges, cost(nodes[edges[:, 0]], nodes[edges[:, 1]]), without.starts, without.goals)
+        assert best is not None
+        ratios.append(total(cost, found.path) / total(cost, best))
+    assert max(ratios) <= 1.0
+    assert min(ratios) < 0.8
+
+
+def ends() -> tuple[np.ndarray, np.ndarray]:
+    from tests.worlds import POST_GOAL, POST_START
+
+    return POST_START[None], POST_GOAL[None]
+
+
+# along edges
+
+
+def test_edge_manipulability_and_simpson() -> None:
+    robot, rng = load("iiwa14"), np.random.default_rng(1)
+    nodes = rng.uniform(robot.lower, robot.upper, (4, 7))
+    edges = np.array([[0, 1], [2, 3]])
+    w = edge_manipulability(robot, nodes, edges)
+    assert w.shape == (2, EDGE_STATES)
+    np.testing.assert_allclose(w[:, 0], manipulability(robot, nodes[[0, 2]]))
+    np.testing.assert_allclose(w[:, -1], manipulability(robot, nodes[[1, 3]]), rtol=1e-9)
+    s = np.linspace(0, 1, 9)
+    assert simpson_weights(9) @ (4 * s**3 - s) == pytest.approx(0.5)
+
+
+# out of a singularity
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "panda", "ur5"])
+def test_climbing_rises_all_the_way(name: str) -> None:
+    robot, checker = load(name), checker_of(name)
+    rng, done = np.random.default_rng(2), 0
+    for q in rng.uniform(robot.lower, robot.upper, (12, robot.dof)):
+        start = float(manipulability(robot, q[None])[0])
+        if not checker.all_free(q[None]) or start > 0.02:
+            continue
+        way = climb(EdgeProver(checker), q, 0.03)
+        share = np.linspace(0, 1, 12)[:, None]
+        w = manipulability(robot, np.concatenate([a + share * (b - a) for a, b in itertools.pairwise(way)]))
+        assert w.min() >= start - 1e-12
+        assert w[-1] >= 0.03
+        assert path_contact(checker, way) is None
+        done += 1
+    assert done
+
+
+def test_a_state_above_the_floor_needs_no_climb() -> None:
+    q = np.array([0.0, 0.5, 0, -1.2, 0, 0.8, 0])
+    assert len(climb(EdgeProver(checker_of("iiwa14")), q, 1e-3)) == 1
+
+
+def test_motions_with_a_floor_refuse_what_dips() -> None:
+    robot, prover = load("planar_2r"), EdgeProver(checker_of("planar_2r"))
+    a, through_straight = np.array([0.0, 0.8]), np.array([0.0, -1.6])
+    assert Motions(prover).proven(a, through_straight)
+    assert not Motions(prover, 0.01).proven(a, through_straight)
+    assert Motions(prover, 0.01).proven(a, np.array([1.0, 0.3]))
+    assert not Motions(prover, 0.01).sampled(0.05)(a, through_straight)
+    assert manipulability(robot, a[None])[0] > 0.01
+
+
+def test_a_dip_inside_a_motion_becomes_a_node() -> None:
+    robot = load("planar_2r")  # w = l1 l2 |sin q2|
+    path = np.array([[0.0, 0.8], [0.2, -0.4], [0.4, -0.9]])
+    dipped = _with_dips(robot, path)
+    assert len(dipped) == 4
+    np.testing.assert_array_equal(dipped[[0, 2, 3]], path)
+    assert manipulability(robot, dipped)[1] < 0.1 * manipulability(robot, path).min()
+    (x, y), (u, v) = dipped[1] - path[0], path[1] - path[0]
+    assert x * v - y * u == pytest.approx(0.0, abs=1e-12)

@@ -1,0 +1,82 @@
+"""What an edge's certificate promises: less room than there is, for every edge, however its proof came about."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.edge_prover import EdgeProver
+from planner.planning import build_roadmap
+from planner.roadmap.edge_certificates import RecordingProver
+from planner.world.scene import Scene
+from tests.coal_judge import CoalWorld
+from tests.worlds import checker_of, load, make_post, post_roadmap, random_q, small_plan
+
+
+@pytest.mark.parametrize("which", ["planar_2r", "iiwa14"])
+def test_the_clearance_of_every_edge_is_there(which):
+    roadmap = post_roadmap() if which == "planar_2r" else small_plan().roadmap
+    checker = make_post() if which == "planar_2r" else checker_of("iiwa14", "paper")
+    world, robot = CoalWorld(checker.world), checker.world.robot
+    assert (roadmap.samples > 0).all()
+    assert (roadmap.clearance >= 0).all()
+    assert roadmap.clearance.max() > 0.01
+    for row in range(0, len(roadmap.edges), 2 if which == "planar_2r" else 30):
+        i, j = roadmap.edges[row]
+        delta = robot.difference(roadmap.nodes[i], roadmap.nodes[j])
+        nearest = world.nearest_along(roadmap.nodes[i], delta, 0.02, 0.01)
+        assert nearest >= roadmap.origin.margin + roadmap.clearance[row] - 1e-6
+
+
+def test_with_a_margin_the_clearance_lies_beyond_it():
+    checker = make_checker(load("planar_2r"), make_post().world.scene, margin=0.02)
+    roadmap = build_roadmap(load("planar_2r"), checker, [-1.0, 0.8], [1.0, -0.8], 30)
+    world = CoalWorld(checker.world)
+    for (i, j), promised in zip(roadmap.edges, roadmap.clearance, strict=True):
+        nearest = world.nearest_along(roadmap.nodes[i], roadmap.nodes[j] - roadmap.nodes[i], 0.02, 0.01)
+        assert nearest >= 0.02 + promised - 1e-6
+
+
+@pytest.fixture
+def proven():
+    """Free segments of planar_2r as nodes and edges, with what a plain prover says of them."""
+    q = random_q(load("planar_2r"), 40)
+    edges = np.array([(k, k + 1) for k in range(0, 40, 2)])
+    proofs = EdgeProver(make_post()).prove(q[edges[:, 0]], q[edges[:, 1]] - q[edges[:, 0]])
+    return q, edges[proofs.free], proofs.clearance[proofs.free], proofs.samples[proofs.free]
+
+
+def test_what_was_proven_is_remembered_from_either_end(proven, monkeypatch):
+    q, edges, clearance, samples = proven
+    prover = RecordingProver(make_post())
+    half = len(edges) // 2
+    for rows, (first, second) in ((slice(0, half), (0, 1)), (slice(half, None), (1, 0))):
+        a, b = q[edges[rows, first]], q[edges[rows, second]]
+        assert prover.prove(a, b - a).free.all()
+    monkeypatch.setattr(EdgeProver, "prove", lambda *_: pytest.fail("proven twice"))
+    found, looked = prover.certificates(q, edges)
+    np.testing.assert_array_equal(found[:half], np.maximum(clearance[:half], 0))
+    np.testing.assert_array_equal(looked[:half], samples[:half])
+
+
+def test_what_was_never_proven_alone_is_looked_at(proven):
+    q, edges, clearance, samples = proven
+    found, looked = RecordingProver(make_post()).certificates(q, edges)
+    np.testing.assert_array_equal(found, np.maximum(clearance, 0))
+    np.testing.assert_array_equal(looked, samples)
+
+
+def test_nothing_is_claimed_for_what_cannot_be_proven():
+    """The end of a motion that was proven as a whole, in a world that would not prove it."""
+    q = np.array([[-1.0, 0.0], [1.0, 0.0]])  # straight through the post
+    clearance, samples = RecordingProver(make_post()).certificates(q, np.array([[0, 1]]))
+    assert clearance.tolist() == [0.0]
+    assert samples.tolist() == [0]
+
+
+def test_no_edges_and_nothing_to_touch():
+    clearance, samples = RecordingProver(make_post()).certificates(np.zeros((1, 2)), np.zeros((0, 2), dtype=int))
+    assert clearance.shape == samples.shape == (0,)
+    empty = make_checker(load("planar_2r"), Scene("none"))
+    assert (RecordingProver(empty).certificates(np.zeros((2, 2)), np.array([[0, 1]]))[0] > 0).all()

@@ -1,0 +1,204 @@
+"""``planner bench agreement``: FCL and coal agree, and where a checker lies it is found out and explained or not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.base.errors import OptionError, SceneError
+from planner.collision import make_checker
+from planner.collision.checker import CollisionChecker, is_free
+from planner.collision.world import Contact
+from planner.studies.bench_agreement import run as bench
+from planner.studies.bench_agreement.check_speed import free_edges, measure_speed
+from planner.studies.bench_agreement.contact_band import band, crossing, disagreement
+from planner.studies.bench_agreement.report import Row, aims, to_markdown
+from planner.studies.bench_agreement.run import batch_differences, bench_agreement, verdicts
+from planner.studies.table import read_rows
+from planner.world.poses import pose
+from planner.world.scene import Scene
+from planner.world.shapes import Obstacle, Sphere
+from tests.coal_judge import CoalWorld
+from tests.worlds import load, random_q
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("agreement")
+    bench_agreement(place, states=160, scenes=("paper", "cage"), robots=("iiwa14", "panda"))
+    return place
+
+
+def test_the_two_libraries_agree(folder: Path) -> None:
+    rows = read_rows(folder / "agreement.csv", Row, "planner bench agreement")
+    assert [(row.robot, row.scene) for row in rows][:2] == [("iiwa14", "paper"), ("iiwa14", "cage")]
+    assert len(rows) == 4
+    for row in rows:
+        assert row.states == 40
+        assert 0 < row.free < 40
+        assert row.disagreed == row.unexplained == row.batch_differs == 0, row.listed
+        assert row.crossings > 5
+        assert row.band_m <= band(0.0), row.listed
+        for speed in (row.fcl_single, row.coal_single, row.fcl_batch, row.coal_batch):
+            assert speed is not None
+            assert 0 < speed < 1e5
+    assert all(aim.holds for aim in aims(rows)[:2])
+    assert "| iiwa14 | paper | 40 |" in (folder / "agreement.md").read_text()
+
+
+def test_with_a_margin_the_band_is_wider_and_stated(tmp_path: Path) -> None:
+    row = bench_agreement(tmp_path, states=60, scenes=("paper",), robots=("iiwa14",), margin=0.01).rows[0]
+    assert row.disagreed == row.unexplained == row.batch_differs == 0, row.listed
+    assert band(0.01) > band(0.0)
+    assert row.band_m <= band(0.01)
+
+
+def test_verdicts_are_coals_own_distances() -> None:
+    """Against distances of all pairs by coal, at placements by Pinocchio."""
+    fcl, coal = (make_checker(load("ur5"), Scene.load("window"), name) for name in ("fcl", "coal"))
+    q = random_q(load("ur5"), 40, seed=3)
+    by_fcl, by_coal = verdicts(fcl, coal, q) or (None, None)
+    world = CoalWorld(fcl.world)
+    truth = [world.distances(row).min() > 0 for row in q]
+    assert by_fcl is not None
+    assert by_coal is not None
+    assert by_fcl.tolist() == by_coal.tolist() == truth
+    assert verdicts(fcl, coal, q, stop=lambda: True) is None
+
+
+def _ball(radius: float) -> Scene:
+    """A ball beside planar_2r, which touches it when the arm turns there."""
+    return Scene("ball", (Obstacle("ball", Sphere(radius), pose([0.5, 0.5, 0.0])),))
+
+
+def _pair(fcl_radius: float = 0.1) -> tuple[CollisionChecker, CollisionChecker]:
+    """FCL and coal; with another radius FCL sees a ball that is not the one that coal sees."""
+    robot = load("planar_2r")
+    return make_checker(robot, _ball(fcl_radius), "fcl"), make_checker(robot, _ball(0.1), "coal")
+
+
+FREE, TOUCHING = np.array([-0.5, 0.0]), np.array([0.75, 0.0])
+
+
+def test_around_a_contact_they_part_company_within_the_band() -> None:
+    fcl, coal = _pair()
+    assert is_free(fcl, FREE)
+    assert not is_free(fcl, TOUCHING)
+    assert all(one.explained for one in crossing(fcl, coal, FREE, TOUCHING))
+
+
+@pytest.mark.parametrize(("radius", "who"), [(0.1002, "fcl"), (0.0998, "coal")])
+def test_a_library_that_is_wrong_is_found_around_a_contact(radius: float, who: str) -> None:
+    """A ball that is 0.2 mm too large or too small for one of them: off by more than the band, and by that much."""
+    fcl, coal = _pair(radius)
+    found = crossing(fcl, coal, FREE, TOUCHING)
+    worst = max(found, key=lambda one: one.band_m)
+    assert not worst.explained
+    assert 0.00005 < worst.band_m <= 0.00021
+    assert {one.touching_by for one in found} == {who}
+    assert (worst.first, worst.second) == ("link_2", "ball")
+
+
+def test_a_disagreement_names_its_pair_as_both_measure_it() -> None:
+    fcl, coal = _pair(0.15)
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if is_free(fcl, FREE + middle * (TOUCHING - FREE)) else (low, middle)
+    q = FREE + (high + 1e-3) * (TOUCHING - FREE)
+    one = disagreement(fcl, coal, q)
+    assert one is not None
+    assert (one.touching_by, one.second) == ("fcl", "ball")
+    assert one.coal_m == pytest.approx(0.05, abs=0.005)
+    assert one.fcl_m is not None
+    assert one.fcl_m <= 0
+    assert not one.explained
+    assert disagreement(fcl, coal, FREE) is None
+    assert disagreement(fcl, coal, TOUCHING) is None
+
+
+class Forgetful:
+    """A checker that sees nothing when asked about more than one configuration."""
+
+    def __init__(self, checker: CollisionChecker) -> None:
+        self.inner = checker
+
+    def all_free(self, q: np.ndarray) -> bool:
+        return len(q) > 1 or self.inner.all_free(q)
+
+    def first_contact(self, q: np.ndarray) -> tuple[int, Contact] | None:
+        return None if len(q) > 1 else self.inner.first_contact(q)
+
+
+def test_a_library_that_changes_its_mind_in_batches_is_found() -> None:
+    fcl, _ = _pair()
+    touching = np.array([TOUCHING, TOUCHING + 0.01])
+    assert batch_differences(fcl, FREE[None], touching) == 0
+    assert batch_differences(fcl, FREE[:0].reshape(0, 2), touching) == 0
+    assert batch_differences(Forgetful(fcl), FREE[None], touching) == 2  # type: ignore[arg-type]
+
+
+def test_disagreements_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the wrong ball for FCL the bench says so in its row, its aims and its report."""
+    balls = {"fcl": make_checker(load("planar_2r"), _ball(0.3), "fcl"), "coal": _pair()[1]}
+    monkeypatch.setattr(bench, "open_world", lambda request: balls[request.collision])
+    row = bench_agreement(tmp_path, states=200, robots=("planar_2r",), scenes=("ball",)).rows[0]
+    assert row.disagreed == row.unexplained > 5
+    assert len(json.loads(row.listed)) == 20
+    assert not aims([row])[0].holds
+    text = (tmp_path / "agreement.md").read_text()
+    assert "Disagreements:" in text
+    assert "| planar_2r | ball | fcl | link_2, ball |" in text
+
+
+def test_speeds_are_over_free_states_and_edges_only() -> None:
+    fcl, coal = _pair()
+    q = random_q(load("planar_2r"), 200, seed=5)
+    free = np.array([row for row in q if is_free(fcl, row)])
+    edges = free_edges((fcl, coal), free, most=5)
+    assert len(edges) == 5
+    for states in edges:
+        assert len(states) > 10
+        assert fcl.first_contact(states) is None
+    speed = measure_speed({"fcl": fcl, "coal": coal}, free)
+    assert all(value and value > 0 for of in speed.values() for value in (of.single, of.batch, of.edge))
+    nothing = measure_speed({"fcl": fcl}, free[:0])["fcl"]
+    assert (nothing.single, nothing.batch, nothing.edge) == (None, None, None)
+
+
+def test_it_goes_on_where_it_stopped(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured = []
+    monkeypatch.setattr(bench, "_measure", lambda robot, scene, *rest: measured.append((robot, scene)))
+    bench_agreement(folder, states=160, scenes=("paper", "cage"), robots=("iiwa14", "panda"))
+    assert measured == []
+    bench_agreement(folder, states=160, scenes=("paper", "cage"), robots=("iiwa14", "panda"), seed=1)
+    assert measured == [("iiwa14", "paper")]
+
+
+def test_a_stop_abandons_the_world_at_hand(tmp_path: Path) -> None:
+    found = bench_agreement(tmp_path, states=10, robots=("planar_2r",), scenes=("empty",), stop=lambda: True)
+    assert (found.rows, found.complete) == ((), False)
+    assert "Interrupted" in (tmp_path / "agreement.md").read_text()
+
+
+def test_wrong_input(tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match="too few for"):
+        bench_agreement(tmp_path, states=5)
+    with pytest.raises(OptionError, match="margin"):
+        bench_agreement(tmp_path, states=1000, margin=-1.0)
+    with pytest.raises(SceneError, match="scenes are"):
+        bench_agreement(tmp_path, states=10, robots=("planar_2r",), scenes=("moon",))
+
+
+def test_aims_are_met_and_missed(folder: Path) -> None:
+    rows = read_rows(folder / "agreement.csv", Row, "planner bench agreement")
+    quick = [replace(row, coal_batch=9.0, fcl_edge=44.0) for row in rows]
+    assert all(aim.holds for aim in aims(quick))
+    slow = [replace(row, coal_batch=11.0, fcl_edge=46.0, batch_differs=1, band_m=1e-4) for row in rows]
+    assert not any(aim.confirmed for aim in aims(slow))
+    assert [aim.of for aim in aims([])] == [0, 0, 0, 0]
+    assert to_markdown([], complete=False).startswith("# planner bench agreement")

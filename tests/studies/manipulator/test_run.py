@@ -1,0 +1,300 @@
+"""``planner reproduce manipulator``: the geometry of ways, the verdicts on doctored cases, and a small whole run."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.base.errors import OptionError
+from planner.base.request import SweepRequest
+from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.query.open import Query, make_query
+from planner.roadmap.ompl_planners import JointSpace, TreePlanners
+from planner.roadmap.scale import manipulability_cost
+from planner.studies.manipulator import run as experiment
+from planner.studies.manipulator.case import BETAS, RRT, SHORTENED, Case, Field, Way, label_of, study_seed
+from planner.studies.manipulator.geometry import kinks, mean_distance, shared_segments, tool_way, turning
+from planner.studies.manipulator.run import LABELS, run_manipulator, shown_case
+from planner.studies.manipulator.verdicts import PAPER_COSTS, groups_text, manipulator_verdicts
+from planner.studies.report import Report, Verdict, write_report
+from tests.worlds import load, random_q
+
+SEEDS = 3
+
+
+# the shape of a way
+
+
+def test_a_tool_way_is_even_and_as_long_as_the_tool_travels() -> None:
+    robot, path = load("iiwa14"), random_q(load("iiwa14"), 4)
+    way = tool_way(robot, path, 0.01)
+    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    assert way[[0, -1]] == pytest.approx(tool_positions(robot, path[[0, -1]]), abs=1e-12)
+    assert steps.max() < 0.0101
+    assert np.median(steps) == pytest.approx(0.01, rel=0.02)
+
+
+def test_a_circle_turns_once_and_a_line_not_at_all() -> None:
+    angle = np.linspace(0, 2 * np.pi, 400)
+    circle = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    assert turning(circle) == pytest.approx(2 * np.pi, rel=0.01)
+    assert turning(np.linspace([0, 0, 0], [1, 2, 3], 50)) == pytest.approx(0.0, abs=1e-6)
+    assert turning(np.array([[0, 0, 0], [1, 0, 0], [0.5, 0, 0]])) == pytest.approx(np.pi)
+
+
+def test_kinks_are_the_angles_between_the_tools_directions() -> None:
+    robot, path = load("iiwa14"), random_q(load("iiwa14"), 5, seed=3)
+    found, h = kinks(robot, path), 1e-6
+    for k in range(1, 4):
+        here = tool_positions(robot, path[k])[0]
+        before = here - tool_positions(robot, path[k] - h * (path[k] - path[k - 1]))[0]
+        after = tool_positions(robot, path[k] + h * (path[k + 1] - path[k]))[0] - here
+        cosine = before @ after / np.linalg.norm(before) / np.linalg.norm(after)
+        assert found[k - 1] == pytest.approx(np.arccos(cosine), abs=1e-4)
+    assert len(kinks(robot, path[:2])) == 0
+    straight = np.linspace(path[0], path[1], 4)
+    assert kinks(robot, straight) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_distance_and_common_segments() -> None:
+    line = np.linspace([0, 0, 0], [1, 0, 0], 11)
+    assert mean_distance(line, line + np.array([0, 0.2, 0])) == pytest.approx(0.2)
+    assert mean_distance(line, line[::-1]) == 0.0
+    path = np.arange(10.0).reshape(5, 2)
+    assert shared_segments(path, path[::-1]) == 1.0
+    assert shared_segments(path, path[:3]) == 1.0
+    assert shared_segments(path, np.vstack([path[:2], path[3:]])) == pytest.approx(2 / 3)
+    assert shared_segments(path, path + 0.5) == 0.0
+
+
+# verdicts
+
+
+def way(label: str, q: float, lift: float, costs: tuple[float, float], **more: Any) -> Way:
+    path = np.array([[0.0], [q], [q + 1], [9.0]])
+    tool = np.linspace([0, 0, lift], [1, 0, lift], 20)
+    plain: dict[str, Any] = {"w_min": 0.1, "w_mean": 0.2, "joint_length": 1.0, "workspace_length": 1.0, "turning": 2.0}
+    plain |= {"kinks": np.radians([50.0, 60.0]), "tool": tool, "contact": None}
+    return Way(label, path, path, *costs, **plain | more)
+
+
+def ideal(seed: int = 0) -> Case:
+    """A case on which every sentence of the paper is true."""
+    ways = {}
+    for beta in BETAS:
+        red = beta < 0.4
+        shape = {"workspace_length": 1.05, "turning": 3.0, "joint_length": 1.1} if red else {}
+        ways[label_of(beta)] = way(label_of(beta), 1.0 if red else 3.0, 0.5 if red else 0.1, PAPER_COSTS[beta], **shape)
+    ways[RRT] = way(RRT, 5.0, 0.0, (1.2, 47.0), turning=4.0)
+    ways[SHORTENED] = way(SHORTENED, 7.0, 0.05, (1.1, 46.2), turning=1.0)
+    roadmap: Any = SimpleNamespace(nodes=np.zeros((1012, 7)), edges=np.zeros((2029, 2)))
+    fields = tuple(Field(beta, 1.0, 0.0, 0.01, 1.0) for beta in BETAS)
+    return Case(seed, roadmap, fields, ways)
+
+
+def changed(label: str, **changes: Any) -> Case:
+    """The ideal case with one way changed."""
+    case = ideal(1)
+    return replace(case, ways=case.ways | {label: replace(case.ways[label], **changes)})
+
+
+def judged(cases: list[Case]) -> dict[str, Verdict]:
+    verdicts = manipulator_verdicts(cases, 4.0)
+    assert len({verdict.sentence for verdict in verdicts}) == len(verdicts)
+    return {verdict.sentence: verdict for verdict in verdicts}
+
+
+def test_ideal_cases_confirm_every_sentence() -> None:
+    for verdict in judged([ideal(k) for k in range(SEEDS)]).values():
+        assert verdict.holds, verdict
+        assert verdict.of == (1 if "the paper prints" in verdict.sentence else SEEDS)
+
+
+ZERO, THIRD, HALF, MOST, ONE = map(label_of, BETAS)
+OTHER = np.array([[0.0], [4.5], [6.5], [9.0]])
+RED_Q, BLUE_Q = ideal().ways[ZERO].q, ideal().ways[ONE].q
+
+
+@pytest.mark.parametrize(
+    ("case", "sentence"),
+    [
+        (changed(THIRD, nodes=OTHER), "GABF produces the same path for both"),
+        (changed(HALF, nodes=OTHER), "... as well as a common path"),
+        (changed(MOST, nodes=RED_Q), "... as well as a common path"),
+        (changed(RRT, nodes=BLUE_Q), "Most segments"),
+        (changed(ZERO, nodes=BLUE_Q), "Most segments"),
+        (changed(ONE, tool=np.linspace([0, 0, 0.9], [1, 0, 0.9], 20)), "The trajectory generated with beta = 0.5"),
+        (changed(HALF, distance_cost=1.0), "... since in this case the distance cost"),
+        (changed(RRT, manipulability_cost=0.01), "The RRT algorithm only considers"),
+        (changed(RRT, distance_cost=48.0), "The RRT algorithm only considers"),
+        (changed(THIRD, distance_cost=40.0), "The path of beta = 0 or 0.3 prioritizes"),
+        (changed(MOST, manipulability_cost=0.0), "The path of beta = 0 or 0.3 prioritizes"),
+        (changed(ONE, manipulability_cost=0.05), "The red path achieves a significantly lower"),
+        (changed(ZERO, distance_cost=60.0), "... at the expense of a slightly larger"),
+        (changed(ZERO, distance_cost=46.0), "... at the expense of a slightly larger"),
+        (changed(ZERO, workspace_length=1.2), "The red path does not appear significantly longer"),
+        (changed(ZERO, turning=1.5), "It exhibits larger curvature"),
+        (changed(ZERO, workspace_length=0.9), "... resulting in a longer actual"),
+        (changed(ONE, kinks=np.radians([50.0, 40.0])), "The blue path exhibits a zigzag"),
+        (changed(SHORTENED, turning=4.5), "This is mainly due to the non-uniform sampling"),
+        (changed(ZERO, distance_cost=49.5), "For beta = 0 or 0.3 the total cost of the red path is lower"),
+        (replace(ideal(), ways={}), "(ours) Start and goal are connected"),
+        (changed(RRT, contact="'a' and 'b'"), "(ours) Every path is free"),
+        (replace(ideal(), fields=(Field(0.0, 4.5, 0.0, 0.01, 1.0),)), "(ours) Every field settles"),
+        (replace(ideal(), fields=(Field(0.0, None, 0.0, 0.01, 1.0),)), "(ours) Every field settles"),
+        (replace(ideal(), fields=(Field(0.0, 1.0, 1e-3, 0.01, 1.0),)), "(ours) Every field settles"),
+        (replace(ideal(), fields=(Field(0.0, 1.0, 0.0, 0.0, 1.0),)), "The kernel satisfies"),
+        (replace(ideal(), roadmap=SimpleNamespace(nodes=[1], edges=[])), "We generate a network"),  # type: ignore[arg-type]
+    ],
+)
+def test_a_doctored_case_is_not_confirmed(case: Case, sentence: str) -> None:
+    verdicts = judged([ideal(0), case, ideal(2)])
+    (verdict,) = (v for text, v in verdicts.items() if text.startswith(sentence) and "the paper prints" not in text)
+    assert (verdict.confirmed, verdict.of) == (SEEDS - 1, SEEDS), verdict
+
+
+def test_seeds_without_a_path_are_left_out_of_what_is_said_of_paths() -> None:
+    bare = replace(ideal(1), ways={})
+    verdicts = judged([ideal(0), bare])
+    assert next(v for s, v in verdicts.items() if s.startswith("GABF")).of == 1
+    assert next(v for s, v in verdicts.items() if s.startswith("We generate")).of == 2
+    paths = ("GABF", "The red", "The blue", "It exhibits")
+    assert {verdict.of for text, verdict in judged([bare]).items() if text.startswith(paths)} == {0}
+
+
+def test_groups_are_the_betas_that_share_a_path() -> None:
+    assert ideal().groups == ((0.0, 0.3), (0.5, 0.7, 1.0))
+    assert groups_text(changed(HALF, nodes=OTHER).groups) == "0 0.3 | 0.5 | 0.7 1"
+
+
+def test_the_drawn_case_is_one_that_falls_as_the_papers_does() -> None:
+    odd, same = (
+        changed(HALF, nodes=OTHER),
+        replace(ideal(), ways={k: replace(w, nodes=BLUE_Q) for k, w in ideal().ways.items()}),
+    )
+    assert shown_case([same, odd, ideal(7)]).seed == 7
+    assert shown_case([same, odd]) is odd
+    assert shown_case([same]) is same
+
+
+# a small whole run
+
+SMALL = SweepRequest(nodes=80, collision="coal", seed=1)
+
+
+@pytest.fixture(scope="module")
+def query() -> Query:
+    return make_query(SMALL)
+
+
+@pytest.fixture(scope="module")
+def case(query: Query) -> Case:
+    found = study_seed(query, SMALL)
+    assert found is not None
+    assert found.ways
+    return found
+
+
+@pytest.fixture(scope="module")
+def small() -> Report:
+    return run_manipulator(2, SMALL.nodes, "coal", seed=1)
+
+
+def test_costs_are_those_of_the_paths_configurations(case: Case, query: Query) -> None:
+    """Omega over every node but the start, D over every edge: recomputed from joint values alone."""
+    scale = case.roadmap.scale
+    for measured in case.ways.values():
+        omega = manipulability_cost(manipulability(query.robot, measured.q[1:]), scale)
+        steps = np.linalg.norm(np.diff(measured.q, axis=0), axis=1) / scale.joint_length
+        assert measured.manipulability_cost == pytest.approx(omega.sum(), rel=1e-9)
+        assert measured.distance_cost == pytest.approx(np.maximum(steps, scale.zeta).sum(), rel=1e-9)
+
+
+def test_no_beta_is_beaten_by_another_path_of_its_roadmap(case: Case) -> None:
+    for beta in BETAS:
+        least = case.ways[label_of(beta)].total(beta)
+        assert all(least <= other.total(beta) + 1e-9 for label, other in case.ways.items() if label != RRT)
+    assert all(field.error <= 1e-12 for field in case.fields)
+
+
+def test_the_shortened_rrt_path_is_part_of_the_roadmap_and_the_raw_one_no_shorter(case: Case) -> None:
+    known = {q.tobytes() for q in case.roadmap.nodes}
+    assert all(q.tobytes() in known for q in case.ways[SHORTENED].nodes)
+    assert case.ways[RRT].joint_length >= case.ways[SHORTENED].joint_length
+    for rrt in (case.ways[RRT], case.ways[SHORTENED]):
+        assert np.array_equal(rrt.nodes[0], case.roadmap.nodes[case.roadmap.starts[0]])
+        assert any(np.array_equal(rrt.nodes[-1], goal) for goal in case.roadmap.nodes[case.roadmap.goals])
+
+
+def test_a_small_run_is_whole_and_written(small: Report, tmp_path: Path) -> None:
+    assert small.complete
+    assert [row["path"] for row in small.table] == list(LABELS)
+    assert small.table[0]["paper_omega"] == 0.0331
+    assert small.table[-1]["paper_D"] is None
+    write_report(small, tmp_path)
+    record = json.loads((tmp_path / "manipulator.json").read_text())
+    assert {"sentence", "confirmed", "of", "note"} == set(record["verdicts"][0])
+    assert len(record["paths"]) == 2 * len(LABELS)
+    assert [roadmap["seed"] for roadmap in record["roadmaps"]] == [1, 2]
+    assert set(record["figures"]) == {p.name for p in tmp_path.iterdir()} - {"manipulator.json"}
+    certain = ("(ours)", "The kernel satisfies", "The path of beta = 0 or 0.3 prioritizes")
+    for verdict in small.verdicts:
+        assert verdict.holds or not verdict.sentence.startswith(certain), verdict
+
+
+def test_a_seed_does_not_depend_on_how_many_are_asked_for(small: Report, case: Case) -> None:
+    rows = {row["path"]: row for row in small.more["paths"] if row["seed"] == 1}
+    assert set(rows) == set(case.ways)
+    for label, measured in case.ways.items():
+        assert rows[label]["q"] == measured.q.tolist()
+
+
+def test_a_stop_keeps_whole_seeds(monkeypatch: pytest.MonkeyPatch, case: Case, tmp_path: Path) -> None:
+    given = iter([case, None])
+    monkeypatch.setattr(experiment, "study_seed", lambda *_, **__: next(given))
+    heard: list[tuple[str, int, int]] = []
+    report = run_manipulator(5, SMALL.nodes, "coal", progress=lambda *word: heard.append(word))
+    assert not report.complete
+    assert heard == [("seeds", 0, 5), ("seeds", 1, 5)]
+    assert len(report.more["roadmaps"]) == 1
+    assert "manipulator_costs.png" in report.figures
+
+
+def test_a_stop_before_the_first_seed_leaves_an_empty_report(query: Query, tmp_path: Path) -> None:
+    report = run_manipulator(1, SMALL.nodes, "coal", stop=lambda: True)
+    assert not report.complete
+    assert report.table == ()
+    assert report.figures == {}
+    write_report(report, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("seeds", "nodes", "strands", "word"), [(0, 80, 0, "seeds"), (1, 1, 0, "nodes"), (1, 80, 1.5, "strands")]
+)
+def test_numbers_out_of_range_are_refused(seeds: int, nodes: int, strands: float, word: str) -> None:
+    with pytest.raises(OptionError, match=word):
+        run_manipulator(seeds, nodes, strands=strands)
+
+
+def test_no_shortcuts_means_none() -> None:
+    """OMPL itself reads 0 attempts as a number of its own."""
+    space = JointSpace(np.zeros(2), np.ones(2), np.zeros(2, dtype=bool))
+    path = np.array([[0.0, 0.0], [0.5, 0.9], [0.9, 0.1], [1.0, 1.0]])
+    with TreePlanners(space, lambda start, delta: True) as planners:
+        assert np.array_equal(planners.shorten(path, 0), path)
+        assert not np.array_equal(planners.shorten(path, 50), path)
+
+
+def test_strands_change_the_roadmap_and_not_its_size(case: Case, query: Query) -> None:
+    pulled = study_seed(query, SMALL, 0.5)
+    assert pulled is not None
+    assert len(pulled.roadmap.nodes) == len(case.roadmap.nodes)
+    assert pulled.roadmap.sha256 != case.roadmap.sha256
+    assert np.array_equal(pulled.ways[RRT].nodes, case.ways[RRT].nodes)

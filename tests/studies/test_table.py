@@ -1,0 +1,83 @@
+"""What the benchmarks share: rows that survive their file, resuming, tables, processes of their own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from planner.base.errors import FileError
+from planner.studies.process import run_module
+from planner.studies.table import Ledger, markdown_table, median, percentile, read_rows, software, to_csv
+
+
+@dataclass(frozen=True)
+class Row:
+    name: str
+    count: int
+    seconds: float | None
+    work: int | None
+    good: bool
+    note: str | None = None
+
+
+ROWS = [
+    Row("a, b", 3, 0.1 + 0.2, None, True, 'says "no",\nthen yes'),
+    Row("", -1, None, 12, False),
+]
+
+
+def ledger(path: Path) -> Ledger[Row]:
+    return Ledger(path, Row, "planner bench this", key=lambda row: (row.name, row.count), order=lambda row: row.count)
+
+
+def test_rows_survive_the_file(tmp_path: Path) -> None:
+    (tmp_path / "t.csv").write_text(to_csv(ROWS, Row))
+    assert read_rows(tmp_path / "t.csv", Row, "planner bench this") == ROWS
+    assert read_rows(tmp_path / "missing.csv", Row, "planner bench this") == []
+
+
+@pytest.mark.parametrize("text", ["a,b\n1,2\n", to_csv(ROWS, Row).replace("True", "perhaps"), "\xff\xfe", "name\nx\n"])
+def test_a_foreign_table_is_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "t.csv").write_bytes(text.encode("latin-1"))
+    with pytest.raises(FileError, match=r"is not a table that planner bench this wrote.*move it away"):
+        ledger(tmp_path / "t.csv")
+
+
+def test_a_ledger_replaces_what_it_measured_before(tmp_path: Path) -> None:
+    kept = ledger(tmp_path / "t.csv")
+    kept.add(ROWS)
+    kept.add([replace(ROWS[0], seconds=9.0)])
+    again = ledger(tmp_path / "t.csv")
+    assert again.rows == [ROWS[1], replace(ROWS[0], seconds=9.0)]
+    assert again.find(("a, b", 3)) == [replace(ROWS[0], seconds=9.0)]
+    assert again.find(("a, b", 4)) == []
+
+
+def test_tables_and_middles() -> None:
+    lines = markdown_table(["what", "n"], [["a|b", 0.12345], ["c\nd", None]])
+    assert lines == ["| what | n |", "| :--- | ---: |", "| a\\|b | 0.123 |", "| c d | - |"]
+    assert median([3.0, None, 1.0, 2.0]) == 2.0
+    assert median([None]) is None
+    assert percentile(range(101), 95.0) == 95.0
+
+
+def test_software_names_the_source() -> None:
+    text = software({"numpy": "2"})
+    assert text.startswith("numpy 2, source ")
+    assert software({"numpy": "3"}) != text
+
+
+def test_a_process_ends_by_itself_is_stopped_or_is_killed_over_time(tmp_path: Path) -> None:
+    done = run_module("timeit", ["-n", "1", "-r", "1", "pass"])
+    assert (done.code, done.over_time) == (0, False)
+    bad = run_module("timeit", ["-n", "1", "-r", "1", "raise ValueError('so it goes')"])
+    assert bad.code == 1
+    assert bad.last_words == "ValueError: so it goes"
+    slow = ["-n", "1", "-r", "1", "import time; time.sleep(60)"]
+    late = run_module("timeit", slow, time_limit=0.5)
+    assert (late.code, late.over_time) == (None, True)
+    assert 0.5 <= late.seconds < 20.0
+    stopped = run_module("timeit", slow, stop=lambda: True)
+    assert (stopped.code, stopped.over_time) == (None, False)

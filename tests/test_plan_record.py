@@ -1,0 +1,119 @@
+"""plan.json and the table: the contract's keys, from plans of every outcome."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.base.errors import FileError
+from planner.base.outcome import Outcome
+from planner.base.request import PlanRequest
+from planner.paths.measure import path_manipulability, tool_path_length
+from planner.plan_record import plan_record, save_plan, summary_rows
+from planner.planning import plan
+from planner.roadmap.storage import load_roadmap
+
+CONTRACT = {
+    "": {"outcome", "robot", "scene", "seed", "config", "versions", "path", "path_nodes", "cost", "manipulability"}
+    | {"roadmap", "gabf", "timings_s"},
+    "cost": {"total", "manipulability", "distance", "beta"},
+    "manipulability": {"min", "mean"},
+    "roadmap": {"nodes", "edges", "components", "edges_certified", "sha256"},
+    "gabf": {
+        "law",
+        "prescribed_time",
+        "settling_time",
+        "settling_tau",
+        "steps",
+        "max_error_vs_oracle",
+        "certificate",
+    },
+}
+
+
+@pytest.mark.parametrize("part", CONTRACT)
+def test_the_contracts_keys(solved, part):
+    record = plan_record(solved)
+    assert CONTRACT[part] <= set(record[part] if part else record)
+
+
+def test_what_the_keys_hold(solved):
+    record = plan_record(solved)
+    assert record["outcome"] == "solved"
+    assert record["message"] == Outcome.SOLVED.value
+    assert (record["robot"], record["scene"], record["seed"]) == ("iiwa14", "paper", 0)
+    np.testing.assert_array_equal(record["path"], solved.path)
+    assert record["path_nodes"] == solved.path_nodes.tolist()
+    w = path_manipulability(solved.robot, solved.path)
+    assert record["manipulability"]["min"] == w.min()
+    assert record["manipulability"]["mean"] == w.mean()
+    assert record["path_length"]["workspace"] == tool_path_length(solved.robot, solved.path)
+    roadmap = record["roadmap"]
+    assert (roadmap["nodes"], roadmap["edges"]) == (150, len(solved.roadmap.edges))
+    assert roadmap["edges_certified"] == roadmap["edges"]
+    assert roadmap["sha256"] == solved.roadmap.sha256
+    assert set(roadmap["scale"]) == {"w_low", "w_high", "joint_length", "tool_length", "zeta"}
+    assert record["gabf"]["max_error_vs_oracle"] == 0.0
+    assert record["gabf"]["settling_time"] < record["gabf"]["prescribed_time"]
+    assert record["config"]["nodes"] == 150
+
+
+def test_the_files(solved, tmp_path):
+    record = save_plan(solved, tmp_path, {"import": 0.5, "total": 3.0})
+    assert json.loads((tmp_path / "plan.json").read_text()) == json.loads(json.dumps(record))
+    assert record["timings_s"]["import"] == 0.5
+    assert {"setup", "roadmap", "costs", "gabf", "path", "total"} <= set(record["timings_s"])
+    assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.json", "roadmap.npz"]
+
+
+def test_a_folder_that_is_not_there(solved, tmp_path):
+    with pytest.raises(FileError, match="cannot be written"):
+        save_plan(solved, tmp_path / "no", {})
+
+
+def test_interrupted_plans_are_saved_too(tmp_path):
+    request = PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
+    found = plan(request, stop=lambda: True)
+    record = save_plan(found, tmp_path, {})
+    assert record["outcome"] == "interrupted"
+    assert [record[key] for key in ("cost", "manipulability", "gabf", "path_length")] == [None] * 4
+    assert (record["path"], record["path_nodes"]) == ([], [])
+    assert json.loads((tmp_path / "plan.json").read_text())["outcome"] == "interrupted"
+    assert [name for name, _ in summary_rows(record)] == ["roadmap"]
+
+
+def test_no_path_is_saved_too(solved, tmp_path):
+    found = replace(solved, outcome=Outcome.NO_PATH, cost=None, path=np.zeros((0, 7)), path_nodes=solved.path_nodes[:0])
+    record = save_plan(found, tmp_path, {})
+    assert record["outcome"] == "no_path"
+    assert record["gabf"]["settling_time"] is not None
+    assert record["manipulability"] is None
+    names = [name for name, _ in summary_rows(record)]
+    assert {"roadmap", "settled", "error against oracle"} <= set(names)
+    assert not {"cost", "path", "manipulability w"} & set(names)
+
+
+def test_the_table(solved):
+    rows = dict(summary_rows(plan_record(solved)))
+    assert {"roadmap", "cost", "manipulability w", "path", "settled", "error against oracle"} <= set(rows)
+    assert "150 nodes" in rows["roadmap"]
+    assert solved.cost is not None
+    assert f"{solved.cost.total:.4f} = 0.5 x {solved.cost.manipulability:.4f} manipulability" in rows["cost"]
+    assert "of T_p = 4 s" in rows["settled"]
+    assert rows["error against oracle"].startswith("0.0e+00")
+    assert f"{len(solved.path)} waypoints" in rows["path"]
+
+
+def test_a_field_that_did_not_settle_says_so(solved):
+    record = plan_record(solved)
+    record["gabf"]["settling_time"] = None
+    assert dict(summary_rows(record))["settled"] == "not within the budget"
+
+
+@pytest.mark.parametrize("outcome", list(Outcome))
+def test_outcomes_are_sentences_with_keys_and_codes(outcome):
+    assert outcome.value.endswith(".")
+    assert outcome.key == outcome.name.lower()
+    assert outcome.exit_code == {"solved": 0, "no_path": 4, "too_singular": 4, "interrupted": 130}[outcome.key]

@@ -1,0 +1,391 @@
+"""The whole plan: the best path of its roadmap by another algorithm, free at 1 mm, healed where an edge fails."""
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+import planner.planning as module
+from planner import gabf
+from planner.base.errors import OptionError, StateError
+from planner.base.outcome import Outcome
+from planner.base.request import PlanRequest
+from planner.collision.edge_prover import recheck, states_along
+from planner.collision.world import Contact
+from planner.costs.network import build_network, distance_cost
+from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.paths.measure import dense_path, path_manipulability, tool_path_length
+from planner.planning import build_roadmap, make_law, path_waypoints, plan
+from planner.roadmap.scale import manipulability_cost
+from planner.roadmap.storage import save_roadmap
+from tests.coal_judge import CoalWorld
+from tests.worlds import load, post_roadmap, random_q
+
+SCENE = """
+obstacles: [{name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}]
+states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}}
+"""
+SHUT = """
+obstacles:
+  - {name: left, type: box, size: [0.02, 0.3, 0.2], position: [0.12, 0.28, 0]}
+  - {name: right, type: box, size: [0.02, 0.3, 0.2], position: [-0.12, 0.28, 0]}
+states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.5707963,0.4"}}
+"""
+
+
+@pytest.fixture(scope="module")
+def scenes(tmp_path_factory) -> dict[str, str]:
+    folder = tmp_path_factory.mktemp("scenes")
+    for name, text in (("post", SCENE), ("shut", SHUT)):
+        (folder / f"{name}.yaml").write_text(text)
+    return {name: str(folder / f"{name}.yaml") for name in ("post", "shut")}
+
+
+@pytest.fixture(scope="module")
+def small(scenes) -> PlanRequest:
+    return PlanRequest(robot="planar_2r", scene=scenes["post"], nodes=80)
+
+
+def best_by_dijkstra(roadmap, request) -> float:
+    """The cheapest way by SciPy, along arcs from reader to read with the cost of eq. (finew)."""
+    omega = manipulability_cost(roadmap.manipulability, roadmap.scale, request.manipulability_cost)
+    weight = distance_cost(roadmap, request.metric)
+    n, (i, j) = len(roadmap.nodes), roadmap.edges.T
+    beta = request.beta
+    cost = np.concatenate([(1 - beta) * omega[j] + beta * weight, (1 - beta) * omega[i] + beta * weight])
+    graph = csr_matrix((cost, (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n))
+    return float(dijkstra(graph, indices=roadmap.starts[0])[roadmap.goals].min())
+
+
+def assert_sound(found):
+    """Everything that a solved plan claims, from the arrays alone."""
+    roadmap, request, nodes = found.roadmap, found.request, found.path_nodes
+    assert found.outcome is Outcome.SOLVED
+    assert found.cost is not None
+    assert nodes[0] in roadmap.starts
+    assert nodes[-1] in roadmap.goals
+    assert len(np.unique(nodes)) == len(nodes)
+    np.testing.assert_allclose(found.path[0], roadmap.nodes[nodes[0]])
+    rows = [roadmap.edge_index(a, b) for a, b in itertools.pairwise(nodes)]
+    omega = manipulability_cost(roadmap.manipulability, roadmap.scale, request.manipulability_cost)
+    assert found.cost.manipulability == pytest.approx(omega[nodes[1:]].sum())
+    assert found.cost.distance == pytest.approx(distance_cost(roadmap, request.metric)[rows].sum())
+    beta = request.beta
+    assert found.cost.beta == beta
+    total = (1 - beta) * found.cost.manipulability + beta * found.cost.distance
+    assert found.cost.total == pytest.approx(total, rel=1e-12)
+    assert found.cost.total == pytest.approx(best_by_dijkstra(roadmap, request), rel=1e-12)
+    assert found.cost.total == pytest.approx(found.cost_to_go.x[nodes[0]], rel=1e-12)
+    assert found.max_error_vs_oracle == 0.0
+    assert found.cost_to_go.outcome is gabf.Ending.SETTLED
+    for a, b in itertools.pairwise(found.path):
+        assert recheck(found.checker, a, b - a, 1e-3) is None
+
+
+def test_the_papers_scenario(solved):
+    assert_sound(solved)
+    assert (solved.robot.name, solved.scene.name) == ("iiwa14", "paper")
+    tool = tool_positions(solved.robot, solved.path)
+    np.testing.assert_allclose(tool[[0, -1]], [[0.92, -0.10, 0.42], [-0.52, -0.04, 1.13]], atol=2e-6)
+    assert solved.edges_removed == 0
+    assert {"setup", "roadmap", "costs", "gabf", "path"} <= set(solved.timings)
+    assert solved.cost_to_go.settling_time < 4.0
+
+
+def test_the_papers_path_is_free_for_coal_too(solved):
+    judge, world = CoalWorld(solved.checker.world), solved.checker.world
+    for a, b in itertools.pairwise(solved.path):
+        motion = float(world.reach.motion((b - a)[None]).max())
+        for q in states_along(a, b - a, motion, 1e-2):
+            assert judge.distances(q).min() > 0
+
+
+def test_the_straight_motion_of_the_papers_scenario_collides(solved):
+    start, goal = (solved.roadmap.nodes[ends[0]] for ends in (solved.roadmap.starts, solved.roadmap.goals))
+    assert recheck(solved.checker, start, goal - start, 5e-3) is not None
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.3, 0.5, 0.7, 1.0])
+def test_every_beta_is_optimal(small, beta):
+    assert_sound(plan(replace(small, beta=beta)))
+
+
+@pytest.mark.parametrize("metric", ["joint", "workspace"])
+@pytest.mark.parametrize("cost", ["inverse", "log", "linear"])
+def test_every_cost_and_metric_is_optimal(small, metric, cost):
+    assert_sound(plan(replace(small, metric=metric, manipulability_cost=cost)))
+
+
+def test_beta_trades_one_cost_for_the_other(small):
+    costs = [plan(replace(small, beta=beta)).cost for beta in (0.0, 0.5, 1.0)]
+    omegas, distances = [c.manipulability for c in costs if c], [c.distance for c in costs if c]
+    assert omegas[0] == min(omegas)
+    assert distances[2] == min(distances)
+
+
+@pytest.mark.parametrize("law", ["nominal", "prescribed-time", "fixed-time", "singularity-free"])
+def test_every_law_finds_the_same_path(small, law):
+    found = plan(replace(small, law=law))
+    assert_sound(found)
+    np.testing.assert_array_equal(found.path_nodes, plan(small).path_nodes)
+    assert make_law(replace(small, law=law)).name
+
+
+def test_the_prescribed_time_is_kept(small):
+    for seconds in (0.5, 10.0):
+        found = plan(replace(small, prescribed_time=seconds)).cost_to_go
+        assert found is not None
+        assert found.settling_time is not None
+        assert 0 < found.settling_time < seconds
+
+
+def test_planning_twice_is_the_same_plan(small):
+    one, two = plan(small), plan(small)
+    np.testing.assert_array_equal(one.path, two.path)
+    assert one.roadmap.sha256 == two.roadmap.sha256
+    assert plan(replace(small, seed=1)).roadmap.sha256 != one.roadmap.sha256
+
+
+def test_a_margin_is_kept_along_the_path(small):
+    found = plan(replace(small, margin=0.02))
+    assert_sound(found)
+    judge = CoalWorld(found.checker.world)
+    for a, b in itertools.pairwise(found.path):
+        for s in np.linspace(0, 1, 50):
+            assert judge.distances(a + s * (b - a)).min() > 0.02
+
+
+def test_start_is_goal(small):
+    found = plan(replace(small, goal="q:-1.0,0.8"))
+    assert found.outcome is Outcome.SOLVED
+    assert found.path_nodes.tolist() == [0]
+    assert found.path.shape == (1, 2)
+    assert found.cost is not None
+    assert (found.cost.total, found.cost.manipulability, found.cost.distance) == (0, 0, 0)
+    assert found.max_error_vs_oracle == 0.0
+
+
+def test_no_path_is_an_outcome(scenes):
+    found = plan(PlanRequest(robot="planar_2r", scene=scenes["shut"], nodes=50))
+    assert found.outcome is Outcome.NO_PATH
+    assert found.outcome.exit_code == 4
+    assert not found.roadmap.connected
+    assert len(found.path) == len(found.path_nodes) == 0
+    assert found.cost is None
+    assert found.network is not None
+    assert found.max_error_vs_oracle == 0.0
+    assert len(found.roadmap.nodes) > 2
+
+
+# an edge that fails the second look
+
+
+def collide(monkeypatch, edges):
+    """The recheck finds a contact on these edges, given by the configurations of their ends."""
+    real, seen = module.recheck, []
+
+    def look(checker, start, delta, step):
+        for a, b in edges:
+            for p, q in ((a, b), (b, a)):
+                if np.allclose(start, p, atol=1e-12) and np.allclose(start + delta, q, atol=1e-9):
+                    seen.append((p, q))
+                    return Contact("link_2", "post")
+        return real(checker, start, delta, step)
+
+    monkeypatch.setattr(module, "recheck", look)
+    return seen
+
+
+def bad_edges(found, count: int):
+    return [(found.roadmap.nodes[i], found.roadmap.nodes[j]) for i, j in itertools.pairwise(found.path_nodes)][:count]
+
+
+@pytest.mark.parametrize("law", ["singularity-free", "nominal", "fixed-time"])
+def test_an_edge_that_fails_is_removed_and_the_field_heals(small, monkeypatch, law):
+    before = plan(small)
+    i, j = before.path_nodes[1:3]
+    collide(monkeypatch, [(before.roadmap.nodes[i], before.roadmap.nodes[j])])
+    starts = []
+    real = gabf.solve
+    monkeypatch.setattr(gabf, "solve", lambda net, **more: starts.append(more["x0"]) or real(net, **more))
+    after = plan(replace(small, law=law))
+    assert after.edges_removed == 1
+    assert_sound(after)
+    assert (int(i), int(j)) not in set(itertools.pairwise(after.path_nodes.tolist()))
+    assert len(after.roadmap.edges) == len(before.roadmap.edges) - 1
+    with pytest.raises(KeyError):
+        after.roadmap.edge_index(int(i), int(j))
+    assert after.network is not None
+    assert len(after.network.arcs_between(int(i), int(j))) == len(after.network.arcs_between(int(j), int(i))) == 0
+    # the second solve starts from the x of the first one
+    assert before.cost_to_go is not None
+    assert starts[0] is None
+    np.testing.assert_array_equal(starts[1], before.cost_to_go.x)
+    # and heals to what a fresh solve of the smaller network finds
+    fresh = gabf.oracle(build_network(after.roadmap, small.beta))
+    assert after.cost_to_go is not None
+    np.testing.assert_array_equal(after.cost_to_go.x, fresh)
+    assert after.cost is not None
+    assert before.cost is not None
+    assert after.cost.total >= before.cost.total
+
+
+def test_healing_under_the_prescribed_time_law(small, monkeypatch):
+    before = plan(small)
+    collide(monkeypatch, bad_edges(before, 1))
+    after = plan(replace(small, law="prescribed-time"))
+    assert after.edges_removed == 1
+    assert_sound(after)
+
+
+def test_removals_are_counted(small, monkeypatch):
+    before = plan(small)
+    seen = collide(monkeypatch, bad_edges(before, 3))
+    after = plan(small)
+    assert_sound(after)
+    assert after.edges_removed == len(seen) >= 1
+    assert len(after.roadmap.edges) == len(before.roadmap.edges) - after.edges_removed
+
+
+def test_when_every_way_fails_there_is_no_path(small, monkeypatch):
+    before = plan(small)
+    around = before.roadmap.edges[np.isin(before.roadmap.edges, before.roadmap.goals).any(axis=1)]
+    collide(monkeypatch, [(before.roadmap.nodes[i], before.roadmap.nodes[j]) for i, j in around])
+    after = plan(small)
+    assert after.outcome is Outcome.NO_PATH
+    assert after.edges_removed == len(around)
+    assert not after.roadmap.connected
+    assert after.cost is None
+    assert len(after.path) == 0
+    assert after.max_error_vs_oracle == 0.0
+
+
+# a roadmap of a file
+
+
+def test_a_roadmap_of_a_file_gives_the_same_plan(small, tmp_path):
+    first = plan(small)
+    save_roadmap(first.roadmap, tmp_path / "r.npz")
+    again = plan(replace(small, roadmap=tmp_path / "r.npz"))
+    assert_sound(again)
+    np.testing.assert_array_equal(again.path, first.path)
+    assert again.roadmap.sha256 == first.roadmap.sha256
+    elsewhere = plan(replace(small, roadmap=tmp_path / "r.npz", goal="q:0.8,-1.1"))
+    assert_sound(elsewhere)
+    assert len(elsewhere.roadmap.nodes) == len(first.roadmap.nodes) + 1
+    np.testing.assert_allclose(elsewhere.path[-1], [0.8, -1.1])
+
+
+# interrupted
+
+
+def test_stop_gives_what_there_is(small):
+    found = plan(small, stop=lambda: True)
+    assert found.outcome is Outcome.INTERRUPTED
+    assert found.outcome.exit_code == 130
+    assert len(found.roadmap.nodes) == 2
+    assert found.network is None
+    assert found.cost is None
+
+
+def test_stop_half_way(small):
+    grown = []
+    found = plan(small, lambda stage, done, total: grown.append(done), stop=lambda: len(grown) > 30)
+    assert found.outcome is Outcome.INTERRUPTED
+    assert 2 < len(found.roadmap.nodes) < 80
+
+
+# paths as configurations
+
+
+def test_waypoints_of_continuous_joints_never_jump():
+    robot = load("kinova")
+    nodes = random_q(robot, 8, seed=3)
+    nodes[:, 0] = [3.0, -3.0, 2.0, -2.0, 3.1, -3.1, 0.0, 3.0]
+    made = replace(small_roadmap_of(robot, nodes), nodes=nodes)
+    path = path_waypoints(made, robot, np.arange(8))
+    assert np.abs(np.diff(path[:, 0])).max() <= np.pi
+    np.testing.assert_allclose(np.exp(1j * path[:, 0]), np.exp(1j * nodes[:, 0]), atol=1e-12)
+    plain = ~robot.continuous
+    np.testing.assert_allclose(path[:, plain], nodes[:, plain], atol=1e-12)
+    assert path_waypoints(made, robot, np.zeros(0, dtype=np.int64)).shape == (0, 6)
+
+
+def small_roadmap_of(robot, nodes):
+    n = len(nodes)
+    return replace(
+        post_roadmap(), edges=np.zeros((0, 2)), proven=[], joint_length=[], tool_length=[], manipulability=np.ones(n)
+    )
+
+
+def test_dense_path_steps_and_ends():
+    path = np.array([[0.0, 0.0], [0.05, -0.031], [0.05, -0.031], [1.0, 0.0]])
+    dense = dense_path(path)
+    assert np.abs(np.diff(dense, axis=0)).max() <= 0.01 + 1e-12
+    for waypoint in path:
+        assert np.abs(dense - waypoint).max(axis=1).min() < 1e-12
+    np.testing.assert_array_equal(dense[[0, -1]], path[[0, -1]])
+    np.testing.assert_array_equal(dense_path(path[:1]), path[:1])
+
+
+def test_measures_along_the_path():
+    robot = load("planar_2r")
+    path = np.array([[0.0, 1.0], [np.pi / 2, 1.0]])
+    radius = np.hypot(0.5 + 0.4 * np.cos(1.0), 0.4 * np.sin(1.0))
+    assert tool_path_length(robot, path) == pytest.approx(radius * np.pi / 2, rel=1e-4)
+    w = path_manipulability(robot, np.array([[0.0, 1.0], [0.0, -1.0]]))
+    assert w.min() == pytest.approx(0.0, abs=1e-12)  # through the stretched arm
+    np.testing.assert_allclose(w[[0, -1]], manipulability(robot, np.array([[0.0, 1.0]]))[0])
+
+
+# refusals of requests
+
+BAD = {
+    "beta": (dict(beta=1.2), ["beta 1.2 is outside [0, 1]", "0 minds manipulability only"]),
+    "beta nan": (dict(beta=float("nan")), ["beta nan"]),
+    "negative nodes": (dict(nodes=-3), ["-3 nodes make no roadmap", "from 2 to 10000000"]),
+    "one node": (dict(nodes=1), ["1 nodes make no roadmap"]),
+    "prescribed time": (dict(prescribed_time=0.0), ["prescribed time 0 s is not usable", "positive"]),
+    "prescribed time inf": (dict(prescribed_time=float("inf")), ["prescribed time inf s"]),
+    "margin": (dict(margin=-0.1), ["margin -0.1 m is not usable", "0 or more"]),
+    "seed": (dict(seed=-1), ["seed -1 is not usable", "0 to 2147483647"]),
+    "seed too large": (dict(seed=2**31), ["seed 2147483648"]),
+    "start": (dict(start="xyz:1,2"), ["'xyz:1,2' has 2 numbers"]),
+    "goal": (dict(goal=""), ["empty state"]),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_requests_out_of_range(case):
+    change, parts = BAD[case]
+    with pytest.raises(OptionError) as caught:
+        PlanRequest(**change)
+    assert [part for part in parts if part not in str(caught.value)] == []
+    assert caught.value.exit_code == 2
+
+
+def test_the_checker_has_to_be_the_robots(paper):
+    with pytest.raises(OptionError, match=r"checker was made for another robot: make one with make_checker"):
+        build_roadmap(load("planar_2r"), paper, np.zeros(2), np.ones(2))
+
+
+def test_a_start_in_collision_is_refused_before_anything_is_grown(small):
+    with pytest.raises(StateError, match=r"start is in collision: 'link_2' and 'post' touch"):
+        plan(replace(small, start="q:0,0"))
+
+
+def test_the_default_request_is_the_papers():
+    request = PlanRequest()
+    assert (request.robot, request.scene, request.nodes, request.beta) == ("iiwa14", "paper", 1012, 0.5)
+    assert request.roadmap is None or isinstance(request.roadmap, Path)
+
+
+def test_a_goal_named_twice_is_one_goal(scenes):
+    result = plan(PlanRequest(robot="planar_2r", scene=scenes["post"], goal="goal,start,goal", nodes=10))
+    assert result.outcome is Outcome.SOLVED
+    assert len(result.roadmap.goals) == 2

@@ -1,0 +1,241 @@
+"""The lower envelope on small random graphs, by enumeration in exact fractions; ties, stops, laws and kernels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner import gabf
+from planner.base.errors import AssumptionError, StateError
+from planner.costs.network import arc_costs, at_beta
+from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
+from tests.random_shapes import QUICK
+from tests.tradeoff.graphs import Graph, enumerated_envelope, random_graph
+
+LAWS = [gabf.Nominal(), gabf.PrescribedTime(T=2.0), gabf.FixedTime(), gabf.SingularityFree(T=2.0)]
+
+
+def searched(graph: Graph, law: gabf.Law | None = None) -> EnvelopeSearch:
+    search = EnvelopeSearch(graph.network(), graph.starts, law or gabf.SingularityFree(T=4.0))
+    while not search.done:
+        search.step()
+    return search
+
+
+def lines(found: list[Piece]) -> np.ndarray:
+    """(k, 2) Omega and D."""
+    return np.array([(piece.support.manipulability, piece.support.distance) for piece in found]).reshape(-1, 2)
+
+
+@QUICK
+@given(st.integers(0, 2**31), st.integers(5, 11), st.floats(0.4, 1.0), st.sampled_from([None, 3, 12]))
+def test_the_envelope_is_that_of_all_simple_paths(seed: int, nodes: int, share: float, levels: int | None) -> None:
+    graph = random_graph(seed, nodes, share, levels)
+    search = searched(graph)
+    wanted, corners = enumerated_envelope(graph)
+    assert search.connected == bool(wanted)
+    found = pieces(search.supports)
+    assert len(found) == len(wanted)
+    np.testing.assert_allclose(lines(found), np.array(wanted, dtype=float).reshape(lines(found).shape), rtol=1e-12)
+    np.testing.assert_allclose([piece.beta_min for piece in found[1:]], np.array(corners, dtype=float), atol=1e-12)
+    for piece in found:
+        support = piece.support
+        assert support.nodes[0] in graph.starts
+        assert support.nodes[-1] in graph.goals
+        np.testing.assert_allclose(graph.cost(support.nodes), [support.manipulability, support.distance], rtol=1e-12)
+
+
+@QUICK
+@given(st.integers(0, 2**31), st.sampled_from([None, 3]))
+def test_pieces_cover_everything_once_and_hold_their_field(seed: int, levels: int | None) -> None:
+    graph = random_graph(seed, 11, 0.7, levels)
+    search = searched(graph)
+    if not search.connected:
+        return
+    found = pieces(search.supports)
+    assert [found[0].beta_min, found[-1].beta_max] == [0.0, 1.0]
+    assert [piece.beta_max for piece in found[:-1]] == [piece.beta_min for piece in found[1:]]
+    for piece in found:
+        field = piece.support.cost_to_go
+        assert piece.beta_min < piece.beta_max
+        assert piece.beta_min <= piece.support.beta <= piece.beta_max
+        np.testing.assert_array_equal(field.x, gabf.oracle(graph.network(piece.support.beta)))
+        assert piece.support.at(piece.support.beta) == pytest.approx(field.x[graph.starts].min(), rel=1e-12)
+    assert search.max_error == 0.0
+    assert search.solves <= 2 * len(search.supports) + 1
+
+
+def test_enough_of_these_graphs_have_corners() -> None:
+    counts = np.array([len(pieces(searched(random_graph(seed, 11, 0.6, None)).supports)) for seed in range(40)])
+    assert (counts >= 3).sum() >= 10
+    assert counts.max() >= 4
+
+
+def test_the_cost_on_a_grid_of_1001_betas_is_the_oracles() -> None:
+    graph = random_graph(5, 60, 0.6, None)
+    found = pieces(searched(graph).supports)
+    assert len(found) >= 8
+    for beta in np.linspace(0.0, 1.0, 1001):
+        piece = next(piece for piece in found if piece.beta_min <= beta <= piece.beta_max)
+        least = gabf.oracle(graph.network(beta))[graph.starts].min()
+        assert piece.support.at(beta) == pytest.approx(least, rel=1e-12)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+def test_every_law_finds_the_same(law: gabf.Law) -> None:
+    graph = random_graph(5, 60, 0.6, None)
+    plain, other = pieces(searched(graph).supports), pieces(searched(graph, law).supports)
+    assert len(plain) >= 8
+    np.testing.assert_array_equal(lines(plain), lines(other))
+    assert [piece.beta_max for piece in plain] == [piece.beta_max for piece in other]
+
+
+def test_solves_are_warm_where_the_law_allows_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    graph, real = random_graph(5, 60, 0.6, None), gabf.solve
+    for law in LAWS:
+        begun: list[bool] = []
+        monkeypatch.setattr(
+            gabf, "solve", lambda net, begun=begun, **m: begun.append(m["x0"] is None) or real(net, **m)
+        )
+        search = searched(graph, law)
+        assert search.solves == len(begun) > 6
+        # two for each end are cold: they lie apart, or run on fewer arcs
+        assert sum(begun) == (len(begun) if law.needs_overestimate else 4)
+
+
+# ties, by hand
+
+
+def fan(*paths: tuple[float, float]) -> Graph:
+    """From node 0 by one of the nodes 1, 2, ... to the goal, at these costs; the lower number wins a tie."""
+    k = len(paths)
+    heads = np.array([*range(1, k + 1), *[k + 1] * k])
+    costs = np.array([(omega - 0.5, distance - 0.5) for omega, distance in paths] + [(0.5, 0.5)] * k)
+    indptr = np.array([0, *range(k, 2 * k + 1), 2 * k])
+    return Graph(indptr, heads, costs, np.array([0]), np.array([k + 1]))
+
+
+@pytest.mark.parametrize(
+    ("detour", "wanted"),
+    [
+        ((2.0, 2.0), [(1.0, 4.0), (2.0, 2.0), (4.0, 1.0)]),
+        ((2.5, 2.5), [(1.0, 4.0), (4.0, 1.0)]),  # touches the envelope at its corner only
+        ((3.0, 3.0), [(1.0, 4.0), (4.0, 1.0)]),  # above it
+        ((1.0, 3.0), [(1.0, 3.0), (4.0, 1.0)]),  # as little Omega for less D
+        ((3.0, 1.0), [(1.0, 4.0), (3.0, 1.0)]),  # the reverse
+        ((4.0, 1.0), [(1.0, 4.0), (4.0, 1.0)]),  # another path of equal line
+        ((1.0, 1.0), [(1.0, 1.0)]),  # better in both
+    ],
+)
+def test_ties(detour: tuple[float, float], wanted: list[tuple[float, float]]) -> None:
+    found = pieces(searched(fan((1.0, 4.0), (4.0, 1.0), detour)).supports)
+    assert lines(found).tolist() == [list(line) for line in wanted]
+
+
+def test_a_path_that_is_optimal_at_one_beta_only_is_left_out() -> None:
+    """The first look finds (3, 3), on the hull's edge between (2, 4) and (4, 2), which it finds later."""
+    search = searched(fan((3.0, 3.0), (1.0, 9.0), (9.0, 1.0), (2.0, 4.0), (4.0, 2.0)))
+    assert [3.0, 3.0] in [[support.manipulability, support.distance] for support in search.supports]
+    found = pieces(search.supports)
+    assert lines(found).tolist() == [[1.0, 9.0], [2.0, 4.0], [4.0, 2.0], [9.0, 1.0]]
+    np.testing.assert_allclose([piece.beta_max for piece in found], [1 / 6, 1 / 2, 5 / 6, 1], rtol=1e-12)
+
+
+def test_the_better_of_two_starts_at_an_end() -> None:
+    graph = fan((1.0, 4.0), (4.0, 1.0), (1.0, 3.0))
+    indptr, heads = np.append(graph.indptr, 7), np.append(graph.heads, 3)
+    costs = np.vstack([graph.costs, [0.5, 1.5]])  # node 5 reads node 3, and is nearer to it than node 0
+    both = Graph(indptr, heads, costs, np.array([0, 5]), graph.goals)
+    found = pieces(searched(both).supports)
+    assert lines(found).tolist() == [[1.0, 2.0], [4.0, 1.0]]
+    assert [int(piece.support.nodes[0]) for piece in found] == [5, 0]
+
+
+def test_no_way_to_a_goal() -> None:
+    search = searched(Graph(np.zeros(4, int), np.zeros(0, int), np.zeros((0, 2)), np.array([0]), np.array([2])))
+    assert not search.connected
+    assert search.reach == 1.0
+    assert pieces(search.supports) == []
+
+
+def test_a_start_that_is_a_goal() -> None:
+    search = searched(Graph(np.zeros(3, int), np.zeros(0, int), np.zeros((0, 2)), np.array([1]), np.array([1])))
+    (piece,) = pieces(search.supports)
+    assert (piece.beta_min, piece.beta_max, lines([piece]).tolist()) == (0.0, 1.0, [[0.0, 0.0]])
+
+
+# half-way
+
+
+def test_what_is_settled_reaches_from_the_left() -> None:
+    graph = random_graph(5, 60, 0.6, None)
+    whole = pieces(searched(graph).supports)
+    search, reached = EnvelopeSearch(graph.network(), graph.starts, gabf.SingularityFree()), [0.0]
+    while not search.done:
+        search.step()
+        assert search.reach >= reached[-1]
+        reached.append(search.reach)
+        proven = pieces(search.supports[: search.settled + 1])[:-1]
+        assert [piece.beta_max for piece in proven] == [piece.beta_max for piece in whole[: len(proven)]]
+        np.testing.assert_array_equal(lines(proven), lines(whole[: len(proven)]))
+    assert reached[-1] == 1.0
+
+
+def test_a_search_goes_on_from_paths() -> None:
+    graph = random_graph(5, 60, 0.6, None)
+    whole = searched(graph)
+    for steps in range(1, 12, 3):
+        first = EnvelopeSearch(graph.network(), graph.starts, gabf.SingularityFree())
+        for _ in range(steps):
+            first.step()
+        second = EnvelopeSearch(graph.network(), graph.starts, gabf.SingularityFree())
+        for support in first.supports:
+            second.recall(support.beta, support.nodes)
+        second.settled = first.settled
+        while not second.done:
+            second.step()
+        np.testing.assert_array_equal(lines(pieces(second.supports)), lines(pieces(whole.supports)))
+        assert [s.beta for s in second.supports] == [s.beta for s in whole.supports]
+        for a, b in zip(second.supports, whole.supports, strict=True):
+            np.testing.assert_array_equal(a.nodes, b.nodes)
+            np.testing.assert_array_equal(a.cost_to_go.x, b.cost_to_go.x)
+
+
+@pytest.mark.parametrize(
+    ("beta", "nodes", "text"),
+    [
+        (0.0, [0, 2, 4], "is not optimal at beta 0"),
+        (0.0, [0, 4], "are no path from a start to a goal"),
+        (0.0, [1, 4], "are no path from a start to a goal"),
+        (0.0, [0, 1], "are no path from a start to a goal"),
+        (0.0, [0, 17, 4], "are no path from a start to a goal"),
+        (0.0, [0, -4, 4], "are no path from a start to a goal"),
+    ],
+)
+def test_paths_that_do_not_fit_are_refused(beta: float, nodes: list[int], text: str) -> None:
+    graph = fan((1.0, 4.0), (4.0, 1.0), (2.0, 2.0))
+    search = EnvelopeSearch(graph.network(), graph.starts, gabf.SingularityFree())
+    with pytest.raises(StateError, match=text):
+        search.recall(beta, np.array(nodes))
+
+
+# kernels
+
+
+def test_arc_costs_are_what_the_kernel_charges() -> None:
+    graph = random_graph(3, 10, 0.8, None)
+    at_nodes = graph.network()
+    inside = gabf.Network(
+        graph.indptr, graph.heads, graph.costs[:, 1], graph.goals, arc_cost=graph.costs[:, 0],
+        kernel=gabf.EdgeIntegral(0.3),
+    )  # fmt: skip
+    for network in (at_nodes, inside):
+        np.testing.assert_array_equal(arc_costs(network), graph.costs)
+        np.testing.assert_array_equal(
+            at_beta(network, 0.25).arcs(np.zeros(network.n_arcs)), 0.75 * graph.costs[:, 0] + 0.25 * graph.costs[:, 1]
+        )
+    plain = gabf.Network(graph.indptr, graph.heads, graph.costs[:, 1], graph.goals, kernel=gabf.Additive())
+    with pytest.raises(AssumptionError, match="Additive has no beta: take TradeOff or EdgeIntegral"):
+        at_beta(plain, 0.5)
