@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from planner.collision import make_checker
     from planner.costs.network import build_network
     from planner.gabf.routes import paths_from
-    from planner.planning import Plan, build_roadmap
+    from planner.planning import Plan, plan
+    from planner.roadmap.build import build_roadmap
     from planner.roadmap.storage import load_roadmap, save_roadmap
-    from planner.tradeoff import Tradeoff, sweep
+    from planner.tradeoff.sweep import Tradeoff, sweep
     from planner.view.notebook import show
     from planner.world.robot import Robot
     from planner.world.scene import Scene
@@ -40,6 +41,7 @@ __all__ = [
     "load_roadmap",
     "make_checker",
     "paths_from",
+    "plan",
     "save_roadmap",
     "show",
     "sweep",
@@ -48,20 +50,21 @@ __all__ = [
 _HOMES = {
     "Outcome": "planner.base.outcome",
     "Plan": "planner.planning",
+    "plan": "planner.planning",
     "PlanRequest": "planner.base.request",
     "PlannerError": "planner.base.errors",
     "Robot": "planner.world.robot",
     "Scene": "planner.world.scene",
     "SweepRequest": "planner.base.request",
-    "Tradeoff": "planner.tradeoff",
+    "Tradeoff": "planner.tradeoff.sweep",
     "build_network": "planner.costs.network",
-    "build_roadmap": "planner.planning",
+    "build_roadmap": "planner.roadmap.build",
     "load_roadmap": "planner.roadmap.storage",
     "make_checker": "planner.collision",
     "paths_from": "planner.gabf.routes",
     "save_roadmap": "planner.roadmap.storage",
     "show": "planner.view.notebook",
-    "sweep": "planner.tradeoff",
+    "sweep": "planner.tradeoff.sweep",
 }
 
 

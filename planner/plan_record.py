@@ -10,7 +10,7 @@ from typing import Any
 from planner.base.files import write_whole
 from planner.base.outcome import Outcome
 from planner.base.request import SweepRequest
-from planner.costs.manipulability_floor import breach
+from planner.costs.manipulability_floor import first_violation
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
 from planner.planning import Plan
@@ -92,7 +92,12 @@ def _manipulability(plan: Plan) -> dict[str, Any] | None:
     if plan.outcome is not Outcome.SOLVED:
         return None
     w = path_manipulability(plan.robot, plan.path)
-    measured = {"min": float(w.min()), "mean": float(w.mean()), "rows": plan.robot.rows, "frame": plan.robot.tool}
+    measured = {
+        "min": float(w.min()),
+        "mean": float(w.mean()),
+        "rows": plan.robot.manipulability,
+        "frame": plan.robot.tool,
+    }
     return measured | _floor(plan, float(w.max()))
 
 
@@ -102,7 +107,7 @@ def _floor(plan: Plan, highest: float) -> dict[str, Any]:
     if floor <= 0:
         return {}
     ends = [float(w) for w in manipulability(plan.robot, plan.path[[0, -1]])]
-    holds = breach(plan.robot, plan.path, floor) is None
+    holds = first_violation(plan.robot, plan.path, floor) is None
     return {"floor": {"asked": floor, "start": ends[0], "goal": ends[1], "reached": highest >= floor, "holds": holds}}
 
 

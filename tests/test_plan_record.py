@@ -8,6 +8,7 @@ import pytest
 
 from planner.base.errors import FileError
 from planner.base.outcome import Outcome
+from planner.base.progress import Progress
 from planner.base.request import PlanRequest
 from planner.paths.measure import path_manipulability, tool_path_length
 from planner.plan_record import plan_record, save_plan, summary_rows
@@ -75,7 +76,7 @@ def test_a_folder_that_is_not_there(solved, tmp_path):
 
 def test_interrupted_plans_are_saved_too(tmp_path):
     request = PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1,1", nodes=20)
-    found = plan(request, stop=lambda: True)
+    found = plan(request, progress=Progress(stop=lambda: True))
     record = save_plan(found, tmp_path, {})
     assert record["outcome"] == "interrupted"
     assert [record[key] for key in ("cost", "manipulability", "gabf", "path_length")] == [None] * 4

@@ -9,10 +9,11 @@ import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-import planner.planning as module
+import planner.costs.healing as module
 from planner import gabf
 from planner.base.errors import OptionError, StateError
 from planner.base.outcome import Outcome
+from planner.base.progress import Progress
 from planner.base.request import PlanRequest
 from planner.collision.edge_prover import recheck, states_along
 from planner.collision.world import Contact
@@ -20,7 +21,9 @@ from planner.costs.network import build_network, distance_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path, path_manipulability, tool_path_length
-from planner.planning import build_roadmap, make_law, path_waypoints, plan
+from planner.planning import plan
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.scale import manipulability_cost
 from planner.roadmap.storage import save_roadmap
 from tests.coal_judge import CoalWorld
@@ -133,7 +136,7 @@ def test_every_law_finds_the_same_path(small, law):
     found = plan(replace(small, law=law))
     assert_sound(found)
     np.testing.assert_array_equal(found.path_nodes, plan(small).path_nodes)
-    assert make_law(replace(small, law=law)).name
+    assert gabf.named_law(law).name
 
 
 def test_the_prescribed_time_is_kept(small):
@@ -285,7 +288,7 @@ def test_a_roadmap_of_a_file_gives_the_same_plan(small, tmp_path):
 
 
 def test_stop_gives_what_there_is(small):
-    found = plan(small, stop=lambda: True)
+    found = plan(small, progress=Progress(stop=lambda: True))
     assert found.outcome is Outcome.INTERRUPTED
     assert found.outcome.exit_code == 130
     assert len(found.roadmap.nodes) == 2
@@ -295,7 +298,7 @@ def test_stop_gives_what_there_is(small):
 
 def test_stop_half_way(small):
     grown = []
-    found = plan(small, lambda stage, done, total: grown.append(done), stop=lambda: len(grown) > 30)
+    found = plan(small, Progress(lambda stage, done, total: grown.append(done), lambda: len(grown) > 30))
     assert found.outcome is Outcome.INTERRUPTED
     assert 2 < len(found.roadmap.nodes) < 80
 

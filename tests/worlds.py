@@ -11,7 +11,8 @@ from planner.base.request import PlanRequest
 from planner.base.resources import robot_names, scene_names
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.planning import Plan, build_roadmap, plan
+from planner.planning import Plan, plan
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.world.poses import pose
 from planner.world.robot import Robot

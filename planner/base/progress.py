@@ -1,17 +1,49 @@
-"""Ctrl-C as a request: the first one asks the work to stop and save, the second one stops at once."""
+"""Progress of long work: what it reports, whether it is asked to stop, Ctrl-C as such a request, seconds per stage."""
 
 from __future__ import annotations
 
 import signal
 import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from types import FrameType, TracebackType
+
+Report = Callable[[str, int, int], None]
+
+
+class Progress:
+    """What long work reports to, and asks whether it is to stop.
+
+        progress = Progress(report=print, stop=stop_request)
+        progress("links", 3, 10)          # called with (stage, done, total)
+        if progress.stopped: ...          # end as soon as possible and hand back what there is
+
+    ``report`` is called with (stage, done, total), ``stop`` tells whether somebody has asked to stop. Stopping is
+    asked for, never raised: an exception must not fly through OMPL's C++.
+    """
+
+    def __init__(self, report: Report | None = None, stop: Callable[[], bool] | None = None) -> None:
+        self._report, self._stop = report, stop
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        if self._report is not None:
+            self._report(stage, done, total)
+
+    @property
+    def stopped(self) -> bool:
+        return self._stop is not None and self._stop()
+
+    def renamed(self, report: Report) -> Progress:
+        """Another report under the same request to stop."""
+        return Progress(report, self._stop)
+
+
+QUIET = Progress()
 
 
 class StopRequest:
-    """While entered, the first SIGINT only sets a flag; calling the object tells whether it is set.
-
-    A Python exception must not fly through OMPL's C++, so long work asks instead.
-    """
+    """While entered, the first SIGINT only sets a flag; calling the object tells whether it is set."""
 
     def __init__(self) -> None:
         self._asked = False
@@ -35,3 +67,18 @@ class StopRequest:
         if self._asked:
             raise KeyboardInterrupt
         self._asked = True
+
+
+class Stopwatch:
+    """Seconds per stage, summed where a stage is entered again."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - begin

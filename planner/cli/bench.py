@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import tyro
 
+from planner.base.progress import Progress
 from planner.base.request import PAPER_NODES, Backend, Charge, PlanRequest, WorldRequest
 from planner.cli.common import Flag
-from planner.cli.terminal import progress, reporter, say
-
-if TYPE_CHECKING:
-    from planner.studies.report import Progress
+from planner.cli.terminal import say, working
 
 bench = tyro.extras.SubcommandApp()
 bench.__doc__ = """Measure success, safety and speed; speed as ratios within one run.
@@ -38,11 +35,11 @@ def gabf(
         debug: Show tracebacks of errors.
     """
 
-    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+    def run(progress: Progress) -> tuple[str, bool]:
         from planner.studies.bench_gabf.report import to_markdown
         from planner.studies.bench_gabf.run import bench_gabf
 
-        result = bench_gabf(out, sizes, seed=seed, progress=report, stop=stop)
+        result = bench_gabf(out, sizes, seed=seed, progress=progress)
         return to_markdown(result), result.complete
 
     return measure(run, out)
@@ -87,7 +84,7 @@ def plan(
         debug: Show tracebacks of errors.
     """
 
-    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+    def run(progress: Progress) -> tuple[str, bool]:
         from planner.studies.bench_plan.run import bench_plan
 
         plain = PlanRequest(
@@ -100,7 +97,7 @@ def plan(
             charge=charge,
             beta=beta,
         )
-        result = bench_plan(folder, out, plain, seeds, time_limit, report, stop)
+        result = bench_plan(folder, out, plain, seeds, time_limit, progress)
         return result.report, result.complete
 
     return measure(run, out)
@@ -129,11 +126,11 @@ def misses(
         debug: Show tracebacks of errors.
     """
 
-    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+    def run(progress: Progress) -> tuple[str, bool]:
         from planner.studies.bench_misses.report import to_markdown
         from planner.studies.bench_misses.run import bench_misses
 
-        result = bench_misses(out, edges, robots, thicknesses, seed, report, stop)
+        result = bench_misses(out, edges, robots, thicknesses, seed, progress)
         return to_markdown(result.rows, result.complete), result.complete
 
     return measure(run, out)
@@ -164,11 +161,11 @@ def agreement(
         debug: Show tracebacks of errors.
     """
 
-    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+    def run(progress: Progress) -> tuple[str, bool]:
         from planner.studies.bench_agreement.report import to_markdown
         from planner.studies.bench_agreement.run import bench_agreement
 
-        result = bench_agreement(out, states, robots, scenes, margin, seed, report, stop)
+        result = bench_agreement(out, states, robots, scenes, margin, seed, progress)
         return to_markdown(result.rows, result.complete), result.complete
 
     return measure(run, out)
@@ -202,24 +199,23 @@ def roadmap(
         debug: Show tracebacks of errors.
     """
 
-    def run(report: Progress, stop: Callable[[], bool]) -> tuple[str, bool]:
+    def run(progress: Progress) -> tuple[str, bool]:
         from planner.studies.bench_roadmap.report import to_markdown
         from planner.studies.bench_roadmap.run import bench_roadmap
 
         world = WorldRequest(robot, scene, collision=collision)
-        result = bench_roadmap(out, world, nodes, queries, seed, time_limit, report, stop)
+        result = bench_roadmap(out, world, nodes, queries, seed, time_limit, progress)
         return to_markdown(result.rows, result.complete), result.complete
 
     return measure(run, out)
 
 
-def measure(run: Callable[[Progress, Callable[[], bool]], tuple[str, bool]], out: Path) -> int:
+def measure(run: Callable[[Progress], tuple[str, bool]], out: Path) -> int:
     """Run a benchmark with a progress bar and say its report; the exit code tells whether it is complete."""
     from planner.base.files import require_writable_folder
-    from planner.base.progress import StopRequest
 
     require_writable_folder(out)
-    with StopRequest() as stop, progress() as bar:
-        report, complete = run(reporter(bar), stop)
+    with working() as progress:
+        report, complete = run(progress)
     say(report)
     return 0 if complete else 130

@@ -51,7 +51,7 @@ def check(
     from planner.query.open import open_world
 
     checker = open_world(request)
-    robot, scene = checker.world.robot, checker.world.scene
+    robot, scene = checker.robot, checker.world.scene
     report = check_path(checker, read_joint_path(path, robot), step)
     if json:
         say(json_text.dumps(report_record(report), indent=1, allow_nan=False))

@@ -10,7 +10,7 @@ import tyro
 
 from planner.base.request import PlanRequest
 from planner.cli.common import STARTED, Flag, page_timings
-from planner.cli.terminal import complain, progress, reporter, say, show
+from planner.cli.terminal import complain, say, show, working
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -45,7 +45,6 @@ def plan(
         debug: Show tracebacks of errors.
     """
     from planner.base.files import make_folder, require_writable_folder
-    from planner.base.progress import StopRequest
 
     require_writable_folder(out)
     from planner import planning
@@ -55,9 +54,8 @@ def plan(
     from planner.view.serve import serve
 
     imported = time.perf_counter() - STARTED
-    with StopRequest() as stop:
-        with progress() as bar:
-            result = planning.plan(request, reporter(bar), stop)
+    with working() as progress:
+        result = planning.plan(request, progress)
         make_folder(out)
         timings = page_timings(imported, lambda: write_plan_page(result, out / "plan.html"))
         record = save_plan(result, out, timings)

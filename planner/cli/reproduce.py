@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any
 import tyro
 
 from planner.base.errors import OptionError
+from planner.base.progress import Progress
 from planner.base.request import PAPER_NODES, Backend
 from planner.cli.common import Flag
-from planner.cli.terminal import progress, report_table, reporter, say, show, verdict_table
+from planner.cli.terminal import report_table, say, show, verdict_table, working
 
 if TYPE_CHECKING:
-    from planner.studies.report import Progress, Report
+    from planner.studies.report import Report
 
 reproduce = tyro.extras.SubcommandApp()
 reproduce.__doc__ = """Reproduce a simulation of the paper: its figures, its table, and a verdict on its sentences.
@@ -33,7 +34,7 @@ def example(out: Path = Path("reproduce-example"), seed: int = 0, debug: Flag = 
         debug: Show tracebacks of errors.
     """
 
-    def run(report: Progress, stop: Callable[[], bool]) -> Report:
+    def run(progress: Progress) -> Report:
         from planner.studies.example import run_example
 
         return run_example(seed)
@@ -52,10 +53,10 @@ def laws(out: Path = Path("reproduce-laws"), seed: int = 0, graphs: int = 20, de
         debug: Show tracebacks of errors.
     """
 
-    def run(report: Progress, stop: Callable[[], bool]) -> Report:
+    def run(progress: Progress) -> Report:
         from planner.studies.laws.run import run_laws
 
-        return run_laws(graphs, seed=seed, progress=report, stop=stop)
+        return run_laws(graphs, seed=seed, progress=progress)
 
     return run_experiment(run, out)
 
@@ -83,10 +84,10 @@ def manipulator(
         debug: Show tracebacks of errors.
     """
 
-    def run(report: Progress, stop: Callable[[], bool]) -> Report:
+    def run(progress: Progress) -> Report:
         from planner.studies.manipulator.run import run_manipulator
 
-        return run_manipulator(seeds, nodes, collision, seed, strands, report, stop)
+        return run_manipulator(seeds, nodes, collision, seed, strands, progress)
 
     return run_experiment(run, out)
 
@@ -108,8 +109,8 @@ def learning(
 ) -> int:
     """Section 4.3: weights that are learned, on random graphs of 36 nodes and, if one is named, on a robot's roadmaps.
 
-    With --robot the costs of a roadmap's edges are not known until a path has come past them: what an execution
-    pays, and what is learned from it. Takes about two minutes more.
+    With --robot the costs of a roadmap's edges are unknown until a path has passed near them: the study measures what
+    each execution pays and what it learns. Takes about two minutes more.
 
     Args:
         out: Folder to write into.
@@ -131,26 +132,25 @@ def learning(
     if robot is None and given:
         raise OptionError(f"{', '.join('--' + name for name in given)} asks for a robot's roadmaps: give --robot too.")
 
-    def run(report: Progress, stop: Callable[[], bool]) -> Report:
+    def run(progress: Progress) -> Report:
         from planner.studies.learning.robot import RobotSettings
         from planner.studies.learning.run import run_learning
 
         settings = RobotSettings(robot, **given) if robot else None
-        return run_learning(graphs, iterations, seed, settings, progress=report, stop=stop)
+        return run_learning(graphs, iterations, seed, settings, progress=progress)
 
     return run_experiment(run, out)
 
 
-def run_experiment(run: Callable[[Progress, Callable[[], bool]], Report], folder: Path) -> int:
+def run_experiment(run: Callable[[Progress], Report], folder: Path) -> int:
     """Run an experiment with a progress bar, write its report, print its table and verdicts; the exit code."""
     from planner.base.files import require_writable_folder
-    from planner.base.progress import StopRequest
 
     require_writable_folder(folder)
     from planner.studies.report import write_report
 
-    with StopRequest() as stop, progress() as bar:
-        report = run(reporter(bar), stop)
+    with working() as progress:
+        report = run(progress)
     written = write_report(report, folder)
     show(report_table(report.table))
     show(verdict_table(report.verdicts))

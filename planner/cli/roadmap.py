@@ -10,7 +10,7 @@ import tyro
 from planner.base.errors import FileError, OptionError
 from planner.base.request import KeptRequest, RoadmapRequest, require_nodes, require_seed
 from planner.cli.common import Flag
-from planner.cli.terminal import progress, reporter, say, show
+from planner.cli.terminal import say, show, working
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -42,20 +42,19 @@ def build(
         debug: Show tracebacks of errors.
     """
     from planner.base.files import require_writable_file
-    from planner.base.progress import StopRequest
 
     require_writable_file(file)
     from planner.base.outcome import Outcome
     from planner.base.request import SweepRequest
-    from planner.planning import obtain_roadmap
     from planner.query.open import make_query
+    from planner.roadmap.obtain import obtain_roadmap
 
     sweep = SweepRequest(**vars(request))
-    with StopRequest() as stop, progress() as bar:
+    with working() as progress:
         query = make_query(request)
-        result = obtain_roadmap(sweep, query, reporter(bar), stop)
+        result = obtain_roadmap(sweep, query, progress)
     _save(result, file)
-    outcome = Outcome.INTERRUPTED if stop() else Outcome.SOLVED if result.connected else Outcome.NO_PATH
+    outcome = Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.connected else Outcome.NO_PATH
     ending = "Start and goal are joined." if outcome is Outcome.SOLVED else outcome.value
     say(f"{_size(result)}. {ending} Written: {file}")
     return outcome.exit_code
@@ -114,7 +113,6 @@ def check(
 
 
 def _check(file: Path, request: KeptRequest) -> int:
-    from planner.base.progress import StopRequest
     from planner.collision.edge_prover import Verdict
     from planner.roadmap import repair as repairing
     from planner.roadmap.storage import load_roadmap, require_same_world
@@ -123,8 +121,8 @@ def _check(file: Path, request: KeptRequest) -> int:
     kept = load_roadmap(file)
     checker = reopen(request, kept, file)
     require_same_world(kept, checker, file)
-    with StopRequest() as stop, progress() as bar:
-        found = repairing.verify(kept, checker, reporter(bar), stop)
+    with working() as progress:
+        found = repairing.verify(kept, checker, progress)
     undecided, collides = found.count(Verdict.UNDECIDED), found.count(Verdict.COLLIDES)
     say(
         f"{len(found.verdict)} of {len(kept.edges)} edges proven again: {found.count(Verdict.FREE)} hold, "
@@ -139,17 +137,16 @@ def _check(file: Path, request: KeptRequest) -> int:
             f"{undecided + collides} of {len(kept.edges)} edges of roadmap {file} do not hold, the first from node {i} "
             f"to {j} between {contact}: drop them with --repair."
         )
-    outside = int((~repairing.within_limits(kept, checker.world.robot)).sum())
+    outside = int((~repairing.within_limits(kept, checker.robot)).sum())
     if outside:
         raise FileError(f"{outside} nodes of roadmap {file} are outside the joint limits: drop them with --repair.")
-    if not repairing.measures_hold(kept, checker.world.robot):
+    if not repairing.measures_hold(kept, checker.robot):
         raise FileError(f"roadmap {file} has wrong manipulabilities or lengths: measure them again with --repair.")
     return 0
 
 
 def _repair(file: Path, request: KeptRequest, target: Path) -> int:
     from planner.base.files import require_writable_file
-    from planner.base.progress import StopRequest
     from planner.roadmap import repair as repairing
     from planner.roadmap.storage import load_roadmap
     from planner.roadmap.world_of import reopen
@@ -157,8 +154,8 @@ def _repair(file: Path, request: KeptRequest, target: Path) -> int:
     kept = load_roadmap(file)
     require_writable_file(target)
     checker = reopen(request, kept, file)
-    with StopRequest() as stop, progress() as bar:
-        result = repairing.repair(kept, checker, reporter(bar), stop)
+    with working() as progress:
+        result = repairing.repair(kept, checker, progress)
     if result is None:
         say(f"Interrupted before every edge was judged: {target} is as it was.")
         return 130
@@ -199,7 +196,6 @@ def extend(
     if seed is not None:
         require_seed(seed)
     from planner.base.files import require_writable_file
-    from planner.base.progress import StopRequest
     from planner.roadmap.extend import extend as grow_on
     from planner.roadmap.storage import load_roadmap, require_same_world
     from planner.roadmap.world_of import reopen
@@ -209,12 +205,12 @@ def extend(
     require_writable_file(target)
     checker = reopen(request, kept, file)
     require_same_world(kept, checker, file)
-    with StopRequest() as stop, progress() as bar:
-        result = grow_on(kept, checker, nodes, seed, progress=reporter(bar), stop=stop)
+    with working() as progress:
+        result = grow_on(kept, checker, nodes, seed, progress=progress)
     _save(result, target)
     more = f"{len(result.nodes) - len(kept.nodes)} nodes and {len(result.edges) - len(kept.edges)} edges more"
     say(f"{more}: {_size(result)}. Written: {target}")
-    return 130 if stop() else 0
+    return 130 if progress.stopped else 0
 
 
 def _save(result: Roadmap, file: Path) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from planner.base.progress import Progress, Report, StopRequest
+
 if TYPE_CHECKING:
-    from rich.progress import Progress
+    from rich.progress import Progress as Bars
     from rich.table import Table
 
     from planner.studies.report import Verdict
@@ -29,23 +32,32 @@ def show(renderable: Any) -> None:
     Console(soft_wrap=not sys.stdout.isatty()).print(renderable)
 
 
-def progress() -> Progress:
-    """Progress bars on standard error, one a stage; enter it, and report through :func:`reporter`."""
+@contextmanager
+def working() -> Iterator[Progress]:
+    """Long work: a progress bar per stage on standard error, and Ctrl-C as a request to stop and save.
+
+    Yields what the work reports to.
+    """
+    with StopRequest() as stop, _bars() as bars:
+        yield Progress(_reporter(bars), stop)
+
+
+def _bars() -> Bars:
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
 
     columns = (TextColumn("{task.description:10}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    return Progress(*columns, console=Console(stderr=True))
+    return Bars(*columns, console=Console(stderr=True))
 
 
-def reporter(bar: Progress) -> Callable[[str, int, int], None]:
-    """What long work reports (stage, done, total) to: every stage has its own bar."""
+def _reporter(bars: Bars) -> Report:
     tasks: dict[str, Any] = {}
 
     def report(stage: str, done: int, total: int) -> None:
         if stage not in tasks:
-            tasks[stage] = bar.add_task(stage, total=total)
-        bar.update(tasks[stage], completed=min(done, total), total=total)
+            tasks[stage] = bars.add_task(stage, total=total)
+        bars.update(tasks[stage], completed=min(done, total), total=total)
 
     return report
 

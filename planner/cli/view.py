@@ -90,7 +90,7 @@ def _state_page(request: WorldRequest, state: str | None) -> str:
     from planner.view.state import inspect_state, state_page
 
     checker = open_world(request)
-    robot = checker.world.robot
+    robot = checker.robot
     states = checker.world.scene.states_of(robot.name)
     home = Joints(tuple(robot.home.tolist()))
     if target is None:

@@ -30,7 +30,7 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
 
 
 @lru_cache(maxsize=8)
-def witness(checker: CollisionChecker) -> CollisionChecker:
+def second_checker(checker: CollisionChecker) -> CollisionChecker:
     """Coal in the world of ``checker``, for questions that decide nothing alone, or once more: it is quick.
 
     It scouts for motions that are then proven, and looks at finished paths again, a stranger to what FCL has proven.

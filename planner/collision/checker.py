@@ -11,6 +11,7 @@ from planner.base.arrays import Floats, Ints
 from planner.collision.bounds import ClearanceBound
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
+from planner.world.robot import Robot
 
 
 class CollisionChecker(Protocol):
@@ -26,6 +27,10 @@ class CollisionChecker(Protocol):
     queries: int  # exact pair distances and state checks asked so far
 
     def __init__(self, world: World) -> None: ...
+
+    @property
+    def robot(self) -> Robot:
+        return self.world.robot
 
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
         """The first of the configurations (n, dof) that is not free, and why; None if all are free.

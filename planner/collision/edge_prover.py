@@ -59,6 +59,7 @@ class EdgeProver:
     def __init__(self, checker: CollisionChecker) -> None:
         self.checker = checker
         self.world: World = checker.world
+        self.robot = checker.robot
         self.bound = checker.bound
         self._reach_T = np.ascontiguousarray(self.world.pair_reach.T)
         self._static = np.nonzero(~self.world.pair_reach.any(axis=1))[0]

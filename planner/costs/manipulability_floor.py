@@ -27,61 +27,61 @@ _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class LayeredNetwork:
     """What the dynamics runs on: a network, the roadmap node that each of its nodes stands for, and where paths start.
 
-    Without a floor it is the roadmap itself. ``place`` (k,) begins with the roadmap's nodes in their order.
+    Without a floor it is the roadmap itself. ``roadmap_node`` (k,) begins with the roadmap's nodes in their order.
     """
 
     network: gabf.Network
-    place: Ints
+    roadmap_node: Ints
     starts: Ints
 
-    def without_edge(self, i: int, j: int) -> Course:
-        """The course lacking every arc between two roadmap nodes, whichever stretch it is on."""
-        tails, heads = self.place[self.network.tails], self.place[self.network.indices]
+    def without_edge(self, i: int, j: int) -> LayeredNetwork:
+        """The layered network without every arc between two roadmap nodes, whichever layer it is in."""
+        tails, heads = self.roadmap_node[self.network.tails], self.roadmap_node[self.network.indices]
         gone = ((tails == i) & (heads == j)) | ((tails == j) & (heads == i))
         return replace(self, network=self.network.without_arcs(np.flatnonzero(gone)))
 
-    def without_leg(self, i: int, j: int) -> Course:
-        """The course lacking the arcs between two nodes of its own network."""
+    def without_arcs_between(self, i: int, j: int) -> LayeredNetwork:
+        """The layered network without the arcs between two nodes of its own network."""
         arcs = np.concatenate([self.network.arcs_between(i, j), self.network.arcs_between(j, i)])
         return replace(self, network=self.network.without_arcs(arcs))
 
 
-def course_of(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0) -> Course:
+def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0) -> LayeredNetwork:
     """The ways of ``roadmap`` that keep to ``floor`` (w), with the costs of ``network``, which was made from it.
 
-    w along an edge is known at the states kept with the roadmap: hold the path against :func:`breach`.
+    w along an edge is known at the states kept with the roadmap: hold the path against :func:`first_violation`.
     """
     if floor <= 0:
-        return Course(network, np.arange(network.n_nodes), roadmap.starts)
-    layers, legs = _Layers(roadmap, floor), _Legs(roadmap, network, floor)
-    parts = [(legs.arcs(_Kind.ABOVE, 0.0), layers.roadmap, layers.roadmap)]
-    for tier in layers.tiers:
-        parts.append((legs.arcs(_Kind.BELOW, tier.least), tier.copy, tier.copy))
-        if tier.up:
-            parts.append((legs.arcs(_Kind.UP, tier.least), tier.copy, layers.roadmap))
+        return LayeredNetwork(network, np.arange(network.n_nodes), roadmap.starts)
+    layers, arcs_by_kind = _Layers(roadmap, floor), _Arcs(roadmap, network, floor)
+    parts = [(arcs_by_kind.arcs(_Kind.ABOVE, 0.0), layers.roadmap, layers.roadmap)]
+    for layer in layers.layers_below:
+        parts.append((arcs_by_kind.arcs(_Kind.BELOW, layer.least), layer.copy, layer.copy))
+        if layer.up:
+            parts.append((arcs_by_kind.arcs(_Kind.UP, layer.least), layer.copy, layers.roadmap))
         else:
-            parts.append((legs.arcs(_Kind.DOWN, tier.least), layers.roadmap, tier.copy))
+            parts.append((arcs_by_kind.arcs(_Kind.DOWN, layer.least), layers.roadmap, layer.copy))
     arcs = np.concatenate([part[0] for part in parts])
     tails = np.concatenate([tail[network.tails[rows]] for rows, tail, _ in parts])
     heads = np.concatenate([head[network.indices[rows]] for rows, _, head in parts])
     order = np.lexsort((heads, tails))
-    arcs, n = arcs[order], len(layers.place)
+    arcs, n = arcs[order], len(layers.roadmap_node)
     graph = gabf.Network(
         indptr=np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=n))]),
         indices=heads[order],
         weight=network.weight[arcs],
         sources=layers.ends(roadmap.goals, up=False),
-        node_cost=None if network.node_cost is None else network.node_cost[layers.place],
+        node_cost=None if network.node_cost is None else network.node_cost[layers.roadmap_node],
         arc_cost=None if network.arc_cost is None else network.arc_cost[arcs],
         kernel=network.kernel,
     )
-    return Course(graph, layers.place, layers.ends(roadmap.starts, up=True))
+    return LayeredNetwork(graph, layers.roadmap_node, layers.ends(roadmap.starts, up=True))
 
 
-def breach(robot: Robot, path: Floats, floor: float) -> int | None:
+def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
     """The first segment on which a joint path (k, dof) breaks the floor, looked at every 0.001 rad; None if none does.
 
     Everywhere w is at least the least of the floor, w at the start and w at the goal; from where it first reaches the
@@ -107,7 +107,7 @@ class _Kind(Enum):
     DOWN = auto()
 
 
-class _Legs:
+class _Arcs:
     """The arcs of a network by how they lie to the floor, with the least w on each."""
 
     def __init__(self, roadmap: Roadmap, network: gabf.Network, floor: float) -> None:
@@ -134,7 +134,7 @@ class _Legs:
 
 
 @dataclass(frozen=True, eq=False)
-class _Tier:
+class _Layer:
     """A copy of the nodes below the floor, for ends whose own w is ``least``: on the way up to it, or down from it."""
 
     least: float
@@ -143,7 +143,7 @@ class _Tier:
 
 
 class _Layers:
-    """The roadmap's nodes, then their copies, tier by tier."""
+    """The roadmap's nodes, then their copies, layer by layer."""
 
     def __init__(self, roadmap: Roadmap, floor: float) -> None:
         n, self._w = len(roadmap.nodes), roadmap.manipulability
@@ -151,13 +151,13 @@ class _Layers:
         self.roadmap = np.arange(n)
         below = np.flatnonzero(self._w < floor)
         bars = [(w, up) for ends, up in ((roadmap.starts, True), (roadmap.goals, False)) for w in self._bars(ends)]
-        self.place = np.concatenate([self.roadmap, np.tile(below, len(bars))])
-        tiers = []
+        self.roadmap_node = np.concatenate([self.roadmap, np.tile(below, len(bars))])
+        layers_below = []
         for k, (least, up) in enumerate(bars):
             copy = np.full(n, -1, dtype=np.int64)
             copy[below] = n + k * len(below) + np.arange(len(below))
-            tiers.append(_Tier(least, up, copy))
-        self.tiers = tuple(tiers)
+            layers_below.append(_Layer(least, up, copy))
+        self.layers_below = tuple(layers_below)
 
     def _bars(self, ends: Ints) -> list[float]:
         return np.unique(self._w[ends][self._w[ends] < self._floor]).tolist()
@@ -165,9 +165,10 @@ class _Layers:
     def ends(self, nodes: Ints, up: bool) -> Ints:
         """Where paths may start (``up``) or end: at a node, or at its copies.
 
-        That is the copy in its own tier; and any in the other way's tiers, for paths that never reach the floor.
+        A node below the floor stands for its copy in its own layer, and for its copies in the layers of the other
+        direction: a path that never reaches the floor starts in a layer on the way down, or ends in one on the way up.
         """
         numbers = [[node] for node in nodes[self._w[nodes] >= self._floor]]
         for node in nodes[self._w[nodes] < self._floor]:
-            numbers.append([t.copy[node] for t in self.tiers if t.up != up or t.least == self._w[node]])
+            numbers.append([t.copy[node] for t in self.layers_below if t.up != up or t.least == self._w[node]])
         return np.array(list(itertools.chain(*numbers)), dtype=np.int64)

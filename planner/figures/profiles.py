@@ -27,7 +27,7 @@ def path_profiles(checker: CollisionChecker, paths: Mapping[str, Floats]) -> Fig
     """
     figure = Figure(figsize=(7.2, 5.0), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
-    robot = checker.world.robot
+    robot = checker.robot
     for k, (label, path) in enumerate(paths.items()):
         _require_path(label, path)
         q = dense_path(path)
@@ -65,7 +65,7 @@ def motion_along(q: Floats) -> Floats:
 
 def w_label(robot: Robot) -> str:
     """The name of w on an axis, with its unit."""
-    return f"manipulability $w$ ({UNITS[robot.rows]})"
+    return f"manipulability $w$ ({UNITS[robot.manipulability]})"
 
 
 def _require_path(label: str, path: Floats) -> None:

@@ -34,7 +34,7 @@ def configuration_space(
     where the determinant of the Jacobian changes its sign. Nodes that reach no goal are grey. Raises
     :class:`OptionError` for a robot that has not two joints and a Jacobian of two rows.
     """
-    robot = checker.world.robot
+    robot = checker.robot
     if robot.dof != 2 or len(jacobian(robot, robot.home)) != 2:
         raise OptionError(f"{robot.name} has {robot.dof} joints: this figure is for an arm with 2 in a plane.")
     figure = Figure(figsize=(7.2, 5.6), layout="constrained")

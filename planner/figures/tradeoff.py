@@ -13,7 +13,7 @@ from matplotlib.ticker import StrMethodFormatter
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.figures.strokes import SHADES, marked, stroke
-from planner.tradeoff import Interval, Tradeoff, reached_by_beta
+from planner.tradeoff.sweep import Interval, Tradeoff, reached_by_beta
 
 OMEGA, DISTANCE = "manipulability cost $\\Omega$ (no unit)", "distance cost $D$ (no unit)"
 BETA = "$\\beta$ (no unit)"

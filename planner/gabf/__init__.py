@@ -20,7 +20,7 @@ from planner.gabf.kernels import (
     TradeOff,
     UserKernel,
 )
-from planner.gabf.laws import FixedTime, Law, Nominal, PrescribedTime, SingularityFree, control_input
+from planner.gabf.laws import FixedTime, Law, Nominal, PrescribedTime, SingularityFree, control_input, named_law
 from planner.gabf.network import Network
 from planner.gabf.oracle import bellman_operator, max_error, oracle, residual, value_iteration
 from planner.gabf.path import extract_path
@@ -66,6 +66,7 @@ __all__ = [
     "examples",
     "extract_path",
     "max_error",
+    "named_law",
     "oracle",
     "overestimate",
     "residual",

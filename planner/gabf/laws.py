@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import OptionError
+from planner.base.errors import OptionError, choices
 from planner.gabf.clock import PrescribedClock, Reading, UniformClock
 from planner.gabf.flows import Flow, LinearFlow, PowerFlow
 
@@ -172,6 +172,24 @@ def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
     with np.errstate(divide="ignore", over="ignore"):
         size = np.exp(law.clock.log_gain(tau) + np.log(np.abs(rate)))
     return np.copysign(size, -rate)
+
+
+def named_law(name: str, T: float = 4.0) -> Law:
+    """The law called ``name``, with the paper's parameters; those without a prescribed time ignore ``T`` (s).
+
+    Raises :class:`OptionError` for an unknown name.
+    """
+    match name:
+        case Nominal.name:
+            return Nominal()
+        case FixedTime.name:
+            return FixedTime()
+        case PrescribedTime.name:
+            return PrescribedTime(T=T)
+        case SingularityFree.name:
+            return SingularityFree(T=T)
+    known = choices(law.name for law in (Nominal, PrescribedTime, FixedTime, SingularityFree))
+    raise OptionError(f"law '{name}' not found; laws are {known}.")
 
 
 def _require_positive(**values: float) -> None:

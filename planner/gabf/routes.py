@@ -16,7 +16,7 @@ def paths_from(
     """The cheapest node path (k,) from each of the ``starts`` (s,) to a goal; empty where no goal can be reached.
 
     Nothing is solved again: along minimising neighbours x already holds every node's cost-to-go, and x at a start is
-    what its path costs. :func:`planner.planning.path_waypoints` turns nodes into configurations:
+    what its path costs. :func:`planner.roadmap.roadmap.path_waypoints` turns nodes into configurations:
 
         roadmap = attach(load_roadmap(file), checker, starts, goals)      # nodes for all of them, linked by proofs
         network = planner.build_network(roadmap, beta=0.5)

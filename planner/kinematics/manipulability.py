@@ -19,7 +19,7 @@ ROWS = {"pose": slice(0, 6), "translation": slice(0, 3), "planar": slice(0, 2)}
 def jacobian(robot: Robot, q: Floats) -> Floats:
     """The tool's Jacobian (rows, dof) at one configuration, in world axes at the tool's origin.
 
-    Linear rows first (m/rad), then angular ones; ``robot.rows`` says which are kept. Translation and pose
+    Linear rows first (m/rad), then angular ones; ``robot.manipulability`` says which are kept. Translation and pose
     manipulability rank configurations differently (rank correlation 0.6 to 0.75), so the robot file chooses.
     """
     return _jacobian_function(robot)(np.asarray(q, dtype=float))
@@ -43,7 +43,7 @@ def manipulability(robot: Robot, q: Floats) -> Floats:
 
 
 def _jacobian_function(robot: Robot) -> Callable[[Floats], Floats]:
-    model, frame, rows = robot.model, robot.tool_id, ROWS[robot.rows]
+    model, frame, rows = robot.model, robot.tool_id, ROWS[robot.manipulability]
     data = model.createData()
     aligned = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 

@@ -87,7 +87,7 @@ def check_path(checker: CollisionChecker, path: Floats, step: float = RECHECK_ST
     Between waypoints the path is straight in joint space. Raises :class:`OptionError` for a step that is no distance.
     """
     require_step(step)
-    robot, dense = checker.world.robot, dense_path(path)
+    robot, dense = checker.robot, dense_path(path)
     w, clearance = manipulability(robot, dense), smallest_clearance(checker, path)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])
     return PathReport(
@@ -127,7 +127,7 @@ def prove_path(checker: CollisionChecker, path: Floats, clearance: float = np.in
 
     ``clearance`` (m) is the smallest that is known of; where all is proven free, proofs of distances below it follow.
     """
-    robot, world = checker.world.robot, checker.world
+    robot, world = checker.robot, checker.world
     verdicts = np.full(len(path) - 1, int(Verdict.UNDECIDED))
     outside = np.flatnonzero(beyond_limits(robot, path).any(axis=1))
     rows = np.setdiff1d(np.arange(len(verdicts)), np.concatenate([outside - 1, outside]))

@@ -28,7 +28,7 @@ def verdict_sentence(report: PathReport) -> str:
 
 def report_rows(report: PathReport) -> list[tuple[str, str]]:
     """The report as the terminal's table has it."""
-    robot, w = report.checker.world.robot, report.w
+    robot, w = report.checker.robot, report.w
     size = f"{_count(len(report.path), 'waypoint')}, {report.joint_length:.3f} rad, {report.workspace_length:.3f} m"
     smallest = f"min {w.min():.3g} ({_where(report.lowest.segment, report.lowest.share)}), mean {w.mean():.3g}"
     return [
@@ -64,7 +64,7 @@ def report_record(report: PathReport) -> dict[str, Any]:
             "min": float(report.w.min()),
             "mean": float(report.w.mean()),
             **_place_record(report.lowest),
-            "rows": world.robot.rows,
+            "rows": world.robot.manipulability,
             "frame": world.robot.tool,
             "profile": np.interp(places, report.shares, report.w).tolist(),
         },
@@ -80,7 +80,7 @@ def _where(segment: int, share: float) -> str:
 
 
 def _limits(report: PathReport) -> str:
-    excess, robot = report.excess, report.checker.world.robot
+    excess, robot = report.excess, report.checker.robot
     if excess is None:
         return "within limits"
     k = robot.joints.index(excess.joint)

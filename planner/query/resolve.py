@@ -36,7 +36,7 @@ def resolve(target: Target, checker: CollisionChecker, states: Mapping[str, str]
         case Joints(values):
             return free_configuration(np.array(values), checker, role)[None]
         case Position(xyz) | Pose(xyz):
-            return _choose(_reach(target, checker.world.robot, role), checker, np.array(xyz), role, count)
+            return _choose(_reach(target, checker.robot, role), checker, np.array(xyz), role, count)
 
 
 def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:
@@ -51,9 +51,9 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
         case Named(names):
             raise StateError(f"{role} names {len(names)} states, {choices(names)}: name one.")
         case Joints(values):
-            return frozen(_joint_values(np.array(values), checker.world.robot, role))
+            return frozen(_joint_values(np.array(values), checker.robot, role))
         case Position(xyz) | Pose(xyz):
-            robot = checker.world.robot
+            robot = checker.robot
             solutions = _reach(target, robot, role)
             found = solutions.configurations
             if not len(found):
@@ -72,7 +72,7 @@ def _reach(target: Position | Pose, robot: Robot, role: str) -> inverse.Solution
 
 
 def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
-    robot = checker.world.robot.name
+    robot = checker.robot.name
     if name not in states:
         known = f"its states are {choices(states)}" if states else "it names none"
         raise StateError(
@@ -102,7 +102,7 @@ def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> 
 
     What is beyond a limit by no more than rounding is brought to it: OMPL forgives less.
     """
-    robot = checker.world.robot
+    robot = checker.robot
     check_limits(robot, _joint_values(values, robot, role), role)
     values = np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
     contact = contact_of(checker, values)
@@ -143,7 +143,7 @@ def beyond_limits(robot: Robot, values: Floats) -> Floats:
 def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: Floats, role: str, count: int) -> Floats:
     found = solutions.configurations
     if not len(found):
-        raise StateError(_out_of_reach(solutions, checker.world.robot, position, role))
+        raise StateError(_out_of_reach(solutions, checker.robot, position, role))
     contacts = [contact_of(checker, q) for q in found]
     free = np.array([contact is None for contact in contacts])
     if not free.any():
@@ -153,7 +153,7 @@ def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: F
             f"{_describe(first, checker)}); move it or the obstacle."
         )
     candidates = found[free]
-    robot = checker.world.robot
+    robot = checker.robot
     room = np.minimum(candidates - robot.lower, robot.upper - candidates)
     at_limit = (np.where(robot.continuous, np.inf, room) < NEAR_LIMIT).any(axis=1)
     order = np.lexsort((-manipulability(robot, candidates), at_limit))

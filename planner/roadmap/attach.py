@@ -10,9 +10,9 @@ from functools import partial
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.query.resolve import free_configuration
-from planner.roadmap.build import Progress
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.extend import enlarged, renumbered
 from planner.roadmap.grow import Growth, GrowthSettings, grow
@@ -33,18 +33,18 @@ def attach(
     goals: Floats,
     seed: int = 0,
     settings: GrowthSettings | None = None,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> Roadmap:
     """The roadmap with ``starts`` (s, dof) and ``goals`` (g, dof) as its starts and goals.
 
     Those that are not nodes yet become nodes, linked to their nearest neighbours wherever that is proven. Where a
-    start is then still parted from every goal, RRTConnect grows a way between them and the largest component: at most
-    ``settings.join_motions`` motions a try. The cost scale stays: costs mean the same as before. One roadmap serves
-    many starts: one field over it answers all of them. Raises :class:`StateError` for an end that is not free.
+    start is then still disconnected from every goal, RRTConnect grows a path between them and the largest component:
+    at most ``settings.join_motions`` motions per try. The cost scale stays: costs mean the same as before.
+    One roadmap serves many starts: one field over it answers all of them. Raises :class:`StateError` for an end that is
+    not free.
     """
-    grow_way = partial(grow, seed=seed, settings=settings or GrowthSettings(), progress=progress, stop=stop)
-    builder = _Builder(roadmap, checker, grow_way, stop)
+    grow_way = partial(grow, seed=seed, settings=settings or GrowthSettings(), progress=progress)
+    builder = _Builder(roadmap, checker, grow_way, progress)
     first, last = (
         np.array([builder.index(free_configuration(q, checker, role)) for q in ends], dtype=np.int64)
         for role, ends in (("start", starts), ("goal", goals))
@@ -64,10 +64,10 @@ class _Builder:
         roadmap: Roadmap,
         checker: CollisionChecker,
         grow_way: Callable[..., Growth],
-        stop: Callable[[], bool],
+        progress: Progress,
     ) -> None:
-        self.robot, self.prover = checker.world.robot, RecordingProver(checker)
-        self.grow_way, self.stop = grow_way, stop
+        self.robot, self.prover = checker.robot, RecordingProver(checker)
+        self.grow_way, self.progress = grow_way, progress
         self.nodes, self.edges = roadmap.nodes, roadmap.edges
 
     def index(self, q: Floats) -> int:
@@ -111,7 +111,7 @@ class _Builder:
             labels = self._labels()
             mine = labels == labels[start]
             theirs = np.isin(labels, labels[goals]) & ~mine
-            self._join(mine, theirs if at_main else theirs & ~main)  # the largest was tried in vain
+            self._join(mine, theirs if at_main else theirs & ~main)  # the largest was tried without result
         more = len(self.nodes) - before
         if self._reaches(start, goals):
             _log.warning("direct links did not join start and goal: the roadmap grew by %d nodes to join them", more)
@@ -120,11 +120,11 @@ class _Builder:
 
     def _join(self, roots: Bools, ends: Bools) -> bool:
         """Grow a way from the nodes in one mask (n,) to those in another and link it; whether one was found."""
-        if self.stop() or not ends.any():
+        if self.progress.stopped or not ends.any():
             return False
         first, last, n = np.flatnonzero(roots), np.flatnonzero(ends), len(self.nodes)
         # no more nodes than the way itself needs
-        growth = self.grow_way(self.robot, self.prover, self.nodes[first], self.nodes[last], 0)
+        growth = self.grow_way(self.prover, self.nodes[first], self.nodes[last], 0)
         if growth.joined:
             new, edges = renumbered(growth, first, n, last)
             self.nodes = np.vstack([self.nodes, new])

@@ -9,17 +9,18 @@ well-conditioned configurations; its price is that many nodes fewer for the rest
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.forest import Forest
 from planner.roadmap.measure import simpson_weights
-from planner.roadmap.motions import ROOM
+from planner.roadmap.motions import EXTRA_CLEARANCE
 from planner.roadmap.scale import CostScale, manipulability_cost, measure_scale
 from planner.world.robot import Robot
 
@@ -33,7 +34,7 @@ _TOWARDS_MIDDLE = (1.0, 0.5)  # and towards the middle of the neighbours, which 
 _BOTH = ((0.5, 0.5), (0.5, 0.25))
 _DIP = 0.5  # a motion dips where w falls below this share of what it is at its ends
 _DIP_SHARES = np.linspace(0.0, 1.0, 33)
-_PROVEN_A_WAYPOINT = 2  # of its candidates, the best ones are proven
+_PROVEN_PER_WAYPOINT = 2  # of its candidates, the best ones are proven
 _LEAST_GAIN = 1e-4  # relative
 _EPS = 1e-3  # rad, finite differences
 _SHARES = np.linspace(0.0, 1.0, 5)  # of a motion at which w is looked at
@@ -64,18 +65,16 @@ class MotionCost:
         return np.where(w.min(axis=1, initial=np.inf) < self.floor, np.inf, cost)
 
 
-def pull(
-    prover: EdgeProver, path: Floats, cost: MotionCost, stop: Callable[[], bool] = lambda: False
-) -> Iterator[Floats]:
+def refine_path(prover: EdgeProver, path: Floats, cost: MotionCost, progress: Progress = QUIET) -> Iterator[Floats]:
     """A path (k, dof) of proven motions moved downhill, its ends kept; first in long pieces, then in shorter ones.
 
     Every motion of the results is proven if those of ``path`` are; angles unwound. No randomness.
     """
-    path = prover.world.robot.unwound(path)
+    path = prover.robot.unwound(path)
     for piece in _PIECES:
         path, size = _cut(path, piece), 0.5 * piece
         for sweep in range(_SWEEPS):
-            if stop():
+            if progress.stopped:
                 return
             if size < _LEAST_STEP * piece:
                 break
@@ -105,7 +104,7 @@ def _without_needless(prover: EdgeProver, path: Floats, cost: MotionCost, piece:
         a, q, b = path[inner - 1], path[inner], path[inner + 1]
         gain = (np.linalg.norm(b - a, axis=1) <= 1.3 * piece) & (cost(a, b) < cost(a, q) + cost(q, b))
         if gain.any():
-            free = prover.prove(a[gain], (b - a)[gain], ROOM).free
+            free = prover.prove(a[gain], (b - a)[gain], EXTRA_CLEARANCE).free
             path = np.delete(path, inner[gain][free], axis=0)
     return path
 
@@ -114,19 +113,23 @@ def _move(prover: EdgeProver, path: Floats, inner: Ints, cost: MotionCost, size:
     """Move waypoints ``inner``, no two of them neighbours, where that is cheaper and proven; changes ``path``."""
     before, here, after = path[inner - 1], path[inner], path[inner + 1]
     now, downhill = _slope(before, here, after, cost)
-    candidates = _candidates(prover.world.robot, before, here, after, size * downhill)
+    candidates = _candidates(prover.robot, before, here, after, size * downhill)
     k, count, dof = candidates.shape
     flat = candidates.reshape(-1, dof)
     price = cost(np.repeat(before, count, axis=0), flat) + cost(flat, np.repeat(after, count, axis=0))
     price = price.reshape(k, count)
-    best = np.argsort(price, axis=1, kind="stable")[:, :_PROVEN_A_WAYPOINT]
+    best = np.argsort(price, axis=1, kind="stable")[:, :_PROVEN_PER_WAYPOINT]
     rows, ranks = np.nonzero(np.take_along_axis(price, best, axis=1) < now[:, None] * (1.0 - _LEAST_GAIN))
     moved = np.zeros(k, dtype=bool)
     if not len(rows):
         return moved
     there = candidates[rows, best[rows, ranks]]
     start = np.concatenate([before[rows], there])
-    free = prover.prove(start, np.concatenate([there, after[rows]]) - start, ROOM).free.reshape(2, -1).all(axis=0)
+    free = (
+        prover.prove(start, np.concatenate([there, after[rows]]) - start, EXTRA_CLEARANCE)
+        .free.reshape(2, -1)
+        .all(axis=0)
+    )
     for row, q in zip(rows[free], there[free], strict=True):  # cheapest first
         if not moved[row]:
             path[inner[row]], moved[row] = q, True
@@ -155,7 +158,7 @@ def _candidates(robot: Robot, before: Floats, here: Floats, after: Floats, step:
     return np.where(robot.continuous, places, np.clip(places, robot.lower, robot.upper))
 
 
-def add_strands(
+def add_refined_paths(
     prover: EdgeProver,
     nodes: Floats,
     edges: Ints,
@@ -163,27 +166,27 @@ def add_strands(
     goals: Ints,
     room: int,
     floor: float = 0.0,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> tuple[Floats, Ints]:
     """``nodes`` (n, dof) and proven ``edges`` (m, 2) with the strands of ``BETAS``, at most ``room`` nodes more.
 
     Nothing is added where starts and goals are not connected. With a ``floor`` (w) a strand is pulled where the path it
     comes from lies above it, and stays above.
     """
-    robot = prover.world.robot
+    robot = prover.robot
     a, b = (nodes[ends] for ends in edges.T)
     scale = measure_scale(manipulability(robot, nodes), np.linalg.norm(robot.difference(a, b), axis=1), np.zeros(0))
     forest = Forest(nodes, edges)
     for beta in BETAS:
         cost = MotionCost(robot, scale, beta)
         path = best_path(nodes, edges, cost(a, a + robot.difference(a, b)), starts, goals)
-        if path is None or stop():
+        if path is None or progress.stopped:
             break
         above = np.flatnonzero(manipulability(robot, path) >= floor)
         if len(above) < 3:
             continue
         first, last = above[0], above[-1] + 1
-        for strand in pull(prover, path[first:last], replace(cost, floor=floor), stop):
+        for strand in refine_path(prover, path[first:last], replace(cost, floor=floor), progress):
             strand = robot.normalise(_with_dips(robot, strand))
             strand[[0, -1]] = path[[first, last - 1]]  # these nodes are there: the same to the last bit
             fresh = len({q.tobytes() for q in strand} - forest.known)

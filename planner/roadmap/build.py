@@ -1,18 +1,21 @@
-"""A roadmap from nothing: grow, link, pull strands, measure."""
+"""A roadmap from nothing: grow, link, refine_path strands, measure."""
 
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
 from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.best_paths import add_strands
+from planner.query.resolve import free_configuration
+from planner.roadmap.best_paths import add_refined_paths
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.grow import ROADMAP, GrowthSettings, grow
 from planner.roadmap.links import connect
@@ -20,61 +23,64 @@ from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import Origin, Roadmap
 from planner.roadmap.scale import measure_scale
 from planner.roadmap.world_record import record_of
+from planner.world.robot import Robot
 
-_REST = 1_000_003  # added to the seed where the tree goes on: the same seed would draw the same samples again
-
-Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True)
-class RoadmapSettings:
-    """Size and density. ``density`` is edges a node, the paper's by default; more means more choice and more proofs.
-
-    ``strands``: the share of the nodes that is kept for strands, the pulled best paths.
-    """
-
-    nodes: int = PAPER_NODES
-    density: float = PAPER_EDGES / PAPER_NODES
-    strands: float = 0.1
-    growth: GrowthSettings = field(default_factory=GrowthSettings)
-
-    def __post_init__(self) -> None:
-        require_nodes(self.nodes)
+_REST = 1_000_003  # added to the seed where the tree goes on: with the same seed it would draw the same samples again
 
 
-def grow_roadmap(
+DENSITY = PAPER_EDGES / PAPER_NODES  # edges per node
+REFINED = 0.1  # share of the nodes
+
+
+def build_roadmap(
+    robot: Robot,
     checker: CollisionChecker,
-    starts: Floats,
-    goals: Floats,
-    settings: RoadmapSettings,
-    seed: int,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    start: Floats | Sequence[float],
+    goal: Floats | Sequence[float],
+    nodes: int = PAPER_NODES,
+    seed: int = 0,
+    progress: Progress = QUIET,
+    min_manipulability: float = 0.0,
+    density: float = DENSITY,
+    refined: float = REFINED,
+    growth: GrowthSettings | None = None,
 ) -> Roadmap:
-    """Proven edges all through, by counts: a first path, RRT around it, links up to the density, strands, more RRT."""
-    robot, prover, growth = checker.world.robot, RecordingProver(checker), settings.growth
+    """A roadmap of proven edges between configurations ``start`` and ``goal`` ((dof,) or (k, dof), rad).
 
-    def report(stage: str, done: int, total: int) -> None:
-        progress(stage, done, settings.nodes if stage == ROADMAP else total)
+    By counts: a first path, RRT around it, links until there are ``density`` edges per node (more: more choice and
+    more proofs), refined best paths, RRT again. ``refined`` is the share of the ``nodes`` that is kept for the refined
+    paths. With ``min_manipulability`` it grows above that w, but for the paths up to it from a start or goal below.
+    Raises :class:`StateError` where one of them is out of limits or in collision.
+    """
+    if robot is not checker.robot:
+        raise OptionError("the checker was made for another robot: make one with make_checker(robot, scene).")
+    require_nodes(nodes)
+    starts, goals = (
+        np.array([free_configuration(q, checker, role) for q in np.atleast_2d(np.asarray(rows, dtype=float))])
+        for role, rows in (("start", start), ("goal", goal))
+    )
+    prover, growth = RecordingProver(checker), replace(growth or GrowthSettings(), floor=min_manipulability)
+    # a tree that is grown in two parts shows one bar
+    whole = progress.renamed(lambda stage, done, total: progress(stage, done, nodes if stage == ROADMAP else total))
 
-    def link(nodes: Floats, edges: Ints) -> Ints:
-        target = round(settings.density * len(nodes))
-        return connect(robot, prover, nodes, edges, target, lambda done, total: progress("links", done, total), stop)
+    def link(configurations: Floats, edges: Ints) -> Ints:
+        return connect(prover, configurations, edges, round(density * len(configurations)), progress)
 
-    room = round(settings.strands * settings.nodes)
-    grown = grow(robot, prover, starts, goals, settings.nodes - room, seed, growth, report, stop)
-    nodes, edges = grown.nodes, link(grown.nodes, grown.edges)
-    if room and not stop():
-        nodes, edges = add_strands(prover, nodes, edges, grown.starts, grown.goals, room, growth.floor, stop)
-        # what the strands left of their room goes to the tree
-        rest = grow(robot, prover, nodes, goals[:0], settings.nodes, seed + _REST, growth, report, stop)
-        nodes, edges = rest.nodes, link(rest.nodes, np.concatenate([edges, rest.edges]))
-    return _measured(prover, nodes, edges, grown.starts, grown.goals, seed)
+    kept = round(refined * nodes)
+    grown = grow(prover, starts, goals, nodes - kept, seed, growth, whole)
+    configurations, edges = grown.nodes, link(grown.nodes, grown.edges)
+    if kept and not progress.stopped:
+        ends = grown.starts, grown.goals
+        configurations, edges = add_refined_paths(prover, configurations, edges, *ends, kept, growth.floor, progress)
+        # what the refined paths left of their share goes to the tree
+        rest = grow(prover, configurations, goals[:0], nodes, seed + _REST, growth, whole)
+        configurations, edges = rest.nodes, link(rest.nodes, np.concatenate([edges, rest.edges]))
+    return _measured(prover, configurations, edges, grown.starts, grown.goals, seed)
 
 
 def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints, goals: Ints, seed: int) -> Roadmap:
-    """The roadmap of proven ``edges`` (m, 2), in order, with its costs' makings and its certificates."""
-    robot = prover.world.robot
+    """The roadmap of proven ``edges`` (m, 2), sorted, with what its costs are made of, and its certificates."""
+    robot = prover.robot
     edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))]
     w = manipulability(robot, nodes)
     measures = measure_edges(robot, nodes, edges)

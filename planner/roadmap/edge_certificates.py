@@ -14,7 +14,7 @@ class RecordingProver(EdgeProver):
     """A prover that remembers every free segment's clearance and samples, so that nothing is proven twice for them.
 
     prover = RecordingProver(checker)
-    growth = grow(robot, prover, ...)
+    growth = grow(prover, ...)
     clearance, samples = prover.certificates(growth.nodes, growth.edges)
     """
 

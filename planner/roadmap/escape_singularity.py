@@ -16,12 +16,12 @@ _STATES = np.linspace(0.0, 1.0, 6)[1:]  # of a step at which w must have risen
 _EPS = 1e-4  # rad, finite differences
 
 
-def climb(prover: EdgeProver, q: Floats, floor: float) -> Floats:
+def ascend_manipulability(prover: EdgeProver, q: Floats, floor: float) -> Floats:
     """A way (k, dof) from ``q`` up to manipulability ``floor``, as far as small proven steps uphill lead.
 
     w rises from each state looked at to the next. Its last row falls short of ``floor`` where every step up is blocked.
     """
-    robot, rng = prover.world.robot, np.random.default_rng(0)
+    robot, rng = prover.robot, np.random.default_rng(0)
     rows, w = [q], float(manipulability(robot, q[None])[0])
     while w < floor and len(rows) <= _STEPS:
         found = _step(prover, rows[-1], w, rng)
@@ -34,7 +34,7 @@ def climb(prover: EdgeProver, q: Floats, floor: float) -> Floats:
 
 def _step(prover: EdgeProver, q: Floats, w: float, rng: np.random.Generator) -> Floats | None:
     """The step that gains most among those that rise all along and are proven."""
-    robot = prover.world.robot
+    robot = prover.robot
     slope = manipulability(robot, q + _EPS * np.eye(robot.dof)) - w
     uphill = slope / max(float(np.linalg.norm(slope)), 1e-300)
     directions = np.vstack([uphill, uphill + _SPREAD * rng.normal(size=(_TRIES, robot.dof)) / np.sqrt(robot.dof)])

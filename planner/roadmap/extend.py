@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -10,9 +9,10 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.build import Progress, RoadmapSettings
+from planner.roadmap.build import DENSITY
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.grow import Growth, GrowthSettings, grow
 from planner.roadmap.links import connect
@@ -26,19 +26,17 @@ def extend(
     nodes: int,
     seed: int | None = None,
     settings: GrowthSettings | None = None,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> Roadmap:
     """About ``nodes`` more configurations, grown by RRT from all there are, linked to the density there was.
 
-    Fewer come where too many motions are refused or ``stop`` says so. Left out, ``seed`` follows from the roadmap: a
+    Fewer come where too many motions are refused or it is asked to stop. Left out, ``seed`` follows from the roadmap: a
     seed that was used already would draw the same samples again. Raises :class:`OptionError` for less than one node.
     """
     if nodes < 1:
         raise OptionError(f"{nodes} nodes are no extension: give a whole number from 1.")
-    robot, prover, n = checker.world.robot, RecordingProver(checker), len(roadmap.nodes)
+    robot, prover, n = checker.robot, RecordingProver(checker), len(roadmap.nodes)
     growth = grow(
-        robot,
         prover,
         roadmap.nodes,
         np.zeros((0, robot.dof)),
@@ -46,19 +44,16 @@ def extend(
         (roadmap.origin.seed + n) % 2**31 if seed is None else seed,
         settings or GrowthSettings(),
         progress,
-        stop,
     )
     new, edges = renumbered(growth, np.arange(n), n)
     everything = np.vstack([roadmap.nodes, new])
-    density = max(RoadmapSettings().density, len(roadmap.edges) / n)
+    density = max(DENSITY, len(roadmap.edges) / n)
     linked = connect(
-        robot,
         prover,
         everything,
         np.concatenate([roadmap.edges, edges]),
         round(density * len(everything)),
-        lambda done, total: progress("links", done, total),
-        stop,
+        progress,
     )
     return enlarged(roadmap, prover, new, linked)
 
@@ -82,7 +77,7 @@ def enlarged(roadmap: Roadmap, prover: RecordingProver, nodes: Floats, edges: In
 
     The margin is that of the weaker proofs; whatever was proven with a larger one has so much more clearance.
     """
-    robot, everything = prover.world.robot, np.vstack([roadmap.nodes, nodes])
+    robot, everything = prover.robot, np.vstack([roadmap.nodes, nodes])
     edges = _lacking(roadmap.edges, edges, len(everything))
     clearance, samples = prover.certificates(everything, edges)
     margin = min(roadmap.origin.margin, prover.world.margin)

@@ -7,22 +7,22 @@ states only. What it finds is not believed: every motion of the path is then pro
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.roadmap.motions import ROOM, Motions
+from planner.base.progress import QUIET, Progress
+from planner.roadmap.motions import EXTRA_CLEARANCE, Motions
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
-from planner.world.robot import Robot
 
-_STEPS = (2.0, 4.0, 1.0)  # steps of the tries by turns, in ranges
-_TRY = 10_000  # motions that one try may check: trees that were cut off early found less than one that went on
+_STEPS = (2.0, 4.0, 1.0)  # steps of the tries, alternately, in ranges
+_TRY = 10_000  # motions that one try may check: several shorter tries solved fewer problems than one long one
 _SAMPLE, _FINEST = 0.05, 0.0125  # m between the states of a sampled motion; halved where what was found has no proof
 _REPAIR_MOTIONS = 300
-_REPAIR_ROOM = (0.3, 1.0)  # rad beyond the ends of a refused motion where a way round it is looked for, by turns
+_REPAIR_BOX = (0.3, 1.0)  # rad beyond the ends of a refused motion in which a detour is searched, one after the other
 _REPORT_EVERY = 500
+FIRST_PATH = "first path"  # a stage of progress
 
 
 @dataclass(frozen=True)
@@ -38,78 +38,76 @@ class JoinSettings:
     shortcuts: int
 
 
-class Joiner:
+class FirstPathSearch:
     """Looks for a proven path between sets of configurations; ``checked`` counts the motions it looked at."""
 
     def __init__(
         self,
-        robot: Robot,
         motions: Motions,
         settings: JoinSettings,
-        progress: Callable[[int, int], None] = lambda done, total: None,
-        stop: Callable[[], bool] = lambda: False,
+        progress: Progress = QUIET,
     ) -> None:
-        self._robot, self._motions, self._settings = robot, motions, settings
-        self._progress, self._stop = progress, stop
+        self._robot, self._motions, self._settings = motions.robot, motions, settings
+        self._progress = progress
         self.checked = 0
 
     def join(self, starts: Floats, goals: Floats) -> Floats | None:
         """A path (k, dof) of proven motions from a row of ``starts`` to a row of ``goals``; None if none was found.
 
-        Tries with middling, short and long steps by turns: a long step leaves a narrow place seldom, a short one
-        crosses the open slowly.
+        Tries alternate between medium, long and short steps: a long step rarely leaves a narrow passage, a short one
+        crosses open space slowly.
         """
         if not len(starts) or not len(goals):
             return None
         end, sample = self._settings.motions, _SAMPLE
         for factor in itertools.cycle(_STEPS):
             left = end - self.checked
-            if left <= 0 or self._stop():
+            if left <= 0 or self._progress.stopped:
                 return None
             found = self._search(starts, goals, factor * self._settings.range, sample, min(_TRY, left))
             if found is None:
                 continue
             path = self._prove(found)
             if path is not None:
-                self._progress(end, end)
+                self._progress(FIRST_PATH, end, end)
                 return self._subdivided(self._shorten(path))
             sample = max(0.5 * sample, _FINEST)
 
     def _search(self, starts: Floats, goals: Floats, step: float, sample: float, limit: int) -> Floats | None:
-        look, before = self._motions.sampled(sample), self.checked
+        look, before = self._motions.looks_free(sample), self.checked
 
         def check(first: Floats, delta: Floats) -> bool:
             self.checked += 1
             if self.checked % _REPORT_EVERY == 0:
-                self._progress(self.checked, self._settings.motions)
+                self._progress(FIRST_PATH, self.checked, self._settings.motions)
             return look(first, delta)
 
-        with TreePlanners(JointSpace.of(self._robot), check, self._stop) as planners:
+        with TreePlanners(JointSpace.of(self._robot), check, self._progress) as planners:
             path = planners.rrt_connect(starts, goals, step, limit)
         self.checked = max(self.checked, before + 1)  # a try that could not even begin counts, so that tries end
         return path
 
     def _prove(self, path: Floats) -> Floats | None:
-        """The path with every motion proven, refused ones replaced by a proven way round; None where there is none."""
+        """The path with every motion proven, refused ones replaced by a proven detour; None where there is none."""
         delta = self._robot.difference(path[:-1], path[1:])
         free = self._motions.prover.prove(path[:-1], delta).free
         rows = [path[:1]]
         for k, proven in enumerate(free):
-            piece = path[k : k + 2] if proven else self._way_round(path[k], delta[k])
+            piece = path[k : k + 2] if proven else self._detour(path[k], delta[k])
             if piece is None:
                 return None
             rows += [piece[1:-1], path[k + 1 : k + 2]]
         return np.concatenate(rows)
 
-    def _way_round(self, first: Floats, delta: Floats) -> Floats | None:
+    def _detour(self, first: Floats, delta: Floats) -> Floats | None:
         """Proven motions (k, dof) from ``first`` to ``first + delta`` within a box around both, angles unwound."""
         robot, last = self._robot, first + delta
-        for room in _REPAIR_ROOM:
-            lower, upper = np.minimum(first, last) - room, np.maximum(first, last) + room
+        for beyond in _REPAIR_BOX:
+            lower, upper = np.minimum(first, last) - beyond, np.maximum(first, last) + beyond
             lower = np.where(robot.continuous, lower, np.maximum(lower, robot.lower))
             upper = np.where(robot.continuous, upper, np.minimum(upper, robot.upper))
             space = JointSpace(lower, upper, np.zeros(robot.dof, dtype=bool))
-            with TreePlanners(space, self._motions.proven, self._stop) as planners:
+            with TreePlanners(space, self._motions.proven, self._progress) as planners:
                 step = max(0.5 * float(np.linalg.norm(delta)), 0.1)
                 way = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
             self.checked += planners.checked
@@ -118,8 +116,8 @@ class Joiner:
         return None
 
     def _shorten(self, path: Floats) -> Floats:
-        roomy = Motions(self._motions.prover, self._motions.floor, ROOM)
-        with TreePlanners(JointSpace.of(self._robot), roomy.proven, self._stop) as planners:
+        roomy = Motions(self._motions.prover, self._motions.floor, EXTRA_CLEARANCE)
+        with TreePlanners(JointSpace.of(self._robot), roomy.proven, self._progress) as planners:
             path = planners.shorten(path, self._settings.shortcuts)
         self.checked += planners.checked
         return path

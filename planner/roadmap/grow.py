@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.escape_singularity import climb
-from planner.roadmap.first_path import Joiner, JoinSettings
+from planner.roadmap.escape_singularity import ascend_manipulability
+from planner.roadmap.first_path import FirstPathSearch, JoinSettings
 from planner.roadmap.forest import Forest
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners, seed_everything
-from planner.world.robot import Robot
 
-_JOIN_A_JOINT = 8000  # motions
+_JOIN_PER_JOINT = 8000  # motions
 _PART = 250  # nodes at least that a tree grows before its motions are proven
-_SAMPLE = 0.1  # m between the states at which a motion is looked at before
+_SAMPLE = 0.1  # m between the states at which a motion is sampled before it is proven
 _ABOVE = 0.02  # growth keeps so much above the floor, relative: between two states looked at, w may dip
-FIRST_PATH, ROADMAP = "first path", "roadmap"  # stages of progress
-
-Progress = Callable[[str, int, int], None]
+ROADMAP = "roadmap"  # a stage of progress
 
 
 @dataclass(frozen=True)
@@ -57,15 +54,13 @@ class Growth:
 
 
 def grow(
-    robot: Robot,
     prover: EdgeProver,
     starts: Floats,
     goals: Floats,
     nodes: int,
     seed: int,
     settings: GrowthSettings,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> Growth:
     """Grow about ``nodes`` configurations around a first path from ``starts`` (s, dof) to ``goals`` (g, dof).
 
@@ -75,36 +70,32 @@ def grow(
     motions, forest = Motions(prover, (1.0 + _ABOVE) * settings.floor), Forest()
     first = np.array([forest.add(q) for q in starts], dtype=np.int64)
     last = np.array([forest.add(q) for q in goals], dtype=np.int64)
-    join = JoinSettings(settings.range, settings.join_motions or _JOIN_A_JOINT * robot.dof, settings.shortcuts)
-    joiner = Joiner(robot, motions, join, lambda done, total: progress(FIRST_PATH, done, total), stop)
+    join = JoinSettings(settings.range, settings.join_motions or _JOIN_PER_JOINT * prover.robot.dof, settings.shortcuts)
+    search = FirstPathSearch(motions, join, progress)
     if settings.floor > 0 and len(goals):  # with nothing to join, ``starts`` are a tree that has its ways up
         starts, goals = _risen(forest, motions, starts), _risen(forest, motions, goals)
-    spine = None if np.intersect1d(first, last).size else joiner.join(starts, goals)
+    spine = None if np.intersect1d(first, last).size else search.join(starts, goals)
     if spine is not None:
         forest.add_path(spine)
-    checked = joiner.checked + grow_tree(
-        robot, motions, forest, nodes - len(forest), settings, lambda done, total: progress(ROADMAP, done, total), stop
-    )
+    checked = search.checked + grow_tree(motions, forest, nodes - len(forest), settings, progress)
     return Growth(forest.nodes(), forest.edges(), first, last, spine is not None, checked)
 
 
 def _risen(forest: Forest, motions: Motions, ends: Floats) -> Floats:
     """Where the ways up from ``ends`` (k, dof) reach the floor, those that do; all become part of the forest."""
-    ways = [climb(motions.prover, q, motions.floor) for q in ends]
+    ways = [ascend_manipulability(motions.prover, q, motions.floor) for q in ends]
     for way in ways:
         forest.add_path(way)
     tops = np.array([way[-1] for way in ways]).reshape(ends.shape)
-    return tops[manipulability(motions.prover.world.robot, tops) >= motions.floor]  # no motion may leave the others
+    return tops[manipulability(motions.robot, tops) >= motions.floor]  # no motion may leave the others
 
 
 def grow_tree(
-    robot: Robot,
     motions: Motions,
     forest: Forest,
     wanted: int,
     settings: GrowthSettings,
-    progress: Callable[[int, int], None],
-    stop: Callable[[], bool],
+    progress: Progress = QUIET,
 ) -> int:
     """RRT from every node of ``forest``, until ``wanted`` more are added or too many motions were refused.
 
@@ -113,24 +104,24 @@ def grow_tree(
     Returns the number of motions that were checked.
     """
     full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
-    while len(forest) < full and checked < limit and not stop():
+    while len(forest) < full and checked < limit and not progress.stopped:
         before = len(forest)
-        with TreePlanners(JointSpace.of(robot), motions.sampled(_SAMPLE), stop) as planners:
-            planners.on_accept = lambda accepted, before=before: progress(before + accepted, full)
+        with TreePlanners(JointSpace.of(motions.robot), motions.looks_free(_SAMPLE), progress) as planners:
+            planners.on_accept = lambda accepted, before=before: progress(ROADMAP, before + accepted, full)
             part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
             tree = planners.rrt(forest.nodes(), settings.range, part, limit - checked)
         checked += max(planners.checked, 1)  # a tree that could not even begin counts, so that growing ends
-        _add_proven(robot, motions, forest, tree)
+        _add_proven(motions, forest, tree)
     return checked
 
 
-def _add_proven(robot: Robot, motions: Motions, forest: Forest, tree: Tree) -> None:
+def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
     """What of ``tree``, rooted in nodes of ``forest``, hangs on proven motions becomes part of the forest."""
     if not tree.edges:
         return
     edges = np.array(tree.edges, dtype=np.int64)
     a, b = tree.nodes[edges[:, 0]], tree.nodes[edges[:, 1]]
-    edges = edges[motions.prover.prove(a, robot.difference(a, b), motions.room).free]
+    edges = edges[motions.prover.prove(a, motions.robot.difference(a, b), motions.room).free]
     children: dict[int, list[int]] = {}
     for parent, child in edges.tolist():
         children.setdefault(parent, []).append(child)

@@ -1,12 +1,11 @@
-"""Links between near neighbours: what turns a tree, with one way between two nodes, into a graph with a choice."""
+"""Links between near neighbours: what turns a tree, with one path between two nodes, into a graph with a choice."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
 from planner.world.robot import Robot, shorter_way
 
@@ -49,30 +48,28 @@ def candidate_links(robot: Robot, nodes: Floats, edges: Ints, neighbours: int = 
 
 
 def connect(
-    robot: Robot,
     prover: EdgeProver,
     nodes: Floats,
     edges: Ints,
     target: int,
-    progress: Callable[[int, int], None] = lambda done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> Ints:
     """``edges`` and proven links between near neighbours, until there are ``target`` edges or no candidate is left.
 
     Of all the candidates the ones go first that save the longest detour (Nieuwenhuisen and Overmars 2004): a link
     between siblings of a tree adds an edge and no choice.
     """
-    accepted = edges.reshape(-1, 2)
+    robot, accepted = prover.robot, edges.reshape(-1, 2)
     candidates = candidate_links(robot, nodes, accepted)
     direct = _lengths(robot, nodes, candidates)
-    # links only shorten ways, so a detour measured earlier is never too small: measure again only those on top
+    # links only shorten paths, so a detour measured earlier is never too small: measure again only those on top
     detour = np.full(len(candidates), np.inf)
-    while len(accepted) < target and len(candidates) and not stop():
+    while len(accepted) < target and len(candidates) and not progress.stopped:
         top = np.argsort(-detour, kind="stable")[:_MEASURED]
         if len(accepted):
-            detour[top] = _way_lengths(robot, nodes, accepted, candidates[top]) / np.maximum(direct[top], 1e-12)
+            detour[top] = _path_lengths(robot, nodes, accepted, candidates[top]) / np.maximum(direct[top], 1e-12)
         top = top[np.argsort(-detour[top], kind="stable")]
-        batch = top[_one_a_node(candidates[top])][:_BATCH]
+        batch = top[_one_per_node(candidates[top])][:_BATCH]
         pairs = candidates[batch]
         a, b = nodes[pairs[:, 0]], nodes[pairs[:, 1]]
         free = pairs[prover.prove(a, robot.difference(a, b)).free][: target - len(accepted)]
@@ -80,11 +77,11 @@ def connect(
         keep = np.ones(len(candidates), dtype=bool)
         keep[batch] = False
         candidates, direct, detour = candidates[keep], direct[keep], detour[keep]
-        progress(len(accepted), target)
+        progress("links", len(accepted), target)
     return accepted
 
 
-def _one_a_node(pairs: Ints) -> Ints:
+def _one_per_node(pairs: Ints) -> Ints:
     """Rows of ``pairs``, in order, that share no node with an earlier one: no gap is bridged twice in a batch."""
     used: set[int] = set()
     rows = []
@@ -99,8 +96,8 @@ def _lengths(robot: Robot, nodes: Floats, pairs: Ints) -> Floats:
     return np.linalg.norm(robot.difference(nodes[pairs[:, 0]], nodes[pairs[:, 1]]), axis=1)
 
 
-def _way_lengths(robot: Robot, nodes: Floats, edges: Ints, pairs: Ints) -> Floats:
-    """Length of the shortest way through ``edges`` between the two nodes of each pair; inf where there is none."""
+def _path_lengths(robot: Robot, nodes: Floats, edges: Ints, pairs: Ints) -> Floats:
+    """Length of the shortest path through ``edges`` between the two nodes of each pair; inf where there is none."""
     from scipy.sparse import csr_matrix  # 0.4 s to load: only where a roadmap is linked
     from scipy.sparse.csgraph import dijkstra
 

@@ -7,13 +7,14 @@ from functools import lru_cache
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
-from planner.collision import witness
+from planner.collision import second_checker
 from planner.collision.edge_prover import RESOLUTION, EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.ompl_planners import MotionCheck
 
-_GLANCES = np.array([1.0, 0.5])  # where a motion is looked at before anything dearer: most refused ones end in contact
-ROOM = 8e-3  # m: what a motion that only makes a path better should leave: hugging obstacles is slow to prove too
+# where a motion is sampled before anything costly: most refused ones end in contact
+_QUICK_LOOKS = np.array([1.0, 0.5])
+EXTRA_CLEARANCE = 8e-3  # m: what a motion must leave that only improves a path: passing closer is slow to prove too
 _W_STEP = 0.1  # rad between the states at which manipulability is looked at
 
 
@@ -33,31 +34,32 @@ class Motions:
     """
 
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = RESOLUTION) -> None:
-        self.prover, self.floor, self.room, self._scout = prover, floor, room, witness(prover.checker)
+        self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
+        self._scout = second_checker(prover.checker)
         self._reach_T = np.ascontiguousarray(prover.world.reach.bodies.T)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
         """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
-        looks_free = self._glance(first, delta) and self._well_conditioned(first, delta)
+        looks_free = self._quick_look(first, delta) and self._well_conditioned(first, delta)
         return looks_free and bool(self.prover.prove(first[None], delta[None], self.room).free[0])
 
-    def sampled(self, step: float) -> MotionCheck:
+    def looks_free(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""
 
         def check(first: Floats, delta: Floats) -> bool:
-            if not (self._glance(first, delta) and self._well_conditioned(first, delta)):
+            if not (self._quick_look(first, delta) and self._well_conditioned(first, delta)):
                 return False
             shares = _between(int(np.ceil((np.abs(delta) @ self._reach_T).max(initial=0.0) / step)))
             return not len(shares) or self._scout.all_free(first + shares * delta)
 
         return check
 
-    def _glance(self, first: Floats, delta: Floats) -> bool:
-        return self._scout.all_free(first + np.outer(_GLANCES, delta))
+    def _quick_look(self, first: Floats, delta: Floats) -> bool:
+        return self._scout.all_free(first + np.outer(_QUICK_LOOKS, delta))
 
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
         if self.floor <= 0:
             return True
         count = max(1, int(np.ceil(np.linalg.norm(delta) / _W_STEP)))
         states = first + (np.arange(count + 1) / count)[:, None] * delta
-        return bool((manipulability(self.prover.world.robot, states) >= self.floor).all())
+        return bool((manipulability(self.robot, states) >= self.floor).all())

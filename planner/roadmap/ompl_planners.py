@@ -12,6 +12,7 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from planner.base.arrays import Bools, Floats
+from planner.base.progress import QUIET, Progress
 from planner.world.robot import Robot, shorter_way
 
 MotionCheck = Callable[[Floats, Floats], bool]
@@ -58,10 +59,10 @@ class TreePlanners:
     ``checked`` counts the motions that were looked at, ``accepted`` those that passed.
     """
 
-    def __init__(self, space: JointSpace, check: MotionCheck, stop: Callable[[], bool] = lambda: False) -> None:
+    def __init__(self, space: JointSpace, check: MotionCheck, progress: Progress = QUIET) -> None:
         self.checked = self.accepted = 0
         self.on_accept: Callable[[int], None] = lambda accepted: None
-        self._space, self._check, self._stop = space, check, stop
+        self._space, self._check, self._progress = space, check, progress
         self._ompl_space = _ompl_space(space)
         self._info = ob.SpaceInformation(self._ompl_space)
         self._info.setStateValidityChecker(lambda state: True)  # checking a motion includes its ends
@@ -120,7 +121,7 @@ class TreePlanners:
 
     def _takes(self, a: Any, b: Any) -> bool:
         """Whether OMPL may move between two of its states."""
-        if self._stop():
+        if self._progress.stopped:
             return False
         self.checked += 1
         first = self._read(a)
@@ -159,7 +160,9 @@ class TreePlanners:
     def _until(self, limit: int, accepted: int | None = None) -> Any:
         """A termination condition that counts; OMPL's own would look at the clock."""
         return ob.PlannerTerminationCondition(
-            lambda: self.checked >= limit or self._stop() or (accepted is not None and self.accepted >= accepted)
+            lambda: (
+                self.checked >= limit or self._progress.stopped or (accepted is not None and self.accepted >= accepted)
+            )
         )
 
 

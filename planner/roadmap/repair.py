@@ -7,19 +7,20 @@ enough clearance, and by a new proof elsewhere.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import FileError, choices
+from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.build import Progress, origin_of
+from planner.roadmap.build import origin_of
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import measure_scale
@@ -61,17 +62,16 @@ class Repair:
 def verify(
     roadmap: Roadmap,
     checker: CollisionChecker,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> Verification:
     """Prove every edge again, whatever its certificate says."""
     prover, m = EdgeProver(checker), len(roadmap.edges)
     verdict, pair = np.zeros(m, dtype=np.int64), np.full(m, -1, dtype=np.int64)
     done = 0
     for rows in batches(np.arange(m)):
-        if stop():
+        if progress.stopped:
             break
-        proofs = prover.prove(*segments(roadmap, checker.world.robot, rows))
+        proofs = prover.prove(*segments(roadmap, checker.robot, rows))
         verdict[rows], pair[rows] = proofs.verdict, proofs.pair
         done += len(rows)
         progress("edges", done, m)
@@ -92,10 +92,9 @@ def first_failure(roadmap: Roadmap, checker: CollisionChecker, found: Verificati
 def repair(
     roadmap: Roadmap,
     checker: CollisionChecker,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> Repair | None:
-    """The roadmap as far as it holds in the checker's world; None if ``stop`` ended it before every edge was judged.
+    """The roadmap as far as it holds in the checker's world; None if it was stopped before every edge was judged.
 
     Where nothing differs every edge is proven and measured again. Configurations out of limits or in collision go
     with their edges. The cost scale stays, unless manipulability or lengths are not what they were: with another tool,
@@ -103,7 +102,7 @@ def repair(
     """
     world, m = checker.world, len(roadmap.edges)
     _require_same_joints(roadmap, world.robot)
-    prover, judge = EdgeProver(checker), _Judge(roadmap, world, progress, stop)
+    prover, judge = EdgeProver(checker), _Judge(roadmap, world, progress)
     if prover.static_contact is not None:
         raise FileError(
             f"{prover.static_contact} come too near whatever the joints do, so nothing of the roadmap is free: "
@@ -140,8 +139,8 @@ def repair(
 class _Judge:
     """What is known of each edge while a repair goes on: ``holds``, ``clearance`` and ``samples``, (m,) each."""
 
-    def __init__(self, roadmap: Roadmap, world: World, progress: Progress, stop: Callable[[], bool]) -> None:
-        self.roadmap, self.world, self.progress, self.stop = roadmap, world, progress, stop
+    def __init__(self, roadmap: Roadmap, world: World, progress: Progress) -> None:
+        self.roadmap, self.world, self.progress = roadmap, world, progress
         self.stopped = False
         self.holds = roadmap.proven.copy()
         self.clearance = roadmap.clearance + (roadmap.origin.margin - world.margin)
@@ -191,7 +190,7 @@ class _Judge:
 
     def _batches(self, rows: Bools) -> Iterator[Ints]:
         for batch in batches(np.flatnonzero(rows)):
-            self.stopped = self.stopped or self.stop()
+            self.stopped = self.stopped or self.progress.stopped
             if self.stopped:
                 return
             yield batch
@@ -244,7 +243,7 @@ def _restricted(world: World, scene_pairs: Bools, self_rows: Bools) -> World:
 
 def _usable(roadmap: Roadmap, checker: CollisionChecker, holds: Bools) -> Bools:
     """(n,) which configurations are within limits and free; the ends of a proven edge are free."""
-    good = within_limits(roadmap, checker.world.robot)
+    good = within_limits(roadmap, checker.robot)
     proven = np.zeros(len(good), dtype=bool)
     proven[roadmap.edges[holds]] = True
     for row in np.flatnonzero(good & ~proven):
@@ -258,7 +257,7 @@ def _rewritten(judge: _Judge, checker: CollisionChecker, nodes: Bools, edges: Bo
     """The part that holds, with its new certificates and origin; manipulability and lengths are measured anew where
     the robot is another (or ``measure`` says so) and they come out otherwise.
     """
-    robot, old = checker.world.robot, judge.roadmap
+    robot, old = checker.robot, judge.roadmap
     whole = replace(
         old,
         proven=judge.holds,

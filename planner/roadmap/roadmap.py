@@ -13,6 +13,7 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.hashing import content_hash
 from planner.roadmap.scale import CostScale
 from planner.roadmap.world_record import WorldRecord
+from planner.world.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -133,3 +134,10 @@ def component_labels(n: int, edges: Ints) -> Ints:
         if (label == before).all():
             break
     return np.unique(label, return_inverse=True)[1].astype(np.int64)
+
+
+def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
+    """The configurations (k, dof) of a node sequence, continuous joints unwound."""
+    if not len(nodes):
+        return np.zeros((0, robot.dof))
+    return frozen(robot.unwound(roadmap.nodes[nodes]))

@@ -35,7 +35,7 @@ def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionCheck
         margin=origin.margin if request.margin is None else request.margin,
     )
     checker = open_world(world, request.request)
-    robot = checker.world.robot
+    robot = checker.robot
     if request.widen_limits and robot.joints == origin.joints:
         wide = with_widened_limits(robot, np.array([origin.world.lower, origin.world.upper]))
         checker = make_checker(wide, checker.world.scene, world.collision, world.margin)

@@ -6,9 +6,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from planner.base.progress import QUIET, Progress
 
 
 @dataclass(frozen=True)
@@ -27,17 +29,17 @@ class Ended:
 def run_module(
     module: str,
     arguments: Sequence[str],
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
     time_limit: float | None = None,
 ) -> Ended:
-    """Run ``python -m module arguments`` until it ends, ``stop`` returns True, or ``time_limit`` (s) has passed."""
+    """Run ``python -m module arguments`` until it ends, ``progress`` is stopped, or ``time_limit`` (s) has passed."""
     begin = time.perf_counter()
     over = False
     with tempfile.TemporaryFile() as errors:  # not a pipe: nobody reads it while the process runs
         command = [sys.executable, "-P", "-m", module, *arguments]
         with subprocess.Popen(command, stderr=errors, stdout=subprocess.DEVNULL, start_new_session=True) as process:
             try:
-                while process.poll() is None and not over and not stop():
+                while process.poll() is None and not over and not progress.stopped:
                     _wait(process, 0.05)
                     over = time_limit is not None and time.perf_counter() - begin > time_limit
             finally:

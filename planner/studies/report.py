@@ -8,7 +8,7 @@ import io
 import json
 import math
 import platform
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
@@ -21,7 +21,6 @@ from planner.base.files import make_folder, write_whole
 Row: TypeAlias = Mapping[str, Any]
 """One line of a table: column names to numbers, texts or None."""
 
-Progress: TypeAlias = Callable[[str, int, int], None]
 """Hears (stage, done, total)."""
 
 _DPI = 200

@@ -17,19 +17,27 @@ import numpy as np
 
 from planner.base.errors import FileError
 from planner.base.files import write_whole
+from planner.base.progress import Progress
 from planner.studies.report import Verdict
 
 C = TypeVar("C")
 R = TypeVar("R")
 """A frozen dataclass whose fields are texts, numbers, truth values, or None where there is no value."""
 
-_SILENT = ("cli", "view", "experiments")  # rooms whose source decides nothing that a benchmark measures
+_SILENT = (
+    "cli",
+    "view",
+    "figures",
+    "studies/laws",
+    "studies/manipulator",
+    "studies/learning",
+)  # whose source decides nothing that a benchmark measures
 
 
-class Ledger(Generic[R]):
+class ResultsFile(Generic[R]):
     """The rows that a folder's CSV file holds; each is written as soon as it is there.
 
-    ledger = Ledger(folder / "gabf.csv", Row, "planner bench gabf", key=lambda row: (row.nodes, row.software))
+    ledger = ResultsFile(folder / "gabf.csv", Row, "planner bench gabf", key=lambda row: (row.nodes, row.software))
     ledger.find(key) or ledger.add(measure())
 
     ``key`` tells what was measured: new rows take the place of those with their key. ``order`` sorts the file.
@@ -60,28 +68,29 @@ class Ledger(Generic[R]):
         write_whole(self._path, to_csv(self.rows, self._kind).encode())
 
 
-def collect(
-    ledger: Ledger[R],
+def measure_missing(
+    ledger: ResultsFile[R],
     cases: Sequence[C],
-    kept: Callable[[C], list[R]],
+    cached: Callable[[C], list[R]],
     measure: Callable[[C], list[R]],
-    tell: Callable[[int, int], None],
+    stage: str,
+    progress: Progress,
 ) -> tuple[list[R], bool]:
-    """The rows of every case, and whether that is all: those that ``kept`` finds in the ledger, else measured now.
+    """The rows of every case, and whether that is all: those that ``cached`` finds in the ledger, else measured now.
 
     What is measured is written at once. ``measure`` gives no row where it was stopped: then the rest is left.
-    ``tell`` hears (done, total).
+    ``progress`` is called with (``stage``, done, total).
     """
     rows: list[R] = []
     for done, case in enumerate(cases, start=1):
-        found = kept(case)
+        found = cached(case)
         if not found:
             found = measure(case)
             if not found:
                 return rows, False
             ledger.add(found)
         rows += found
-        tell(done, len(cases))
+        progress(stage, done, len(cases))
     return rows, True
 
 

@@ -9,11 +9,12 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.outcome import Outcome
-from planner.costs.manipulability_floor import Course
+from planner.costs.manipulability_floor import LayeredNetwork
 from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
-from planner.planning import Plan, make_law, path_waypoints
-from planner.tradeoff import Tradeoff
+from planner.planning import Plan
+from planner.roadmap.roadmap import path_waypoints
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
+from planner.tradeoff.sweep import Tradeoff
 from planner.world.robot import Robot
 
 Rows = list[tuple[str, str]]
@@ -30,7 +31,7 @@ class ShownPath:
     cost_to_go: Floats | None = None
 
 
-def of_plan(plan: Plan) -> tuple[list[ShownPath], int]:
+def paths_for_every_beta(plan: Plan) -> tuple[list[ShownPath], int]:
     """The paths for every beta on the plan's roadmap, and which of them is the plan's own; none without a path.
 
     The alternatives consist of proven edges; only the plan's own path was looked at again at every millimetre, and
@@ -38,14 +39,16 @@ def of_plan(plan: Plan) -> tuple[list[ShownPath], int]:
     """
     if plan.outcome is not Outcome.SOLVED:
         return [], 0
-    assert plan.course is not None
+    assert plan.layered is not None
     assert plan.cost is not None
-    search = EnvelopeSearch(plan.course.network, plan.course.starts, make_law(plan.request))
+    search = EnvelopeSearch(
+        plan.layered.network, plan.layered.starts, gabf.named_law(plan.request.law, plan.request.prescribed_time)
+    )
     while not search.done:
         search.step()
     beta = plan.request.beta
     found = pieces(search.supports)
-    shown = [_of_piece(plan, plan.course, piece) for piece in found]
+    shown = [_of_piece(plan, plan.layered, piece) for piece in found]
     for k, piece in enumerate(found):
         same = np.isclose([piece.support.manipulability, piece.support.distance], [*_costs(plan)], rtol=1e-9).all()
         if same and piece.beta_min <= beta <= piece.beta_max:
@@ -64,7 +67,7 @@ def of_tradeoff(tradeoff: Tradeoff) -> list[ShownPath]:
             item.path,
             path_rows(tradeoff.robot, item.path, item.manipulability_cost, item.distance_cost),
             (item.beta_min, item.beta_max),
-            on_roadmap(tradeoff.course, item.cost_to_go),
+            on_roadmap(tradeoff.layered, item.cost_to_go),
         )
         for item in tradeoff.intervals
     ]
@@ -76,8 +79,8 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
     return [
         ("manipulability cost Ω", f"{omega:.4f}"),
         ("distance cost D", f"{distance:.4f}"),
-        (f"w smallest ({W_UNIT[robot.rows]})", f"{w.min():.3g}"),
-        (f"w mean ({W_UNIT[robot.rows]})", f"{w.mean():.3g}"),
+        (f"w smallest ({W_UNIT[robot.manipulability]})", f"{w.min():.3g}"),
+        (f"w mean ({W_UNIT[robot.manipulability]})", f"{w.mean():.3g}"),
         ("joint motion", f"{joint_path_length(path):.3f} rad"),
         ("tool's way", f"{tool_path_length(robot, path):.3f} m"),
         ("waypoints", str(len(path))),
@@ -86,14 +89,14 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
 
 def _planned(plan: Plan, interval: tuple[float, float]) -> ShownPath:
     rows = path_rows(plan.robot, plan.path, *_costs(plan))
-    return ShownPath(plan.path, rows, interval, on_roadmap(plan.course, plan.cost_to_go))
+    return ShownPath(plan.path, rows, interval, on_roadmap(plan.layered, plan.cost_to_go))
 
 
-def _of_piece(plan: Plan, course: Course, piece: Piece) -> ShownPath:
+def _of_piece(plan: Plan, layered: LayeredNetwork, piece: Piece) -> ShownPath:
     support = piece.support
-    path = path_waypoints(plan.roadmap, plan.robot, course.place[support.nodes])
+    path = path_waypoints(plan.roadmap, plan.robot, layered.roadmap_node[support.nodes])
     rows = path_rows(plan.robot, path, support.manipulability, support.distance)
-    return ShownPath(path, rows, (piece.beta_min, piece.beta_max), on_roadmap(course, support.cost_to_go))
+    return ShownPath(path, rows, (piece.beta_min, piece.beta_max), on_roadmap(layered, support.cost_to_go))
 
 
 def _costs(plan: Plan) -> tuple[float, float]:
@@ -101,10 +104,10 @@ def _costs(plan: Plan) -> tuple[float, float]:
     return plan.cost.manipulability, plan.cost.distance
 
 
-def on_roadmap(course: Course | None, cost_to_go: gabf.CostToGo | None) -> Floats | None:
+def on_roadmap(layered: LayeredNetwork | None, cost_to_go: gabf.CostToGo | None) -> Floats | None:
     """The cost-to-go (n,) of the roadmap's own nodes; where a floor has several stretches, a node's least on any."""
-    if course is None or cost_to_go is None:
+    if layered is None or cost_to_go is None:
         return None
-    least = np.full(course.place.max() + 1, np.inf)
-    np.minimum.at(least, course.place, cost_to_go.x)
+    least = np.full(layered.roadmap_node.max() + 1, np.inf)
+    np.minimum.at(least, layered.roadmap_node, cost_to_go.x)
     return least

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.errors import AssumptionError, OptionError
+from planner.base.progress import QUIET, Progress
 
 MAX_LABELS = 1_000_000
 _TOLERANCE = 1e-12  # relative to max(1, cost): paths this close in both costs are one point
@@ -39,8 +39,7 @@ def non_dominated(
     goals: Ints,
     bounds: Floats,
     max_labels: int = MAX_LABELS,
-    progress: Callable[[str, int, int], None] = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> Front:
     """Every non-dominated pair of costs over the paths from a start to a goal, with a path for each.
 
@@ -49,8 +48,7 @@ def non_dominated(
     with the bound of the rest, so goals are reached in the order of Omega, each time at a smaller D; a label is dropped
     where its node, or with the bound of the rest a goal, was reached at no larger D before. That is BOA* of C.
     Hernandez et al., Simple and efficient bi-objective search algorithms via fast dominance checks, Artificial
-    Intelligence 314, 2023, with several starts and goals. Stops, incomplete, at ``max_labels`` or once ``stop``
-    returns True.
+    Intelligence 314, 2023, with several starts and goals. Stops, incomplete, at ``max_labels`` or when asked to.
 
     Costs closer than 1e-12 (relative to max(1, cost)) count as equal. Raises AssumptionError for costs below 0 and for
     bounds that exceed an arc's cost and the bound behind it, OptionError for ``max_labels`` below 1.
@@ -58,7 +56,7 @@ def non_dominated(
     require_labels(max_labels)
     _require_bounds(indptr, heads, costs, goals, bounds)
     search = _Search(indptr, heads, costs, starts, goals, bounds)
-    complete = search.run(max_labels, progress, stop)
+    complete = search.run(max_labels, progress)
     found = [search.path(label) for label in search.reached]
     points = np.array([costs[arcs].sum(axis=0) for _, arcs in found]).reshape(-1, 2)
     kept = _undominated(points)
@@ -92,14 +90,14 @@ class _Search:
             if np.isfinite(bounds[start]).all():
                 self._push(start, -1, -1, 0.0, 0.0)
 
-    def run(self, max_labels: int, progress: Callable[[str, int, int], None], stop: Callable[[], bool]) -> bool:
+    def run(self, max_labels: int, progress: Progress) -> bool:
         """Whether the heap was emptied."""
         told = 0
         while self.heap:
             if len(self.node) >= told:
                 progress("front", len(self.node), max_labels)
                 told = len(self.node) + _REPORT
-                if stop():
+                if progress.stopped:
                     return False
             _, distance, label = heapq.heappop(self.heap)
             here, (_, spent) = self.node[label], self.cost[label]

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,15 +12,16 @@ from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import FileError, StateError
 from planner.base.outcome import Outcome
+from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.request import SweepRequest
-from planner.collision import witness
 from planner.collision.checker import CollisionChecker
-from planner.costs.manipulability_floor import Course, breach, course_of
+from planner.costs.healing import HealingNetwork
+from planner.costs.manipulability_floor import LayeredNetwork
 from planner.costs.network import arc_costs, build_network
 from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
-from planner.planning import Progress, Stopwatch, first_bad_edge, make_law, obtain_roadmap, path_waypoints
 from planner.query.open import Query, make_query
 from planner.roadmap.attach import SAME
+from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import require_same_world
 from planner.tradeoff.envelope import TOLERANCE, EnvelopeSearch, Piece, pieces
@@ -77,8 +76,8 @@ class Tradeoff:
     ``intervals`` are sorted and cover [0, 1] where ``complete``; where the sweep was interrupted those that are
     proven, from 0 up; none where there is no path. ``front`` holds the non-dominated paths, where they were asked
     for. ``solves`` counts runs of the dynamics, ``max_error_vs_oracle`` is the largest relative error of all of them.
-    ``found``, ``settled``, ``barred`` (legs that dip below the manipulability floor) and ``grown`` (whether the roadmap
-    is whole) are what a later sweep goes on from; their nodes are those of ``course``, see
+    ``found``, ``settled``, ``barred`` (arcs that fall below the manipulability floor) and ``grown`` (whether the
+    roadmap is whole) are what a later sweep goes on from; their nodes are those of ``layered``, see
     :mod:`planner.costs.manipulability_floor`.
     """
 
@@ -88,7 +87,7 @@ class Tradeoff:
     scene: Scene
     checker: CollisionChecker
     roadmap: Roadmap
-    course: Course | None = None
+    layered: LayeredNetwork | None = None
     intervals: tuple[Interval, ...] = ()
     complete: bool = False
     front: Front | None = None
@@ -104,30 +103,29 @@ class Tradeoff:
 
 def sweep(
     request: SweepRequest,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
     front: bool = False,
     max_labels: int = MAX_LABELS,
     earlier: Checkpoint | None = None,
 ) -> Tradeoff:
     """The whole trade-off between manipulability and distance, on a roadmap that is obtained once.
 
-    Every path is looked at again at 1 mm of motion as a plan's is; if an edge fails, the sweep starts over without it.
+    Every path is looked at again at 1 mm of motion as a plan's is; what fails is removed and the sweep starts over.
     With ``front`` the non-dominated paths are searched for too, with at most ``max_labels`` partial paths. ``earlier``
-    is a sweep of the same request to go on from. ``progress`` hears (stage, done, total), of stage "beta" how many
-    per cent of [0, 1] are settled; once ``stop`` returns True the work ends as soon as it can and what there is comes
-    back with ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
+    is a sweep of the same request to go on from. ``progress`` is called with (stage, done, total), for stage "beta"
+    with the per cent of [0, 1] that are settled; once it is asked to stop the work ends as soon as it can, and what
+    there is comes back with ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
     """
     require_labels(max_labels)
     clock = Stopwatch()
     with clock("setup"):
         query = make_query(request)
     with clock("roadmap"):
-        roadmap = _obtain(request, query, progress, stop, earlier)
+        roadmap = _obtain(request, query, progress, earlier)
     robot, scene, checker = query.robot, query.scene, query.checker
     draft = Tradeoff(request, Outcome.INTERRUPTED, robot, scene, checker, roadmap, timings=clock.seconds)
     if earlier is None or earlier.roadmap is None:
-        if stop():
+        if progress.stopped:
             return draft
         earlier = Checkpoint(Path(), roadmap)
     draft = replace(
@@ -138,18 +136,18 @@ def sweep(
         edges_removed=earlier.edges_removed,
         barred=earlier.barred,
     )
-    run = _Run(clock, progress, stop, _Recheck(witness(checker)), max_labels if front else 0, earlier.where)
+    run = _Run(clock, progress, max_labels if front else 0, earlier.where)
+    with clock("costs"):
+        network = build_network(roadmap, 0.5, request.manipulability_cost, request.metric, request.charge)
+        healing = HealingNetwork(checker, roadmap, network, request.min_manipulability, earlier.barred)
     while True:
-        try:
-            return run(draft)
-        except _Dips as leg:
-            draft = replace(draft, found=(), settled=0, barred=(*draft.barred, (leg.i, leg.j)))
-        except _EdgeFails as edge:
-            roadmap = draft.roadmap
-            smaller = roadmap.without_edge(roadmap.edge_index(edge.i, edge.j))
-            draft = replace(
-                draft, roadmap=smaller, found=(), settled=0, barred=(), edges_removed=draft.edges_removed + 1
-            )
+        found = run(draft, healing)
+        if found is not None:
+            return found
+        removed = earlier.edges_removed + healing.edges_removed
+        draft = replace(
+            draft, roadmap=healing.roadmap, found=(), settled=0, barred=healing.barred, edges_removed=removed
+        )
 
 
 def reached_by_beta(points: Floats, intervals: Sequence[Interval]) -> Bools:
@@ -164,12 +162,10 @@ def reached_by_beta(points: Floats, intervals: Sequence[Interval]) -> Bools:
     return (points @ shares <= least + TOLERANCE * np.maximum(1.0, least)).any(axis=1)
 
 
-def _obtain(
-    request: SweepRequest, query: Query, progress: Progress, stop: Callable[[], bool], earlier: Checkpoint | None
-) -> Roadmap:
+def _obtain(request: SweepRequest, query: Query, progress: Progress, earlier: Checkpoint | None) -> Roadmap:
     """The earlier sweep's roadmap if it is of the same query, or the one that ``request`` names."""
     if earlier is None or earlier.roadmap is None:
-        return obtain_roadmap(request, query, progress, stop)
+        return obtain_roadmap(request, query, progress)
     roadmap = earlier.roadmap
     require_same_world(roadmap, query.checker, earlier.where)
     for role, wanted, nodes in (("start", query.starts, roadmap.starts), ("goal", query.goals, roadmap.goals)):
@@ -178,66 +174,25 @@ def _obtain(
     return roadmap
 
 
-class _EdgeFails(Exception):
-    """An edge of a path touched something when it was looked at again."""
-
-    def __init__(self, i: int, j: int) -> None:
-        self.i, self.j = i, j
-
-
-class _Dips(Exception):
-    """A leg of a course, between two nodes of its network, that dips below the manipulability floor."""
-
-    def __init__(self, i: int, j: int) -> None:
-        self.i, self.j = i, j
-
-
-class _Recheck:
-    """Looks at paths again: at each edge once every millimetre, and at the whole path where there is a floor.
-
-    Raises :class:`_EdgeFails` or :class:`_Dips` at what fails.
-    """
-
-    def __init__(self, checker: CollisionChecker) -> None:
-        self.checker = checker
-        self.seen: set[frozenset[int]] = set()
-
-    def __call__(self, robot: Robot, roadmap: Roadmap, course: Course, floor: float, legs: Ints) -> None:
-        nodes = course.place[legs]
-        for pair in itertools.pairwise(nodes.tolist()):
-            if frozenset(pair) in self.seen:
-                continue
-            if first_bad_edge(self.checker, roadmap, np.array(pair)) is not None:
-                raise _EdgeFails(*pair)
-            self.seen.add(frozenset(pair))
-        low = breach(robot, path_waypoints(roadmap, robot, nodes), floor)
-        if low is not None:
-            raise _Dips(int(legs[low]), int(legs[low + 1]))
-
-
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """One sweep over one roadmap; ``max_labels`` is 0 where no front was asked for."""
+    """One sweep over one network; ``max_labels`` is 0 where no front was asked for."""
 
     clock: Stopwatch
     progress: Progress
-    stop: Callable[[], bool]
-    recheck: _Recheck
     max_labels: int
     where: Path
 
-    def __call__(self, draft: Tradeoff) -> Tradeoff:
-        request, roadmap = draft.request, draft.roadmap
-        with self.clock("costs"):
-            network = build_network(roadmap, 0.5, request.manipulability_cost, request.metric, request.charge)
-            course = course_of(roadmap, network, request.min_manipulability)
-            for leg in draft.barred:
-                course = course.without_leg(*leg)
-        draft = replace(draft, course=course)
-        search = EnvelopeSearch(course.network, course.starts, make_law(request))
-        recheck = partial(self.recheck, draft.robot, roadmap, course, request.min_manipulability)
-        if self._recall(search, draft, recheck):
-            self._search(search, recheck)
+    def __call__(self, draft: Tradeoff, healing: HealingNetwork) -> Tradeoff | None:
+        """The trade-off as far as it comes; None where a path failed its second look and the network was healed."""
+        request, layered = draft.request, healing.layered
+        draft = replace(draft, layered=layered)
+        law = gabf.named_law(request.law, request.prescribed_time)
+        search = EnvelopeSearch(layered.network, layered.starts, law)
+        recalled = self._recall(search, draft, healing)
+        if recalled is None or (recalled and not self._search(search, healing)):
+            return None
+        if recalled:
             draft = replace(draft, found=tuple((s.beta, s.nodes) for s in search.supports), settled=search.settled)
         draft = replace(draft, solves=search.solves, max_error_vs_oracle=search.max_error if search.solves else None)
         if not search.connected:
@@ -245,76 +200,80 @@ class _Run:
             return replace(draft, outcome=outcome)
         with self.clock("measures"):
             settled = pieces(search.supports[: search.settled + 1])
-            intervals = tuple(
-                _interval(piece, course, roadmap, draft.robot) for piece in (settled if search.done else settled[:-1])
-            )
+            proven = settled if search.done else settled[:-1]
+            intervals = tuple(_interval(piece, healing) for piece in proven)
         draft = replace(draft, intervals=intervals, complete=search.done)
         if search.done and self.max_labels:
-            draft = replace(draft, front=self._front(search, course, recheck))
-        cut_short = not search.done or (draft.front is not None and not draft.front.complete and self.stop())
+            front = self._front(search, healing)
+            if front is None:
+                return None
+            draft = replace(draft, front=front)
+        cut_short = not search.done or (draft.front is not None and not draft.front.complete and self.progress.stopped)
         return draft if cut_short else replace(draft, outcome=Outcome.SOLVED)
 
-    def _recall(self, search: EnvelopeSearch, draft: Tradeoff, recheck: Callable[[Ints], None]) -> bool:
-        """Solve again what was found earlier; False where stopped before all was."""
+    def _recall(self, search: EnvelopeSearch, draft: Tradeoff, healing: HealingNetwork) -> bool | None:
+        """Solve again what was found earlier; False where stopped before all was, None where a path failed."""
         for beta, nodes in draft.found:
-            if self.stop():
+            if self.progress.stopped:
                 return False
             try:
                 with self.clock("gabf"):
                     search.recall(beta, nodes)
             except StateError as error:
                 raise FileError(f"the sweep beside {self.where} does not fit its roadmap: {error}") from None
-            with self.clock("path"):
-                recheck(nodes)
+            if not self._accepts(healing, nodes):
+                return None
         search.settled = draft.settled
         self.progress("beta", int(100 * search.reach), 100)
         return True
 
-    def _search(self, search: EnvelopeSearch, recheck: Callable[[Ints], None]) -> None:
-        while not search.done and not self.stop():
+    def _search(self, search: EnvelopeSearch, healing: HealingNetwork) -> bool:
+        """Search on until done or stopped; False where a path failed its second look."""
+        while not search.done and not self.progress.stopped:
             with self.clock("gabf"):
                 found = search.step()
-            if found is not None:
-                with self.clock("path"):
-                    recheck(found.nodes)
+            if found is not None and not self._accepts(healing, found.nodes):
+                return False
             self.progress("beta", int(100 * search.reach), 100)
+        return True
 
-    def _front(self, search: EnvelopeSearch, course: Course, recheck: Callable[[Ints], None]) -> Front:
-        """The fields of the two ends are the bounds."""
-        network = search.network
+    def _front(self, search: EnvelopeSearch, healing: HealingNetwork) -> Front | None:
+        """The non-dominated paths, the fields of the two ends being the bounds; None where one failed."""
+        network, layered = search.network, healing.layered
         bounds = np.column_stack([search.supports[k].cost_to_go.x for k in (0, -1)])
         with self.clock("front"):
             found = non_dominated(
                 network.indptr,
                 network.indices,
                 arc_costs(network),
-                course.starts,
+                layered.starts,
                 network.sources,
                 bounds,
                 self.max_labels,
                 self.progress,
-                self.stop,
             )
+        if not all(self._accepts(healing, nodes) for nodes in found.paths):
+            return None
+        return replace(found, paths=tuple(layered.roadmap_node[nodes] for nodes in found.paths))
+
+    def _accepts(self, healing: HealingNetwork, nodes: Ints) -> bool:
         with self.clock("path"):
-            for nodes in found.paths:
-                recheck(nodes)
-        return replace(found, paths=tuple(course.place[nodes] for nodes in found.paths))
+            return healing.accepts(nodes)
 
 
-def _interval(piece: Piece, course: Course, roadmap: Roadmap, robot: Robot) -> Interval:
-    support, nodes = piece.support, course.place[piece.support.nodes]
-    path = path_waypoints(roadmap, robot, nodes)
-    w = path_manipulability(robot, path)
+def _interval(piece: Piece, healing: HealingNetwork) -> Interval:
+    support, path = piece.support, healing.waypoints(piece.support.nodes)
+    w = path_manipulability(healing.robot, path)
     return Interval(
         beta_min=piece.beta_min,
         beta_max=piece.beta_max,
-        path_nodes=nodes,
+        path_nodes=healing.layered.roadmap_node[support.nodes],
         path=path,
         manipulability_cost=support.manipulability,
         distance_cost=support.distance,
         w_min=float(w.min()),
         w_mean=float(w.mean()),
         joint_length=joint_path_length(path),
-        workspace_length=tool_path_length(robot, path),
+        workspace_length=tool_path_length(healing.robot, path),
         cost_to_go=support.cost_to_go,
     )

@@ -14,7 +14,7 @@ from planner.paths.measure import dense_path
 from planner.world.robot import Robot
 
 SAMPLES = 241  # evenly spaced in joint motion, both ends included
-_SECONDS_A_RADIAN = 0.8  # how fast the motion is shown
+_SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
 _APART = 0.1  # worst points nearer than this share of the way are one
 
 
@@ -37,7 +37,7 @@ def motion_data(robot: Robot, path: Floats) -> dict[str, Any]:
         "w": np.round(manipulability(robot, q), 7).tolist(),
         "ellipsoids": np.round(ellipsoids(robot, q[::2]), 4).tolist(),
         "worst": [vars(point) for point in worst_points(robot, path)],
-        "seconds": max(2.0, total * _SECONDS_A_RADIAN) if len(path) > 1 else 0.0,
+        "seconds": max(2.0, total * _SECONDS_PER_RADIAN) if len(path) > 1 else 0.0,
     }
 
 

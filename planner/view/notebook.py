@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
     from planner.planning import Plan
     from planner.roadmap.roadmap import Roadmap
-    from planner.tradeoff import Tradeoff
+    from planner.tradeoff.sweep import Tradeoff
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,7 +46,7 @@ def show(thing: Plan | Tradeoff | Roadmap, checker: CollisionChecker | None = No
     """
     from planner.planning import Plan
     from planner.roadmap.roadmap import Roadmap
-    from planner.tradeoff import Tradeoff
+    from planner.tradeoff.sweep import Tradeoff
     from planner.view.page import plan_page, roadmap_page, sweep_page
 
     match thing:

@@ -17,8 +17,8 @@ from planner.kinematics.forward import tool_positions
 from planner.plan_record import plan_record, roadmap_record, roadmap_text, summary_rows
 from planner.planning import Plan
 from planner.roadmap.roadmap import Roadmap
-from planner.tradeoff import Tradeoff
-from planner.tradeoff.alternatives import W_UNIT, Rows, ShownPath, of_plan, of_tradeoff, on_roadmap
+from planner.tradeoff.alternatives import W_UNIT, Rows, ShownPath, of_tradeoff, on_roadmap, paths_for_every_beta
+from planner.tradeoff.sweep import Tradeoff
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent
@@ -65,7 +65,7 @@ def plan_page(plan: Plan) -> str:
 
     Raises nothing for a plan without a path: the roadmap shows where it stops.
     """
-    paths, current = of_plan(plan)
+    paths, current = paths_for_every_beta(plan)
     content = Content(
         plan.robot,
         plan.scene,
@@ -73,7 +73,7 @@ def plan_page(plan: Plan) -> str:
         plan.roadmap.nodes[plan.roadmap.starts[0]],
         about=summary_rows(plan_record(plan)),
         roadmap=plan.roadmap,
-        cost_to_go=on_roadmap(plan.course, plan.cost_to_go),
+        cost_to_go=on_roadmap(plan.layered, plan.cost_to_go),
         paths=paths,
         current=current,
         beta=plan.request.beta,
@@ -129,7 +129,7 @@ def page(content: Content) -> str:
         "cost": _field(content.cost_to_go),
         "ramp": ramp_stops(),
         "gradient": css_gradient(),
-        "unit": W_UNIT[robot.rows],
+        "unit": W_UNIT[robot.manipulability],
         "chain": chain_data(robot),
         "paths": _paths(content),
         "current": content.current,

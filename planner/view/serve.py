@@ -28,7 +28,7 @@ def serve(
     """Serve a page until SIGINT or SIGTERM, then free the port and return; from the main thread only.
 
     ``page`` is a file, read anew for every request, so that a reload shows what was planned meanwhile, or the HTML
-    text itself. ``port`` 0 takes any free one. ``announce`` hears the address once it can be opened. Raises
+    text itself. ``port`` 0 takes any free one. ``announce`` is called with the address once it can be opened. Raises
     :class:`FileError` for a file that is no page, :class:`PlannerError` for a port that cannot be used.
     """
     content = _source(page)

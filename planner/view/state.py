@@ -36,7 +36,7 @@ class StateReport:
     @property
     def sentence(self) -> str:
         """Whether the robot could be here, and if not why."""
-        robot, margin = self.checker.world.robot, self.checker.world.margin
+        robot, margin = self.checker.robot, self.checker.world.margin
         problems = []
         for first in self.contacts[:1]:
             more = f" ({len(self.contacts)} pairs in all)" if len(self.contacts) > 1 else ""
@@ -50,7 +50,7 @@ class StateReport:
 
 def inspect_state(checker: CollisionChecker, q: Floats) -> StateReport:
     """Everything about the configuration ``q`` (dof,), which may touch anything and be out of any limit."""
-    robot = checker.world.robot
+    robot = checker.robot
     return StateReport(
         checker,
         q,
@@ -91,11 +91,11 @@ def _contacts(checker: CollisionChecker, q: Floats) -> tuple[Contact, ...]:
 
 
 def _facts(report: StateReport) -> Rows:
-    robot = report.checker.world.robot
+    robot = report.checker.robot
     rows = [("contact", str(pair).replace("'", "")) for pair in report.contacts]
     if np.isfinite(report.clearance):
         rows.append(("clearance", f"{1000 * report.clearance:.1f} mm"))
-    rows.append(("w", f"{report.w:.3g} {W_UNIT[robot.rows]}"))
+    rows.append(("w", f"{report.w:.3g} {W_UNIT[robot.manipulability]}"))
     rows.append((f"{robot.tool} (m)", ", ".join(f"{value:.3f}" for value in report.tool)))
     for k, joint in enumerate(robot.joints):
         unit = "m" if robot.prismatic[k] else "rad"

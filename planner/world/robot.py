@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,6 +21,8 @@ from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
 from planner.world import urdf
 from planner.world.poses import pose
 from planner.world.shapes import Body, Carried
+
+_log = logging.getLogger(__name__)
 
 Rows = Literal["pose", "translation", "planar"]
 
@@ -42,9 +46,18 @@ class RobotFile(Strict):
     joints: list[str] | None = None
     tool: str
     home: list[float] | None = None
-    rows: Rows | None = None
+    manipulability: Rows | None = None
     fixed_joints: dict[str, float] = pydantic.Field(default_factory=dict)
     disabled_pairs: list[tuple[str, str]] | None = None
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _old_key(cls, data: Any) -> Any:
+        """Files of version 0.1 call it ``rows``."""
+        if isinstance(data, dict) and "rows" in data and "manipulability" not in data:
+            _log.warning("the robot file's key 'rows' is called 'manipulability' now: rename it.")
+            return {"manipulability" if key == "rows" else key: value for key, value in data.items()}
+        return data
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +82,7 @@ class Robot:
     continuous: Bools  # (dof,)
     tool: str
     home: Floats  # (dof,)
-    rows: Rows
+    manipulability: Rows  # rows of the tool's Jacobian that w is taken of
     bodies: tuple[Body, ...]
     disabled_pairs: frozenset[frozenset[str]] | None  # None: nobody has said
     fixed_joints: Mapping[str, float]
@@ -95,7 +108,7 @@ class Robot:
         description = urdf.read_description(file.urdf.path(folder) if file else Path(name))
         return _assemble(name, file, folder, description, tool, fixed_joints or {}, pose() if base is None else base)
 
-    @property
+    @cached_property
     def other_joints(self) -> tuple[str, ...]:
         """Movable joints of the URDF that are not planned but held."""
         return tuple(name for name in urdf.build_model(self.source).names[1:] if name not in self.joints)
@@ -226,7 +239,7 @@ def _assemble(
         continuous=frozen([joint in description.continuous for joint in model.names[1:]], np.bool_),
         tool=tool,
         home=frozen(home),
-        rows=(file.rows if file else None) or ("pose" if model.nv >= 6 else "translation"),
+        manipulability=(file.manipulability if file else None) or ("pose" if model.nv >= 6 else "translation"),
         disabled_pairs=disabled,
         fixed_joints=fixed,
         base=frozen(base),
@@ -283,7 +296,7 @@ def _check_limits(model: pin.Model, lower: Floats, upper: Floats) -> None:
 def _identity(robot: Robot) -> str:
     model, tool = robot.model, robot.model.frames[robot.tool_id]
     disabled = None if robot.disabled_pairs is None else sorted(sorted(pair) for pair in robot.disabled_pairs)
-    values: list[Any] = [robot.joints, robot.lower, robot.upper, robot.continuous, robot.rows, disabled]
+    values: list[Any] = [robot.joints, robot.lower, robot.upper, robot.continuous, robot.manipulability, disabled]
     values += [sorted(sorted(pair) for pair in robot.touching)]
     values += [int(tool.parentJoint), np.array(tool.placement.homogeneous)]
     for joint in range(1, model.njoints):

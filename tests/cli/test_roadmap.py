@@ -57,15 +57,15 @@ def test_build_is_what_plan_grows(run: Run, kept: Path, tmp_path: Path) -> None:
 
 def test_build_of_what_cannot_be_joined(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Kept all the same. The 40000 motions that it would take to give up on a real one are spared."""
-    from planner import planning as plan
+    from planner.roadmap import obtain
 
-    real = plan.obtain_roadmap
+    real = obtain.obtain_roadmap
 
     def parted(*arguments: Any) -> Roadmap:
         roadmap = real(*arguments)
         return roadmap.part(np.ones(30, dtype=bool), np.zeros(len(roadmap.edges), dtype=bool))
 
-    monkeypatch.setattr(plan, "obtain_roadmap", parted)
+    monkeypatch.setattr(obtain, "obtain_roadmap", parted)
     code, out, _ = run("roadmap", "build", str(tmp_path / "r.npz"), *world(tmp_path), "--nodes", "30")
     assert code == 4
     assert "not connected" in out

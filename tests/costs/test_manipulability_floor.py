@@ -12,7 +12,7 @@ import pytest
 from planner import gabf
 from planner.base.outcome import Outcome
 from planner.base.request import PlanRequest
-from planner.costs.manipulability_floor import breach, course_of
+from planner.costs.manipulability_floor import first_violation, layered_network
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path
@@ -87,7 +87,7 @@ def ways(roadmap: Roadmap) -> list[tuple[int, ...]]:
 def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None:
     roadmap, floor = invented(seed), 0.5
     network = build_network(roadmap, 0.5)
-    course = course_of(roadmap, network, floor)
+    layered = layered_network(roadmap, network, floor)
     omega, weight = network.node_cost, network.weight
 
     def cost(way: tuple[int, ...]) -> float:
@@ -95,8 +95,8 @@ def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None
         return sum(0.5 * omega[network.indices[a]] + 0.5 * weight[a] for a in arcs)  # type: ignore[index]
 
     best = min((cost(way) for way in ways(roadmap) if keeps(roadmap, way, floor)), default=np.inf)
-    x = gabf.solve(course.network, law=gabf.SingularityFree(T=4.0)).x
-    assert min(x[course.starts]) == pytest.approx(best, rel=1e-9)
+    x = gabf.solve(layered.network, law=gabf.SingularityFree(T=4.0)).x
+    assert min(x[layered.starts]) == pytest.approx(best, rel=1e-9)
 
 
 def test_these_brute_force_cases_differ_from_having_no_floor() -> None:
@@ -105,8 +105,8 @@ def test_these_brute_force_cases_differ_from_having_no_floor() -> None:
         roadmap = invented(seed)
         network = build_network(roadmap, 0.5)
         free = gabf.oracle(network)[roadmap.starts].min()
-        course = course_of(roadmap, network, 0.5)
-        held = gabf.oracle(course.network)[course.starts].min()
+        layered = layered_network(roadmap, network, 0.5)
+        held = gabf.oracle(layered.network)[layered.starts].min()
         counts["none" if np.isinf(held) else "longer" if held > free + 1e-9 else "same"] += 1
     assert min(counts.values()) >= 2, counts
 
@@ -114,9 +114,9 @@ def test_these_brute_force_cases_differ_from_having_no_floor() -> None:
 def test_without_a_floor_the_course_is_the_roadmap() -> None:
     roadmap = invented(3)
     network = build_network(roadmap, 0.5)
-    course = course_of(roadmap, network)
-    assert course.network is network
-    np.testing.assert_array_equal(course.place, np.arange(len(roadmap.nodes)))
+    layered = layered_network(roadmap, network)
+    assert layered.network is network
+    np.testing.assert_array_equal(layered.roadmap_node, np.arange(len(roadmap.nodes)))
 
 
 @pytest.mark.parametrize("charge", ["nodes", "edges"])
@@ -154,10 +154,10 @@ def test_breach_names_the_segment() -> None:
     robot = load("planar_2r")  # w = l1 l2 |sin q2|
     path = np.array([[0.0, 0.5], [0.3, 1.2], [0.3, -1.2], [0.0, 1.0]])
     top = manipulability(robot, path)
-    assert breach(robot, path[:2], 0.9 * top[0]) is None
-    assert breach(robot, path[:2], 1.1 * top[0]) is None  # the start lies below: a way up
-    assert breach(robot, path, 0.9 * top[0]) == 1
-    assert breach(robot, path[2:], 0.9 * top[2]) == 0
+    assert first_violation(robot, path[:2], 0.9 * top[0]) is None
+    assert first_violation(robot, path[:2], 1.1 * top[0]) is None  # the start lies below: a way up
+    assert first_violation(robot, path, 0.9 * top[0]) == 1
+    assert first_violation(robot, path[2:], 0.9 * top[2]) == 0
     away = np.array([[0.0, 1.0], [0.0, 0.4], [0.0, 1.0]])  # leaves the floor and comes back
-    assert breach(robot, away, 0.9 * top[3]) == 0
-    assert breach(robot, away[:2], 0.9 * top[3]) is None  # the last stretch to a goal that lies below
+    assert first_violation(robot, away, 0.9 * top[3]) == 0
+    assert first_violation(robot, away[:2], 0.9 * top[3]) is None  # the last stretch to a goal that lies below

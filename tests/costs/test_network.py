@@ -13,7 +13,7 @@ from planner.base.errors import OptionError
 from planner.base.request import ManipulabilityCost
 from planner.costs.network import METRICS, build_network, distance_cost
 from planner.kinematics.manipulability import manipulability
-from planner.planning import build_roadmap
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.scale import CAP_QUANTILE, COSTS, ZETA, CostScale, manipulability_cost, measure_scale
 from tests.random_shapes import QUICK

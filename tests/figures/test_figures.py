@@ -24,8 +24,8 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path, path_clearance
 from planner.planning import Plan
-from planner.tradeoff import Interval, Tradeoff
 from planner.tradeoff.nondominated import Front
+from planner.tradeoff.sweep import Interval, Tradeoff
 from planner.world.poses import pose
 from planner.world.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from tests import worlds

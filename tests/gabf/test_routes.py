@@ -14,8 +14,8 @@ from planner import gabf
 from planner.base.errors import StateError
 from planner.costs.network import build_network, distance_cost, path_cost
 from planner.gabf.routes import paths_from
-from planner.planning import path_waypoints
 from planner.roadmap.attach import attach
+from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.scale import manipulability_cost
 from tests.worlds import load, make_post, post_roadmap
 

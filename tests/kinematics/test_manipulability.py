@@ -26,7 +26,7 @@ def test_jacobian_is_the_derivative_of_the_tool(name):
             turn = ahead.rotation @ behind.rotation.T
             angular = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2
             columns.append(np.concatenate([ahead.translation - behind.translation, angular]) / (2 * h))
-        np.testing.assert_allclose(jacobian(robot, q), np.array(columns).T[ROWS[robot.rows]], atol=1e-8)
+        np.testing.assert_allclose(jacobian(robot, q), np.array(columns).T[ROWS[robot.manipulability]], atol=1e-8)
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -29,7 +29,7 @@ WORLDS = [("iiwa14", "paper"), ("ur5", "table"), ("planar_2r", "window")]
 
 def free_path(checker: CollisionChecker, rows: int = 4, seed: int = 0, step: float = 0.15) -> np.ndarray:
     """A short random walk of free configurations; what lies between them may touch."""
-    robot, rng = checker.world.robot, np.random.default_rng(seed)
+    robot, rng = checker.robot, np.random.default_rng(seed)
     path = [next(q for q in random_q(robot, 200, seed) if is_free(checker, q))]
     while len(path) < rows:
         q = np.clip(path[-1] + rng.normal(size=robot.dof) * step, robot.lower, robot.upper)

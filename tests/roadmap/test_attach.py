@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import StateError
+from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.edge_prover import recheck
 from planner.costs.network import build_network
@@ -197,7 +198,7 @@ def test_several_starts_on_both_sides():
 
 
 def test_stop_ends_growing_at_once():
-    new = attach(beyond_the_post(0.8), make_post(), POST_START[None], OTHER, stop=lambda: True)
+    new = attach(beyond_the_post(0.8), make_post(), POST_START[None], OTHER, progress=Progress(stop=lambda: True))
     assert not new.connected
     assert len(new.nodes) <= len(beyond_the_post(0.8).nodes) + 2
 

@@ -12,9 +12,9 @@ from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import joint_path_length, path_contact, path_manipulability
 from planner.planning import plan
-from planner.roadmap.best_paths import MotionCost, _with_dips, add_strands, best_path, pull
-from planner.roadmap.build import RoadmapSettings, grow_roadmap
-from planner.roadmap.escape_singularity import climb
+from planner.roadmap.best_paths import MotionCost, _with_dips, add_refined_paths, best_path, refine_path
+from planner.roadmap.build import DENSITY, build_roadmap
+from planner.roadmap.escape_singularity import ascend_manipulability
 from planner.roadmap.measure import EDGE_STATES, edge_manipulability, simpson_weights
 from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import component_labels
@@ -31,7 +31,7 @@ def test_a_pulled_path_is_cheaper_and_proven(beta: float) -> None:
     made = small_plan()
     checker, path = made.checker, made.path
     cost = MotionCost(made.robot, made.roadmap.scale, beta)
-    *_, pulled = pull(EdgeProver(checker), path, cost)
+    *_, pulled = refine_path(EdgeProver(checker), path, cost)
     np.testing.assert_allclose(pulled[[0, -1]], path[[0, -1]], rtol=0, atol=1e-12)
     assert total(cost, pulled) <= total(cost, path)
     assert path_contact(checker, pulled) is None
@@ -42,15 +42,17 @@ def test_a_pulled_path_is_cheaper_and_proven(beta: float) -> None:
 def test_pulling_in_open_space_straightens_a_detour() -> None:
     checker = checker_of("planar_2r")
     bent = np.array([[0.0, 0.5], [0.6, 1.8], [-0.3, 0.9], [1.0, 1.0]])
-    *_, straight = pull(EdgeProver(checker), bent, MotionCost(load("planar_2r"), small_plan().roadmap.scale, 1.0))
+    *_, straight = refine_path(
+        EdgeProver(checker), bent, MotionCost(load("planar_2r"), small_plan().roadmap.scale, 1.0)
+    )
     assert joint_path_length(straight) == pytest.approx(np.linalg.norm(bent[-1] - bent[0]), rel=0.01)
 
 
 def test_pulling_downhill_in_omega_raises_mean_w() -> None:
     made = small_plan()
     prover, scale = EdgeProver(made.checker), made.roadmap.scale
-    *_, short = pull(prover, made.path, MotionCost(made.robot, scale, 1.0))
-    *_, good = pull(prover, made.path, MotionCost(made.robot, scale, 0.0))
+    *_, short = refine_path(prover, made.path, MotionCost(made.robot, scale, 1.0))
+    *_, good = refine_path(prover, made.path, MotionCost(made.robot, scale, 0.0))
     assert path_manipulability(made.robot, good).mean() > 1.1 * path_manipulability(made.robot, short).mean()
 
 
@@ -59,7 +61,7 @@ def test_a_floor_is_never_crossed() -> None:
     w = manipulability(made.robot, made.path)
     inner = made.path[1:-1]
     floor = 0.8 * min(path_manipulability(made.robot, inner).min(), w.max())
-    *_, pulled = pull(EdgeProver(made.checker), inner, MotionCost(made.robot, made.roadmap.scale, 1.0, floor))
+    *_, pulled = refine_path(EdgeProver(made.checker), inner, MotionCost(made.robot, made.roadmap.scale, 1.0, floor))
     assert path_manipulability(made.robot, pulled).min() >= 0.98 * floor
 
 
@@ -75,37 +77,39 @@ def test_motion_cost_is_the_integral() -> None:
         assert value == pytest.approx(length * (0.7 * np.trapezoid(omega, dx=1 / 400) + 0.3), rel=0.03)
 
 
-def test_strands_join_the_roadmap_and_leave_the_rest() -> None:
+def test_refined_paths_join_the_roadmap_and_leave_the_rest() -> None:
     checker = make_post()
-    bare = grow_roadmap(checker, *ends(), RoadmapSettings(100, strands=0.0), 0)
-    nodes, edges = add_strands(EdgeProver(checker), bare.nodes, bare.edges, bare.starts, bare.goals, 40)
+    bare = build_roadmap(checker.robot, checker, *ends(), 100, 0, refined=0.0)
+    nodes, edges = add_refined_paths(EdgeProver(checker), bare.nodes, bare.edges, bare.starts, bare.goals, 40)
     np.testing.assert_array_equal(nodes[:100], bare.nodes)
     np.testing.assert_array_equal(edges[: len(bare.edges)], bare.edges)
     assert 100 < len(nodes) <= 140
     assert component_labels(len(nodes), edges).max() == component_labels(100, bare.edges).max()
-    none, same = add_strands(EdgeProver(checker), bare.nodes, bare.edges, bare.starts, bare.goals, 0)
+    none, same = add_refined_paths(EdgeProver(checker), bare.nodes, bare.edges, bare.starts, bare.goals, 0)
     assert (len(none), len(same)) == (100, len(bare.edges))
 
 
-def test_a_roadmap_with_strands_has_its_size_and_repeats() -> None:
-    made = [grow_roadmap(make_post(), *ends(), RoadmapSettings(100), 3) for _ in range(2)]
+def test_a_roadmap_with_refined_paths_has_its_size_and_repeats() -> None:
+    made = [build_roadmap(make_post().robot, make_post(), *ends(), 100, 3) for _ in range(2)]
     assert made[0].sha256 == made[1].sha256
     assert len(made[0].nodes) == 100
-    assert len(made[0].edges) == round(100 * RoadmapSettings().density)
+    assert len(made[0].edges) == round(100 * DENSITY)
 
 
-def test_strands_make_better_paths() -> None:
-    """The integrated cost on a roadmap with strands is at neither end of beta worse than without, and better at 0."""
+def test_refined_paths_make_better_paths() -> None:
+    """The integrated cost on a roadmap with refined paths: at neither end of beta worse, at 0 better."""
     ratios = []
     for beta in (0.0, 1.0):
         request = PlanRequest(nodes=150, beta=beta, charge="edges")
         found = plan(request)
-        without = grow_roadmap(
+        without = build_roadmap(
+            found.robot,
             found.checker,
             found.roadmap.nodes[found.roadmap.starts],
             found.roadmap.nodes[found.roadmap.goals],
-            RoadmapSettings(150, strands=0.0),
+            150,
             0,
+            refined=0.0,
         )
         nodes, edges = without.nodes, without.edges
         cost = MotionCost(found.robot, found.roadmap.scale, beta)
@@ -148,7 +152,7 @@ def test_climbing_rises_all_the_way(name: str) -> None:
         start = float(manipulability(robot, q[None])[0])
         if not checker.all_free(q[None]) or start > 0.02:
             continue
-        way = climb(EdgeProver(checker), q, 0.03)
+        way = ascend_manipulability(EdgeProver(checker), q, 0.03)
         share = np.linspace(0, 1, 12)[:, None]
         w = manipulability(robot, np.concatenate([a + share * (b - a) for a, b in itertools.pairwise(way)]))
         assert w.min() >= start - 1e-12
@@ -160,7 +164,7 @@ def test_climbing_rises_all_the_way(name: str) -> None:
 
 def test_a_state_above_the_floor_needs_no_climb() -> None:
     q = np.array([0.0, 0.5, 0, -1.2, 0, 0.8, 0])
-    assert len(climb(EdgeProver(checker_of("iiwa14")), q, 1e-3)) == 1
+    assert len(ascend_manipulability(EdgeProver(checker_of("iiwa14")), q, 1e-3)) == 1
 
 
 def test_motions_with_a_floor_refuse_what_dips() -> None:
@@ -169,7 +173,7 @@ def test_motions_with_a_floor_refuse_what_dips() -> None:
     assert Motions(prover).proven(a, through_straight)
     assert not Motions(prover, 0.01).proven(a, through_straight)
     assert Motions(prover, 0.01).proven(a, np.array([1.0, 0.3]))
-    assert not Motions(prover, 0.01).sampled(0.05)(a, through_straight)
+    assert not Motions(prover, 0.01).looks_free(0.05)(a, through_straight)
     assert manipulability(robot, a[None])[0] > 0.01
 
 

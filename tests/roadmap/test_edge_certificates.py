@@ -7,7 +7,7 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
-from planner.planning import build_roadmap
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.world.scene import Scene
 from tests.coal_judge import CoalWorld
@@ -18,7 +18,7 @@ from tests.worlds import checker_of, load, make_post, post_roadmap, random_q, sm
 def test_the_clearance_of_every_edge_is_there(which):
     roadmap = post_roadmap() if which == "planar_2r" else small_plan().roadmap
     checker = make_post() if which == "planar_2r" else checker_of("iiwa14", "paper")
-    world, robot = CoalWorld(checker.world), checker.world.robot
+    world, robot = CoalWorld(checker.world), checker.robot
     assert (roadmap.samples > 0).all()
     assert (roadmap.clearance >= 0).all()
     assert roadmap.clearance.max() > 0.01

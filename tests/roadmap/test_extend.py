@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from planner.base.errors import OptionError
+from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver, recheck
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
-from planner.planning import build_roadmap
-from planner.roadmap.build import RoadmapSettings, grow_roadmap
+from planner.roadmap.build import DENSITY, build_roadmap
 from planner.roadmap.extend import extend
 from planner.roadmap.measure import edge_lengths
 from planner.roadmap.repair import measures_hold, verify
@@ -43,7 +43,7 @@ def test_new_nodes_are_linked_by_proven_edges():
     assert len(np.unique(NEW.nodes, axis=0)) == len(NEW.nodes)
     assert (NEW.edges[:, 0] < NEW.edges[:, 1]).all()
     assert (np.lexsort((NEW.edges[:, 1], NEW.edges[:, 0])) == np.arange(len(NEW.edges))).all()
-    assert len(np.unique(NEW.edges, axis=0)) == len(NEW.edges) == round(100 * RoadmapSettings().density)
+    assert len(np.unique(NEW.edges, axis=0)) == len(NEW.edges) == round(100 * DENSITY)
     new = NEW.edges[(NEW.edges >= len(OLD.nodes)).any(axis=1)]
     assert len(new) >= 40
     for i, j in new:
@@ -86,8 +86,7 @@ def test_twice_is_not_the_same_nodes_twice():
 
 
 def test_a_denser_roadmap_stays_dense():
-    ends, settings = OLD.nodes[[0]], RoadmapSettings(30, density=4.0)
-    dense = grow_roadmap(make_post(), ends, OLD.nodes[[1]], settings, 0)
+    dense = build_roadmap(make_post().robot, make_post(), OLD.nodes[0], OLD.nodes[1], 30, density=4.0)
     assert len(dense.edges) == 120
     assert len(extend(dense, make_post(), 10).edges) == 160
 
@@ -103,10 +102,10 @@ def test_two_parts_grow_both_and_may_meet():
 
 def test_stop_keeps_what_there_is():
     heard = []
-    some = extend(OLD, make_post(), 500, progress=lambda *args: heard.append(args), stop=lambda: len(heard) > 20)
+    some = extend(OLD, make_post(), 500, progress=Progress(lambda *args: heard.append(args), lambda: len(heard) > 20))
     assert len(OLD.nodes) < len(some.nodes) < len(OLD.nodes) + 500
     assert verify(some, make_post()).complete
-    nothing = extend(OLD, make_post(), 5, stop=lambda: True)
+    nothing = extend(OLD, make_post(), 5, progress=Progress(stop=lambda: True))
     assert nothing.sha256 == OLD.sha256
     assert {stage for stage, _, _ in heard} == {"roadmap"}
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from planner.base.errors import OptionError, StateError
+from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.edge_prover import RESOLUTION, EdgeProver, Verdict, recheck
 from planner.kinematics.forward import tool_positions
-from planner.planning import build_roadmap
-from planner.roadmap.build import RoadmapSettings
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import Growth, GrowthSettings, grow
 from planner.roadmap.measure import edge_lengths
 from planner.roadmap.roadmap import component_labels
@@ -27,7 +27,7 @@ def post():
 
 def grown(checker, nodes=60, seed=0, starts=A, goals=B, **more) -> Growth:
     settings = GrowthSettings(**more)
-    return grow(checker.world.robot, EdgeProver(checker), starts, goals, nodes, seed, settings)
+    return grow(EdgeProver(checker), starts, goals, nodes, seed, settings)
 
 
 def test_a_forest_of_proven_motions(post):
@@ -75,14 +75,13 @@ def test_more_nodes_is_not_another_first_path(post):
 def test_progress_counts_up_to_the_nodes(post):
     heard = []
     growth = grow(
-        load("planar_2r"),
         EdgeProver(post),
         A,
         B,
         50,
         0,
         GrowthSettings(),
-        lambda stage, done, total: heard.append((stage, done, total)),
+        Progress(lambda stage, done, total: heard.append((stage, done, total))),
     )
     done = [count for stage, count, total in heard if stage == "roadmap" and total == 50]
     first = [count == total for stage, count, total in heard if stage == "first path"]
@@ -115,7 +114,7 @@ def test_what_hangs_on_a_motion_without_a_proof_is_dropped():
     checker, goals = make_checker(load("planar_2r"), scene_of()), np.zeros((0, 2))
     root = np.array([[0.1, 0.1]])
     assert not Doubting.doubts(root).any()
-    growth = grow(checker.world.robot, Doubting(checker), root, goals, 300, 0, GrowthSettings())
+    growth = grow(Doubting(checker), root, goals, 300, 0, GrowthSettings())
     assert len(growth.nodes) == 300
     assert component_labels(300, growth.edges).max() == 0
     doubted = Doubting.doubts(growth.nodes)
@@ -165,7 +164,7 @@ def cell():
 
 
 def test_stop_ends_it_at_once_and_keeps_the_ends(post):
-    growth = grow(load("planar_2r"), EdgeProver(post), A, B, 500, 0, GrowthSettings(), lambda *_: None, lambda: True)
+    growth = grow(EdgeProver(post), A, B, 500, 0, GrowthSettings(), Progress(stop=lambda: True))
     assert len(growth.nodes) == 2
     assert len(growth.edges) == 0
     assert not growth.joined
@@ -181,7 +180,7 @@ def test_continuous_joints_stay_within_a_turn_and_wrap():
     robot, checker = load("kinova"), checker_of("kinova")
     start, goal = robot.home.copy(), robot.home.copy()
     start[0], goal[0] = 3.0, -3.0
-    growth = grow(robot, EdgeProver(checker), start[None], goal[None], 12, 0, GrowthSettings())
+    growth = grow(EdgeProver(checker), start[None], goal[None], 12, 0, GrowthSettings())
     wraps = robot.continuous
     assert growth.joined
     assert (np.abs(growth.nodes[:, wraps]) <= np.pi + 1e-12).all()
@@ -213,7 +212,7 @@ def test_build_roadmap_has_the_papers_density(post):
 
 def test_build_roadmap_says_how_far_it_is(post):
     heard = []
-    build_roadmap(load("planar_2r"), post, A[0], B[0], nodes=40, progress=lambda *args: heard.append(args))
+    build_roadmap(load("planar_2r"), post, A[0], B[0], nodes=40, progress=Progress(lambda *args: heard.append(args)))
     assert {stage for stage, _, _ in heard} == {"first path", "roadmap", "links"}
     links = [done for stage, done, _ in heard if stage == "links"]
     assert links[-1] == round(40 * 2029 / 1012)
@@ -226,21 +225,21 @@ def test_ways_up_to_the_floor_are_grown_once(floor):
     roadmap = build_roadmap(robot, checker_of("planar_2r"), *low, nodes=200, min_manipulability=floor)
     assert len(np.unique(roadmap.edges, axis=0)) == len(roadmap.edges)
     prover = EdgeProver(checker_of("planar_2r"))
-    alone = grow(robot, prover, low[:1], low[1:], 2, 0, GrowthSettings(floor=floor))
+    alone = grow(prover, low[:1], low[1:], 2, 0, GrowthSettings(floor=floor))
     known = {q.tobytes() for q in alone.nodes}
     assert all(q.tobytes() in known for q in roadmap.nodes[roadmap.manipulability < floor])
     assert roadmap.connected == (floor < 1)
 
 
 def test_no_search_between_ends_that_no_way_leads_up_from():
-    growth = grow(load("planar_2r"), EdgeProver(checker_of("planar_2r")), A, B, 2, 0, GrowthSettings(floor=1e9))
+    growth = grow(EdgeProver(checker_of("planar_2r")), A, B, 2, 0, GrowthSettings(floor=1e9))
     assert growth.motions == 0
     assert not growth.joined
 
 
-def test_settings_refuse_what_is_no_roadmap():
+def test_one_node_is_no_roadmap():
     with pytest.raises(OptionError, match=r"1 nodes make no roadmap: give a whole number from 2"):
-        RoadmapSettings(nodes=1)
+        build_roadmap(load("planar_2r"), checker_of("planar_2r"), A[0], B[0], nodes=1)
 
 
 @pytest.mark.parametrize("name", ["planar_2r", "iiwa14", "kinova"])

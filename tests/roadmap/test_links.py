@@ -10,6 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
+from planner.base.progress import Progress
 from planner.collision.edge_prover import EdgeProver
 from planner.roadmap.links import candidate_links, connect, nearest_neighbours
 from planner.roadmap.roadmap import component_labels
@@ -79,46 +80,46 @@ def free_nodes(post):
 
 @pytest.mark.parametrize("target", [10, 60, 100])
 def test_connect_reaches_its_target_and_keeps_what_is_given(post, free_nodes, target):
-    robot, prover = load("planar_2r"), EdgeProver(post)
+    prover = EdgeProver(post)
     tree = np.array([[i, i + 1] for i in range(5)])
     given_free = prover.prove(free_nodes[tree[:, 0]], free_nodes[tree[:, 1]] - free_nodes[tree[:, 0]]).free
     tree = tree[given_free]
-    edges = connect(robot, prover, free_nodes, tree, target)
+    edges = connect(prover, free_nodes, tree, target)
     assert len(edges) == target
     np.testing.assert_array_equal(edges[: len(tree)], tree)
     assert (edges[:, 0] < edges[:, 1]).all()
     assert len(np.unique(edges, axis=0)) == target
     delta = free_nodes[edges[:, 1]] - free_nodes[edges[:, 0]]
     assert prover.prove(free_nodes[edges[:, 0]], delta).free.all()
-    np.testing.assert_array_equal(connect(robot, prover, free_nodes, tree, target), edges)
+    np.testing.assert_array_equal(connect(prover, free_nodes, tree, target), edges)
 
 
 def test_connect_ends_when_no_candidate_is_left(post, free_nodes):
     few = free_nodes[:6]
-    edges = connect(load("planar_2r"), EdgeProver(post), few, np.zeros((0, 2), dtype=int), 10_000)
+    edges = connect(EdgeProver(post), few, np.zeros((0, 2), dtype=int), 10_000)
     assert 0 < len(edges) <= 15
 
 
 def test_nothing_is_added_or_taken_where_there_is_enough(post, free_nodes):
     tree = np.array([[0, 1], [1, 2]])
-    np.testing.assert_array_equal(connect(load("planar_2r"), EdgeProver(post), free_nodes, tree, 1), tree)
+    np.testing.assert_array_equal(connect(EdgeProver(post), free_nodes, tree, 1), tree)
 
 
 def test_no_nodes_to_link(post):
     none = np.zeros((0, 2), dtype=int)
-    assert len(connect(load("planar_2r"), EdgeProver(post), np.zeros((1, 2)), none, 5)) == 0
+    assert len(connect(EdgeProver(post), np.zeros((1, 2)), none, 5)) == 0
 
 
 def test_stop_stops(post, free_nodes):
     none = np.zeros((0, 2), dtype=int)
-    assert len(connect(load("planar_2r"), EdgeProver(post), free_nodes, none, 50, stop=lambda: True)) == 0
+    assert len(connect(EdgeProver(post), free_nodes, none, 50, progress=Progress(stop=lambda: True))) == 0
 
 
 def test_links_join_what_is_apart_first(post, free_nodes):
     """A pair with no way between it has the longest detour of all: few links make few pieces."""
     none = np.zeros((0, 2), dtype=int)
     n = len(free_nodes)
-    edges = connect(load("planar_2r"), EdgeProver(post), free_nodes, none, n)
+    edges = connect(EdgeProver(post), free_nodes, none, n)
     short = candidate_links(load("planar_2r"), free_nodes, none)[:n]
     assert pieces(n, edges) < pieces(n, short)
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import FileError
+from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.collision.edge_prover import EdgeProver, Verdict, recheck
@@ -65,7 +66,7 @@ def segments(roadmap: Roadmap, robot: Robot):
 
 
 def all_proven_again(roadmap: Roadmap, checker) -> set[tuple[bytes, bytes]]:
-    free = EdgeProver(checker).prove(*segments(roadmap, checker.world.robot)).free
+    free = EdgeProver(checker).prove(*segments(roadmap, checker.robot)).free
     return keys(roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), free))
 
 
@@ -83,7 +84,7 @@ def test_what_is_kept_is_what_proving_everything_keeps(name):
     np.testing.assert_array_equal(new.nodes, free)
     assert found.nodes_dropped == len(OLD.nodes) - len(free)
     assert same_world(new, checker)
-    assert measures_hold(new, checker.world.robot)
+    assert measures_hold(new, checker.robot)
     again = repair(new, checker)
     assert again is not None
     assert again.roadmap.sha256 == new.sha256
@@ -283,18 +284,18 @@ def test_a_contact_that_no_joint_can_part():
 
 
 def test_stop_gives_nothing_and_verify_says_how_far_it_came():
-    assert repair(OLD, WORLDS["another place"](), stop=lambda: True) is None
-    assert repair(OLD, WORLDS["moved"](), stop=lambda: True) is None
-    found = verify(OLD, make_post(), stop=lambda: True)
+    assert repair(OLD, WORLDS["another place"](), progress=Progress(stop=lambda: True)) is None
+    assert repair(OLD, WORLDS["moved"](), progress=Progress(stop=lambda: True)) is None
+    found = verify(OLD, make_post(), progress=Progress(stop=lambda: True))
     assert (found.complete, len(found.verdict)) == (False, 0)
 
 
 def test_progress_counts_edges():
     heard = []
-    verify(OLD, make_post(), lambda *args: heard.append(args))
+    verify(OLD, make_post(), Progress(lambda *args: heard.append(args)))
     assert heard[-1] == ("edges", len(OLD.edges), len(OLD.edges))
     heard.clear()
-    found = repair(OLD, WORLDS["moved"](), lambda *args: heard.append(args))
+    found = repair(OLD, WORLDS["moved"](), Progress(lambda *args: heard.append(args)))
     assert found is not None
     assert heard[-1][1] == heard[-1][2] <= len(OLD.edges)
 

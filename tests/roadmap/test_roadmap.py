@@ -9,8 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from planner.collision.edge_prover import recheck
 from planner.kinematics.manipulability import manipulability
-from planner.planning import build_roadmap
-from planner.roadmap.build import origin_of, versions
+from planner.roadmap.build import build_roadmap, origin_of, versions
 from planner.roadmap.measure import edge_lengths
 from tests.worlds import load, make_post, post_roadmap, small_plan
 
@@ -112,7 +111,7 @@ def test_without_an_edge_the_rest_stays():
 def test_what_it_says_about_itself_holds(which):
     """Every edge free at 1 mm of motion (some of iiwa14's), manipulability and lengths measured anew."""
     roadmap, checker = (ROADMAP, make_post()) if which == "planar_2r" else (small_plan().roadmap, small_plan().checker)
-    robot = checker.world.robot
+    robot = checker.robot
     np.testing.assert_allclose(roadmap.manipulability, manipulability(robot, roadmap.nodes))
     joint, tool = edge_lengths(robot, roadmap.nodes, roadmap.edges)
     np.testing.assert_allclose(roadmap.joint_length, joint)

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import FileError
+from planner.base.progress import Progress
 from planner.studies.process import run_module
-from planner.studies.table import Ledger, markdown_table, median, percentile, read_rows, software, to_csv
+from planner.studies.table import ResultsFile, markdown_table, median, percentile, read_rows, software, to_csv
 
 
 @dataclass(frozen=True)
@@ -28,8 +29,10 @@ ROWS = [
 ]
 
 
-def ledger(path: Path) -> Ledger[Row]:
-    return Ledger(path, Row, "planner bench this", key=lambda row: (row.name, row.count), order=lambda row: row.count)
+def ledger(path: Path) -> ResultsFile[Row]:
+    return ResultsFile(
+        path, Row, "planner bench this", key=lambda row: (row.name, row.count), order=lambda row: row.count
+    )
 
 
 def test_rows_survive_the_file(tmp_path: Path) -> None:
@@ -79,5 +82,5 @@ def test_a_process_ends_by_itself_is_stopped_or_is_killed_over_time(tmp_path: Pa
     late = run_module("timeit", slow, time_limit=0.5)
     assert (late.code, late.over_time) == (None, True)
     assert 0.5 <= late.seconds < 20.0
-    stopped = run_module("timeit", slow, stop=lambda: True)
+    stopped = run_module("timeit", slow, progress=Progress(stop=lambda: True))
     assert (stopped.code, stopped.over_time) == (None, False)

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.base.errors import AssumptionError, OptionError
+from planner.base.progress import Progress
 from planner.tradeoff.nondominated import Front, non_dominated
 from tests.random_shapes import QUICK
 from tests.tradeoff.graphs import Graph, enumerated_front, random_graph
@@ -86,12 +87,12 @@ def test_a_front_that_grows_exponentially_is_cut_where_the_labels_end() -> None:
 
 def test_progress_and_stop() -> None:
     graph, heard = ladder(11), []
-    whole = search(graph, progress=lambda *word: heard.append(word))
+    whole = search(graph, progress=Progress(lambda *word: heard.append(word)))
     assert [stage for stage, _, _ in heard] == ["front"] * len(heard)
     assert [done for _, done, _ in heard] == sorted(done for _, done, _ in heard)
     assert heard[-1][1:] == (whole.labels, whole.labels)
     asked = iter([False, True])
-    cut = search(graph, stop=lambda: next(asked))
+    cut = search(graph, progress=Progress(stop=lambda: next(asked)))
     assert not cut.complete
     assert len(cut.points) < len(whole.points)
 

@@ -17,14 +17,17 @@ import planner.tradeoff.sweep as module
 from planner import gabf
 from planner.base.errors import FileError, OptionError
 from planner.base.outcome import Outcome
+from planner.base.progress import Progress
 from planner.base.request import PlanRequest, SweepRequest
+from planner.costs.healing import HealingNetwork
 from planner.costs.network import build_network, path_cost
 from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
-from planner.planning import Plan, path_waypoints, plan
+from planner.planning import Plan, plan
+from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
-from planner.tradeoff import Interval, Tradeoff, reached_by_beta, sweep
 from planner.tradeoff.nondominated import MAX_LABELS
 from planner.tradeoff.record import interval_rows, read_checkpoint, save_sweep, summary_lines, sweep_record
+from planner.tradeoff.sweep import Interval, Tradeoff, reached_by_beta, sweep
 
 SCENE = """
 obstacles: [{{name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}}]
@@ -195,12 +198,11 @@ def failing(monkeypatch: pytest.MonkeyPatch, edges: list[tuple[int, int]]) -> li
     """These edges fail; returns the list of edges that were looked at."""
     seen: list[tuple[int, int]] = []
 
-    def look(checker: Any, roadmap: Any, nodes: np.ndarray) -> tuple[int, int] | None:
-        i, j = (int(node) for node in nodes)
+    def look(healing: HealingNetwork, i: int, j: int) -> bool:
         seen.append((i, j))
-        return (i, j) if (min(i, j), max(i, j)) in edges else None
+        return (min(i, j), max(i, j)) not in edges
 
-    monkeypatch.setattr(module, "first_bad_edge", look)
+    monkeypatch.setattr(HealingNetwork, "_is_free", look)
     return seen
 
 
@@ -259,15 +261,15 @@ def test_when_every_way_fails_there_is_no_path(
 # interrupted, and gone on with
 
 
-def after(words: int, stage: str) -> tuple[Callable[[str, int, int], None], Callable[[], bool]]:
-    """A progress and a stop that asks to end after so many words on a stage."""
-    heard: list[str] = []
-    return lambda name, done, total: heard.append(name), lambda: heard.count(stage) >= words
+def after(reports: int, stage: str) -> Progress:
+    """A progress that asks to stop after so many reports of a stage."""
+    seen: list[str] = []
+    return Progress(lambda name, done, total: seen.append(name), lambda: seen.count(stage) >= reports)
 
 
 @pytest.mark.parametrize("steps", [1, 2, 3, 5])
 def test_an_interrupted_sweep_goes_on(swept: Tradeoff, tmp_path: Path, steps: int) -> None:
-    part = sweep(swept.request, *after(steps, "beta"))
+    part = sweep(swept.request, after(steps, "beta"))
     assert (part.outcome, part.complete) == (Outcome.INTERRUPTED, False)
     assert outline(part) == outline(swept)[: len(part.intervals)], "only what is proven"
     assert len(part.intervals) < len(swept.intervals)
@@ -284,8 +286,8 @@ def test_an_interrupted_sweep_goes_on(swept: Tradeoff, tmp_path: Path, steps: in
 
 def test_some_of_these_interruptions_hold_intervals(swept: Tradeoff) -> None:
     words: list[str] = []
-    sweep(swept.request, lambda stage, done, total: words.append(stage))
-    part = sweep(swept.request, *after(words.count("beta") - 1, "beta"))
+    sweep(swept.request, Progress(lambda stage, done, total: words.append(stage)))
+    part = sweep(swept.request, after(words.count("beta") - 1, "beta"))
     assert len(part.intervals) >= 1
     lines = summary_lines(sweep_record(part))
     assert any(f"Proven up to beta = {part.intervals[-1].beta_max:.5g}" in line for line in lines)
@@ -295,9 +297,9 @@ def test_going_on_grows_nothing_and_can_be_interrupted_again(
     swept: Tradeoff, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     request = swept.request
-    first = save_sweep(sweep(request, *after(7, "beta")), tmp_path, {})
+    first = save_sweep(sweep(request, after(7, "beta")), tmp_path, {})
     monkeypatch.setattr(module, "obtain_roadmap", lambda *more: pytest.fail("the roadmap was grown again"))
-    second = sweep(request, stop=lambda: True, earlier=read_checkpoint(request, tmp_path))
+    second = sweep(request, progress=Progress(stop=lambda: True), earlier=read_checkpoint(request, tmp_path))
     assert second.outcome is Outcome.INTERRUPTED
     assert sweep_record(second)["search"] == first["search"], "nothing is lost"
     save_sweep(second, tmp_path, {})
@@ -314,7 +316,7 @@ def test_going_on_grows_nothing_and_can_be_interrupted_again(
 
 def test_a_roadmap_that_was_interrupted_is_grown_anew(swept: Tradeoff, tmp_path: Path) -> None:
     request = swept.request
-    part = sweep(request, *after(30, "roadmap"))
+    part = sweep(request, after(30, "roadmap"))
     assert (part.outcome, part.grown, part.intervals) == (Outcome.INTERRUPTED, False, ())
     assert 2 < len(part.roadmap.nodes) < 150
     save_sweep(part, tmp_path, {})
@@ -323,7 +325,7 @@ def test_a_roadmap_that_was_interrupted_is_grown_anew(swept: Tradeoff, tmp_path:
 
 
 def test_a_front_that_is_interrupted_leaves_the_intervals_whole(again: SweepRequest) -> None:
-    found = sweep(again, *after(1, "front"), front=True)
+    found = sweep(again, after(1, "front"), front=True)
     assert found.front is not None
     assert (found.outcome, found.complete, found.front.complete) == (Outcome.INTERRUPTED, True, False)
 
@@ -332,7 +334,7 @@ def test_edges_removed_are_counted_on(again: SweepRequest, monkeypatch: pytest.M
     whole = sweep(again)
     one = min(edges_of(whole.intervals[0].path_nodes))
     failing(monkeypatch, [one])
-    save_sweep(sweep(again, *after(4, "beta")), tmp_path, {})
+    save_sweep(sweep(again, after(4, "beta")), tmp_path, {})
     failing(monkeypatch, [one, max(edges_of(whole.intervals[-1].path_nodes))])
     found = sweep(again, earlier=read_checkpoint(again, tmp_path))
     assert found.edges_removed == 2
@@ -394,7 +396,7 @@ def test_what_is_no_sweep_is_named(swept: Tradeoff, kept: Path, content: str) ->
 
 def test_a_world_that_has_changed_is_refused(tmp_path: Path) -> None:
     request = asked(tmp_path)
-    save_sweep(sweep(request, *after(4, "beta")), tmp_path, {})
+    save_sweep(sweep(request, after(4, "beta")), tmp_path, {})
     asked(tmp_path, start="q:-1.1,0.8")  # the scene's file again, with another start
     refused(request, tmp_path, "has another start than is asked for now")
     text = asked(tmp_path).scene

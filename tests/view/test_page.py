@@ -20,8 +20,8 @@ from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import path_manipulability
 from planner.planning import Plan, plan
 from planner.roadmap.storage import save_roadmap
-from planner.tradeoff import Tradeoff, sweep
-from planner.tradeoff.alternatives import of_plan, of_tradeoff
+from planner.tradeoff.alternatives import of_tradeoff, paths_for_every_beta
+from planner.tradeoff.sweep import Tradeoff, sweep
 from planner.view import notebook
 from planner.view.motion import SAMPLES, configurations_at, ellipsoids, motion_data, path_shares, worst_points
 from planner.view.page import write_plan_page, write_sweep_page
@@ -111,7 +111,7 @@ def test_worst_points_of_known_curves() -> None:
 
 
 def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) -> None:
-    (mine, current), theirs = of_plan(made), of_tradeoff(tradeoff)
+    (mine, current), theirs = paths_for_every_beta(made), of_tradeoff(tradeoff)
     assert len(mine) == len(theirs) >= 4
     for a, b in zip(mine, theirs, strict=True):
         assert a.interval == pytest.approx(b.interval, abs=1e-9)
@@ -129,7 +129,7 @@ def test_with_a_floor_too_they_show_the_same_paths(floor: float, tmp_path: Path)
     held = plan(PlanRequest(nodes=150, min_manipulability=floor))
     save_roadmap(held.roadmap, tmp_path / "roadmap.npz")
     whole = sweep(PlanRequest(roadmap=tmp_path / "roadmap.npz", min_manipulability=floor))
-    (mine, current), theirs = of_plan(held), of_tradeoff(whole)
+    (mine, current), theirs = paths_for_every_beta(held), of_tradeoff(whole)
     assert len(mine) == len(theirs) >= 1
     for a, b in zip(mine, theirs, strict=True):
         assert a.interval == pytest.approx(b.interval, abs=1e-9)
@@ -146,9 +146,9 @@ def test_a_plan_that_is_one_of_several_as_good_is_shown_itself(made: Plan) -> No
     """At a corner of the trade-off, as at 0 and 1, the plan's path may be none of the intervals'."""
     assert made.cost is not None
     other = replace(made, cost=replace(made.cost, distance=made.cost.distance + 1.0))
-    plain, _ = of_plan(made)
+    plain, _ = paths_for_every_beta(made)
     for beta, place in ((0.0, 0), (plain[0].interval[1], 1), (1.0, len(plain))):  # type: ignore[index]
-        shown, current = of_plan(replace(other, request=replace(made.request, beta=beta)))
+        shown, current = paths_for_every_beta(replace(other, request=replace(made.request, beta=beta)))
         assert len(shown) == len(plain) + 1
         assert current == place
         assert shown[current].interval == (beta, beta)

@@ -18,8 +18,8 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
 from planner.paths.measure import path_manipulability
 from planner.planning import Plan, plan
-from planner.tradeoff import Tradeoff, sweep
 from planner.tradeoff.alternatives import ShownPath
+from planner.tradeoff.sweep import Tradeoff, sweep
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
 from planner.view.page import Content, page, plan_page, sweep_page, write_plan_page, write_sweep_page

@@ -31,7 +31,10 @@ def test_every_robot(name):
     assert ((robot.lower <= robot.home) & (robot.home <= robot.upper)).all()
     assert robot.bodies
     assert robot.model.frames[robot.tool_id].name == robot.tool
-    assert jacobian(robot, robot.home).shape == ({"pose": 6, "translation": 3, "planar": 2}[robot.rows], robot.dof)
+    assert jacobian(robot, robot.home).shape == (
+        {"pose": 6, "translation": 3, "planar": 2}[robot.manipulability],
+        robot.dof,
+    )
     if robot.disabled_pairs is not None:
         links = {frame.name for frame in robot.model.frames}
         assert {len(pair) for pair in robot.disabled_pairs} <= {1, 2}
@@ -125,7 +128,7 @@ def test_a_tool_in_the_middle_of_the_chain():
 def test_a_urdf_by_path(urdf_file):
     inside = link_xml("a") + link_xml("b") + joint_xml("j", "a", "b", limit="0.5 1")
     robot = Robot.load(urdf_file(inside, name="mine"))
-    assert (robot.name, robot.joints, robot.tool, robot.rows) == ("mine", ("j",), "b", "translation")
+    assert (robot.name, robot.joints, robot.tool, robot.manipulability) == ("mine", ("j",), "b", "translation")
     assert robot.home.tolist() == [0.5]  # 0 lies outside the limits
     assert robot.disabled_pairs is None
 
@@ -138,7 +141,7 @@ VARIANTS = {
     "limits": lambda: replace(load("iiwa14"), upper=load("iiwa14").upper * 0.9),
     "pairs": lambda: replace(load("iiwa14"), disabled_pairs=frozenset()),
     "no pairs": lambda: replace(load("iiwa14"), disabled_pairs=None),
-    "rows": lambda: replace(load("iiwa14"), rows="translation"),
+    "manipulability": lambda: replace(load("iiwa14"), manipulability="translation"),
     "bodies": lambda: replace(load("iiwa14"), bodies=load("iiwa14").bodies[:-1]),
     "continuous": lambda: replace(load("iiwa14"), continuous=np.ones(7, dtype=bool)),
     "other robot": lambda: load("panda"),

@@ -77,7 +77,7 @@ def crossing(fcl: CollisionChecker, coal: CollisionChecker, free: Floats, touchi
     Between the two the place is bisected at which FCL's verdict turns; then both are asked at growing distances of
     motion, from a nanometre to a centimetre, before and behind it, until they agree on both sides.
     """
-    delta = fcl.world.robot.difference(free, touching)
+    delta = fcl.robot.difference(free, touching)
     motion = float(fcl.world.reach.motion(delta[None]).max())
     low, high = 0.0, 1.0
     while (high - low) * motion > _PRECISION:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
+from planner.base.progress import QUIET, Progress
 from planner.base.request import WorldRequest, require_margin, require_seed
 from planner.base.resources import robot_names, scene_names
 from planner.collision.checker import CollisionChecker, is_free
@@ -20,8 +21,7 @@ from planner.roadmap.build import versions
 from planner.studies.bench_agreement.check_speed import Speed, measure_speed
 from planner.studies.bench_agreement.contact_band import Disagreement, crossing, disagreement
 from planner.studies.bench_agreement.report import Row, to_markdown
-from planner.studies.report import Progress
-from planner.studies.table import Ledger, collect, software
+from planner.studies.table import ResultsFile, measure_missing, software
 
 CROSSINGS = 40  # contacts of each robot and scene whose surroundings are looked at
 CSV_NAME, MARKDOWN_NAME = "agreement.csv", "agreement.md"
@@ -43,13 +43,12 @@ def bench_agreement(
     scenes: Sequence[str] = (),
     margin: float = 0.0,
     seed: int = 0,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> AgreementBench:
     """Ask both libraries about ``states`` random configurations, shared out among all ``robots`` in all ``scenes``.
 
     All there are where none are named; a scene may be a file. Writes ``agreement.csv`` and ``agreement.md``; rows that
-    are there already are kept. Once ``stop`` returns True the robot and scene at hand are abandoned. Raises OptionError
+    are there already are kept. Once it is asked to stop the robot and scene at hand are abandoned. Raises OptionError
     for numbers out of range, RobotError and SceneError for unknown names, FileError where the folder cannot be used.
     """
     pairs = [(robot, scene) for robot in robots or robot_names() for scene in scenes or scene_names()]
@@ -59,27 +58,28 @@ def bench_agreement(
         raise OptionError(f"{states} states are too few for {len(pairs)} pairs of robot and scene: give more.")
     each = -(-states // len(pairs))
     make_folder(folder)
-    ledger = Ledger(folder / CSV_NAME, Row, "planner bench agreement", lambda row: row.key)
+    ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench agreement", lambda row: row.key)
     here = software(versions())
-    rows, complete = collect(
+    rows, complete = measure_missing(
         ledger,
         pairs,
         lambda pair: ledger.find((*pair, margin, seed, each, here)),
-        lambda pair: _measure(*pair, margin, each, seed, stop),
-        lambda done, total: progress("worlds", done, total),
+        lambda pair: _measure(*pair, margin, each, seed, progress),
+        "worlds",
+        progress,
     )
     write_whole(folder / MARKDOWN_NAME, to_markdown(rows, complete).encode())
     return AgreementBench(tuple(rows), complete)
 
 
-def _measure(robot: str, scene: str, margin: float, states: int, seed: int, stop: Callable[[], bool]) -> list[Row]:
+def _measure(robot: str, scene: str, margin: float, states: int, seed: int, progress: Progress) -> list[Row]:
     """One robot in one scene; no row where stopped."""
     fcl = open_world(WorldRequest(robot, scene, collision="fcl", margin=margin))
     coal = open_world(WorldRequest(robot, scene, collision="coal", margin=margin))
-    arm = fcl.world.robot
+    arm = fcl.robot
     rng = np.random.default_rng([seed, *robot.encode(), *Path(scene).name.encode()])
     q = rng.uniform(arm.lower, arm.upper, (states, arm.dof))
-    free = verdicts(fcl, coal, q, stop)
+    free = verdicts(fcl, coal, q, progress)
     if free is None:
         return []
     by_fcl, by_coal = free
@@ -107,12 +107,12 @@ def _measure(robot: str, scene: str, margin: float, states: int, seed: int, stop
 
 
 def verdicts(
-    fcl: CollisionChecker, coal: CollisionChecker, q: Floats, stop: Callable[[], bool] = lambda: False
+    fcl: CollisionChecker, coal: CollisionChecker, q: Floats, progress: Progress = QUIET
 ) -> tuple[Bools, Bools] | None:
     """Which configurations (n, dof) each of the two calls free, asked one by one; None where stopped."""
     free = np.empty((2, len(q)), dtype=bool)
     for k, row in enumerate(q):
-        if stop():
+        if progress.stopped:
             return None
         free[:, k] = is_free(fcl, row), is_free(coal, row)
     return free[0], free[1]

@@ -6,7 +6,7 @@ import json
 import operator
 import platform
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +14,16 @@ import numpy as np
 
 from planner.base.errors import OptionError, PlannerError
 from planner.base.files import make_folder, write_whole
+from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
 from planner.studies.bench_gabf.case import geometric_network, save_network
 from planner.studies.bench_gabf.report import GabfBench, Row, summarise, to_markdown
 from planner.studies.process import run_module
-from planner.studies.report import Progress, versions
-from planner.studies.table import Ledger, collect
+from planner.studies.report import versions
+from planner.studies.table import ResultsFile, measure_missing
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
 CSV_NAME, MARKDOWN_NAME = "gabf.csv", "gabf.md"
-
-Stop = Callable[[], bool]
 
 
 def bench_gabf(
@@ -33,15 +32,14 @@ def bench_gabf(
     neighbours: int = 8,
     seed: int = 0,
     rk45_up_to: int = 10_000,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Stop = lambda: False,
+    progress: Progress = QUIET,
 ) -> GabfBench:
     """Measure what ``gabf.csv`` under ``folder`` does not hold yet, size by size, and write it and ``gabf.md`` anew.
 
     Each network has ``sizes`` nodes linked to their nearest ``neighbours``, about 9.7 arcs a node at 8. RK45 takes
     part up to ``rk45_up_to`` nodes: it is slow. A row counts as measured if it has the same nodes, neighbours, seed
-    and versions of the software. ``progress`` hears ("sizes", done, total); once ``stop`` returns True the size at
-    hand is abandoned. Raises OptionError for a size or neighbours out of range, FileError where the folder cannot
+    and versions of the software. ``progress`` is called with ("sizes", done, total); once stopped the current size is
+    abandoned. Raises OptionError for a size or neighbours out of range, FileError where the folder cannot
     be used.
     """
     require_seed(seed)
@@ -52,13 +50,14 @@ def bench_gabf(
             raise OptionError(f"{nodes} nodes with {neighbours} neighbours each: give at least 10, and more nodes.")
     make_folder(folder)
     order = operator.attrgetter("neighbours", "seed", "nodes")
-    ledger = Ledger(folder / CSV_NAME, Row, "planner bench gabf", _key, order)
-    asked, complete = collect(
+    ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench gabf", _key, order)
+    asked, complete = measure_missing(
         ledger,
         sizes,
         lambda nodes: _measured(ledger, nodes, neighbours, seed, rk45_up_to),
-        lambda nodes: _measure(nodes, neighbours, seed, rk45_up_to, stop),
-        lambda done, total: progress("sizes", done, total),
+        lambda nodes: _measure(nodes, neighbours, seed, rk45_up_to, progress),
+        "sizes",
+        progress,
     )
     bench = summarise(asked, complete)
     write_whole(folder / MARKDOWN_NAME, to_markdown(bench).encode())
@@ -73,14 +72,14 @@ def _software() -> str:
     return ", ".join(f"{name} {version}" for name, version in versions().items()) + f" on {platform.machine()}"
 
 
-def _measured(kept: Ledger[Row], nodes: int, neighbours: int, seed: int, rk45_up_to: int) -> list[Row]:
+def _measured(kept: ResultsFile[Row], nodes: int, neighbours: int, seed: int, rk45_up_to: int) -> list[Row]:
     """The rows of this network that are there already, none where a method is missing."""
     found = kept.find((nodes, neighbours, seed, _software()))
     needed = {"gabf", "dijkstra"} | ({"rk45 in tau", "rk45 in t"} if nodes <= rk45_up_to else set())
     return found if needed <= {row.method for row in found} else []
 
 
-def _measure(nodes: int, neighbours: int, seed: int, rk45_up_to: int, stop: Stop) -> list[Row]:
+def _measure(nodes: int, neighbours: int, seed: int, rk45_up_to: int, progress: Progress) -> list[Row]:
     """Every method on one network, in a fresh process; no row where interrupted."""
     options = {
         "repeats": max(3, min(31, round(31 * (1_000 / nodes) ** 0.5))),
@@ -89,7 +88,7 @@ def _measure(nodes: int, neighbours: int, seed: int, rk45_up_to: int, stop: Stop
     with tempfile.TemporaryDirectory() as place:
         network, out = Path(place) / "network.npz", Path(place) / "rows.json"
         save_network(geometric_network(nodes, neighbours, np.random.default_rng(seed)), network)
-        ended = run_module("planner.studies.bench_gabf.case", [str(network), str(out), json.dumps(options)], stop)
+        ended = run_module("planner.studies.bench_gabf.case", [str(network), str(out), json.dumps(options)], progress)
         if ended.code is None:
             return []
         if ended.code:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
+from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
@@ -22,8 +23,7 @@ from planner.roadmap.build import versions
 from planner.studies.bench_misses.report import Row, to_markdown
 from planner.studies.bench_misses.resolution import states_by_ompls_rule
 from planner.studies.bench_misses.thin_obstacles import KINDS, ThinCase, thin_case
-from planner.studies.report import Progress
-from planner.studies.table import Ledger, collect, software
+from planner.studies.table import ResultsFile, measure_missing, software
 from planner.world.robot import Robot
 from planner.world.scene import Scene
 
@@ -47,13 +47,12 @@ def bench_misses(
     robots: Sequence[str] = ROBOTS,
     thicknesses: Sequence[float] = THICKNESSES,
     seed: int = 0,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> MissesBench:
     """Judge ``edges`` edges for each robot, kind of obstacle and thickness (mm); write ``misses.csv``, ``misses.md``.
 
-    Rows of the same robot, obstacle, edges, seed and software that are there already are kept. Once ``stop`` returns
-    True the row at hand is abandoned. Raises OptionError for numbers out of range, RobotError for an unknown robot,
+    Rows of the same robot, obstacle, edges, seed and software that are there already are kept. Once stopped
+    the row at hand is abandoned. Raises OptionError for numbers out of range, RobotError for an unknown robot,
     FileError where the folder cannot be used.
     """
     require_seed(seed)
@@ -61,14 +60,15 @@ def bench_misses(
         raise OptionError("give at least 1 edge, and thicknesses above 0 and up to 100 mm.")
     arms = {name: _with_pairs(Robot.load(name)) for name in robots}
     make_folder(folder)
-    ledger = Ledger(folder / CSV_NAME, Row, "planner bench misses", lambda row: row.key)
+    ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench misses", lambda row: row.key)
     here = software(versions())
-    rows, complete = collect(
+    rows, complete = measure_missing(
         ledger,
         [(name, kind, float(t)) for name in robots for kind in KINDS for t in thicknesses],
         lambda case: ledger.find((*case, edges, seed, here)),
-        lambda case: _measure(arms[case[0]], *case, edges, seed, stop),
-        lambda done, total: progress("obstacles", done, total),
+        lambda case: _measure(arms[case[0]], *case, edges, seed, progress),
+        "obstacles",
+        progress,
     )
     write_whole(folder / MARKDOWN_NAME, to_markdown(rows, complete).encode())
     return MissesBench(tuple(rows), complete)
@@ -84,7 +84,7 @@ def _with_pairs(robot: Robot) -> Robot:
 
 
 def _measure(
-    robot: Robot, name: str, kind: str, thickness_mm: float, edges: int, seed: int, stop: Callable[[], bool]
+    robot: Robot, name: str, kind: str, thickness_mm: float, edges: int, seed: int, progress: Progress
 ) -> list[Row]:
     """Scene after scene until there are ``edges`` edges; no row where stopped."""
     # each row has a stream of its own, so that it is the same whichever others were asked for
@@ -94,7 +94,7 @@ def _measure(
     while len(judged) < edges:
         for one in judge(robot, thin_case(alone, kind, 1e-3 * thickness_mm, rng), edges - len(judged)):
             judged.append(one)
-            if stop():
+            if progress.stopped:
                 return []
     misses = [one.describe() for one in judged if any(one.missed(backend) for backend in BACKENDS)]
     return [

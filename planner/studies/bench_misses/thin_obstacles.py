@@ -17,7 +17,7 @@ from planner.world.shapes import Box, Cylinder, Obstacle, Shape, corners
 
 KINDS = ("wall", "pole", "window")
 
-EDGES_A_SCENE = 5
+EDGES_PER_SCENE = 5
 _MOTION = (0.3, 1.2)  # m that some point of the arm moves at most on an edge
 _BESIDE = (0.005, 0.06)  # m: standard deviation of the obstacle's way off the arm, drawn anew each time
 _TURN = 0.06  # rad: standard deviation between the ends of the edges of one scene
@@ -81,10 +81,10 @@ def _point_on_the_way(alone: CollisionChecker, start: Floats, delta: Floats, rng
 
 def _beside(checker: CollisionChecker, start: Floats, delta: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
     """The edge and others near it, each with free ends within limits; the edge again where none is found."""
-    robot = checker.world.robot
+    robot = checker.robot
     starts, deltas = [start], [delta]
     for _ in range(_TRIES):
-        if len(starts) == EDGES_A_SCENE:
+        if len(starts) == EDGES_PER_SCENE:
             break
         ends = np.array([start, start + delta]) + rng.normal(0.0, _TURN, (2, robot.dof))
         if _within_limits(robot, ends) and is_free(checker, ends[0]) and is_free(checker, ends[1]):

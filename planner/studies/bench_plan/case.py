@@ -18,13 +18,14 @@ from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
 from planner.base.outcome import Outcome
+from planner.base.progress import Progress
 from planner.base.request import PlanRequest
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
 from planner.paths.measure import path_clearance, path_contact
 from planner.plan_record import plan_record
 from planner.planning import Plan, plan
-from planner.roadmap.grow import FIRST_PATH
+from planner.roadmap.first_path import FIRST_PATH
 from planner.studies.bench_plan.rows import REFUSED
 from planner.studies.process import peak_memory
 
@@ -35,7 +36,7 @@ def measure(request: PlanRequest) -> dict[str, Any]:
     """Plan, and the columns of the row that came of it; input that the planner refuses is a row like any other."""
     first_path = _FirstPath()
     try:
-        found = plan(request, first_path)
+        found = plan(request, Progress(first_path))
     except PlannerError as error:
         return {"outcome": REFUSED, "message": str(error)}
     total = time.perf_counter() - first_path.begin
@@ -46,7 +47,7 @@ def measure(request: PlanRequest) -> dict[str, Any]:
 
 
 class _FirstPath:
-    """Hears the progress of a plan, and how many seconds it took until a first proven path was there."""
+    """Notes from the progress of a plan after how many seconds a first proven path was there."""
 
     def __init__(self) -> None:
         self.begin = time.perf_counter()

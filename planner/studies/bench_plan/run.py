@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
+from planner.base.progress import QUIET, Progress
 from planner.base.request import PlanRequest
 from planner.roadmap.build import versions
 from planner.studies.bench_plan.problems import Problem, find_problems
@@ -17,8 +18,7 @@ from planner.studies.bench_plan.report import to_markdown
 from planner.studies.bench_plan.rows import CRASHED, TIMED_OUT, Row
 from planner.studies.bench_roadmap.ompl_log import write_logs
 from planner.studies.process import run_module
-from planner.studies.report import Progress
-from planner.studies.table import Ledger, collect, software
+from planner.studies.table import ResultsFile, measure_missing, software
 
 CSV_NAME, MARKDOWN_NAME, LOGS_NAME = "plan.csv", "plan.md", "logs"
 
@@ -45,27 +45,27 @@ def bench_plan(
     plain: PlanRequest,
     seeds: Sequence[int] = (0, 1, 2),
     time_limit: float = 60.0,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> PlanBench:
     """Plan every problem of :func:`find_problems` in ``folder`` with every seed, as ``plain`` says for all of them.
 
     Each run has a process of its own, which is killed and recorded as timed out after ``time_limit`` seconds; its
     budget is the plan's own, in counts. ``out`` gets ``plan.csv``, ``plan.md`` and a benchmark log of OMPL's kind a
     problem. A row that is there already is kept: the same problem and content of its files, seed, settings and
-    software. Once ``stop`` returns True the run at hand is abandoned. Raises OptionError for options that the problem
+    software. Once it is asked to stop the run at hand is abandoned. Raises OptionError for options that the problem
     decides or numbers out of range, FileError where a folder cannot be used.
     """
     _require_usable(plain, seeds, time_limit)
     problems = find_problems(folder)
     make_folder(out)
-    ledger = Ledger(out / CSV_NAME, Row, "planner bench plan", lambda row: row.key, lambda row: row.place)
-    asked, complete = collect(
+    ledger = ResultsFile(out / CSV_NAME, Row, "planner bench plan", lambda row: row.key, lambda row: row.place)
+    asked, complete = measure_missing(
         ledger,
         [(problem, replace(plain, seed=seed)) for problem in problems for seed in seeds],
         lambda run: _kept(ledger, _blank(*run, time_limit)),
-        lambda run: _measure(*run, time_limit, stop),
-        lambda done, total: progress("problems", done, total),
+        lambda run: _measure(*run, time_limit, progress),
+        "problems",
+        progress,
     )
     here, keys = software(versions()), {row.key for row in asked}
     others = [row for row in ledger.rows if row.software == here and row.key not in keys]
@@ -86,7 +86,7 @@ def _require_usable(plain: PlanRequest, seeds: Sequence[int], time_limit: float)
         replace(plain, seed=seed)  # refuses a seed that is out of range
 
 
-def _kept(ledger: Ledger[Row], blank: Row) -> list[Row]:
+def _kept(ledger: ResultsFile[Row], blank: Row) -> list[Row]:
     """The row that is there already, if it would have come out the same under this time limit."""
     limit = blank.time_limit_s
     return [
@@ -117,14 +117,14 @@ def _blank(problem: Problem, request: PlanRequest, time_limit: float) -> Row:
     )
 
 
-def _measure(problem: Problem, request: PlanRequest, time_limit: float, stop: Callable[[], bool]) -> list[Row]:
+def _measure(problem: Problem, request: PlanRequest, time_limit: float, progress: Progress) -> list[Row]:
     """The row of one run; none where stopped."""
     blank = _blank(problem, request, time_limit)
     asked = asdict(replace(request, scene=str(problem.scene), request=problem.request))
     options = json.dumps({name: str(value) if isinstance(value, Path) else value for name, value in asked.items()})
     with tempfile.TemporaryDirectory() as place:
         out = Path(place) / "row.json"
-        ended = run_module("planner.studies.bench_plan.case", [str(out), options], stop, time_limit)
+        ended = run_module("planner.studies.bench_plan.case", [str(out), options], progress, time_limit)
         if ended.over_time:
             message = f"killed after {time_limit:g} s; raise --time-limit or lower --nodes."
             return [replace(blank, outcome=TIMED_OUT, message=message, process_s=ended.seconds)]

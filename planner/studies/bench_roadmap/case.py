@@ -19,15 +19,15 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import SceneError
 from planner.base.files import write_whole
-from planner.base.request import PlanRequest, WorldRequest
+from planner.base.request import WorldRequest
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import recheck
 from planner.costs.network import build_network
-from planner.planning import build_roadmap, make_law, path_waypoints
 from planner.query.open import open_world
 from planner.roadmap.attach import attach
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.studies.bench_agreement.check_speed import measure_speed
 from planner.studies.bench_plan.case import path_contacts
 from planner.studies.bench_roadmap.report import CHECKS, MEASURED, NOT_INSTALLED, OMPL, OMPL_PLAIN, OURS, PYROBOPLAN
@@ -62,7 +62,7 @@ def measure(
 
 def random_pairs(checker: CollisionChecker, count: int, seed: int) -> Floats:
     """Free configurations (count, 2, dof): starts and goals; :class:`SceneError` where hardly any is free."""
-    robot, rng = checker.world.robot, np.random.default_rng(seed)
+    robot, rng = checker.robot, np.random.default_rng(seed)
     found: list[Floats] = []
     for _ in range(_MOST_DRAWS):
         q = rng.uniform(robot.lower, robot.upper)
@@ -78,7 +78,7 @@ def random_pairs(checker: CollisionChecker, count: int, seed: int) -> Floats:
 
 def _ours(checker: CollisionChecker, pairs: Floats, nodes: int, seed: int) -> Columns:
     begin = time.perf_counter()
-    roadmap = build_roadmap(checker.world.robot, checker, pairs[0, 0], pairs[0, 1], nodes, seed)
+    roadmap = build_roadmap(checker.robot, checker, pairs[0, 0], pairs[0, 1], nodes, seed)
     seconds = time.perf_counter() - begin
     columns = _asked(checker, pairs[1:], lambda start, goal: answer(roadmap, checker, start[None], goal)[0])
     begin = time.perf_counter()
@@ -92,9 +92,9 @@ def answer(roadmap: Roadmap, checker: CollisionChecker, starts: Floats, goal: Fl
     """The path from each of ``starts`` (s, dof) to ``goal`` (dof,) off one field; empty where there is none."""
     joined = attach(roadmap, checker, starts, goal[None])
     network = build_network(joined)
-    field = gabf.solve(network, law=make_law(PlanRequest()))
+    field = gabf.solve(network, law=gabf.SingularityFree())
     there = np.isfinite(field.x[joined.starts])
-    robot = checker.world.robot
+    robot = checker.robot
     return [
         path_waypoints(joined, robot, gabf.extract_path(network, field, int(start)) if reached else np.zeros(0, int))
         for start, reached in zip(joined.starts, there, strict=True)
@@ -107,7 +107,7 @@ def plain_check(checker: CollisionChecker) -> Callable[[Floats], bool]:
 
     from planner.collision.coal import CoalChecker
 
-    model, geometry = checker.world.robot.model, CoalChecker(checker.world).geometry_model
+    model, geometry = checker.robot.model, CoalChecker(checker.world).geometry_model
     data, found = model.createData(), geometry.createData()
     return lambda q: not pin.computeCollisions(model, data, geometry, found, q, True)
 
@@ -115,7 +115,7 @@ def plain_check(checker: CollisionChecker) -> Callable[[Floats], bool]:
 def _ompl(checker: CollisionChecker, free: Callable[[Floats], bool], pairs: Floats, nodes: int, seed: int) -> Columns:
     from planner.studies.bench_roadmap.ompl_prm import OmplPrm
 
-    prm = OmplPrm(checker.world.robot, free, seed)
+    prm = OmplPrm(checker.robot, free, seed)
     return _peer(checker, pairs, seed, lambda: prm.build(nodes), prm.graph, prm.query)
 
 
@@ -158,13 +158,13 @@ def _asked(checker: CollisionChecker, pairs: Floats, query: Answer) -> Columns:
         "query_ms": 1e3 * float(np.median(seconds)),
         "query_worst_ms": 1e3 * max(seconds),
         "solved": len(paths),
-        "contacts": sum(len(path_contacts(coal, checker.world.robot.unwound(path))) for path in paths),
+        "contacts": sum(len(path_contacts(coal, checker.robot.unwound(path))) for path in paths),
     }
 
 
 def _with(checker: CollisionChecker, backend: str) -> CollisionChecker:
     """A checker of the same robot and scene by ``backend``."""
-    return make_checker(checker.world.robot, checker.world.scene, backend)
+    return make_checker(checker.robot, checker.world.scene, backend)
 
 
 def _looked_at(checker: CollisionChecker, nodes: Floats, edges: Ints, seed: int) -> Columns:
@@ -172,13 +172,13 @@ def _looked_at(checker: CollisionChecker, nodes: Floats, edges: Ints, seed: int)
     coal, rng = _with(checker, "coal"), np.random.default_rng(seed)  # FCL would take minutes
     rows = rng.permutation(len(edges))[:_EDGES_LOOKED_AT]
     a, b = nodes[edges[rows, 0]], nodes[edges[rows, 1]]
-    touching = sum(recheck(coal, q, d) is not None for q, d in zip(a, coal.world.robot.difference(a, b), strict=True))
+    touching = sum(recheck(coal, q, d) is not None for q, d in zip(a, coal.robot.difference(a, b), strict=True))
     return {"nodes": len(nodes), "edges": len(edges), "looked_at": len(rows), "touching": touching}
 
 
 def _checks(checker: CollisionChecker, seed: int) -> dict[str, Columns]:
     """The speed of both libraries on the same free configurations and edges of this world."""
-    free = random_pairs(checker, _FREE_STATES // 2, seed).reshape(-1, checker.world.robot.dof)
+    free = random_pairs(checker, _FREE_STATES // 2, seed).reshape(-1, checker.robot.dof)
     speed = measure_speed({name: _with(checker, name) for name in BACKENDS}, free)
     return {
         row: {

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
+from planner.base.progress import QUIET, Progress
 from planner.base.request import WorldRequest, require_nodes, require_seed
 from planner.query.open import open_world
 from planner.roadmap.build import versions
 from planner.studies.bench_roadmap.report import CHECKS, CRASHED, OURS, PEERS, TIMED_OUT, Row, to_markdown
 from planner.studies.process import run_module
-from planner.studies.report import Progress
-from planner.studies.table import Ledger, collect, software
+from planner.studies.table import ResultsFile, measure_missing, software
 
 CSV_NAME, MARKDOWN_NAME = "roadmap.csv", "roadmap.md"
 METHODS = (OURS, *PEERS, CHECKS[0])
@@ -38,13 +37,12 @@ def bench_roadmap(
     queries: int = 20,
     seed: int = 0,
     time_limit: float = 600.0,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Callable[[], bool] = lambda: False,
+    progress: Progress = QUIET,
 ) -> RoadmapBench:
     """Measure every method on the robot and scene of ``world``; write ``roadmap.csv`` and ``roadmap.md``.
 
     Each method has a process of its own, which is killed and recorded as timed out after ``time_limit`` seconds. Rows
-    that are there already are kept. Once ``stop`` returns True the method at hand is abandoned. Raises OptionError for
+    that are there already are kept. Once it is asked to stop the method at hand is abandoned. Raises OptionError for
     numbers out of range, RobotError and SceneError for what cannot be loaded, FileError where the folder is unusable.
     """
     require_nodes(nodes)
@@ -53,31 +51,32 @@ def bench_roadmap(
         raise OptionError("give at least one query, and a time limit above 0 s.")
     open_world(world)  # refuses an unknown robot or scene before anything is measured
     make_folder(folder)
-    ledger = Ledger(folder / CSV_NAME, Row, "planner bench roadmap", lambda row: row.key)
+    ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench roadmap", lambda row: row.key)
     asked = (world.robot, world.scene, world.collision, nodes, queries, seed, time_limit, software(versions()))
-    rows, complete = collect(
+    rows, complete = measure_missing(
         ledger,
         [Row(method, *asked, CRASHED) for method in METHODS],
         lambda blank: _kept(ledger, blank),
-        lambda blank: _measure(blank, stop),
-        lambda done, total: progress("methods", done, total),
+        lambda blank: _measure(blank, progress),
+        "methods",
+        progress,
     )
     write_whole(folder / MARKDOWN_NAME, to_markdown(rows, complete).encode())
     return RoadmapBench(tuple(rows), complete)
 
 
-def _kept(ledger: Ledger[Row], blank: Row) -> list[Row]:
+def _kept(ledger: ResultsFile[Row], blank: Row) -> list[Row]:
     names = CHECKS if blank.method in CHECKS else (blank.method,)
     return [row for name in names for row in ledger.find(replace(blank, method=name).key)]
 
 
-def _measure(blank: Row, stop: Callable[[], bool]) -> list[Row]:
+def _measure(blank: Row, progress: Progress) -> list[Row]:
     """The rows of one method; none where stopped."""
     options = {name: getattr(blank, name) for name in ("method", "robot", "scene", "collision", "queries", "seed")}
     with tempfile.TemporaryDirectory() as place:
         out = Path(place) / "rows.json"
         arguments = [str(out), json.dumps(options | {"nodes": blank.nodes_asked})]
-        ended = run_module("planner.studies.bench_roadmap.case", arguments, stop, blank.time_limit_s)
+        ended = run_module("planner.studies.bench_roadmap.case", arguments, progress, blank.time_limit_s)
         if ended.over_time:
             return [replace(blank, outcome=TIMED_OUT, message=f"Killed after {blank.time_limit_s:g} s.")]
         if ended.code is None:

@@ -24,7 +24,7 @@ SOLVER = gabf.Splitting(tolerance=0.005)
 
 
 @dataclass(frozen=True)
-class Case:
+class LawCase:
     """One law with its parameters and its start: "above" x* at 10 km everywhere, or "below" it at 0 km."""
 
     law: gabf.PrescribedTime | gabf.SingularityFree
@@ -53,9 +53,9 @@ class Case:
         )
 
 
-PRESCRIBED = tuple(Case(gabf.PrescribedTime(T=T_P, h=h, gamma=1.0), "above") for h in H)
+PRESCRIBED = tuple(LawCase(gabf.PrescribedTime(T=T_P, h=h, gamma=1.0), "above") for h in H)
 FREE = tuple(
-    Case(gabf.SingularityFree(T=T_P, h=1.0, gamma=10.0, eta=15.0, p=p, m=m), start)
+    LawCase(gabf.SingularityFree(T=T_P, h=1.0, gamma=10.0, eta=15.0, p=p, m=m), start)
     for start in ("above", "below")
     for p in P
     for m in M
@@ -76,7 +76,7 @@ class Measurement:
     """
 
     graph: int
-    case: Case
+    case: LawCase
     settling_tau: float
     settling_time: float
     log10_remaining: float
@@ -103,7 +103,7 @@ class Measurement:
 class Trace:
     """One node's run: ``t`` (k,) s, ``error`` x - x* (k,) km, ``u`` (k,) km/s."""
 
-    case: Case
+    case: LawCase
     node: int
     t: Floats
     error: Floats
@@ -111,7 +111,7 @@ class Trace:
 
 
 def run_case(
-    graph: RandomGraph, optimum: gabf.Structure, index: int, case: Case
+    graph: RandomGraph, optimum: gabf.Structure, index: int, case: LawCase
 ) -> tuple[Measurement, gabf.Trajectory]:
     """Run ``case`` on the graph of number ``index``, whose ``optimum`` the certificates use, and keep every step."""
     result = gabf.solve(graph.network, law=case.law, x0=case.x0, solver=SOLVER, save=gabf.EverySteps())
@@ -125,7 +125,7 @@ def plotted_node(graph: RandomGraph) -> int:
     return k - 1 if k == graph.source else k
 
 
-def trace(graph: RandomGraph, case: Case, course: gabf.Trajectory) -> Trace:
+def trace(graph: RandomGraph, case: LawCase, course: gabf.Trajectory) -> Trace:
     """The run as the plotted node lives it."""
     k = plotted_node(graph)
     return Trace(case, k + 1, course.t, course.x[:, k] - graph.x_star[k], course.u[:, k])
@@ -135,7 +135,7 @@ def _measure(
     graph: RandomGraph,
     optimum: gabf.Structure,
     index: int,
-    case: Case,
+    case: LawCase,
     result: gabf.CostToGo,
     course: gabf.Trajectory,
 ) -> Measurement:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from planner import gabf
-from planner.studies.laws.cases import T_P, Case
+from planner.studies.laws.cases import T_P, LawCase
 from planner.studies.random_graphs import RandomGraph
 from planner.studies.textbook import Course, Initial, backward_euler, forward_euler, runge_kutta
 
@@ -16,13 +16,13 @@ PRACTICAL_END = 0.9975 * T_P
 COARSE, FINE = 1_000, 20_000
 """Numbers of equal steps from 0 to T_p: 4 ms and 0.2 ms."""
 
-FIRST = Case(gabf.PrescribedTime(T=T_P, h=1.0, gamma=1.0), "above")
-ABOVE = Case(gabf.SingularityFree(T=T_P, h=1.0, gamma=10.0), "above")
-BELOW = Case(gabf.SingularityFree(T=T_P, h=1.0, gamma=10.0), "below")
+FIRST = LawCase(gabf.PrescribedTime(T=T_P, h=1.0, gamma=1.0), "above")
+ABOVE = LawCase(gabf.SingularityFree(T=T_P, h=1.0, gamma=10.0), "above")
+BELOW = LawCase(gabf.SingularityFree(T=T_P, h=1.0, gamma=10.0), "below")
 
 Method = Callable[[Initial], Course]
 
-TRIALS: tuple[tuple[Case, str, Method], ...] = (
+TRIALS: tuple[tuple[LawCase, str, Method], ...] = (
     (ABOVE, f"forward Euler, {COARSE} steps", lambda run: forward_euler(run, COARSE)),
     (ABOVE, f"forward Euler, {FINE} steps", lambda run: forward_euler(run, FINE)),
     (ABOVE, f"backward Euler, {COARSE} steps", lambda run: backward_euler(run, COARSE)),
@@ -41,7 +41,7 @@ class Trial:
     """
 
     graph: int
-    case: Case
+    case: LawCase
     name: str
     best: float
     last: float

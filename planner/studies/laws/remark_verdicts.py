@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner.studies.laws.cases import T_P, Case, Measurement
+from planner.studies.laws.cases import T_P, LawCase, Measurement
 from planner.studies.laws.comparisons import per_graph
 from planner.studies.laws.fixed_time_bound import ScalarTime
 from planner.studies.laws.near_deadline import ABOVE, BELOW, FIRST, Trial
@@ -52,7 +52,7 @@ def bound_verdicts(scalars: Sequence[ScalarTime], extreme: ScalarTime) -> tuple[
     )
 
 
-def _select(trials: Sequence[Trial], case: Case, method: str) -> list[Trial]:
+def _select(trials: Sequence[Trial], case: LawCase, method: str) -> list[Trial]:
     """The trials of one case whose name begins with ``method``, graph by graph."""
     return [trial for trial in trials if trial.case == case and trial.name.startswith(method)]
 

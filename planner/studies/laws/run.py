@@ -10,6 +10,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
 from planner.studies.laws.cases import CASES, T_P, Measurement, Trace, run_case, trace
 from planner.studies.laws.fixed_time_bound import ScalarTime, extreme_time, paper_times
@@ -17,10 +18,8 @@ from planner.studies.laws.near_deadline import TRIALS, Trial, run_trials
 from planner.studies.laws.remark_verdicts import bound_verdicts, remark_verdicts
 from planner.studies.laws.verdicts import GraphFacts, law_verdicts
 from planner.studies.random_graphs import OUT_DEGREE, START, RandomGraph, draw_graph
-from planner.studies.report import Picture, Progress, Report, Row, require_figures
+from planner.studies.report import Picture, Report, Row, require_figures
 from planner.studies.textbook import Course
-
-Stop = Callable[[], bool]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,13 +42,12 @@ def run_laws(
     graphs: int = 20,
     nodes: int = 500,
     seed: int = 0,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Stop = lambda: False,
+    progress: Progress = QUIET,
 ) -> Report:
     """Section (comparison) on ``graphs`` random graphs of ``nodes`` nodes, remark (implementation) and eq. (fixtime).
 
-    Graph k of a seed is the same however many are drawn. ``progress`` hears ("runs", done, total); once ``stop``
-    returns True the report comes back over the graphs that are whole, with ``complete`` False. Raises OptionError for
+    Graph k of a seed is the same however many are drawn. ``progress`` is called with ("runs", done, total); once
+    stopped the report comes back over the graphs that are whole, with ``complete`` False. Raises OptionError for
     fewer than one graph, too few nodes or a seed out of range, FileError where matplotlib is missing.
     """
     if graphs < 1:
@@ -58,7 +56,7 @@ def run_laws(
     require_figures()
     study, each = LawStudy(), len(CASES) + len(TRIALS)
     for k in range(graphs):
-        done = _study_graph(k, nodes, seed, lambda n, k=k: progress("runs", k * each + n, graphs * each), stop)
+        done = _study_graph(k, nodes, seed, lambda n, k=k: progress("runs", k * each + n, graphs * each), progress)
         if done is None:
             break
         study.extend(done)
@@ -101,14 +99,14 @@ def law_table(runs: Sequence[Measurement]) -> list[Row]:
     return rows
 
 
-def _study_graph(k: int, nodes: int, seed: int, done: Callable[[int], None], stop: Stop) -> LawStudy | None:
+def _study_graph(k: int, nodes: int, seed: int, done: Callable[[int], None], progress: Progress) -> LawStudy | None:
     """Graph k, measured whole, or None where it was interrupted."""
     rng = np.random.default_rng([seed, k])
     graph = draw_graph(rng, nodes)
     optimum = gabf.structure(graph.network, graph.x_star)
     study = LawStudy(facts=[_facts(graph, optimum, rng)])
     for case in CASES:
-        if stop():
+        if progress.stopped:
             return None
         run, course = run_case(graph, optimum, k, case)
         study.runs.append(run)
@@ -116,7 +114,7 @@ def _study_graph(k: int, nodes: int, seed: int, done: Callable[[int], None], sto
             study.traces.append(trace(graph, case, course))
         done(len(study.runs))
     for trial, course in run_trials(graph, k):
-        if stop():
+        if progress.stopped:
             return None
         study.trials.append(trial)
         if k == 0:

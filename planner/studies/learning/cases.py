@@ -57,7 +57,7 @@ class StageFacts:
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class TrainingRun:
     """One rule on one graph: its planning stages from before the first training iteration on, and their numbers."""
 
     rule: LearningRule
@@ -70,15 +70,15 @@ class Course:
         return tuple(stage.path(START) for stage in self.stages)
 
 
-def run_course(graph: GridGraph, rule: LearningRule, iterations: int) -> Course:
+def run_course(graph: GridGraph, rule: LearningRule, iterations: int) -> TrainingRun:
     """Learn all arcs at once for ``iterations``, every stage under the singularity-free law."""
     stages = learning.learn(graph.network, rule, graph.d, iterations, law=gabf.SingularityFree(T=T_P))
     return measured(graph, rule, stages)
 
 
-def measured(graph: GridGraph, rule: LearningRule, stages: Sequence[Stage]) -> Course:
+def measured(graph: GridGraph, rule: LearningRule, stages: Sequence[Stage]) -> TrainingRun:
     """The numbers of each stage."""
-    return Course(rule, tuple(stages), tuple(_facts(graph, rule, stage) for stage in stages))
+    return TrainingRun(rule, tuple(stages), tuple(_facts(graph, rule, stage) for stage in stages))
 
 
 def _facts(graph: GridGraph, rule: LearningRule, stage: Stage) -> StageFacts:
@@ -218,7 +218,7 @@ class InTurn:
     solves: int
 
 
-def compare_in_turn(graph: GridGraph, course: Course) -> InTurn:
+def compare_in_turn(graph: GridGraph, course: TrainingRun) -> InTurn:
     """Train the arcs one after another as often as ``course`` trained them at once."""
     network = graph.network
     nearest_first = np.argsort(-course.stages[0].activity[network.indices], kind="stable")
@@ -230,7 +230,7 @@ def compare_in_turn(graph: GridGraph, course: Course) -> InTurn:
     )
 
 
-def _in_turn(graph: GridGraph, course: Course, order: Ints) -> tuple[bool, ...]:
+def _in_turn(graph: GridGraph, course: TrainingRun, order: Ints) -> tuple[bool, ...]:
     iterations, law = len(course.stages) - 1, gabf.SingularityFree(T=T_P)
     stages = learning.learn_in_turn(graph.network, course.rule, graph.d, iterations, law, order)
     return tuple(bool(np.array_equal(stage.path(START), graph.shortest)) for stage in stages)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from planner import gabf, learning
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, StateError
+from planner.base.progress import QUIET, Progress
 from planner.base.request import RoadmapRequest
 from planner.costs.network import build_network, distance_cost
 from planner.kinematics.forward import tool_positions
@@ -17,13 +17,9 @@ from planner.learning import ErrorDriven, Execution
 from planner.learning.executions import believed, policy_cost, run_executions
 from planner.learning.roadmap_costs import SlowZone, edge_of_arc, execution_costs, greatest_costs, least_costs
 from planner.paths.measure import dense_path
-from planner.planning import path_waypoints
 from planner.query.open import Query, make_query
-from planner.roadmap.build import RoadmapSettings, grow_roadmap
-from planner.roadmap.roadmap import Roadmap
-from planner.studies.report import Progress
-
-Stop = Callable[[], bool]
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.roadmap import Roadmap, path_waypoints
 
 DENSITY = 6.0
 """Edges a node. At the paper's two there is so little to choose that learning ends after two or three executions."""
@@ -97,7 +93,7 @@ class Campaign:
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class RobotCase:
     """One roadmap with its true costs. Arrays over the arcs of ``network``: lengths, true costs, prior beliefs."""
 
     number: int
@@ -119,10 +115,9 @@ class Case:
 def run_campaigns(
     settings: RobotSettings,
     seed: int = 0,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Stop = lambda: False,
+    progress: Progress = QUIET,
 ) -> list[Campaign]:
-    """Every prior and task on every roadmap; whole roadmaps only, where ``stop`` ends it early.
+    """Every prior and task on every roadmap; whole roadmaps only, where it is stopped early.
 
     Raises :class:`PlannerError` for an unusable robot, scene or state, StateError among them where a roadmap came out
     without a way from start to goal.
@@ -131,20 +126,20 @@ def run_campaigns(
     campaigns: list[Campaign] = []
     progress("roadmaps", 0, settings.roadmaps)
     for k in range(settings.roadmaps):
-        case = make_case(query, settings.nodes, seed, k, stop)
-        if stop() or case is None:
+        case = make_case(query, settings.nodes, seed, k, progress)
+        if progress.stopped or case is None:
             break
-        done = _all_campaigns(case, settings.executions, seed, stop)
-        if stop():
+        done = _all_campaigns(case, settings.executions, seed, progress)
+        if progress.stopped:
             break
         campaigns += done
         progress("roadmaps", k + 1, settings.roadmaps)
     return campaigns
 
 
-def _all_campaigns(case: Case, executions: int, seed: int, stop: Stop) -> list[Campaign]:
+def _all_campaigns(case: RobotCase, executions: int, seed: int, progress: Progress) -> list[Campaign]:
     kinds = [(task, prior) for task in TASKS for prior in PRIORS]
-    return [campaign(case, prior, task, executions, seed) for task, prior in kinds if not stop()]
+    return [campaign(case, prior, task, executions, seed) for task, prior in kinds if not progress.stopped]
 
 
 def campaigns_in(settings: RobotSettings | None) -> int:
@@ -152,11 +147,12 @@ def campaigns_in(settings: RobotSettings | None) -> int:
     return settings.roadmaps * len(TASKS) * len(PRIORS) if settings else 0
 
 
-def make_case(query: Query, nodes: int, seed: int, number: int, stop: Stop = lambda: False) -> Case | None:
+def make_case(query: Query, nodes: int, seed: int, number: int, progress: Progress = QUIET) -> RobotCase | None:
     """Grow roadmap ``number`` of a seed and measure what its edges cost; None where it was interrupted."""
     own = int(np.random.default_rng([seed, number]).integers(2**31))
-    roadmap = grow_roadmap(query.checker, query.starts, query.goals, RoadmapSettings(nodes, DENSITY), own, stop=stop)
-    if stop():
+    ends = query.starts, query.goals
+    roadmap = build_roadmap(query.robot, query.checker, *ends, nodes, own, progress, density=DENSITY)
+    if progress.stopped:
         return None
     if not roadmap.connected:
         raise StateError(f"roadmap {number} joins no start to a goal within {nodes} nodes: raise --nodes.")
@@ -169,7 +165,7 @@ def make_case(query: Query, nodes: int, seed: int, number: int, stop: Stop = lam
     rule = ErrorDriven(beta=1.0 / learning.K_for_excess(float(greatest.max()), LOSS))
     priors = (least_costs(roadmap, BETA), costs.sum() / length.sum() * length, greatest)
     informed = gabf.Network(plain.indptr, plain.indices, costs[edge], sources=roadmap.goals, kernel=gabf.Additive())
-    return Case(
+    return RobotCase(
         number=number,
         roadmap=roadmap,
         network=plain,
@@ -190,7 +186,7 @@ def slow_zone(query: Query, roadmap: Roadmap, network: gabf.Network) -> SlowZone
     return SlowZone(middle, ZONE_RADIUS, ZONE_FACTOR)
 
 
-def campaign(case: Case, prior: str, task: str, executions: int, seed: int) -> Campaign:
+def campaign(case: RobotCase, prior: str, task: str, executions: int, seed: int) -> Campaign:
     """Execute, reveal, learn, plan again."""
     beliefs = believed(case.network, case.rule, case.priors[prior])
     starts = _starts(case, task, executions, np.random.default_rng([seed, case.number, 1]))
@@ -203,14 +199,14 @@ def campaign(case: Case, prior: str, task: str, executions: int, seed: int) -> C
     return Campaign(case.number, prior, task, tuple(steps), dear, case.network.n_nodes // 2)
 
 
-def _starts(case: Case, task: str, executions: int, rng: np.random.Generator) -> Ints:
+def _starts(case: RobotCase, task: str, executions: int, rng: np.random.Generator) -> Ints:
     if task == TASKS[0]:
         return np.full(executions, case.start)
     rooms = np.setdiff1d(np.flatnonzero(np.isfinite(case.optimum)), case.roadmap.goals)
     return rng.choice(rooms, executions)
 
 
-def _step(case: Case, done: Execution, known: float) -> Step:
+def _step(case: RobotCase, done: Execution, known: float) -> Step:
     start, x = int(done.path[0]), done.stage.field.x
     law = done.stage.field.law
     settled = done.stage.field.settling_time

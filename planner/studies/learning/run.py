@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
 from planner.learning import FIRST_WEIGHT, LearningRule
 from planner.studies.learning.cases import RULES, T_P
@@ -18,9 +19,7 @@ from planner.studies.learning.robot_report import campaign_records, robot_rows, 
 from planner.studies.learning.scan import TRIALS, Tried, scan
 from planner.studies.learning.study import GraphStudy, study_graph
 from planner.studies.learning.verdicts import learning_verdicts, shares
-from planner.studies.report import Picture, Progress, Report, Row, require_figures
-
-Stop = Callable[[], bool]
+from planner.studies.report import Picture, Report, Row, require_figures
 
 REASON = (
     "Chosen on graphs that are not among the reported ones (scan). error_driven: alpha 5 is the smallest rate tried "
@@ -36,12 +35,11 @@ def run_learning(
     iterations: int = 6,
     seed: int = 0,
     robot: RobotSettings | None = None,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Stop = lambda: False,
+    progress: Progress = QUIET,
 ) -> Report:
     """Both rules on ``graphs`` connected random graphs for ``iterations``; then, if given, the ``robot``'s roadmaps.
 
-    Graph k of a seed is the same however many are drawn. Once ``stop`` returns True the report comes back over what is
+    Graph k of a seed is the same however many are drawn. Once it is asked to stop the report comes back over what is
     whole, with ``complete`` False. Raises OptionError for fewer than one graph or iteration, PlannerError for an
     unusable robot or scene, FileError where matplotlib is missing.
     """
@@ -50,14 +48,14 @@ def run_learning(
             raise OptionError(f"{name} must be at least 1, not {value}.")
     require_seed(seed)
     require_figures()
-    campaigns = run_campaigns(robot, seed, progress, stop) if robot else []
+    campaigns = run_campaigns(robot, seed, progress) if robot else []
     studies: list[GraphStudy] = []
     for k in range(graphs):
-        if stop():
+        if progress.stopped:
             break
         studies.append(study_graph(k, iterations, seed))
         progress("graphs", k + 1, graphs)
-    tried = scan(iterations, seed, progress, stop)
+    tried = scan(iterations, seed, progress)
     whole = len(studies) == graphs and len(tried) == TRIALS and len(campaigns) == campaigns_in(robot)
     config = {"graphs": graphs, "iterations": iterations, "seed": seed, "nodes": SIDE_NODES**2, "offset": OFFSET}
     config |= {"range": RANGE, "first_weight": FIRST_WEIGHT, "T_p_s": T_P}

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from planner import learning
+from planner.base.progress import Progress
 from planner.learning import ErrorDriven, Hebbian, LearningRule
 from planner.studies.learning.graphs import START, GridGraph, draw_grid
-from planner.studies.report import Progress
 
 ALPHAS = (0.05, 0.2, 1.0, 5.0, 20.0)
 BETAS = (0.001, 0.1, 1.0, 3.0)
@@ -31,12 +31,12 @@ class Tried:
         return self.share[-1]
 
 
-def scan(iterations: int, seed: int, progress: Progress, stop: Callable[[], bool]) -> list[Tried]:
-    """Every pair of ``ALPHAS`` and ``BETAS`` for both rules on ``GRAPHS`` graphs; as far as it got before ``stop``."""
+def scan(iterations: int, seed: int, progress: Progress) -> list[Tried]:
+    """Every pair of ``ALPHAS`` and ``BETAS`` for both rules on ``GRAPHS`` graphs, as far as it came."""
     graphs = [draw_grid(np.random.default_rng([seed, 1, k])) for k in range(GRAPHS)]
     found = []
     for rule in _rules():
-        if stop():
+        if progress.stopped:
             break
         runs = np.array([_optimal(graph, rule, iterations) for graph in graphs])
         found.append(Tried(rule, tuple(runs.mean(axis=0).tolist())))

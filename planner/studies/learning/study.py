@@ -12,12 +12,12 @@ from planner.studies.learning.cases import (
     ERROR_DRIVEN,
     HEBBIAN,
     RULES,
-    Course,
     InTurn,
     LargeK,
     LawFacts,
     RuleFacts,
     StageFacts,
+    TrainingRun,
     compare_in_turn,
     large_k,
     law_facts,
@@ -38,7 +38,7 @@ class GraphStudy:
     graph: GridGraph
     threshold: Threshold
     large_k: LargeK
-    courses: dict[str, Course]
+    courses: dict[str, TrainingRun]
     rule: RuleFacts
     law: LawFacts
     in_turn: InTurn | None

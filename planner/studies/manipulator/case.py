@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
+from planner.base.progress import QUIET, Progress
 from planner.base.request import SweepRequest
 from planner.costs.network import PathCost, build_network, path_cost
 from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
-from planner.planning import make_law, path_waypoints
 from planner.query.open import Query
-from planner.roadmap.build import RoadmapSettings, grow_roadmap
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import GrowthSettings
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.studies.manipulator.geometry import kinks, tool_way, turning
 
 BETAS = (0.0, 0.3, 0.5, 0.7, 1.0)
@@ -25,8 +24,6 @@ BETAS = (0.0, 0.3, 0.5, 0.7, 1.0)
 RRT, SHORTENED = "RRT", "RRT, shortened"
 """RRTConnect's path as it is found, and after the shortcuts with which it becomes the roadmap's first path."""
 
-Heard = Callable[[str, int, int], None]
-
 
 def label_of(beta: float) -> str:
     """The name of a beta's path."""
@@ -34,7 +31,7 @@ def label_of(beta: float) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
+class MeasuredPath:
     """A path and its measures. ``q`` (k, dof) rad; ``tool`` (n, 3) m, evenly spaced; ``kinks`` (k - 2,) rad.
 
     ``nodes`` (k, dof): the same as it stands in the roadmap, to the last bit, so that paths can be compared.
@@ -63,7 +60,7 @@ class Way:
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
+class SolveFacts:
     """How the dynamics went at one beta: settling time (s), relative error against Dijkstra, zeta and L."""
 
     beta: float
@@ -74,7 +71,7 @@ class Field:
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class SeedStudy:
     """One seed: its roadmap, its fields, and its ways by :func:`label_of`, :data:`RRT` and :data:`SHORTENED`.
 
     ``ways`` is empty where start and goal are not connected.
@@ -82,8 +79,8 @@ class Case:
 
     seed: int
     roadmap: Roadmap
-    fields: tuple[Field, ...]
-    ways: dict[str, Way]
+    fields: tuple[SolveFacts, ...]
+    ways: dict[str, MeasuredPath]
 
     @property
     def groups(self) -> tuple[tuple[float, ...], ...]:
@@ -98,16 +95,15 @@ def study_seed(
     query: Query,
     request: SweepRequest,
     strands: float = 0.0,
-    heard: Heard = lambda *_: None,
-    stop: Callable[[], bool] = lambda: False,
-) -> Case | None:
+    progress: Progress = QUIET,
+) -> SeedStudy | None:
     """The roadmap of ``request.seed`` with every path on it, or None where it was interrupted.
 
-    ``strands``: the share of its nodes that are not RRT's but pulled best paths, see :class:`RoadmapSettings`.
+    ``strands``: the share of its nodes that are not RRT's but refined best paths, see :func:`build_roadmap`.
     """
-    settings = RoadmapSettings(request.nodes, strands=strands)
-    roadmap = grow_roadmap(query.checker, query.starts, query.goals, settings, request.seed, heard, stop)
-    if stop():
+    ends = query.starts, query.goals
+    roadmap = build_roadmap(query.robot, query.checker, *ends, request.nodes, request.seed, progress, refined=strands)
+    if progress.stopped:
         return None
     fields, ways = [], {}
     for beta in BETAS:
@@ -120,15 +116,17 @@ def study_seed(
         way = _solve(query, tree, request, 1.0)[1]
         if way is not None:
             ways[label] = replace(way, label=label)
-    return Case(request.seed, roadmap, tuple(fields), ways if len(ways) == len(BETAS) + 2 else {})
+    return SeedStudy(request.seed, roadmap, tuple(fields), ways if len(ways) == len(BETAS) + 2 else {})
 
 
-def _solve(query: Query, roadmap: Roadmap, request: SweepRequest, beta: float) -> tuple[Field, Way | None]:
+def _solve(
+    query: Query, roadmap: Roadmap, request: SweepRequest, beta: float
+) -> tuple[SolveFacts, MeasuredPath | None]:
     """The field of one beta and the way it shows from the start, None where it shows none."""
     network = build_network(roadmap, beta, request.manipulability_cost, request.metric)
-    result = gabf.solve(network, law=make_law(request))
+    result = gabf.solve(network, law=gabf.named_law(request.law, request.prescribed_time))
     error = gabf.max_error(result, gabf.oracle(network))
-    field = Field(beta, result.settling_time, error, result.premises.zeta, result.premises.L)
+    field = SolveFacts(beta, result.settling_time, error, result.premises.zeta, result.premises.L)
     start = int(roadmap.starts[0])
     if not np.isfinite(result.x[start]):
         return field, None
@@ -136,12 +134,12 @@ def _solve(query: Query, roadmap: Roadmap, request: SweepRequest, beta: float) -
     return field, measure_way(query, roadmap, label_of(beta), nodes, path_cost(network, nodes))
 
 
-def measure_way(query: Query, roadmap: Roadmap, label: str, nodes: Ints, cost: PathCost) -> Way:
+def measure_way(query: Query, roadmap: Roadmap, label: str, nodes: Ints, cost: PathCost) -> MeasuredPath:
     """Everything measured along the path over ``nodes`` (k,) of ``roadmap``."""
     q = path_waypoints(roadmap, query.robot, nodes)
     w, tool = path_manipulability(query.robot, q), tool_way(query.robot, q)
     found = path_contact(query.checker, q)
-    return Way(
+    return MeasuredPath(
         label=label,
         nodes=roadmap.nodes[nodes],
         q=q,
@@ -163,5 +161,6 @@ def _tree(query: Query, roadmap: Roadmap, seed: int, shortcuts: int) -> Roadmap:
 
     The same seed joins start and goal by the same trees as in the roadmap; two nodes and no links stop there.
     """
-    settings = RoadmapSettings(nodes=2, density=0.0, strands=0.0, growth=GrowthSettings(shortcuts=shortcuts))
-    return replace(grow_roadmap(query.checker, query.starts, query.goals, settings, seed), scale=roadmap.scale)
+    growth, ends = GrowthSettings(shortcuts=shortcuts), (query.starts, query.goals)
+    spine = build_roadmap(query.robot, query.checker, *ends, 2, seed, density=0.0, refined=0.0, growth=growth)
+    return replace(spine, scale=roadmap.scale)

@@ -9,12 +9,12 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.figures.figure import beta_costs, path_profiles, tool_paths
 from planner.query.open import Query
-from planner.studies.manipulator.case import BETAS, RRT, SHORTENED, Case, label_of
+from planner.studies.manipulator.case import BETAS, RRT, SHORTENED, SeedStudy, label_of
 from planner.studies.manipulator.verdicts import PAPER_COSTS
 from planner.studies.report import Picture
 
 
-def manipulator_pictures(query: Query, shown: Case, cases: Sequence[Case]) -> dict[str, Picture]:
+def manipulator_pictures(query: Query, shown: SeedStudy, cases: Sequence[SeedStudy]) -> dict[str, Picture]:
     """Every figure by its file name; tool paths and profiles are those of ``shown``."""
     paths = {_label(betas): shown.ways[label_of(betas[0])].q for betas in shown.groups}
     paths[RRT] = shown.ways[RRT].q
@@ -29,7 +29,7 @@ def _label(betas: Sequence[float]) -> str:
     return "β = " + ", ".join(f"{beta:g}" for beta in betas)
 
 
-def _cost_figure(cases: Sequence[Case]) -> Picture:
+def _cost_figure(cases: Sequence[SeedStudy]) -> Picture:
     costs = [_costs(cases, label_of(beta)) for beta in BETAS]
     ours = np.column_stack([omega for omega, _ in costs]), np.column_stack([distance for _, distance in costs])
     printed = np.array([PAPER_COSTS[beta] for beta in BETAS]).T
@@ -37,7 +37,7 @@ def _cost_figure(cases: Sequence[Case]) -> Picture:
     return beta_costs(BETAS, ours, others, (printed[0], printed[1]))
 
 
-def _costs(cases: Sequence[Case], label: str) -> tuple[Floats, Floats]:
+def _costs(cases: Sequence[SeedStudy], label: str) -> tuple[Floats, Floats]:
     """Omega and D (seeds,) of one path."""
     ways = [case.ways[label] for case in cases]
     return np.array([way.manipulability_cost for way in ways]), np.array([way.distance_cost for way in ways])

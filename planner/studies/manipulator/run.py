@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
 from planner.base.request import PAPER_NODES, Backend, SweepRequest
 from planner.query.open import Query, make_query
-from planner.studies.manipulator.case import BETAS, RRT, SHORTENED, Case, Way, label_of, study_seed
+from planner.studies.manipulator.case import BETAS, RRT, SHORTENED, MeasuredPath, SeedStudy, label_of, study_seed
 from planner.studies.manipulator.verdicts import BLUE, PAPER_COSTS, RED, manipulator_verdicts, sharp_turns
-from planner.studies.report import Picture, Progress, Report, Row, require_figures
-
-Stop = Callable[[], bool]
+from planner.studies.report import Picture, Report, Row, require_figures
 
 LABELS = (*map(label_of, BETAS), RRT, SHORTENED)
 _COLUMNS = {
@@ -36,14 +35,13 @@ def run_manipulator(
     collision: Backend = "fcl",
     seed: int = 0,
     strands: float = 0.0,
-    progress: Progress = lambda stage, done, total: None,
-    stop: Stop = lambda: False,
+    progress: Progress = QUIET,
 ) -> Report:
     """Section 4.2 on ``seeds`` roadmaps of ``nodes`` nodes, those of ``seed``, ``seed`` + 1, ...; one roadmap a seed.
 
     All betas and the RRT path share start, goals, roadmap and cost scale. ``strands`` is the share of nodes that are
-    pulled best paths; the paper has RRT's only, so 0, while ``planner plan`` has a tenth. ``progress`` hears
-    ("seeds", done, total); once ``stop`` returns True the report comes back over the seeds that are whole, with
+    pulled best paths; the paper has RRT's only, so 0, while ``planner plan`` has a tenth. ``progress`` is called with
+    ("seeds", done, total); once it is asked to stop the report comes back over the seeds that are whole, with
     ``complete`` False. Raises OptionError for fewer than one seed or a share outside [0, 1], FileError where
     matplotlib is missing.
     """
@@ -56,7 +54,7 @@ def run_manipulator(
     query, cases = make_query(requests[0]), []
     for k, request in enumerate(requests):
         progress("seeds", k, seeds)
-        case = study_seed(query, request, strands, stop=stop)
+        case = study_seed(query, request, strands, progress=progress)
         if case is None:
             break
         cases.append(case)
@@ -66,7 +64,7 @@ def run_manipulator(
 
 
 def manipulator_report(
-    query: Query, cases: Sequence[Case], request: SweepRequest, seeds: int, strands: float = 0.0
+    query: Query, cases: Sequence[SeedStudy], request: SweepRequest, seeds: int, strands: float = 0.0
 ) -> Report:
     """Table, verdicts and figures of what was measured."""
     whole = [case for case in cases if case.ways]
@@ -92,14 +90,14 @@ def manipulator_report(
     )
 
 
-def shown_case(cases: Sequence[Case]) -> Case:
+def shown_case(cases: Sequence[SeedStudy]) -> SeedStudy:
     """The case whose paths are drawn: the first whose betas fall into the paper's groups, else with several paths."""
     alike = [case for case in cases if case.groups == (RED, BLUE)]
     several = [case for case in cases if len(case.groups) > 1]
     return (*alike, *several, *cases)[0]
 
 
-def _row(label: str, cases: Sequence[Case]) -> Row:
+def _row(label: str, cases: Sequence[SeedStudy]) -> Row:
     """One path's medians over the seeds beside the paper's printed costs (no unit); w in m^3."""
     printed = {label_of(beta): costs for beta, costs in PAPER_COSTS.items()}.get(label, (None, None))
     ways = [case.ways[label] for case in cases]
@@ -108,7 +106,7 @@ def _row(label: str, cases: Sequence[Case]) -> Row:
     return {"path": label, "paper_omega": printed[0], "paper_D": printed[1], **median, "sharp_turns": sharp}
 
 
-def _facts(case: Case) -> dict[str, Any]:
+def _facts(case: SeedStudy) -> dict[str, Any]:
     return {
         "seed": case.seed,
         "nodes": len(case.roadmap.nodes),
@@ -121,12 +119,12 @@ def _facts(case: Case) -> dict[str, Any]:
     }
 
 
-def _flat(case: Case, way: Way) -> Row:
+def _flat(case: SeedStudy, way: MeasuredPath) -> Row:
     scalars = {name: getattr(way, name) for name in _COLUMNS}
     return {"seed": case.seed, "path": way.label, **scalars, "contact": way.contact, "q": way.q.tolist()}
 
 
-def _figures(query: Query, cases: Sequence[Case]) -> dict[str, Picture]:
+def _figures(query: Query, cases: Sequence[SeedStudy]) -> dict[str, Picture]:
     from planner.studies.manipulator.figures import manipulator_pictures
 
     return manipulator_pictures(query, shown_case(cases), cases)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from planner.base.request import PAPER_EDGES, PAPER_NODES
-from planner.studies.manipulator.case import BETAS, RRT, SHORTENED, Case, Way, label_of
+from planner.studies.manipulator.case import BETAS, RRT, SHORTENED, MeasuredPath, SeedStudy, label_of
 from planner.studies.manipulator.geometry import mean_distance, shared_segments
 from planner.studies.report import Verdict, spread, tally
 
@@ -28,7 +28,7 @@ ZIGZAG = 2
 EXACT = 1e-9
 
 
-def manipulator_verdicts(cases: Sequence[Case], T_p: float) -> tuple[Verdict, ...]:
+def manipulator_verdicts(cases: Sequence[SeedStudy], T_p: float) -> tuple[Verdict, ...]:
     """Every sentence on the cases that have paths, in the paper's order, and what we add, marked "(ours)"."""
     whole = [case for case in cases if case.ways]
     return (
@@ -48,7 +48,7 @@ def groups_text(groups: Sequence[Sequence[float]]) -> str:
     return " | ".join(" ".join(f"{beta:g}" for beta in group) for group in groups)
 
 
-def _network_verdicts(cases: Sequence[Case], T_p: float) -> Iterator[Verdict]:
+def _network_verdicts(cases: Sequence[SeedStudy], T_p: float) -> Iterator[Verdict]:
     zetas, ls = ([getattr(f, name) for case in cases for f in case.fields] for name in ("zeta", "L"))
     yield tally(
         "The kernel satisfies progressiveness and strict monotonicity as required.",
@@ -77,7 +77,7 @@ def _network_verdicts(cases: Sequence[Case], T_p: float) -> Iterator[Verdict]:
     )
 
 
-def _path_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
+def _path_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     seen = Counter(groups_text(case.groups) for case in cases)
     grouping = "; ".join(f"{text} in {count}" for text, count in seen.most_common())
     yield tally(
@@ -98,7 +98,7 @@ def _path_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     )
 
 
-def _rrt_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
+def _rrt_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     near = {beta: [_to(case, beta, RRT) for case in cases] for beta in BETAS}
     shorter = [_closer(case, SHORTENED) for case in cases]
     yield tally(
@@ -112,7 +112,7 @@ def _rrt_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     )
 
 
-def _weight_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
+def _weight_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     shares = {beta: [_distance_share(case.ways[label_of(beta)], beta) for case in cases] for beta in BETAS}
     yield tally(
         "... since in this case the distance cost gradually outweighs the manipulability cost "
@@ -131,7 +131,7 @@ def _weight_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     )
 
 
-def _cost_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
+def _cost_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     red, blue = _ends(cases)
     omega, distance = _ratios(red, blue, "manipulability_cost"), _ratios(red, blue, "distance_cost")
     yield tally(
@@ -156,7 +156,7 @@ def _cost_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     )
 
 
-def _shape_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
+def _shape_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     red, blue = _ends(cases)
     length, turn = _ratios(red, blue, "workspace_length"), _ratios(red, blue, "turning")
     yield tally(
@@ -177,7 +177,7 @@ def _shape_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     )
 
 
-def _zigzag_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
+def _zigzag_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     sharp = {name: [sharp_turns(way) for way in ways] for name, ways in _named(cases).items()}
     yield tally(
         f"The blue path exhibits a zigzag pattern [the tool turns by more than 45 degrees at {ZIGZAG} or more "
@@ -196,7 +196,7 @@ def _zigzag_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     )
 
 
-def _objective_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
+def _objective_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     sentence = (
         "For beta = 0 or 0.3 the total cost of the red path is lower than that of the blue path, the opposite for "
     )
@@ -219,20 +219,20 @@ def _objective_verdicts(cases: Sequence[Case]) -> Iterator[Verdict]:
     )
 
 
-def _one_path(case: Case, betas: Sequence[float]) -> bool:
+def _one_path(case: SeedStudy, betas: Sequence[float]) -> bool:
     return any(set(betas) <= set(group) for group in case.groups)
 
 
-def _shared(case: Case, rrt: str) -> list[float]:
+def _shared(case: SeedStudy, rrt: str) -> list[float]:
     red, blue, tree = (case.ways[name].nodes for name in (label_of(0.0), label_of(1.0), rrt))
     return [shared_segments(red, blue), shared_segments(red, tree), shared_segments(blue, tree)]
 
 
-def _to(case: Case, beta: float, rrt: str) -> float:
+def _to(case: SeedStudy, beta: float, rrt: str) -> float:
     return mean_distance(case.ways[label_of(beta)].tool, case.ways[rrt].tool)
 
 
-def _closer(case: Case, rrt: str) -> bool:
+def _closer(case: SeedStudy, rrt: str) -> bool:
     return _to(case, 1.0, rrt) < _to(case, 0.0, rrt)
 
 
@@ -242,29 +242,29 @@ def _all_closer(near: Mapping[float, Sequence[float]]) -> int:
     return int((farthest < nearest).sum())
 
 
-def _distance_share(way: Way, beta: float) -> float:
+def _distance_share(way: MeasuredPath, beta: float) -> float:
     return beta * way.distance_cost / way.total(beta)
 
 
-def _between(rrt: Way, red: Way) -> bool:
+def _between(rrt: MeasuredPath, red: MeasuredPath) -> bool:
     return rrt.distance_cost < red.distance_cost and rrt.manipulability_cost > red.manipulability_cost
 
 
-def _ends(cases: Sequence[Case]) -> tuple[list[Way], list[Way]]:
+def _ends(cases: Sequence[SeedStudy]) -> tuple[list[MeasuredPath], list[MeasuredPath]]:
     """The red and the blue way of every case."""
     return [case.ways[label_of(0.0)] for case in cases], [case.ways[label_of(1.0)] for case in cases]
 
 
-def _named(cases: Sequence[Case]) -> dict[str, list[Way]]:
+def _named(cases: Sequence[SeedStudy]) -> dict[str, list[MeasuredPath]]:
     labels = {"blue": label_of(1.0), "red": label_of(0.0), RRT: RRT, SHORTENED: SHORTENED}
     return {name: [case.ways[label] for case in cases] for name, label in labels.items()}
 
 
-def _ratios(red: Sequence[Way], blue: Sequence[Way], name: str) -> list[float]:
+def _ratios(red: Sequence[MeasuredPath], blue: Sequence[MeasuredPath], name: str) -> list[float]:
     return [getattr(a, name) / getattr(b, name) for a, b in zip(red, blue, strict=True)]
 
 
-def _ordered(case: Case) -> bool:
+def _ordered(case: SeedStudy) -> bool:
     pairs = [(case.ways[label_of(a)], case.ways[label_of(b)]) for a in RED for b in BLUE]
     return all(
         a.manipulability_cost <= b.manipulability_cost + EXACT and a.distance_cost >= b.distance_cost - EXACT
@@ -272,7 +272,7 @@ def _ordered(case: Case) -> bool:
     )
 
 
-def sharp_turns(way: Way) -> int:
+def sharp_turns(way: MeasuredPath) -> int:
     """At how many waypoints the tool changes direction by more than 45 degrees."""
     return int((way.kinks > KINK).sum())
 
@@ -282,7 +282,7 @@ def _consistent(total: Callable[..., float], red, blue) -> bool:
     return lower and all(total(blue, beta) < total(red, beta) for beta in BLUE)
 
 
-def _crossing(red: Way, blue: Way) -> float | None:
+def _crossing(red: MeasuredPath, blue: MeasuredPath) -> float | None:
     """The beta at which two paths cost the same, None where they are one path."""
     saved, spent = blue.manipulability_cost - red.manipulability_cost, red.distance_cost - blue.distance_cost
     return saved / (saved + spent) if saved + spent > 0 else None

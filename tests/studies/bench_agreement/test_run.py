@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import OptionError, SceneError
+from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.world import Contact
@@ -67,7 +68,7 @@ def test_verdicts_are_coals_own_distances() -> None:
     assert by_fcl is not None
     assert by_coal is not None
     assert by_fcl.tolist() == by_coal.tolist() == truth
-    assert verdicts(fcl, coal, q, stop=lambda: True) is None
+    assert verdicts(fcl, coal, q, progress=Progress(stop=lambda: True)) is None
 
 
 def _ball(radius: float) -> Scene:
@@ -180,7 +181,9 @@ def test_it_goes_on_where_it_stopped(folder: Path, tmp_path: Path, monkeypatch: 
 
 
 def test_a_stop_abandons_the_world_at_hand(tmp_path: Path) -> None:
-    found = bench_agreement(tmp_path, states=10, robots=("planar_2r",), scenes=("empty",), stop=lambda: True)
+    found = bench_agreement(
+        tmp_path, states=10, robots=("planar_2r",), scenes=("empty",), progress=Progress(stop=lambda: True)
+    )
     assert (found.rows, found.complete) == ((), False)
     assert "Interrupted" in (tmp_path / "agreement.md").read_text()
 

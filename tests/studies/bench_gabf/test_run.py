@@ -11,6 +11,7 @@ import pytest
 
 from planner import gabf
 from planner.base.errors import FileError, OptionError, PlannerError
+from planner.base.progress import Progress
 from planner.studies.bench_gabf import run as bench
 from planner.studies.bench_gabf.case import geometric_network, load_network, measure, save_network
 from planner.studies.bench_gabf.report import Row, aims, growth_exponents, summarise, to_markdown
@@ -71,7 +72,7 @@ def test_other_software_is_measured_again(folder: Path, monkeypatch: pytest.Monk
 
 
 def test_a_stop_abandons_the_size_at_hand(tmp_path: Path) -> None:
-    found = bench_gabf(tmp_path, sizes=(60, 120), rk45_up_to=0, stop=lambda: True)
+    found = bench_gabf(tmp_path, sizes=(60, 120), rk45_up_to=0, progress=Progress(stop=lambda: True))
     assert not found.complete
     assert found.rows == ()
 

@@ -10,6 +10,7 @@ import pytest
 from ompl import base as ob
 
 from planner.base.errors import OptionError, RobotError
+from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.studies.bench_misses import run as bench
 from planner.studies.bench_misses.report import Row, to_markdown
@@ -56,7 +57,9 @@ def test_the_same_seed_gives_the_same_rows(folder: Path, tmp_path: Path) -> None
 
 
 def test_a_stop_keeps_what_is_there(tmp_path: Path) -> None:
-    found = bench_misses(tmp_path, edges=5, robots=("planar_2r",), thicknesses=(5.0,), stop=lambda: True)
+    found = bench_misses(
+        tmp_path, edges=5, robots=("planar_2r",), thicknesses=(5.0,), progress=Progress(stop=lambda: True)
+    )
     assert found.rows == ()
     assert not found.complete
     assert "Interrupted" in (tmp_path / "misses.md").read_text()

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import FileError, OptionError
+from planner.base.progress import Progress
 from planner.base.request import PlanRequest
 from planner.collision import make_checker
 from planner.paths.measure import joint_path_length
@@ -175,7 +176,7 @@ def test_a_crash_is_a_row(problems: Path, tmp_path: Path, monkeypatch: pytest.Mo
 
 def test_a_stop_saves_what_there_is(problems: Path, tmp_path: Path) -> None:
     calls = iter([False] * 3)
-    found = bench_plan(problems, tmp_path, PLAIN, seeds=(0,), stop=lambda: next(calls, True))
+    found = bench_plan(problems, tmp_path, PLAIN, seeds=(0,), progress=Progress(stop=lambda: next(calls, True)))
     assert not found.complete
     assert found.rows == ()
     assert "Interrupted: the runs that were not measured" in (tmp_path / "plan.md").read_text()

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
 from planner.studies.laws import run as experiment
-from planner.studies.laws.cases import CASES, FREE, PRESCRIBED, Case, Measurement
+from planner.studies.laws.cases import CASES, FREE, PRESCRIBED, LawCase, Measurement
 from planner.studies.laws.comparisons import EFFORTS, neighbours
 from planner.studies.laws.fixed_time_bound import extreme_time, paper_times
 from planner.studies.laws.near_deadline import ABOVE, BELOW, FIRST, TRIALS, Trial
@@ -28,7 +29,7 @@ def small() -> Report:
     return run_laws(graphs=2, nodes=60, seed=1)
 
 
-def ideal(graph: int, case: Case) -> Measurement:
+def ideal(graph: int, case: LawCase) -> Measurement:
     """A measurement on which every sentence of the paper is true."""
     if case in PRESCRIBED:
         h = PRESCRIBED.index(case)
@@ -195,7 +196,7 @@ def test_what_must_hold_on_any_graph_holds(small: Report) -> None:
 
 
 def test_a_graph_does_not_depend_on_how_many_are_drawn(small: Report) -> None:
-    alone = experiment._study_graph(1, 60, 1, lambda n: None, lambda: False)
+    alone = experiment._study_graph(1, 60, 1, lambda n: None, QUIET)
     assert alone is not None
     rows = [row for row in small.more["runs"] if row["graph"] == 1]
     assert [row["settling_tau"] for row in rows] == [run.settling_tau for run in alone.runs]
@@ -208,8 +209,10 @@ def test_progress_is_told_and_a_stop_keeps_whole_graphs(monkeypatch: pytest.Monk
     report = run_laws(
         graphs=5,
         nodes=60,
-        progress=lambda stage, done, total: heard.append((stage, done, total)),
-        stop=lambda: len(heard) > len(CASES) + 3,
+        progress=Progress(
+            lambda stage, done, total: heard.append((stage, done, total)),
+            lambda: len(heard) > len(CASES) + 3,
+        ),
     )
     assert not report.complete
     assert {row["graphs"] for row in report.table} == {1}
@@ -218,7 +221,7 @@ def test_progress_is_told_and_a_stop_keeps_whole_graphs(monkeypatch: pytest.Monk
 
 
 def test_a_stop_before_the_first_graph_leaves_an_empty_report(tmp_path: Path) -> None:
-    report = run_laws(graphs=1, nodes=60, stop=lambda: True)
+    report = run_laws(graphs=1, nodes=60, progress=Progress(stop=lambda: True))
     assert not report.complete
     assert report.table == ()
     write_report(report, tmp_path)

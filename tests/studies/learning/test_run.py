@@ -13,6 +13,7 @@ import pytest
 
 from planner import cli, learning
 from planner.base.errors import OptionError
+from planner.base.progress import Progress
 from planner.studies.learning import robot as learning_robot
 from planner.studies.learning import run as experiment
 from planner.studies.learning import scan as learning_scan
@@ -230,10 +231,10 @@ def query_of(settings: RobotSettings):
 
 def test_interrupted_runs_say_so() -> None:
     asked = iter([False, True])
-    found = run_learning(graphs=5, iterations=1, stop=lambda: next(asked, True))
+    found = run_learning(graphs=5, iterations=1, progress=Progress(stop=lambda: next(asked, True)))
     assert found.complete is False
     assert found.more["graphs"] == 1
-    nothing = run_learning(graphs=5, iterations=1, stop=lambda: True)
+    nothing = run_learning(graphs=5, iterations=1, progress=Progress(stop=lambda: True))
     assert nothing.complete is False
     assert nothing.table == () == nothing.verdicts
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import OptionError
+from planner.base.progress import Progress
 from planner.base.request import SweepRequest
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
@@ -19,7 +20,16 @@ from planner.query.open import Query, make_query
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
 from planner.roadmap.scale import manipulability_cost
 from planner.studies.manipulator import run as experiment
-from planner.studies.manipulator.case import BETAS, RRT, SHORTENED, Case, Field, Way, label_of, study_seed
+from planner.studies.manipulator.case import (
+    BETAS,
+    RRT,
+    SHORTENED,
+    MeasuredPath,
+    SeedStudy,
+    SolveFacts,
+    label_of,
+    study_seed,
+)
 from planner.studies.manipulator.geometry import kinks, mean_distance, shared_segments, tool_way, turning
 from planner.studies.manipulator.run import LABELS, run_manipulator, shown_case
 from planner.studies.manipulator.verdicts import PAPER_COSTS, groups_text, manipulator_verdicts
@@ -77,15 +87,15 @@ def test_distance_and_common_segments() -> None:
 # verdicts
 
 
-def way(label: str, q: float, lift: float, costs: tuple[float, float], **more: Any) -> Way:
+def way(label: str, q: float, lift: float, costs: tuple[float, float], **more: Any) -> MeasuredPath:
     path = np.array([[0.0], [q], [q + 1], [9.0]])
     tool = np.linspace([0, 0, lift], [1, 0, lift], 20)
     plain: dict[str, Any] = {"w_min": 0.1, "w_mean": 0.2, "joint_length": 1.0, "workspace_length": 1.0, "turning": 2.0}
     plain |= {"kinks": np.radians([50.0, 60.0]), "tool": tool, "contact": None}
-    return Way(label, path, path, *costs, **plain | more)
+    return MeasuredPath(label, path, path, *costs, **plain | more)
 
 
-def ideal(seed: int = 0) -> Case:
+def ideal(seed: int = 0) -> SeedStudy:
     """A case on which every sentence of the paper is true."""
     ways = {}
     for beta in BETAS:
@@ -95,17 +105,17 @@ def ideal(seed: int = 0) -> Case:
     ways[RRT] = way(RRT, 5.0, 0.0, (1.2, 47.0), turning=4.0)
     ways[SHORTENED] = way(SHORTENED, 7.0, 0.05, (1.1, 46.2), turning=1.0)
     roadmap: Any = SimpleNamespace(nodes=np.zeros((1012, 7)), edges=np.zeros((2029, 2)))
-    fields = tuple(Field(beta, 1.0, 0.0, 0.01, 1.0) for beta in BETAS)
-    return Case(seed, roadmap, fields, ways)
+    fields = tuple(SolveFacts(beta, 1.0, 0.0, 0.01, 1.0) for beta in BETAS)
+    return SeedStudy(seed, roadmap, fields, ways)
 
 
-def changed(label: str, **changes: Any) -> Case:
+def changed(label: str, **changes: Any) -> SeedStudy:
     """The ideal case with one way changed."""
     case = ideal(1)
     return replace(case, ways=case.ways | {label: replace(case.ways[label], **changes)})
 
 
-def judged(cases: list[Case]) -> dict[str, Verdict]:
+def judged(cases: list[SeedStudy]) -> dict[str, Verdict]:
     verdicts = manipulator_verdicts(cases, 4.0)
     assert len({verdict.sentence for verdict in verdicts}) == len(verdicts)
     return {verdict.sentence: verdict for verdict in verdicts}
@@ -147,14 +157,14 @@ RED_Q, BLUE_Q = ideal().ways[ZERO].q, ideal().ways[ONE].q
         (changed(ZERO, distance_cost=49.5), "For beta = 0 or 0.3 the total cost of the red path is lower"),
         (replace(ideal(), ways={}), "(ours) Start and goal are connected"),
         (changed(RRT, contact="'a' and 'b'"), "(ours) Every path is free"),
-        (replace(ideal(), fields=(Field(0.0, 4.5, 0.0, 0.01, 1.0),)), "(ours) Every field settles"),
-        (replace(ideal(), fields=(Field(0.0, None, 0.0, 0.01, 1.0),)), "(ours) Every field settles"),
-        (replace(ideal(), fields=(Field(0.0, 1.0, 1e-3, 0.01, 1.0),)), "(ours) Every field settles"),
-        (replace(ideal(), fields=(Field(0.0, 1.0, 0.0, 0.0, 1.0),)), "The kernel satisfies"),
+        (replace(ideal(), fields=(SolveFacts(0.0, 4.5, 0.0, 0.01, 1.0),)), "(ours) Every field settles"),
+        (replace(ideal(), fields=(SolveFacts(0.0, None, 0.0, 0.01, 1.0),)), "(ours) Every field settles"),
+        (replace(ideal(), fields=(SolveFacts(0.0, 1.0, 1e-3, 0.01, 1.0),)), "(ours) Every field settles"),
+        (replace(ideal(), fields=(SolveFacts(0.0, 1.0, 0.0, 0.0, 1.0),)), "The kernel satisfies"),
         (replace(ideal(), roadmap=SimpleNamespace(nodes=[1], edges=[])), "We generate a network"),  # type: ignore[arg-type]
     ],
 )
-def test_a_doctored_case_is_not_confirmed(case: Case, sentence: str) -> None:
+def test_a_doctored_case_is_not_confirmed(case: SeedStudy, sentence: str) -> None:
     verdicts = judged([ideal(0), case, ideal(2)])
     (verdict,) = (v for text, v in verdicts.items() if text.startswith(sentence) and "the paper prints" not in text)
     assert (verdict.confirmed, verdict.of) == (SEEDS - 1, SEEDS), verdict
@@ -195,7 +205,7 @@ def query() -> Query:
 
 
 @pytest.fixture(scope="module")
-def case(query: Query) -> Case:
+def case(query: Query) -> SeedStudy:
     found = study_seed(query, SMALL)
     assert found is not None
     assert found.ways
@@ -207,7 +217,7 @@ def small() -> Report:
     return run_manipulator(2, SMALL.nodes, "coal", seed=1)
 
 
-def test_costs_are_those_of_the_paths_configurations(case: Case, query: Query) -> None:
+def test_costs_are_those_of_the_paths_configurations(case: SeedStudy, query: Query) -> None:
     """Omega over every node but the start, D over every edge: recomputed from joint values alone."""
     scale = case.roadmap.scale
     for measured in case.ways.values():
@@ -217,14 +227,14 @@ def test_costs_are_those_of_the_paths_configurations(case: Case, query: Query) -
         assert measured.distance_cost == pytest.approx(np.maximum(steps, scale.zeta).sum(), rel=1e-9)
 
 
-def test_no_beta_is_beaten_by_another_path_of_its_roadmap(case: Case) -> None:
+def test_no_beta_is_beaten_by_another_path_of_its_roadmap(case: SeedStudy) -> None:
     for beta in BETAS:
         least = case.ways[label_of(beta)].total(beta)
         assert all(least <= other.total(beta) + 1e-9 for label, other in case.ways.items() if label != RRT)
     assert all(field.error <= 1e-12 for field in case.fields)
 
 
-def test_the_shortened_rrt_path_is_part_of_the_roadmap_and_the_raw_one_no_shorter(case: Case) -> None:
+def test_the_shortened_rrt_path_is_part_of_the_roadmap_and_the_raw_one_no_shorter(case: SeedStudy) -> None:
     known = {q.tobytes() for q in case.roadmap.nodes}
     assert all(q.tobytes() in known for q in case.ways[SHORTENED].nodes)
     assert case.ways[RRT].joint_length >= case.ways[SHORTENED].joint_length
@@ -249,18 +259,18 @@ def test_a_small_run_is_whole_and_written(small: Report, tmp_path: Path) -> None
         assert verdict.holds or not verdict.sentence.startswith(certain), verdict
 
 
-def test_a_seed_does_not_depend_on_how_many_are_asked_for(small: Report, case: Case) -> None:
+def test_a_seed_does_not_depend_on_how_many_are_asked_for(small: Report, case: SeedStudy) -> None:
     rows = {row["path"]: row for row in small.more["paths"] if row["seed"] == 1}
     assert set(rows) == set(case.ways)
     for label, measured in case.ways.items():
         assert rows[label]["q"] == measured.q.tolist()
 
 
-def test_a_stop_keeps_whole_seeds(monkeypatch: pytest.MonkeyPatch, case: Case, tmp_path: Path) -> None:
+def test_a_stop_keeps_whole_seeds(monkeypatch: pytest.MonkeyPatch, case: SeedStudy, tmp_path: Path) -> None:
     given = iter([case, None])
     monkeypatch.setattr(experiment, "study_seed", lambda *_, **__: next(given))
     heard: list[tuple[str, int, int]] = []
-    report = run_manipulator(5, SMALL.nodes, "coal", progress=lambda *word: heard.append(word))
+    report = run_manipulator(5, SMALL.nodes, "coal", progress=Progress(lambda *word: heard.append(word)))
     assert not report.complete
     assert heard == [("seeds", 0, 5), ("seeds", 1, 5)]
     assert len(report.more["roadmaps"]) == 1
@@ -268,7 +278,7 @@ def test_a_stop_keeps_whole_seeds(monkeypatch: pytest.MonkeyPatch, case: Case, t
 
 
 def test_a_stop_before_the_first_seed_leaves_an_empty_report(query: Query, tmp_path: Path) -> None:
-    report = run_manipulator(1, SMALL.nodes, "coal", stop=lambda: True)
+    report = run_manipulator(1, SMALL.nodes, "coal", progress=Progress(stop=lambda: True))
     assert not report.complete
     assert report.table == ()
     assert report.figures == {}
@@ -292,7 +302,7 @@ def test_no_shortcuts_means_none() -> None:
         assert not np.array_equal(planners.shorten(path, 50), path)
 
 
-def test_strands_change_the_roadmap_and_not_its_size(case: Case, query: Query) -> None:
+def test_strands_change_the_roadmap_and_not_its_size(case: SeedStudy, query: Query) -> None:
     pulled = study_seed(query, SMALL, 0.5)
     assert pulled is not None
     assert len(pulled.roadmap.nodes) == len(case.roadmap.nodes)
