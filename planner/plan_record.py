@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from planner.base.files import write_whole
+from planner.base.files import write_json
 from planner.base.outcome import Outcome
-from planner.base.request import SweepRequest
+from planner.base.progress import rounded
 from planner.costs.manipulability_floor import first_violation
 from planner.kinematics.manipulability import manipulability
-from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
+from planner.paths.measure import measure_path, path_manipulability
 from planner.planning import Plan
-from planner.roadmap.build import versions
-from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
-from planner.world.robot import Robot
-from planner.world.scene import Scene
+from planner.roadmap.summary import roadmap_record, roadmap_text
+from planner.world.run_record import run_record
 
 
 def plan_record(plan: Plan) -> dict[str, Any]:
@@ -28,55 +25,11 @@ def plan_record(plan: Plan) -> dict[str, Any]:
         "path": plan.path.tolist(),
         "path_nodes": plan.path_nodes.tolist(),
         "cost": asdict(plan.cost) if plan.cost else None,
-        "manipulability": _manipulability(plan),
-        "path_length": _lengths(plan),
+        **_measures(plan),
         "roadmap": roadmap_record(plan.roadmap, plan.edges_removed),
         "gabf": _gabf(plan),
         "timings_s": rounded(plan.timings),
     }
-
-
-def run_record(request: SweepRequest, outcome: Outcome, robot: Robot, scene: Scene) -> dict[str, Any]:
-    """What every record begins with: how the run ended, what it was asked for, and with which software."""
-    return {
-        "outcome": outcome.key,
-        "message": outcome.value,
-        "robot": robot.name,
-        "scene": scene.name,
-        "seed": request.seed,
-        "config": config_record(request),
-        "versions": versions(),
-        "joints": list(robot.joints),
-        "tool": robot.tool,
-    }
-
-
-def config_record(request: SweepRequest) -> dict[str, Any]:
-    """The options as plain data."""
-    return {k: str(v) if isinstance(v, Path) else v for k, v in asdict(request).items()}
-
-
-def roadmap_record(roadmap: Roadmap, edges_removed: int) -> dict[str, Any]:
-    """Size, proofs and hash of a roadmap, and how many edges failed when they were looked at again."""
-    return {
-        "nodes": len(roadmap.nodes),
-        "edges": len(roadmap.edges),
-        "components": roadmap.component_count,
-        "edges_certified": int(roadmap.proven.sum()),
-        "edges_removed": edges_removed,
-        "sha256": roadmap.sha256,
-        "scale": asdict(roadmap.scale),
-    }
-
-
-def rounded(timings: dict[str, float]) -> dict[str, float]:
-    """Seconds a stage, to the microsecond."""
-    return {stage: round(seconds, 6) for stage, seconds in timings.items()}
-
-
-def write_json(path: Path, record: dict[str, Any]) -> None:
-    """Write ``record`` whole or not at all; raises ValueError for a number that is not finite."""
-    write_whole(path, (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())
 
 
 def save_plan(plan: Plan, folder: Path, timings: dict[str, float]) -> dict[str, Any]:
@@ -88,33 +41,25 @@ def save_plan(plan: Plan, folder: Path, timings: dict[str, float]) -> dict[str, 
     return record
 
 
-def _manipulability(plan: Plan) -> dict[str, Any] | None:
+def _measures(plan: Plan) -> dict[str, Any]:
+    """What is measured along the path; nothing where there is none."""
     if plan.outcome is not Outcome.SOLVED:
-        return None
-    w = path_manipulability(plan.robot, plan.path)
-    measured = {
-        "min": float(w.min()),
-        "mean": float(w.mean()),
-        "rows": plan.robot.manipulability,
-        "frame": plan.robot.tool,
-    }
-    return measured | _floor(plan, float(w.max()))
+        return {"manipulability": None, "path_length": None}
+    found, robot = measure_path(plan.robot, plan.path), plan.robot
+    w = {"min": found.w_min, "mean": found.w_mean, "rows": robot.manipulability, "frame": robot.tool}
+    lengths = {"joint": found.joint_length, "workspace": found.workspace_length}
+    return {"manipulability": w | _floor(plan), "path_length": lengths}
 
 
-def _floor(plan: Plan, highest: float) -> dict[str, Any]:
+def _floor(plan: Plan) -> dict[str, Any]:
     """What became of the floor that was asked for; nothing where none was."""
     floor = plan.request.min_manipulability
     if floor <= 0:
         return {}
     ends = [float(w) for w in manipulability(plan.robot, plan.path[[0, -1]])]
     holds = first_violation(plan.robot, plan.path, floor) is None
-    return {"floor": {"asked": floor, "start": ends[0], "goal": ends[1], "reached": highest >= floor, "holds": holds}}
-
-
-def _lengths(plan: Plan) -> dict[str, float] | None:
-    if plan.outcome is not Outcome.SOLVED:
-        return None
-    return {"joint": joint_path_length(plan.path), "workspace": tool_path_length(plan.robot, plan.path)}
+    reached = bool(path_manipulability(plan.robot, plan.path).max() >= floor)
+    return {"floor": {"asked": floor, "start": ends[0], "goal": ends[1], "reached": reached, "holds": holds}}
 
 
 def _gabf(plan: Plan) -> dict[str, Any] | None:
@@ -156,14 +101,6 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows += _certified(gabf)
         rows.append(("error against oracle", f"{gabf['max_error_vs_oracle']:.1e} relative"))
     return rows
-
-
-def roadmap_text(roadmap: dict[str, Any]) -> str:
-    """A roadmap's record as a line of a table."""
-    return (
-        f"{roadmap['nodes']} nodes, {roadmap['edges']} edges, {roadmap['edges_certified']} of them proven free, "
-        f"{roadmap['components']} component{'s' if roadmap['components'] != 1 else ''}"
-    )
 
 
 def _floor_text(w: dict[str, Any]) -> str:

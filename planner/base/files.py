@@ -5,9 +5,11 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import glob
+import json
 import os
 import tempfile
 from pathlib import Path
+from typing import Any
 
 from planner.base.errors import FileError
 
@@ -33,6 +35,11 @@ def write_whole(path: Path, content: bytes) -> None:
         if temporary is not None and os.path.exists(temporary):
             os.unlink(temporary)
         raise FileError(f"{path} cannot be written: {error.strerror or error}; choose another place.") from None
+
+
+def write_json(path: Path, record: dict[str, Any]) -> None:
+    """Write ``record`` whole or not at all; raises ValueError for a number that is not finite."""
+    write_whole(path, (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())
 
 
 def _open_temporary(path: Path) -> tuple[int, str]:

@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
 from planner.base.errors import OptionError
-from planner.base.targets import parse_target
+from planner.base.targets import joints_text, parse_target
+
+
+class Named(Protocol):
+    """A robot or a scene itself, in place of its name."""
+
+    @property
+    def name(self) -> str: ...
+
+
+if TYPE_CHECKING:
+    Thing: TypeAlias = str | Path | Named
+    State: TypeAlias = str | Iterable[float]
+else:  # what the command line gives; from Python a robot, a scene and an array of joint values will do as well
+    Thing = State = str
 
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Backend = Literal["fcl", "coal"]
@@ -25,9 +40,9 @@ DEFAULT_METRIC: Metric = "joint"
 class WorldRequest:
     """A robot in a scene, and how contacts are found."""
 
-    robot: str = "iiwa14"
+    robot: Thing = "iiwa14"
     """Name of a built-in robot (see 'planner robots') or the path of a URDF."""
-    scene: str = "paper"
+    scene: Thing = "paper"
     """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
     tool: str | None = None
     """Frame of the robot that targets and manipulability speak of; the robot's or the scene's own where left out."""
@@ -38,6 +53,13 @@ class WorldRequest:
 
     def __post_init__(self) -> None:
         require_margin(self.margin)
+        for name in ("robot", "scene"):
+            if isinstance(getattr(self, name), Path):
+                object.__setattr__(self, name, str(getattr(self, name)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The options as plain data: objects by their names, paths as text."""
+        return {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
 
 
 @dataclass(frozen=True)
@@ -48,9 +70,9 @@ class RoadmapRequest(WorldRequest):
     or pose:x,y,z,qx,qy,qz,qw.
     """
 
-    start: str = "start"
+    start: State = "start"
     """Where the arm starts."""
-    goal: str = "goal"
+    goal: State = "goal"
     """Where the arm should go; several names from the scene, with commas between, are goals of equal right."""
     request: Path | None = None
     """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
@@ -72,8 +94,12 @@ class RoadmapRequest(WorldRequest):
             raise OptionError(
                 f"min manipulability {self.min_manipulability:g} is not usable: give a number of 0 or more."
             )
-        parse_target(self.start)
-        parse_target(self.goal)
+        for role in ("start", "goal"):
+            value = getattr(self, role)
+            if not isinstance(value, str):
+                value = joints_text(value, role)
+                object.__setattr__(self, role, value)
+            parse_target(value)
         require_nodes(self.nodes)
         if not 1 <= self.ik_solutions <= 100:
             raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
@@ -137,6 +163,12 @@ class PlanRequest(SweepRequest):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_share(self.beta)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Path):
+        return str(value)
+    return value if isinstance(value, str | int | float | None) else value.name
 
 
 def require_share(beta: float) -> None:

@@ -6,6 +6,7 @@ A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -66,6 +67,14 @@ def parse_target(text: str) -> Target:
             values = _numbers(text, rest, 7)
             return Pose(values[:3], values[3:])
     raise OptionError(f"state '{text}' starts with '{kind}:': give {FORMS}.")
+
+
+def joints_text(values: Iterable[float], role: str = "state") -> str:
+    """Joint values (dof,) rad as their text, exact to the last bit; :class:`OptionError` for anything else."""
+    try:
+        return "q:" + ",".join(repr(float(value)) for value in values)
+    except (TypeError, ValueError):
+        raise OptionError(f"{role} {values!r} is not usable: give one row of joint values (rad), or {FORMS}.") from None
 
 
 def _numbers(text: str, rest: str, count: int | None = None) -> tuple[float, ...]:

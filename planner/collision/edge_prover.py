@@ -14,13 +14,13 @@ from enum import IntEnum
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
 
 _REFINE = 0.08  # m: pairs that a coarse bound puts nearer than this get a closer look where it falls short
 _EXACT = 0.02  # m: and nearer than this the exact distance
-RESOLUTION = 1e-4  # m: a segment that leaves less than this (beyond the margin) is left undecided
 _PIECE = 0.35  # m: first intervals move no point further than this
 
 
@@ -78,7 +78,7 @@ class EdgeProver:
         first, second = self.world.members(pair)
         return not self.world.is_scene_pair(pair) or bool(self.world.checked[first, second])
 
-    def prove(self, start: Floats, delta: Floats, room: float = RESOLUTION) -> Proofs:
+    def prove(self, start: Floats, delta: Floats, room: float = PROOF) -> Proofs:
         """Verdicts on the segments start + s delta, s in [0, 1]; arrays (m, dof).
 
         A segment on which less than ``room`` (m, beyond the margin) is left where it is looked at closely is undecided:

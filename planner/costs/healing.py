@@ -8,11 +8,11 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
+from planner.base.resolutions import RECHECK
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import recheck
 from planner.costs.manipulability_floor import first_violation, layered_network
-from planner.paths.measure import RECHECK_STEP
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
 
@@ -66,7 +66,7 @@ class HealingNetwork:
 
     def _is_free(self, i: int, j: int) -> bool:
         delta = self.robot.difference(self.roadmap.nodes[i], self.roadmap.nodes[j])
-        return recheck(self._judge, self.roadmap.nodes[i], delta, RECHECK_STEP) is None
+        return recheck(self._judge, self.roadmap.nodes[i], delta, RECHECK) is None
 
 
 def warm_start(cost_to_go: gabf.CostToGo | None, law: gabf.Law) -> Floats | None:

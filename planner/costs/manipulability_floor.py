@@ -17,12 +17,12 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
+from planner.base.resolutions import W_AGAINST_FLOOR
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_segments
 from planner.roadmap.roadmap import Roadmap
 from planner.world.robot import Robot
 
-_FINE = 1e-3  # rad of joint motion between the states at which a path is held against the floor
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
 
 
@@ -67,13 +67,12 @@ def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0)
     arcs = np.concatenate([part[0] for part in parts])
     tails = np.concatenate([tail[network.tails[rows]] for rows, tail, _ in parts])
     heads = np.concatenate([head[network.indices[rows]] for rows, _, head in parts])
-    order = np.lexsort((heads, tails))
-    arcs, n = arcs[order], len(layers.roadmap_node)
-    graph = gabf.Network(
-        indptr=np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=n))]),
-        indices=heads[order],
-        weight=network.weight[arcs],
+    graph = gabf.Network.from_arcs(
+        tails,
+        heads,
+        network.weight[arcs],
         sources=layers.ends(roadmap.goals, up=False),
+        n_nodes=len(layers.roadmap_node),
         node_cost=None if network.node_cost is None else network.node_cost[layers.roadmap_node],
         arc_cost=None if network.arc_cost is None else network.arc_cost[arcs],
         kernel=network.kernel,
@@ -89,7 +88,7 @@ def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
     """
     if floor <= 0:
         return None
-    q, segment = dense_segments(path, _FINE)
+    q, segment = dense_segments(path, W_AGAINST_FLOOR)
     w = manipulability(robot, q)
     bad = w < (1.0 - _ROUNDING) * min(floor, w[0], w[-1])
     above = np.flatnonzero(w >= floor)

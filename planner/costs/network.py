@@ -59,23 +59,20 @@ def build_network(
 
     ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "edges" omega is
     integrated along each edge over its length instead of charged at the node it leads to, so that neither a
-    singularity between two nodes goes unseen nor does the cost of a way depend on how many nodes lie on it.
+    singularity between two nodes goes unseen nor does the cost of a path depend on how many nodes lie on it.
     """
     require_share(beta)
-    n = len(roadmap.nodes)
-    reader = np.concatenate([roadmap.edges[:, 0], roadmap.edges[:, 1]])
-    read = np.concatenate([roadmap.edges[:, 1], roadmap.edges[:, 0]])
     weight = np.tile(distance_cost(roadmap, metric), 2)
-    order = np.lexsort((read, reader))
     along = charge == "edges"
     omega = edge_manipulability_cost(roadmap, manipulability) if along else None
-    return gabf.Network(
-        indptr=np.concatenate([[0], np.cumsum(np.bincount(reader, minlength=n))]),
-        indices=read[order],
-        weight=weight[order],
+    return gabf.Network.from_arcs(
+        tails=roadmap.edges.T.ravel(),
+        heads=roadmap.edges[:, ::-1].T.ravel(),
+        weight=weight,
         sources=roadmap.goals,
+        n_nodes=len(roadmap.nodes),
         node_cost=manipulability_cost(roadmap.manipulability, roadmap.scale, manipulability),
-        arc_cost=None if omega is None else (np.tile(omega, 2) * weight)[order],
+        arc_cost=None if omega is None else np.tile(omega, 2) * weight,
         kernel=gabf.EdgeIntegral(beta=beta) if along else gabf.TradeOff(beta=beta),
     )
 

@@ -36,12 +36,12 @@ def nine_node() -> Network:
     are negative, as the kernels read |b|; the figure itself is not part of the paper's source.
     """
     i, j, w = (np.array(column) for column in zip(*_NINE_NODE_ARCS, strict=True))
-    indptr = np.concatenate(([0], np.cumsum(np.bincount(i - 1, minlength=9))))
-    return Network(
-        indptr,
+    return Network.from_arcs(
+        i.astype(np.int64) - 1,
         j.astype(np.int64) - 1,
         w,
         sources=np.array([0, 8]),
+        n_nodes=9,
         source_values=np.ones(2),
         kernel=NodeDependent(),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -49,6 +50,31 @@ class Network:
         _check_sources(self)
         _check_finite(self)
         _ = self.arcs
+
+    @staticmethod
+    def from_arcs(
+        tails: Ints,
+        heads: Ints,
+        weight: Floats,
+        sources: Ints,
+        n_nodes: int,
+        arc_cost: Floats | None = None,
+        **more: Any,
+    ) -> Network:
+        """The network of arcs (tails[k], heads[k]), (n_arcs,) each, in any order; ``more`` are its other fields.
+
+        Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3, kernel=Additive())
+        """
+        tails, heads = np.asarray(tails), np.asarray(heads)
+        order = np.lexsort((heads, tails))
+        return Network(
+            indptr=np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=n_nodes))]),
+            indices=heads[order],
+            weight=np.asarray(weight)[order],
+            sources=sources,
+            arc_cost=None if arc_cost is None else np.asarray(arc_cost)[order],
+            **more,
+        )
 
     def _freeze(self, name: str, dtype: type) -> None:
         value = np.asarray(getattr(self, name))

@@ -1,6 +1,6 @@
 """Learning the weights of eq. (wb) from the field that is computed on them: the paper's learning-based path planning.
 
-    network = learning.untrained(indptr, indices, sources)
+    network = learning.untrained(tails, heads, sources, n)
     stages = learning.learn(network, learning.ErrorDriven(), distances, iterations=6)
     path = stages[-1].path(start)
 

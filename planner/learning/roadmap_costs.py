@@ -11,14 +11,13 @@ from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError
 from planner.base.request import require_share
+from planner.base.resolutions import COST_ALONG_EDGE
 from planner.costs.network import distance_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import manipulability_cost
 from planner.world.robot import Robot
-
-COST_STEP = 0.02  # rad of joint motion between the samples that the cost of an edge is integrated over
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +40,7 @@ class SlowZone:
 
 
 def execution_costs(
-    robot: Robot, roadmap: Roadmap, beta: float, zones: Sequence[SlowZone] = (), step: float = COST_STEP
+    robot: Robot, roadmap: Roadmap, beta: float, zones: Sequence[SlowZone] = (), step: float = COST_ALONG_EDGE
 ) -> Floats:
     """(m,) the integral of ((1 - beta) omega(q) + beta) factor(q) dq along every edge, in units of the longest edge.
 

@@ -47,14 +47,14 @@ class Stage:
         return gabf.extract_path(self.network, self.field, start)
 
 
-def untrained(indptr: Ints, indices: Ints, sources: Ints, wbar: float = FIRST_WEIGHT) -> gabf.Network:
-    """The network of eq. (wb) before learning: every weight ``wbar`` in (0, 1).
+def untrained(tails: Ints, heads: Ints, sources: Ints, n_nodes: int, wbar: float = FIRST_WEIGHT) -> gabf.Network:
+    """The network of eq. (wb) before learning, of arcs (tails[k], heads[k]): every weight ``wbar`` in (0, 1).
 
     On paths of more than 50 arcs of weight 0.5 x rounds to 1 and a planning stage raises AssumptionError: begin with
     weights nearer 1 there.
     """
-    weight = np.full(len(indices), wbar)
-    return gabf.Network(indptr, indices, weight, sources=sources, kernel=gabf.Multiplicative())
+    weight = np.full(len(heads), wbar)
+    return gabf.Network.from_arcs(tails, heads, weight, sources, n_nodes, kernel=gabf.Multiplicative())
 
 
 def planning_stage(
@@ -88,7 +88,7 @@ def learn(
 ) -> tuple[Stage, ...]:
     """The ``iterations`` + 1 planning stages before and after each training iteration of all arcs at once.
 
-    stages = learn(untrained(indptr, indices, sources), ErrorDriven(), d, iterations=6)
+    stages = learn(untrained(tails, heads, sources, n), ErrorDriven(), d, iterations=6)
     stages[-1].path(start)
     """
     stages = [planning_stage(network, law=law)]

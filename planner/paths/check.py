@@ -8,23 +8,15 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
+from planner.base.resolutions import PROOF_OF_CHECK, RECHECK
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
 from planner.kinematics.manipulability import manipulability
 from planner.paths.clearance import Place, nearest_pair, slack, smallest_clearance
-from planner.paths.measure import (
-    RECHECK_STEP,
-    PathContact,
-    dense_path,
-    joint_path_length,
-    path_contact,
-    tool_path_length,
-)
+from planner.paths.measure import PathContact, dense_path, joint_path_length, path_contact, tool_path_length
 from planner.query.resolve import beyond_limits
 from planner.world.robot import Robot
-
-_RESOLUTION = 2e-4  # m beyond the margin that a proof needs
 
 
 @dataclass(frozen=True)
@@ -81,7 +73,7 @@ class PathReport:
         return self.excess is None and self.contact is None and self.proven.strikes is None
 
 
-def check_path(checker: CollisionChecker, path: Floats, step: float = RECHECK_STEP) -> PathReport:
+def check_path(checker: CollisionChecker, path: Floats, step: float = RECHECK) -> PathReport:
     """Check a joint path (k, dof): every ``step`` metres of motion by itself, and by proofs of whole segments.
 
     Between waypoints the path is straight in joint space. Raises :class:`OptionError` for a step that is no distance.
@@ -149,7 +141,7 @@ def proven_distance(checker: CollisionChecker, path: Floats, clearance: float) -
     Proofs are tried at margins a little below the ``clearance`` that was found, so it may be smaller than the truth.
     """
     world = checker.world
-    for margin in (clearance - slack(clearance) - _RESOLUTION, 0.5 * clearance):
+    for margin in (clearance - slack(clearance) - PROOF_OF_CHECK, 0.5 * clearance):
         if world.margin < margin < np.inf:
             wider = type(checker)(replace(world, margin=margin))
             if EdgeProver(wider).prove(path[:-1], np.diff(path, axis=0)).free.all():

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.resolutions import CLEARANCE_FIRST
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
 from planner.collision.world import Contact
 from planner.kinematics.forward import joint_placements
 
 TOLERANCE, SHARE = 1e-3, 0.1  # m, and of the clearance itself: what is reported is too large by less than either
-_FIRST_STEP = 0.05  # m of motion between the first looks
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class _Search:
         self.best = Place(0, 0.0, path[0], float(self.clearance(path[:1])[0]))
         self.pieces: list[_Piece] = []
         for segment, motion in enumerate(self.motion):
-            shares = np.linspace(0.0, 1.0, max(1, int(np.ceil(motion / _FIRST_STEP))) + 1)
+            shares = np.linspace(0.0, 1.0, max(1, int(np.ceil(motion / CLEARANCE_FIRST))) + 1)
             ends = zip(shares.tolist(), self._look(segment, shares), strict=True)
             for (low, left), (high, right) in itertools.pairwise(ends):
                 self._push(segment, low, high, left, right)

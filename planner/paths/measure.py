@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.resolutions import CLEARANCE_ALONG_PATH, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
 from planner.collision.edge_prover import states_along
@@ -15,10 +16,6 @@ from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.world.robot import Robot
-
-W_STEP = 0.01  # rad of joint motion between the samples of w along a path
-RECHECK_STEP = 1e-3  # m of motion between the states that a path is looked at again
-_CLEARANCE_STEP = 0.01  # m
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +28,7 @@ class PathContact:
     contact: Contact
 
 
-def dense_path(path: Floats, step: float = W_STEP) -> Floats:
+def dense_path(path: Floats, step: float = W_ALONG_PATH) -> Floats:
     """Configurations (n, dof) along a joint path, no joint moving more than ``step`` (rad) between two of them."""
     return dense_segments(path, step)[0]
 
@@ -44,6 +41,22 @@ def dense_segments(path: Floats, step: float) -> tuple[Floats, Ints]:
         rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
         segment += [k] * count
     return np.concatenate(rows), np.array(segment)
+
+
+@dataclass(frozen=True)
+class PathMeasures:
+    """What every report says of a joint path: w at its smallest and in the mean, lengths in rad and m."""
+
+    w_min: float
+    w_mean: float
+    joint_length: float
+    workspace_length: float
+
+
+def measure_path(robot: Robot, path: Floats) -> PathMeasures:
+    """Manipulability at states ``W_ALONG_PATH`` apart, and both lengths, of a joint path (k, dof)."""
+    w = path_manipulability(robot, path)
+    return PathMeasures(float(w.min()), float(w.mean()), joint_path_length(path), tool_path_length(robot, path))
 
 
 def path_manipulability(robot: Robot, path: Floats) -> Floats:
@@ -61,7 +74,7 @@ def joint_path_length(path: Floats) -> float:
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK_STEP) -> PathContact | None:
+def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK) -> PathContact | None:
     """The first contact along a joint path looked at every ``step`` metres of motion, without bounds or proofs."""
     if len(path) == 1 and (found := checker.first_contact(path)):
         return PathContact(0, 0.0, path[0], found[1])
@@ -74,9 +87,9 @@ def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK_
     return None
 
 
-def path_clearance(checker: CollisionChecker, path: Floats, step: float = _CLEARANCE_STEP) -> tuple[Floats, Floats]:
-    """Configurations (n, dof) every ``step`` metres of motion along a joint path, and the clearance (n,) m at each."""
-    rows = [path[:1], *(_states(checker, a, b, step)[1:] for a, b in itertools.pairwise(path))]
+def path_clearance(checker: CollisionChecker, path: Floats) -> tuple[Floats, Floats]:
+    """Configurations (n, dof) along a joint path, ``CLEARANCE_ALONG_PATH`` apart, and the clearance (n,) m at each."""
+    rows = [path[:1], *(_states(checker, a, b, CLEARANCE_ALONG_PATH)[1:] for a, b in itertools.pairwise(path))]
     q = np.concatenate(rows)
     return q, Clearance(checker)(q)
 

@@ -16,7 +16,7 @@ from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.query.resolve import resolve
 from planner.world.moveit import MotionPlanRequest, read_motion_plan_request
-from planner.world.robot import Robot, robot_name, with_carried, with_widened_limits
+from planner.world.robot import Robot, robot_name, with_carried, with_tool, with_widened_limits
 from planner.world.scene import Scene
 
 _log = logging.getLogger(__name__)
@@ -38,7 +38,7 @@ def open_world(request: WorldRequest, message: Path | None = None) -> CollisionC
 
     Joints that are not planned are held as the MoveIt request in the file ``message`` has them.
     """
-    scene = Scene.load(request.scene)
+    scene = _scene(request)
     robot = _robot(request, scene, read_motion_plan_request(message) if message else None)
     _note_permissions(robot, scene)
     return make_checker(robot, scene, request.collision, request.margin)
@@ -46,7 +46,7 @@ def open_world(request: WorldRequest, message: Path | None = None) -> CollisionC
 
 def make_query(request: RoadmapRequest) -> Query:
     """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable."""
-    scene = Scene.load(request.scene)
+    scene = _scene(request)
     message = read_motion_plan_request(request.request) if request.request else None
     robot = _robot(request, scene, message)
     start, goals = _targets(request, robot, message)
@@ -61,21 +61,29 @@ def make_query(request: RoadmapRequest) -> Query:
     return Query(robot, scene, checker, starts, np.vstack(ends)[np.sort(first)])
 
 
+def _scene(request: WorldRequest) -> Scene:
+    return request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
+
+
 def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
-    placement = scene.placement(robot_name(request.robot))
+    """The robot as the scene sets it up; one that is given as such stands as it is."""
+    if isinstance(request.robot, Robot):
+        return with_carried(with_tool(request.robot, request.tool), scene.carried)
+    name = str(request.robot)
+    placement = scene.placement(robot_name(name))
     tool, base = request.tool or placement.tool, placement.base.matrix()
-    robot = Robot.load(request.robot, tool, placement.fixed_joints, base)
+    robot = Robot.load(name, tool, placement.fixed_joints, base)
     held = {} if message is None else {k: v for k, v in message.start.items() if k in robot.other_joints}
     if held:
         _log.info("joints that are not planned are held as the request has them: %s", held)
-        robot = Robot.load(request.robot, tool, {**placement.fixed_joints, **held}, base)
+        robot = Robot.load(name, tool, {**placement.fixed_joints, **held}, base)
     return with_carried(robot, scene.carried)
 
 
 def _targets(request: RoadmapRequest, robot: Robot, message: MotionPlanRequest | None) -> tuple[Target, list[Target]]:
     """Start and goals; an explicit --start or --goal goes before what the MoveIt request says."""
     plain = RoadmapRequest()
-    start, goals = parse_target(request.start), [parse_target(request.goal)]
+    start, goals = parse_target(str(request.start)), [parse_target(str(request.goal))]
     if message is not None and request.start == plain.start:
         start = _joints(robot, message.start, "start")
     if message is not None and request.goal == plain.goal:

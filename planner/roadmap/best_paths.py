@@ -16,11 +16,11 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import EXTRA_CLEARANCE
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.forest import Forest
 from planner.roadmap.measure import simpson_weights
-from planner.roadmap.motions import EXTRA_CLEARANCE
 from planner.roadmap.scale import CostScale, manipulability_cost, measure_scale
 from planner.world.robot import Robot
 

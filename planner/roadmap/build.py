@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -12,6 +11,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
 from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes
+from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
 from planner.query.resolve import free_configuration
@@ -115,9 +115,3 @@ def origin_of(checker: CollisionChecker, seed: int) -> Origin:
         versions=versions(),
         world=record_of(world),
     )
-
-
-def versions() -> dict[str, str]:
-    """Versions of this package and of what decides its results."""
-    names = ("gabf-planner", "ompl", "pin", "python-fcl", "coal", "numpy")
-    return {name: importlib.metadata.version(name) for name in names}

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import RESOLUTION, EdgeProver, Proofs
+from planner.collision.edge_prover import EdgeProver, Proofs
 from planner.world.robot import Robot
 
 
@@ -22,7 +23,7 @@ class RecordingProver(EdgeProver):
         super().__init__(checker)
         self._known: dict[tuple[bytes, bytes], tuple[float, int]] = {}
 
-    def prove(self, start: Floats, delta: Floats, room: float = RESOLUTION) -> Proofs:
+    def prove(self, start: Floats, delta: Floats, room: float = PROOF) -> Proofs:
         """See :class:`planner.collision.edge_prover.EdgeProver`."""
         start, delta = np.atleast_2d(start), np.atleast_2d(delta)
         proofs = super().prove(start, delta, room)

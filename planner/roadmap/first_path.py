@@ -13,12 +13,12 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.progress import QUIET, Progress
-from planner.roadmap.motions import EXTRA_CLEARANCE, Motions
+from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH
+from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
 
 _STEPS = (2.0, 4.0, 1.0)  # steps of the tries, alternately, in ranges
 _TRY = 10_000  # motions that one try may check: several shorter tries solved fewer problems than one long one
-_SAMPLE, _FINEST = 0.05, 0.0125  # m between the states of a sampled motion; halved where what was found has no proof
 _REPAIR_MOTIONS = 300
 _REPAIR_BOX = (0.3, 1.0)  # rad beyond the ends of a refused motion in which a detour is searched, one after the other
 _REPORT_EVERY = 500
@@ -59,7 +59,7 @@ class FirstPathSearch:
         """
         if not len(starts) or not len(goals):
             return None
-        end, sample = self._settings.motions, _SAMPLE
+        end, sample = self._settings.motions, MOTION_IN_FIRST_PATH
         for factor in itertools.cycle(_STEPS):
             left = end - self.checked
             if left <= 0 or self._progress.stopped:
@@ -71,7 +71,7 @@ class FirstPathSearch:
             if path is not None:
                 self._progress(FIRST_PATH, end, end)
                 return self._subdivided(self._shorten(path))
-            sample = max(0.5 * sample, _FINEST)
+            sample = max(0.5 * sample, FINEST_IN_FIRST_PATH)
 
     def _search(self, starts: Floats, goals: Floats, step: float, sample: float, limit: int) -> Floats | None:
         look, before = self._motions.looks_free(sample), self.checked

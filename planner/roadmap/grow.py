@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import MOTION_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.escape_singularity import ascend_manipulability
@@ -18,7 +19,6 @@ from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners, seed_e
 
 _JOIN_PER_JOINT = 8000  # motions
 _PART = 250  # nodes at least that a tree grows before its motions are proven
-_SAMPLE = 0.1  # m between the states at which a motion is sampled before it is proven
 _ABOVE = 0.02  # growth keeps so much above the floor, relative: between two states looked at, w may dip
 ROADMAP = "roadmap"  # a stage of progress
 
@@ -106,7 +106,7 @@ def grow_tree(
     full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
     while len(forest) < full and checked < limit and not progress.stopped:
         before = len(forest)
-        with TreePlanners(JointSpace.of(motions.robot), motions.looks_free(_SAMPLE), progress) as planners:
+        with TreePlanners(JointSpace.of(motions.robot), motions.looks_free(MOTION_IN_GROWTH), progress) as planners:
             planners.on_accept = lambda accepted, before=before: progress(ROADMAP, before + accepted, full)
             part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
             tree = planners.rrt(forest.nodes(), settings.range, part, limit - checked)

@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.resolutions import TOOL_ALONG_EDGE, W_STATES_PER_EDGE
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.world.robot import Robot
-
-EDGE_STATES = 9  # evenly spaced states, both ends included, at which w is kept for an edge
-_TOOL_STEP = 0.05  # rad of joint motion between the points that the length of the tool's way is summed over
 
 
 def measure_edges(robot: Robot, nodes: Floats, edges: Ints) -> dict[str, Floats]:
@@ -27,7 +25,7 @@ def edge_lengths(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floa
     """Joint motion (m,) rad and length of the tool's way (m,) metres of every edge."""
     delta = robot.difference(nodes[edges[:, 0]], nodes[edges[:, 1]]).reshape(-1, robot.dof)
     joint = np.linalg.norm(delta, axis=1)
-    pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / _TOOL_STEP)).astype(np.int64)
+    pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
     row = np.repeat(np.arange(len(edges)), pieces + 1)
     first = np.concatenate([[0], np.cumsum(pieces + 1)[:-1]]).astype(np.int64)
     s = (np.arange(len(row)) - first[row]) / pieces[row] if len(row) else np.zeros(0)
@@ -39,11 +37,11 @@ def edge_lengths(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floa
 
 
 def edge_manipulability(robot: Robot, nodes: Floats, edges: Ints) -> Floats:
-    """w (m, EDGE_STATES) at evenly spaced states of every edge, from its first node to its second."""
+    """w (m, W_STATES_PER_EDGE) at evenly spaced states of every edge, from its first node to its second."""
     a = nodes[edges[:, 0]]
     delta = robot.difference(a, nodes[edges[:, 1]]).reshape(-1, 1, robot.dof)
-    states = a[:, None] + np.linspace(0.0, 1.0, EDGE_STATES)[:, None] * delta
-    return manipulability(robot, states.reshape(-1, robot.dof)).reshape(-1, EDGE_STATES)
+    states = a[:, None] + np.linspace(0.0, 1.0, W_STATES_PER_EDGE)[:, None] * delta
+    return manipulability(robot, states.reshape(-1, robot.dof)).reshape(-1, W_STATES_PER_EDGE)
 
 
 def simpson_weights(count: int) -> Floats:

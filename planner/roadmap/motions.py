@@ -7,15 +7,14 @@ from functools import lru_cache
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
+from planner.base.resolutions import PROOF, W_IN_GROWTH
 from planner.collision import second_checker
-from planner.collision.edge_prover import RESOLUTION, EdgeProver
+from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.ompl_planners import MotionCheck
 
 # where a motion is sampled before anything costly: most refused ones end in contact
 _QUICK_LOOKS = np.array([1.0, 0.5])
-EXTRA_CLEARANCE = 8e-3  # m: what a motion must leave that only improves a path: passing closer is slow to prove too
-_W_STEP = 0.1  # rad between the states at which manipulability is looked at
 
 
 @lru_cache(maxsize=1024)
@@ -29,11 +28,11 @@ def _between(count: int) -> Floats:
 class Motions:
     """Motion checks in one world; counts nothing, remembers nothing.
 
-    With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``_W_STEP`` apart. ``room`` (m): how
-    much a proof must leave, see :meth:`planner.collision.edge_prover.EdgeProver.prove`.
+    With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``W_IN_GROWTH`` apart.
+    ``room`` (m): how much a proof must leave, see :meth:`planner.collision.edge_prover.EdgeProver.prove`.
     """
 
-    def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = RESOLUTION) -> None:
+    def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
         self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
         self._scout = second_checker(prover.checker)
         self._reach_T = np.ascontiguousarray(prover.world.reach.bodies.T)
@@ -60,6 +59,6 @@ class Motions:
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
         if self.floor <= 0:
             return True
-        count = max(1, int(np.ceil(np.linalg.norm(delta) / _W_STEP)))
+        count = max(1, int(np.ceil(np.linalg.norm(delta) / W_IN_GROWTH)))
         states = first + (np.arange(count + 1) / count)[:, None] * delta
         return bool((manipulability(self.robot, states) >= self.floor).all())

@@ -23,9 +23,9 @@ from planner.base.arrays import frozen
 from planner.base.errors import FileError
 from planner.base.files import write_whole
 from planner.base.hashing import content_hash
+from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.yamlfile import Strict, validate
 from planner.collision.checker import CollisionChecker
-from planner.roadmap.measure import EDGE_STATES
 from planner.roadmap.roadmap import DTYPES, Origin, Roadmap
 from planner.roadmap.scale import CostScale
 from planner.roadmap.world_record import changes, holds_limits, unproven_pairs
@@ -219,7 +219,12 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
     if n == 0:
         raise ValueError("it has no nodes")
     shapes: dict[str, tuple[int, ...]] = dict.fromkeys(DTYPES, (m,))
-    shapes |= {"nodes": (n, dof), "edges": (m, 2), "manipulability": (n,), "edge_manipulability": (m, EDGE_STATES)}
+    shapes |= {
+        "nodes": (n, dof),
+        "edges": (m, 2),
+        "manipulability": (n,),
+        "edge_manipulability": (m, W_STATES_PER_EDGE),
+    }
     shapes |= {name: arrays[name].shape[:1] for name in ("starts", "goals")}
     for name, shape in shapes.items():
         array = arrays[name]

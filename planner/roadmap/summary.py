@@ -56,3 +56,24 @@ def _spread(values: Floats) -> dict[str, float | None]:
         return dict.fromkeys(("min", "median", "max"))
     ends = float(values.min()), float(np.median(values)), float(values.max())
     return {key: end if math.isfinite(end) else None for key, end in zip(("min", "median", "max"), ends, strict=True)}
+
+
+def roadmap_record(roadmap: Roadmap, edges_removed: int) -> dict[str, Any]:
+    """Size, proofs and hash of a roadmap, and how many edges failed when they were looked at again."""
+    return {
+        "nodes": len(roadmap.nodes),
+        "edges": len(roadmap.edges),
+        "components": roadmap.component_count,
+        "edges_certified": int(roadmap.proven.sum()),
+        "edges_removed": edges_removed,
+        "sha256": roadmap.sha256,
+        "scale": asdict(roadmap.scale),
+    }
+
+
+def roadmap_text(roadmap: dict[str, Any]) -> str:
+    """A roadmap's record as a line of a table."""
+    return (
+        f"{roadmap['nodes']} nodes, {roadmap['edges']} edges, {roadmap['edges_certified']} of them proven free, "
+        f"{roadmap['components']} component{'s' if roadmap['components'] != 1 else ''}"
+    )

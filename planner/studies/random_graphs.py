@@ -92,12 +92,6 @@ def _thinned(rng: np.random.Generator, position: Floats, radius: float, out_degr
 
 def _network(position: Floats, arcs: Ints) -> gabf.Network:
     length = np.linalg.norm(position[arcs[:, 0]] - position[arcs[:, 1]], axis=1)
-    counts = np.bincount(arcs[:, 0], minlength=len(position))
     middle = int(np.argmin(np.linalg.norm(position - SIDE / 2.0, axis=1)))
-    return gabf.Network(
-        np.concatenate(([0], np.cumsum(counts))),
-        arcs[:, 1],
-        length,
-        sources=np.array([middle]),
-        kernel=gabf.Additive(),
-    )
+    ends = arcs[:, 0], arcs[:, 1]
+    return gabf.Network.from_arcs(*ends, length, np.array([middle]), len(position), kernel=gabf.Additive())

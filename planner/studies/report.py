@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import importlib.util
 import io
 import json
 import math
-import platform
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -17,6 +15,7 @@ import numpy as np
 
 from planner.base.errors import FileError
 from planner.base.files import make_folder, write_whole
+from planner.base.versions import versions
 
 Row: TypeAlias = Mapping[str, Any]
 """One line of a table: column names to numbers, texts or None."""
@@ -24,6 +23,8 @@ Row: TypeAlias = Mapping[str, Any]
 """Hears (stage, done, total)."""
 
 _DPI = 200
+
+_DECISIVE = ("python", "gabf-planner", "numpy", "scipy")
 
 
 class Picture(Protocol):
@@ -72,7 +73,7 @@ class Report:
             "experiment": self.name,
             "complete": self.complete,
             "config": dict(self.config),
-            "versions": versions(),
+            "versions": versions(_DECISIVE),
             "table": [dict(row) for row in self.table],
             "verdicts": [asdict(verdict) for verdict in self.verdicts],
             "figures": list(self.figures),
@@ -123,12 +124,6 @@ def require_figures() -> None:
     """Refuse before the work starts where matplotlib is not installed; :class:`FileError`."""
     if importlib.util.find_spec("matplotlib") is None:
         raise FileError("figures need matplotlib, which is not installed: pip install 'gabf-planner[figures]'.")
-
-
-def versions() -> dict[str, str]:
-    """Versions of what decides the numbers of a report."""
-    packages = ("gabf-planner", "numpy", "scipy")
-    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in packages}
 
 
 def _cell(value: Any) -> str:

@@ -10,7 +10,7 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.outcome import Outcome
 from planner.costs.manipulability_floor import LayeredNetwork
-from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
+from planner.paths.measure import measure_path
 from planner.planning import Plan
 from planner.roadmap.roadmap import path_waypoints
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
@@ -75,14 +75,14 @@ def of_tradeoff(tradeoff: Tradeoff) -> list[ShownPath]:
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
     """What the page says about a path: its two costs, w along it, its lengths."""
-    w = path_manipulability(robot, path)
+    measures, unit = measure_path(robot, path), W_UNIT[robot.manipulability]
     return [
         ("manipulability cost Ω", f"{omega:.4f}"),
         ("distance cost D", f"{distance:.4f}"),
-        (f"w smallest ({W_UNIT[robot.manipulability]})", f"{w.min():.3g}"),
-        (f"w mean ({W_UNIT[robot.manipulability]})", f"{w.mean():.3g}"),
-        ("joint motion", f"{joint_path_length(path):.3f} rad"),
-        ("tool's way", f"{tool_path_length(robot, path):.3f} m"),
+        (f"w smallest ({unit})", f"{measures.w_min:.3g}"),
+        (f"w mean ({unit})", f"{measures.w_mean:.3g}"),
+        ("joint motion", f"{measures.joint_length:.3f} rad"),
+        ("tool's way", f"{measures.workspace_length:.3f} m"),
         ("waypoints", str(len(path))),
     ]
 

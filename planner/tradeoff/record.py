@@ -13,13 +13,15 @@ import numpy as np
 import pydantic
 
 from planner.base.errors import FileError
-from planner.base.files import write_whole
+from planner.base.files import write_json, write_whole
+from planner.base.progress import rounded
 from planner.base.request import SweepRequest
 from planner.base.yamlfile import Strict, read_text, validate
-from planner.plan_record import config_record, roadmap_record, roadmap_text, rounded, run_record, write_json
 from planner.roadmap.storage import load_roadmap, save_roadmap
+from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.tradeoff.nondominated import Front
 from planner.tradeoff.sweep import Checkpoint, Interval, Tradeoff, reached_by_beta
+from planner.world.run_record import run_record
 
 JSON_NAME, CSV_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "roadmap.npz"
 _NUMBERS = (
@@ -76,7 +78,7 @@ def read_checkpoint(request: SweepRequest, folder: Path) -> Checkpoint:
     """How far the sweep in ``folder`` came; :class:`FileError` unless it is a whole one of the same request."""
     path = folder / JSON_NAME
     kept = _read(path)
-    _require_same_request(kept.config, json.loads(json.dumps(config_record(request))), path)
+    _require_same_request(kept.config, json.loads(json.dumps(request.to_dict())), path)
     if not kept.search.roadmap_whole:
         return Checkpoint(folder / ROADMAP_NAME)
     roadmap = load_roadmap(folder / ROADMAP_NAME)

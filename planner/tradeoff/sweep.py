@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,7 @@ from planner.collision.checker import CollisionChecker
 from planner.costs.healing import HealingNetwork
 from planner.costs.manipulability_floor import LayeredNetwork
 from planner.costs.network import arc_costs, build_network
-from planner.paths.measure import joint_path_length, path_manipulability, tool_path_length
+from planner.paths.measure import measure_path
 from planner.query.open import Query, make_query
 from planner.roadmap.attach import SAME
 from planner.roadmap.obtain import obtain_roadmap
@@ -263,7 +263,6 @@ class _Run:
 
 def _interval(piece: Piece, healing: HealingNetwork) -> Interval:
     support, path = piece.support, healing.waypoints(piece.support.nodes)
-    w = path_manipulability(healing.robot, path)
     return Interval(
         beta_min=piece.beta_min,
         beta_max=piece.beta_max,
@@ -271,9 +270,6 @@ def _interval(piece: Piece, healing: HealingNetwork) -> Interval:
         path=path,
         manipulability_cost=support.manipulability,
         distance_cost=support.distance,
-        w_min=float(w.min()),
-        w_mean=float(w.mean()),
-        joint_length=joint_path_length(path),
-        workspace_length=tool_path_length(healing.robot, path),
         cost_to_go=support.cost_to_go,
+        **asdict(measure_path(healing.robot, path)),
     )

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobian, manipulability
 from planner.paths.measure import dense_path
 from planner.world.robot import Robot
 
-SAMPLES = 241  # evenly spaced in joint motion, both ends included
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
 _APART = 0.1  # worst points nearer than this share of the way are one
 
@@ -30,7 +30,7 @@ class WorstPoint:
 def motion_data(robot: Robot, path: Floats) -> dict[str, Any]:
     """What the page's script moves the robot by, along a joint path (k, dof) of one configuration or more."""
     shares, total = path_shares(path)
-    q = configurations_at(path, shares, np.linspace(0.0, 1.0, SAMPLES))
+    q = configurations_at(path, shares, np.linspace(0.0, 1.0, SHOWN_STATES))
     return {
         "waypoints": np.round(path, 9).tolist(),
         "shares": shares.tolist(),

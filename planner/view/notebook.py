@@ -97,7 +97,7 @@ def tradeoff_table(tradeoff: Tradeoff) -> str:
 
 def roadmap_table(roadmap: Roadmap) -> str:
     """A roadmap as an HTML table."""
-    from planner.plan_record import roadmap_record, roadmap_text
+    from planner.roadmap.summary import roadmap_record, roadmap_text
 
     w, length, origin = roadmap.manipulability, roadmap.joint_length, roadmap.origin
     rows = [

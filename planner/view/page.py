@@ -14,9 +14,10 @@ from planner.base.files import write_whole
 from planner.base.outcome import Outcome
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
-from planner.plan_record import plan_record, roadmap_record, roadmap_text, summary_rows
+from planner.plan_record import plan_record, summary_rows
 from planner.planning import Plan
 from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.tradeoff.alternatives import W_UNIT, Rows, ShownPath, of_tradeoff, on_roadmap, paths_for_every_beta
 from planner.tradeoff.sweep import Tradeoff
 from planner.view.canvas import Canvas, render_page

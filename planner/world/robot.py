@@ -176,6 +176,14 @@ def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
     )
 
 
+def with_tool(robot: Robot, tool: str | None) -> Robot:
+    """The robot with another tool frame, where one is named; :class:`RobotError` names the choices."""
+    if tool is None or tool == robot.tool:
+        return robot
+    urdf.frame_id(robot.model, tool)
+    return replace(robot, tool=tool)
+
+
 def with_widened_limits(robot: Robot, configurations: Floats) -> Robot:
     """The robot with limits that hold all of ``configurations`` (n, dof), where its own do not."""
     lower = np.minimum(robot.lower, np.min(configurations, axis=0))

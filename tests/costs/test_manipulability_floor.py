@@ -12,12 +12,12 @@ import pytest
 from planner import gabf
 from planner.base.outcome import Outcome
 from planner.base.request import PlanRequest
+from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.costs.manipulability_floor import first_violation, layered_network
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path
 from planner.planning import plan
-from planner.roadmap.measure import EDGE_STATES
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from tests.worlds import load, small_plan
@@ -28,7 +28,7 @@ def invented(seed: int, n: int = 9, floor: float = 0.5) -> Roadmap:
     rng = np.random.default_rng(seed)
     pairs = np.array([(i, j) for i, j in itertools.combinations(range(n), 2) if rng.random() < 0.5])
     w = rng.uniform(0.2, 0.9, n)
-    share = np.linspace(0, 1, EDGE_STATES)
+    share = np.linspace(0, 1, W_STATES_PER_EDGE)
     along = (1 - share) * w[pairs[:, :1]] + share * w[pairs[:, 1:]]
     dips = rng.random(len(pairs)) < 0.3
     along[dips, 1:-1] -= rng.uniform(0.0, 0.4, (dips.sum(), 1))

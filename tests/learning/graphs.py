@@ -12,8 +12,7 @@ from planner import gabf, learning
 def network_of(pairs: list[tuple[int, int]], n: int, source: int = 0) -> gabf.Network:
     """Both arcs of every pair, untrained."""
     arcs = np.array(sorted({*pairs, *((j, i) for i, j in pairs)}), dtype=np.int64).reshape(-1, 2)
-    indptr = np.concatenate(([0], np.cumsum(np.bincount(arcs[:, 0], minlength=n))))
-    return learning.untrained(indptr, arcs[:, 1], np.array([source]))
+    return learning.untrained(arcs[:, 0], arcs[:, 1], np.array([source]), n)
 
 
 def random_network(seed: int, n: int = 7) -> tuple[gabf.Network, np.ndarray]:

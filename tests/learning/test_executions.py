@@ -87,8 +87,8 @@ def test_policy_cost_is_what_following_each_path_pays(seed: int) -> None:
 
 
 def test_policy_cost_knows_nodes_without_a_path() -> None:
-    network = learning.untrained(np.array([0, 0, 2, 3, 3]), np.array([3, 0, 1]), np.array([0]))
-    total = policy_cost(learning.planning_stage(network), np.array([1.0, 2.0, 4.0]))
+    network = learning.untrained(np.array([1, 1, 2]), np.array([0, 3, 1]), np.array([0]), 4)
+    total = policy_cost(learning.planning_stage(network), np.array([2.0, 1.0, 4.0]))
     assert total.tolist() == [0.0, 2.0, 6.0, np.inf]
 
 

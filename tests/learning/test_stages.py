@@ -85,7 +85,7 @@ def test_a_stage_starts_from_the_x_of_the_one_before_under_the_same_law() -> Non
 )
 def test_weights_stay_in_the_open_interval_and_the_kernel_progressive(seed, alpha, beta, first, hebbian) -> None:
     network, d = random_network(seed, 5)
-    network = learning.untrained(network.indptr, network.indices, network.sources, first)
+    network = learning.untrained(network.tails, network.indices, network.sources, network.n_nodes, first)
     rule = Hebbian(alpha=alpha, beta=beta) if hebbian else ErrorDriven(alpha=alpha, beta=beta)
     for stage in learning.learn(network, rule, d, iterations=3):
         premises = stage.field.premises
@@ -120,7 +120,7 @@ def test_in_turn_and_at_once_end_at_the_same_weights() -> None:
 
 def test_nodes_without_a_path_are_silent() -> None:
     # node 2 reads node 1, node 3 reads nothing and is read by node 1
-    network = learning.untrained(np.array([0, 0, 2, 3, 3]), np.array([0, 3, 1]), np.array([0]))
+    network = learning.untrained(np.array([1, 1, 2]), np.array([0, 3, 1]), np.array([0]), 4)
     d = np.array([0.1, 0.1, 0.1])
     first, second = learning.learn(network, ErrorDriven(beta=0.1), d, 1)
     assert first.activity.tolist() == [1.0, 0.5, 0.25, 0.0]
@@ -134,5 +134,5 @@ def test_a_path_too_long_for_its_weights_is_refused_not_rounded_away() -> None:
     with pytest.raises(AssumptionError, match="progressive"):
         learning.planning_stage(network_of(pairs, n))
     network = network_of(pairs, n)
-    nearer = learning.untrained(network.indptr, network.indices, network.sources, 0.9)
+    nearer = learning.untrained(network.tails, network.indices, network.sources, network.n_nodes, 0.9)
     assert learning.planning_stage(nearer).activity[-1] == pytest.approx(0.9**59, rel=1e-9)

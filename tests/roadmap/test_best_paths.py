@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from planner.base.request import PlanRequest
+from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import joint_path_length, path_contact, path_manipulability
@@ -15,7 +16,7 @@ from planner.planning import plan
 from planner.roadmap.best_paths import MotionCost, _with_dips, add_refined_paths, best_path, refine_path
 from planner.roadmap.build import DENSITY, build_roadmap
 from planner.roadmap.escape_singularity import ascend_manipulability
-from planner.roadmap.measure import EDGE_STATES, edge_manipulability, simpson_weights
+from planner.roadmap.measure import edge_manipulability, simpson_weights
 from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import component_labels
 from planner.roadmap.scale import manipulability_cost
@@ -134,7 +135,7 @@ def test_edge_manipulability_and_simpson() -> None:
     nodes = rng.uniform(robot.lower, robot.upper, (4, 7))
     edges = np.array([[0, 1], [2, 3]])
     w = edge_manipulability(robot, nodes, edges)
-    assert w.shape == (2, EDGE_STATES)
+    assert w.shape == (2, W_STATES_PER_EDGE)
     np.testing.assert_allclose(w[:, 0], manipulability(robot, nodes[[0, 2]]))
     np.testing.assert_allclose(w[:, -1], manipulability(robot, nodes[[1, 3]]), rtol=1e-9)
     s = np.linspace(0, 1, 9)

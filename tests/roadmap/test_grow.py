@@ -5,8 +5,9 @@ import pytest
 
 from planner.base.errors import OptionError, StateError
 from planner.base.progress import Progress
+from planner.base.resolutions import PROOF
 from planner.collision import make_checker
-from planner.collision.edge_prover import RESOLUTION, EdgeProver, Verdict, recheck
+from planner.collision.edge_prover import EdgeProver, Verdict, recheck
 from planner.kinematics.forward import tool_positions
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import Growth, GrowthSettings, grow
@@ -100,7 +101,7 @@ def test_start_is_goal(post):
 class Doubting(EdgeProver):
     """Proves no motion from a node on a chessboard's black squares, whatever is in the way."""
 
-    def prove(self, start, delta, room=RESOLUTION):
+    def prove(self, start, delta, room=PROOF):
         proofs = super().prove(start, delta, room)
         proofs.verdict[self.doubts(start)] = Verdict.UNDECIDED
         return proofs

@@ -399,7 +399,7 @@ def test_a_world_that_has_changed_is_refused(tmp_path: Path) -> None:
     save_sweep(sweep(request, after(4, "beta")), tmp_path, {})
     asked(tmp_path, start="q:-1.1,0.8")  # the scene's file again, with another start
     refused(request, tmp_path, "has another start than is asked for now")
-    text = asked(tmp_path).scene
+    text = str(asked(tmp_path).scene)
     Path(text).write_text(Path(text).read_text().replace("0.75", "0.74"))
     refused(request, tmp_path, "is for a scene 'post' with other obstacles")
 

@@ -15,6 +15,7 @@ from IPython.core.interactiveshell import InteractiveShell
 import planner
 from planner.base.errors import FileError, OptionError
 from planner.base.request import PlanRequest
+from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import path_manipulability
@@ -23,7 +24,7 @@ from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.alternatives import of_tradeoff, paths_for_every_beta
 from planner.tradeoff.sweep import Tradeoff, sweep
 from planner.view import notebook
-from planner.view.motion import SAMPLES, configurations_at, ellipsoids, motion_data, path_shares, worst_points
+from planner.view.motion import configurations_at, ellipsoids, motion_data, path_shares, worst_points
 from planner.view.page import write_plan_page, write_sweep_page
 from tests.browser import page_data
 from tests.worlds import ROBOTS, checker_of, load, random_q
@@ -48,10 +49,10 @@ def tradeoff(made: Plan, tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
 
 def test_motion_is_even_in_joint_space(solved: Plan) -> None:
     shares, total = path_shares(solved.path)
-    q = configurations_at(solved.path, shares, np.linspace(0, 1, SAMPLES))
+    q = configurations_at(solved.path, shares, np.linspace(0, 1, SHOWN_STATES))
     np.testing.assert_array_equal(q[[0, -1]], solved.path[[0, -1]])
     steps = np.linalg.norm(np.diff(q, axis=0), axis=1)
-    assert steps.max() <= total / (SAMPLES - 1) * (1 + 1e-9)
+    assert steps.max() <= total / (SHOWN_STATES - 1) * (1 + 1e-9)
     data = motion_data(solved.robot, solved.path)
     np.testing.assert_allclose(data["w"], manipulability(solved.robot, q), atol=1e-7)
     np.testing.assert_allclose(data["ellipsoids"][60], ellipsoids(solved.robot, q[[120]])[0], atol=1e-4)

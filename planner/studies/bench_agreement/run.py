@@ -15,9 +15,9 @@ from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import WorldRequest, require_margin, require_seed
 from planner.base.resources import robot_names, scene_names
+from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker, is_free
 from planner.query.open import open_world
-from planner.roadmap.build import versions
 from planner.studies.bench_agreement.check_speed import Speed, measure_speed
 from planner.studies.bench_agreement.contact_band import Disagreement, crossing, disagreement
 from planner.studies.bench_agreement.report import Row, to_markdown

@@ -58,11 +58,12 @@ def geometric_network(nodes: int, neighbours: int, rng: np.random.Generator) -> 
     i, j = np.repeat(np.arange(nodes), neighbours), near.ravel()
     code = np.unique(np.concatenate((i * nodes + j, j * nodes + i)))
     i, j = code // nodes, code % nodes
-    return gabf.Network(
-        np.concatenate(([0], np.cumsum(np.bincount(i, minlength=nodes)))),
+    return gabf.Network.from_arcs(
+        i,
         j,
         np.linalg.norm(points[i] - points[j], axis=1),
         sources=np.array([0]),
+        n_nodes=nodes,
         node_cost=rng.uniform(0.1, 1.0, nodes),
         kernel=gabf.TradeOff(beta=0.5),
     )

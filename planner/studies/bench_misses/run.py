@@ -15,11 +15,11 @@ from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
+from planner.base.versions import versions
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, recheck
 from planner.collision.self_pairs import generate_disabled_pairs
-from planner.roadmap.build import versions
 from planner.studies.bench_misses.report import Row, to_markdown
 from planner.studies.bench_misses.resolution import states_by_ompls_rule
 from planner.studies.bench_misses.thin_obstacles import KINDS, ThinCase, thin_case

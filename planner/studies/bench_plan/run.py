@@ -12,7 +12,7 @@ from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import PlanRequest
-from planner.roadmap.build import versions
+from planner.base.versions import versions
 from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_plan.report import to_markdown
 from planner.studies.bench_plan.rows import CRASHED, TIMED_OUT, Row
@@ -103,7 +103,7 @@ def _blank(problem: Problem, request: PlanRequest, time_limit: float) -> Row:
         problem=problem.name,
         kind=problem.kind,
         seed=request.seed,
-        robot=request.robot,
+        robot=str(request.robot),
         collision=request.collision,
         nodes_asked=request.nodes,
         beta=request.beta,

@@ -11,8 +11,8 @@ from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import WorldRequest, require_nodes, require_seed
+from planner.base.versions import versions
 from planner.query.open import open_world
-from planner.roadmap.build import versions
 from planner.studies.bench_roadmap.report import CHECKS, CRASHED, OURS, PEERS, TIMED_OUT, Row, to_markdown
 from planner.studies.process import run_module
 from planner.studies.table import ResultsFile, measure_missing, software
@@ -52,7 +52,16 @@ def bench_roadmap(
     open_world(world)  # refuses an unknown robot or scene before anything is measured
     make_folder(folder)
     ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench roadmap", lambda row: row.key)
-    asked = (world.robot, world.scene, world.collision, nodes, queries, seed, time_limit, software(versions()))
+    asked = (
+        str(world.robot),
+        str(world.scene),
+        world.collision,
+        nodes,
+        queries,
+        seed,
+        time_limit,
+        software(versions()),
+    )
     rows, complete = measure_missing(
         ledger,
         [Row(method, *asked, CRASHED) for method in METHODS],

@@ -113,5 +113,4 @@ def _matrix(network: Network, cost: Floats):
 def _linked(position: Floats) -> tuple[Network, Floats]:
     d = np.linalg.norm(position[:, None] - position[None], axis=2)
     i, j = np.nonzero((d <= RANGE) & ~np.eye(len(position), dtype=bool))
-    indptr = np.concatenate(([0], np.cumsum(np.bincount(i, minlength=len(position)))))
-    return learning.untrained(indptr, j, np.array([GOAL])), d[i, j]
+    return learning.untrained(i, j, np.array([GOAL]), len(position)), d[i, j]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.base.request import SweepRequest
 from planner.costs.network import PathCost, build_network, path_cost
-from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
+from planner.paths.measure import measure_path, path_contact
 from planner.query.open import Query
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import GrowthSettings
@@ -137,18 +137,14 @@ def _solve(
 def measure_way(query: Query, roadmap: Roadmap, label: str, nodes: Ints, cost: PathCost) -> MeasuredPath:
     """Everything measured along the path over ``nodes`` (k,) of ``roadmap``."""
     q = path_waypoints(roadmap, query.robot, nodes)
-    w, tool = path_manipulability(query.robot, q), tool_way(query.robot, q)
-    found = path_contact(query.checker, q)
+    tool, found = tool_way(query.robot, q), path_contact(query.checker, q)
     return MeasuredPath(
         label=label,
         nodes=roadmap.nodes[nodes],
         q=q,
         manipulability_cost=cost.manipulability,
         distance_cost=cost.distance,
-        w_min=float(w.min()),
-        w_mean=float(w.mean()),
-        joint_length=joint_path_length(q),
-        workspace_length=tool_path_length(query.robot, q),
+        **asdict(measure_path(query.robot, q)),
         turning=turning(tool),
         kinks=kinks(query.robot, q),
         tool=tool,
