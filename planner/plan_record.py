@@ -24,6 +24,7 @@ def plan_record(plan: Plan) -> dict[str, Any]:
         **run_record(plan.request, plan.outcome, plan.robot, plan.scene),
         "path": plan.path.tolist(),
         "path_nodes": plan.path_nodes.tolist(),
+        "goal": plan.goal,
         "cost": asdict(plan.cost) if plan.cost else None,
         **_measures(plan),
         "roadmap": roadmap_record(plan.roadmap, plan.edges_removed),
@@ -93,6 +94,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         )
         rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
         length = record["path_length"]
+        rows.append(("goal reached", record["goal"]))
         rows.append(
             ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
         )

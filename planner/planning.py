@@ -42,6 +42,7 @@ class Plan:
     cost_to_go: gabf.CostToGo | None = None
     path: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    goal: str | None = None  # the text of the goal that the path reaches
     cost: PathCost | None = None
     edges_removed: int = 0
     max_error_vs_oracle: float | None = None
@@ -74,7 +75,8 @@ def plan(request: PlanRequest | None = None, progress: Progress = QUIET, **optio
         return draft
     with clock("costs"):
         network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
-    return _solve_and_heal(draft, network, clock)
+    solved = _solve_and_heal(draft, network, clock)
+    return replace(solved, goal=query.goal_at(solved.path[-1]) if len(solved.path) else None)
 
 
 def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:

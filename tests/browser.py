@@ -189,4 +189,4 @@ def page_data(page: Path) -> dict[str, Any]:
     """The data that our script reads, out of the page's text."""
     found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page.read_text(), re.DOTALL)
     assert found
-    return json.loads(found.group(1).replace("<\\/", "</"))
+    return json.loads(found.group(1))

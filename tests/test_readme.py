@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +11,10 @@ import numpy as np
 import pytest
 import yaml
 
-README = (Path(__file__).resolve().parents[1] / "README.md").read_text()
+from planner.world.scene import Scene
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text()
 
 
 def block(language: str) -> str:
@@ -35,7 +39,9 @@ def test_the_scene_example_is_a_scene(tmp_path: Path) -> None:
     assert {obstacle.type for obstacle in scene.obstacles} == {"box", "cylinder", "sphere", "capsule", "mesh"}
 
 
-COMMANDS = [line.split("#")[0].split() for line in README.splitlines() if line.startswith("    planner ")]
+LINES = [line.split("#")[0].strip() for line in README.splitlines() if line.startswith("    planner ")]
+COMMANDS = [shlex.split(line) for line in LINES]
+SLOW = ("reproduce", "bench")  # minutes each, and they have their own tests
 GROUPS = ("roadmap", "reproduce", "bench")
 
 
@@ -50,6 +56,46 @@ def test_every_command_and_option_of_the_readme_is_in_the_help(
         assert re.search(rf"{option}\b", out), option
 
 
+def quicker(words: list[str]) -> list[str]:
+    """The command with fewer nodes, where it has any."""
+    if words[1] in ("plan", "sweep") or words[1:3] == ["roadmap", "build"]:
+        return [*words, "--nodes", "80"] if "--roadmap" not in words else words
+    return ["20" if before == "--nodes" else word for before, word in zip(["", *words], words, strict=False)]
+
+
+@pytest.fixture(scope="module")
+def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the robots and scenes of the repository, to run one command after the other in."""
+    folder = tmp_path_factory.mktemp("checkout")
+    for name in ("robots", "scenes"):
+        (folder / name).symlink_to(ROOT / name)
+    return folder
+
+
+@pytest.mark.parametrize("words", [words for words in COMMANDS if words[1] not in SLOW], ids=" ".join)
+def test_the_commands_run_as_they_stand(
+    words: list[str], run: Callable[..., tuple[int, str, str]], checkout: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One after the other, as they use each other's files; with fewer nodes, and pages are not served."""
+    served: list[str] = []
+    monkeypatch.setattr("planner.view.serve.serve", lambda page, *_, **__: served.append(str(page)[:80]))
+    monkeypatch.chdir(checkout)
+    code, out, err = run(*quicker(words)[1:])
+    assert code == 0, err
+    assert out or served
+    assert len(served) == (words[1] == "view" or "--view" in words)
+
+
+def test_the_changed_shelf_is_the_shelf_with_one_thing_more() -> None:
+    today, then = Scene.load(str(ROOT / "scenes/examples/shelf-of-today.yaml")), Scene.load("shelf")
+    same = [obstacle.name for obstacle in then.obstacles]
+    assert [obstacle.name for obstacle in today.obstacles] == [*same, "pole"]
+    for new, old in zip(today.obstacles, then.obstacles, strict=False):
+        assert new.shape == old.shape
+        np.testing.assert_array_equal(new.placement, old.placement)
+    assert today.states == then.states
+
+
 def test_the_readme_shows_every_command(run: Callable[..., tuple[int, str, str]]) -> None:
     _, out, _ = run("--help")
     shown = {words[1] for words in COMMANDS}
@@ -58,4 +104,4 @@ def test_the_readme_shows_every_command(run: Callable[..., tuple[int, str, str]]
 
 def test_pictures_are_there() -> None:
     for name in re.findall(r"!\[[^\]]*\]\(([^)]+)\)", README):
-        assert (Path(__file__).resolve().parents[1] / name).is_file()
+        assert (ROOT / name).is_file()

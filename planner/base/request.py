@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
 from planner.base.errors import OptionError
-from planner.base.targets import joints_text, parse_target
+from planner.base.targets import joints_text, parse_target, parse_targets
 
 
 class Named(Protocol):
@@ -66,14 +66,14 @@ class WorldRequest:
 class RoadmapRequest(WorldRequest):
     """A roadmap around a start and a goal.
 
-    Each is a name from the scene file, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
+    Each is a name from the scene file, home, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
     or pose:x,y,z,qx,qy,qz,qw.
     """
 
     start: State = "start"
     """Where the arm starts."""
     goal: State = "goal"
-    """Where the arm should go; several names from the scene, with commas between, are goals of equal right."""
+    """Where the arm should go; given several times, or with ';' between, they are goals of equal right."""
     request: Path | None = None
     """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
     ik_solutions: int = 8
@@ -94,12 +94,12 @@ class RoadmapRequest(WorldRequest):
             raise OptionError(
                 f"min manipulability {self.min_manipulability:g} is not usable: give a number of 0 or more."
             )
-        for role in ("start", "goal"):
+        for role, parse in (("start", parse_target), ("goal", parse_targets)):
             value = getattr(self, role)
             if not isinstance(value, str):
                 value = joints_text(value, role)
                 object.__setattr__(self, role, value)
-            parse_target(value)
+            parse(value)
         require_nodes(self.nodes)
         if not 1 <= self.ik_solutions <= 100:
             raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")

@@ -2,6 +2,11 @@
 
 A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-0.10,0.42`` (tool position, m) or
 ``pose:x,y,z,qx,qy,qz,qw`` (tool position and orientation). :mod:`planner.query.resolve` finds the configuration.
+
+The name ``home`` is always known: the scene's own state of that name, or else the robot's home, which is what its
+robot.yaml says, or where that says nothing (as of a URDF by path) all joints at zero, or at the limit next to zero.
+
+Several goals of equal right are written with ``;`` between, names also with commas: ``xyz:0.5,0.3,0.6;home``.
 """
 
 from __future__ import annotations
@@ -12,6 +17,8 @@ from typing import TypeAlias
 
 from planner.base.errors import OptionError
 
+HOME = "home"
+AND = ";"  # between goals of equal right
 FORMS = "a name from the scene, q:..., xyz:x,y,z or pose:x,y,z,qx,qy,qz,qw"
 
 
@@ -75,6 +82,18 @@ def joints_text(values: Iterable[float], role: str = "state") -> str:
         return "q:" + ",".join(repr(float(value)) for value in values)
     except (TypeError, ValueError):
         raise OptionError(f"{role} {values!r} is not usable: give one row of joint values (rad), or {FORMS}.") from None
+
+
+def parse_targets(text: str) -> list[tuple[str, Target]]:
+    """Goals of equal right out of their text, each with its own text; :class:`OptionError` as :func:`parse_target`."""
+    found: list[tuple[str, Target]] = []
+    for part in (part.strip() for part in text.split(AND)):
+        target = parse_target(part)
+        if isinstance(target, Named):
+            found += [(name, Named((name,))) for name in target.names]
+        else:
+            found.append((part, target))
+    return found
 
 
 def _numbers(text: str, rest: str, count: int | None = None) -> tuple[float, ...]:

@@ -5,12 +5,14 @@ Importing it loads nothing heavy, so that ``planner --help`` is quick.
 
 from __future__ import annotations
 
+import importlib.metadata
 import logging
 import sys
 
 import tyro
 
 from planner.base.errors import PlannerError
+from planner.cli.arguments import prepared
 from planner.cli.bench import bench
 from planner.cli.catalogue import robots, scenes
 from planner.cli.check import check
@@ -18,7 +20,7 @@ from planner.cli.plan import plan
 from planner.cli.reproduce import reproduce
 from planner.cli.roadmap import roadmap
 from planner.cli.sweep import sweep
-from planner.cli.terminal import complain
+from planner.cli.terminal import complain, say
 from planner.cli.view import view
 
 app = tyro.extras.SubcommandApp()
@@ -38,9 +40,15 @@ def main() -> None:
     logging.basicConfig(level=logging.WARNING, format="planner: %(message)s", stream=sys.stderr)
     debug = "--debug" in sys.argv[1:]
     try:
+        arguments = prepared(sys.argv[1:])
+        if arguments == ["--version"]:
+            say(f"gabf-planner {importlib.metadata.version('gabf-planner')}")
+            sys.exit(0)
         code = app.cli(
             prog="planner",
-            description="Singularity-averse path planning for robot arms: proven edges, certified cost-to-go.",
+            description="Singularity-averse path planning for robot arms: proven edges, certified cost-to-go. "
+            "'planner --version' says which this is.",
+            args=arguments,
         )
     except PlannerError as error:
         if debug:

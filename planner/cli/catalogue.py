@@ -2,62 +2,105 @@
 
 from __future__ import annotations
 
+import json as json_text
+import textwrap
+from typing import TYPE_CHECKING, Any
+
 from planner.cli.common import Flag
-from planner.cli.terminal import show
+from planner.cli.terminal import say
+
+if TYPE_CHECKING:
+    from planner.world.robot import Robot
+    from planner.world.scene import Scene
+
+WIDTH = 79  # columns
 
 
-def robots(debug: Flag = False) -> int:
-    """List the robots, with their joints and limits.
+def robots(json: Flag = False, debug: Flag = False) -> int:
+    """List the robots, with their tool frame, home, joints and limits.
 
     Args:
+        json: Print the list as JSON.
         debug: Show tracebacks of errors.
     """
-    from rich.table import Table
-
     from planner.base.resources import robot_names
     from planner.world.robot import Robot
 
-    table = Table("robot", "joint", "from", "to", "unit", "tool frame")
-    for name in robot_names():
-        robot = Robot.load(name)
-        for k, joint in enumerate(robot.joints):
-            first = k == 0
-            unit = "m" if robot.prismatic[k] else "rad, turns freely" if robot.continuous[k] else "rad"
-            table.add_row(
-                name if first else "",
-                joint,
-                f"{robot.lower[k]:.4f}",
-                f"{robot.upper[k]:.4f}",
-                unit,
-                robot.tool if first else "",
-            )
-        table.add_section()
-    show(table)
+    records = [robot_record(Robot.load(name)) for name in robot_names()]
+    say(json_text.dumps(records, indent=1, ensure_ascii=False) if json else "\n\n".join(map(_robot_text, records)))
     return 0
 
 
-def scenes(debug: Flag = False) -> int:
+def scenes(json: Flag = False, debug: Flag = False) -> int:
     """List the scenes, with their obstacles and named states.
 
     Args:
+        json: Print the list as JSON, states as they are written in the scene file.
         debug: Show tracebacks of errors.
     """
-    from rich.table import Table
-
     from planner.base.resources import scene_names
     from planner.world.scene import Scene
 
-    table = Table("scene", "description", "obstacles", "robots: named states")
-    for name in scene_names():
-        scene = Scene.load(name)
-        states = "\n".join(f"{robot}: {', '.join(named)}" for robot, named in scene.states.items())
-        table.add_row(name, scene.description, _some([o.name for o in scene.obstacles]), states)
-        table.add_section()
-    show(table)
+    records = [scene_record(Scene.load(name)) for name in scene_names()]
+    say(json_text.dumps(records, indent=1, ensure_ascii=False) if json else "\n\n".join(map(_scene_text, records)))
     return 0
 
 
-def _some(names: list[str], most: int = 8) -> str:
-    """The first few of a list, and how many more there are."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return (", ".join(names[:most]) or "none") + more
+def robot_record(robot: Robot) -> dict[str, Any]:
+    """A robot as plain data; units are rad, or m where a joint slides. Joints that turn freely have no limits."""
+    return {
+        "name": robot.name,
+        "description": robot.description,
+        "tool": robot.tool,
+        "home": robot.home.tolist(),
+        "joints": [
+            {
+                "name": joint,
+                "lower": None if robot.continuous[k] else float(robot.lower[k]),
+                "upper": None if robot.continuous[k] else float(robot.upper[k]),
+                "unit": "m" if robot.prismatic[k] else "rad",
+            }
+            for k, joint in enumerate(robot.joints)
+        ],
+    }
+
+
+def scene_record(scene: Scene) -> dict[str, Any]:
+    """A scene as plain data; states by robot, each as --start and --goal take it."""
+    return {
+        "name": scene.name,
+        "description": scene.description,
+        "obstacles": [obstacle.name for obstacle in scene.obstacles],
+        "states": {robot: dict(states) for robot, states in scene.states.items()},
+    }
+
+
+def _robot_text(record: dict[str, Any]) -> str:
+    home = ",".join(f"{value:.6g}" for value in record["home"])
+    lines = [_wrapped(f"{record['name']}: {record['description']}"), _wrapped(f"tool frame {record['tool']}", 2)]
+    lines.append(_wrapped(f"home q:{home}", 2))
+    for joint in record["joints"]:
+        free = joint["lower"] is None
+        limits = "turns freely" if free else f"{joint['lower']:9.4f} to {joint['upper']:8.4f} {joint['unit']}"
+        lines.append(f"    {joint['name']:<24} {limits}")
+    return "\n".join(lines)
+
+
+def _scene_text(record: dict[str, Any]) -> str:
+    lines = [_wrapped(f"{record['name']}: {record['description']}")]
+    lines.append(_wrapped(f"obstacles: {', '.join(record['obstacles']) or 'none'}", 2))
+    lines += [_wrapped(f"{robot}: {', '.join(states)}", 2) for robot, states in record["states"].items()]
+    return "\n".join(lines)
+
+
+def _wrapped(text: str, indent: int = 0) -> str:
+    """The text in lines of at most ``WIDTH`` columns, cut between words only: what one has to type stays whole."""
+    before = " " * indent
+    return textwrap.fill(
+        text,
+        WIDTH,
+        initial_indent=before,
+        subsequent_indent=before + "  ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )

@@ -25,7 +25,7 @@ def plan(
 ) -> int:
     """Plan a joint path from a start to a goal that keeps away from obstacles and singular configurations.
 
-    A start or goal is a name from the scene file, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool
+    A start or goal is a name from the scene file, home, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool
     position, m) or pose:x,y,z,qx,qy,qz,qw. With no options this is the paper's scenario: a KUKA LBR iiwa 14
     among obstacles. Examples:
 
@@ -34,6 +34,8 @@ def plan(
     planner plan --robot panda --scene shelf --out shelf
 
     planner plan --start home --goal xyz:0.5,0.3,0.6 --roadmap out/roadmap.npz
+
+    planner plan --goal goal --goal xyz:0.5,-0.4,0.9
 
     Writes plan.json, plan.html (open it in a browser) and roadmap.npz. Exit code 0: solved; 2: a wrong option;
     3: an unusable robot, scene, state or file; 4: no path within the budget; 130: interrupted.

@@ -9,7 +9,7 @@ import tyro
 
 from planner.base.errors import FileError, OptionError
 from planner.base.request import WorldRequest
-from planner.base.targets import parse_target
+from planner.base.targets import HOME, parse_target
 from planner.cli.common import Flag
 from planner.cli.terminal import say
 
@@ -84,19 +84,14 @@ def _page_beside(result: Path) -> Path:
 
 def _state_page(request: WorldRequest, state: str | None) -> str:
     target = None if state is None else parse_target(state)
-    from planner.base.targets import Joints
     from planner.query.open import open_world
     from planner.query.resolve import resolve_as_is
     from planner.view.state import inspect_state, state_page
 
     checker = open_world(request)
-    robot = checker.robot
-    states = checker.world.scene.states_of(robot.name)
-    home = Joints(tuple(robot.home.tolist()))
+    states = checker.world.scene.states_of(checker.robot.name)
     if target is None:
-        target = parse_target("start") if "start" in states else home
-    elif state == "home" and "home" not in states:
-        target = home
+        target = parse_target("start" if "start" in states else HOME)
     report = inspect_state(checker, resolve_as_is(target, checker, states, "state"))
     say(report.sentence)
     return state_page(report)

@@ -16,6 +16,7 @@ from planner.collision.world import Contact
 from planner.kinematics.forward import joint_placements
 
 TOLERANCE, SHARE = 1e-3, 0.1  # m, and of the clearance itself: what is reported is too large by less than either
+SHOWN = 1e-4  # m: the smallest clearance that is printed; proofs need about twice that
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +40,13 @@ def smallest_clearance(checker: CollisionChecker, path: Floats) -> Place | None:
     while search.pieces and search.pieces[0].bound < search.best.value - slack(search.best.value):
         search.halve()
     return search.best if np.isfinite(search.best.value) else None
+
+
+def clearance_text(clearance: float) -> str:
+    """A clearance (m) for people: one that would be printed as 0.0 mm says what it means."""
+    if clearance >= SHOWN:
+        return f"{1000 * clearance:.1f} mm"
+    return f"less than {1000 * SHOWN:g} mm, which no proof can tell from contact"
 
 
 def slack(clearance: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from planner.collision.edge_prover import Verdict
 from planner.collision.world import Contact
 from planner.paths.check import PathReport
-from planner.paths.clearance import Place
+from planner.paths.clearance import Place, clearance_text
 
 _PROFILE = 101  # places of the w profile in the record
 
@@ -110,7 +110,8 @@ def _clearance(report: PathReport) -> str:
     place = report.clearance
     if place is None:
         return "there is nothing to come near to"
-    return f"{1000 * place.value:.1f} mm, {report.nearest} in {_where(place.segment, place.share)}"
+    words = "none" if not report.ok and place.value == 0.0 else clearance_text(place.value)
+    return f"{words}, {report.nearest} in {_where(place.segment, place.share)}"
 
 
 def _proofs(report: PathReport) -> str:

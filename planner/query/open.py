@@ -11,7 +11,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import StateError, choices
 from planner.base.request import RoadmapRequest, WorldRequest
-from planner.base.targets import Joints, Target, parse_target
+from planner.base.targets import Joints, Target, parse_target, parse_targets
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.query.resolve import resolve
@@ -24,13 +24,22 @@ _log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """A robot in a scene with where it starts (k, dof) and where it may end (g, dof), rad."""
+    """A robot in a scene with where it starts (k, dof) and where it may end (g, dof), rad.
+
+    ``goal_names`` (g,) is the text of the goal that each row of ``goals`` reaches.
+    """
 
     robot: Robot
     scene: Scene
     checker: CollisionChecker
     starts: Floats
     goals: Floats
+    goal_names: tuple[str, ...]
+
+    def goal_at(self, q: Floats) -> str:
+        """The text of the goal that the configuration ``q`` (dof,) reaches, of all the nearest one."""
+        away = np.abs(self.robot.difference(self.goals, q)).max(axis=1)
+        return self.goal_names[int(away.argmin())]
 
 
 def open_world(request: WorldRequest, message: Path | None = None) -> CollisionChecker:
@@ -51,14 +60,19 @@ def make_query(request: RoadmapRequest) -> Query:
     robot = _robot(request, scene, message)
     start, goals = _targets(request, robot, message)
     if request.widen_limits:
-        robot = _widened(robot, [start, *goals])
+        robot = _widened(robot, [start, *(goal for _, goal in goals)])
     _note_permissions(robot, scene)
     checker = make_checker(robot, scene, request.collision, request.margin)
     states = scene.states_of(robot.name)
     starts = resolve(start, checker, states, "start")
-    ends = [resolve(goal, checker, states, "goal", request.ik_solutions) for goal in goals]
-    _, first = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
-    return Query(robot, scene, checker, starts, np.vstack(ends)[np.sort(first)])
+    ends, names = [], []
+    for name, goal in goals:
+        role = "goal" if len(goals) == 1 else f"goal '{name}'"
+        ends.append(resolve(goal, checker, states, role, request.ik_solutions))
+        names += [name] * len(ends[-1])
+    _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
+    rows.sort()
+    return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows))
 
 
 def _scene(request: WorldRequest) -> Scene:
@@ -80,15 +94,22 @@ def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | Non
     return with_carried(robot, scene.carried)
 
 
-def _targets(request: RoadmapRequest, robot: Robot, message: MotionPlanRequest | None) -> tuple[Target, list[Target]]:
-    """Start and goals; an explicit --start or --goal goes before what the MoveIt request says."""
+def _targets(
+    request: RoadmapRequest, robot: Robot, message: MotionPlanRequest | None
+) -> tuple[Target, list[tuple[str, Target]]]:
+    """Start, and goals with their texts; an explicit --start or --goal goes before what the MoveIt request says."""
     plain = RoadmapRequest()
-    start, goals = parse_target(str(request.start)), [parse_target(str(request.goal))]
+    start, goals = parse_target(str(request.start)), parse_targets(str(request.goal))
     if message is not None and request.start == plain.start:
         start = _joints(robot, message.start, "start")
     if message is not None and request.goal == plain.goal:
-        goals = [parse_target(g) if isinstance(g, str) else _joints(robot, g, "goal") for g in message.goals]
+        goals = [_wanted(robot, goal, f"number {k}") for k, goal in enumerate(message.goals, start=1)]
     return start, goals
+
+
+def _wanted(robot: Robot, goal: dict[str, float] | str, name: str) -> tuple[str, Target]:
+    """A goal of a MoveIt request: its text where it is a pose, its number where it is in joints."""
+    return (goal, parse_target(goal)) if isinstance(goal, str) else (name, _joints(robot, goal, "goal"))
 
 
 def _joints(robot: Robot, values: dict[str, float], role: str) -> Joints:

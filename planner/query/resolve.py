@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import StateError, choices
-from planner.base.targets import FORMS, Joints, Named, Pose, Position, Target, parse_target
+from planner.base.targets import FORMS, HOME, Joints, Named, Pose, Position, Target, parse_target
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.collision.world import Contact
 from planner.kinematics import inverse
@@ -24,7 +24,8 @@ IK_SEED = 0  # its own, so that the same target gives the same configuration wha
 def resolve(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str, count: int = 1) -> Floats:
     """Up to ``count`` collision-free configurations (k, dof) that reach ``target``, best manipulability first.
 
-    ``states`` are the scene's named states of this robot, ``role`` is "start" or "goal" for the messages. Inverse
+    ``states`` are the scene's named states of this robot, ``role`` is "start", "goal" or, where there are several,
+    "goal '<its text>'" for the messages; what ``home`` is :mod:`planner.base.targets` says. Inverse
     kinematics starts from ``IK_STARTS`` seeds; of the solutions that are free and within limits the ones with the
     highest manipulability are kept, those within ``NEAR_LIMIT`` of a joint limit only if there are too few others.
     Raises :class:`StateError`: out of limits, in collision, out of reach.
@@ -72,12 +73,14 @@ def _reach(target: Position | Pose, robot: Robot, role: str) -> inverse.Solution
 
 
 def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
-    robot = checker.robot.name
+    robot, option = checker.robot, role.partition(" ")[0]
+    if name == HOME and name not in states:
+        return Joints(tuple(robot.home.tolist()))
     if name not in states:
-        known = f"its states are {choices(states)}" if states else "it names none"
+        known = f"its states are {choices(dict.fromkeys([*states, HOME]))}" if states else "it names none"
         raise StateError(
-            f"{role} '{name}' is not among the scene's states for {robot} ({known}): choose one with --{role}, "
-            f"as {FORMS}."
+            f"{option} '{name}' is not among the scene's states for {robot.name} ({known}; {HOME} is always known): "
+            f"choose one with --{option}, as {FORMS}."
         )
     target = parse_target(states[name])
     if isinstance(target, Named):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+import re
 from functools import cache
 from html import escape
 from importlib import resources
@@ -23,7 +24,10 @@ from planner.view.colours import hex_colour
 from planner.view.surfaces import creased, tube
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
-_SCRIPTS = ("page_robot.js", "page_roadmap.js", "page_pointer.js", "page.js")  # one script, in this order
+_SCRIPTS = (  # one script, in this order
+    *("page_robot.js", "page_roadmap.js", "page_pointer.js"),
+    *("page_joints.js", "page_choice.js", "page_curve.js", "page.js"),
+)
 _REFERENCES = ("uuid", "geometry", "material")  # keys by which a command's parts speak of each other
 _Z_FROM_Y = np.array(
     [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float
@@ -90,17 +94,26 @@ def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
     scene, lengths = canvas.packed()
     data = {**data, "lengths": lengths}
     parts = {
-        "TITLE": escape(title),
+        "TITLE": escape(title.encode("utf-8", "replace").decode()),  # half a surrogate pair is no text
         "STYLE": (folder / "page.css").read_text("utf-8"),
         "VIEWER": _viewer_script(),
         "SCRIPT": "".join((folder / name).read_text("utf-8") for name in _SCRIPTS),
         "SCENE": scene,
-        "DATA": json.dumps(data, allow_nan=False).replace("</", "<\\/"),
+        "DATA": script_json(data),
     }
     page = (folder / "page.html").read_text("utf-8")
-    for name, text in parts.items():
-        page = page.replace(f"@@{name}@@", text)
-    return page
+    # one pass: what stands in for a placeholder is not searched for placeholders again, whatever a scene is called
+    return re.sub(r"@@([A-Z]+)@@", lambda found: parts[found[1]], page)
+
+
+def script_json(data: Any) -> str:
+    """JSON that may stand in any script element: no text in it ends the element, opens a comment in it or a line.
+
+    Raises ValueError for a number that is not finite.
+    """
+    # json escapes all that is not ASCII, with it U+2028 and U+2029 and halves of surrogate pairs
+    text = json.dumps(data, allow_nan=False, ensure_ascii=True)
+    return text.translate({ord(c): f"\\u{ord(c):04x}" for c in "<>&"})
 
 
 @cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,9 @@ from planner.roadmap.roadmap import Roadmap
 from planner.view.canvas import Canvas
 from planner.view.surfaces import tube
 from planner.world.poses import pose
-from planner.world.robot import Robot, load_visuals
+from planner.world.robot import Robot
 from planner.world.scene import Scene
-from planner.world.shapes import Sphere, corners
+from planner.world.shapes import Body, Sphere, corners
 
 _OBSTACLE = (0.55, 0.60, 0.68, 0.85)
 _COLLISION = (0.10, 0.55, 0.90, 0.6)
@@ -27,10 +27,12 @@ _TUBE, _TUBE_STEP = 0.006, 0.08  # m, rad: between two rings the tool leaves the
 EDGE_PIECES = 4  # straight pieces that an edge's curved way is drawn by
 
 
-def draw_robot(canvas: Canvas, robot: Robot, q: Floats, touching: Collection[str] = ()) -> dict[str, str]:
+def draw_robot(
+    canvas: Canvas, robot: Robot, visuals: Sequence[Body], q: Floats, touching: Collection[str] = ()
+) -> dict[str, str]:
     """The robot's bodies under one frame a joint (0 the base), links in ``touching`` red; their names by path."""
     names: dict[str, str] = {}
-    for kind, bodies in (("visual", load_visuals(robot)), ("collision", robot.bodies)):
+    for kind, bodies in (("visual", visuals), ("collision", robot.bodies)):
         for k, body in enumerate(bodies):
             rgba = TOUCHING if body.link in touching else body.color if kind == "visual" else _COLLISION
             path = f"robot/{body.joint}/{kind}/{k}"
@@ -48,7 +50,7 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
         canvas.shape(f"obstacles/{k}", obstacle.shape, obstacle.placement, rgba)
     canvas.set("Background", "top_color", [0.95, 0.96, 0.98])
     canvas.set("Background", "bottom_color", [0.82, 0.85, 0.89])
-    for name in ("Axes", "Grid"):  # the page draws a ground of the scene's own size
+    for name in ("Axes", "Grid", "Lights"):  # the page draws a ground of the scene's own size, and lights it
         canvas.set(name, "visible", False)
     return {f"obstacles/{k}": obstacle.name for k, obstacle in enumerate(scene.obstacles)}
 
@@ -92,18 +94,40 @@ def joint_matrices(robot: Robot, q: Floats) -> Floats:
     return matrices[1:].transpose(1, 0, 2, 3)
 
 
-def extent(robot: Robot, scene: Scene, q: Floats, points: Floats) -> tuple[Floats, float]:
-    """The centre (3,) and radius (m) of a ball around the robot at ``q`` (dof,), near obstacles and ``points`` (n, 3).
+def extent(robot: Robot, scene: Scene, bodies: Sequence[Body], q: Floats, points: Floats) -> tuple[Floats, float]:
+    """The centre (3,) and radius (m) of a ball around the robot's ``bodies`` at all of ``q`` (n, dof), near obstacles
+    and ``points`` (n, 3).
 
     An obstacle that reaches far beyond the arm (a floor, a wall) does not count: it would make all else small.
     """
-    frames = joint_matrices(robot, q[None])[0][:, :3, 3]
-    near = np.vstack([robot.base[:3, 3], frames, tool_positions(robot, q), points])
-    reach = 1.3 * float(np.linalg.norm(np.diff(near[: robot.dof + 2], axis=0), axis=1).sum())  # the arm stretched out
+    frames = joint_matrices(robot, q[:1])[0][:, :3, 3]
+    line = np.vstack([robot.base[:3, 3], frames, tool_positions(robot, q[0])])
+    reach = 1.3 * float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())  # the arm stretched out
+    near = [line, points, swept_corners(robot, bodies, q)]
     for obstacle in scene.obstacles:
         hull, _ = corners(obstacle.shape)
         placed = hull @ obstacle.placement[:3, :3].T + obstacle.placement[:3, 3]
         if np.linalg.norm(placed - robot.base[:3, 3], axis=1).max() < reach:
-            near = np.vstack([near, placed])
-    low, high = near.min(axis=0), near.max(axis=0)
-    return 0.5 * (low + high), max(0.2, float(np.linalg.norm(near - 0.5 * (low + high), axis=1).max()))
+            near.append(placed)
+    everything = np.vstack(near)
+    centre = 0.5 * (everything.min(axis=0) + everything.max(axis=0))
+    return centre, max(0.2, float(np.linalg.norm(everything - centre, axis=1).max()))
+
+
+def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
+    """(k, 3) corners of boxes around the bodies, with the robot at each of ``q`` (n, dof)."""
+    matrices = joint_matrices(robot, q)
+    rows = [np.zeros((0, 3))]
+    for body in bodies:
+        hull, radius = corners(body.shape)
+        low, high = hull.min(axis=0) - radius, hull.max(axis=0) + radius
+        box = np.array(np.meshgrid(*np.column_stack([low, high]))).reshape(3, -1).T
+        still = (
+            box @ body.placement[:3, :3].T + body.placement[:3, 3]
+        )  # in its joint's frame, or for the base the world
+        if body.joint == 0:
+            rows.append(still)
+            continue
+        frames = matrices[:, body.joint - 1]
+        rows.append((still @ frames[:, :3, :3].transpose(0, 2, 1) + frames[:, None, :3, 3]).reshape(-1, 3))
+    return np.vstack(rows)

@@ -34,6 +34,7 @@ def motion_data(robot: Robot, path: Floats) -> dict[str, Any]:
     return {
         "waypoints": np.round(path, 9).tolist(),
         "shares": shares.tolist(),
+        "length": round(total, 6),
         "w": np.round(manipulability(robot, q), 7).tolist(),
         "ellipsoids": np.round(ellipsoids(robot, q[::2]), 4).tolist(),
         "worst": [vars(point) for point in worst_points(robot, path)],
@@ -51,6 +52,17 @@ def chain_data(robot: Robot) -> dict[str, Any]:
         "slide": chain.slide.tolist(),
         "prismatic": chain.prismatic.tolist(),
         "tool": {"parent": int(frame.parentJoint), "offset": frame.placement.translation.tolist()},
+    }
+
+
+def joint_data(robot: Robot) -> dict[str, Any]:
+    """Names and limits of the planned joints; a joint that turns freely has none."""
+    return {
+        "names": list(robot.joints),
+        "lower": robot.lower.tolist(),
+        "upper": robot.upper.tolist(),
+        "free": robot.continuous.tolist(),
+        "unit": ["m" if slides else "rad" for slides in robot.prismatic],
     }
 
 

@@ -25,11 +25,15 @@ function replay(bytes) {
   }
 }
 
-// The free part of the window, beside the panel and above the player, in pixels.
+const narrow = () => innerWidth <= 760; // as the style sheet has it
+
+// The free part of the window, beside the panel (on a phone below its head) and above the player, in pixels.
 function freeArea() {
-  const left = innerWidth > 760 ? 342 : 0;
-  const bottom = element("player").hidden ? 0 : 80;
-  return { x: left, width: innerWidth - left, height: innerHeight - bottom };
+  const folded = root.dataset.folded === "true";
+  const x = narrow() || folded ? 0 : element("panel").getBoundingClientRect().right;
+  const y = narrow() ? element("message").getBoundingClientRect().bottom : 0;
+  const bottom = element("player").hidden ? innerHeight : element("player").getBoundingClientRect().top;
+  return { x, y, width: innerWidth - x, height: bottom - y };
 }
 
 // Seen from the front right; the ball around everything fills the free part of the window.
@@ -37,7 +41,8 @@ function lookAtAll() {
   const free = freeArea(), camera = viewer.camera;
   camera.fov = 36; // a longer lens than the viewer's own: less distortion
   const focal = innerHeight / 2 / Math.tan((camera.fov * Math.PI) / 360);
-  const distance = (focal * data.radius) / (0.52 * Math.min(free.width, free.height));
+  // seen from here the ball is as wide as a disc of r / sqrt(1 - (r / distance)²)
+  const distance = data.radius * Math.hypot(1, focal / (0.5 * Math.min(free.width, free.height)));
   const [x, y, z] = data.centre;
   const ahead = new THREE.Vector3(0.53, -0.78, 0.33).normalize().multiplyScalar(distance);
   // meshcat turns z-up into three.js's y-up
@@ -49,9 +54,20 @@ function lookAtAll() {
 
 function centreView() {
   const free = freeArea();
-  const x = innerWidth / 2 - (free.x + free.width / 2), y = innerHeight / 2 - free.height / 2;
+  const x = innerWidth / 2 - (free.x + free.width / 2), y = innerHeight / 2 - (free.y + free.height / 2);
   viewer.camera.setViewOffset(innerWidth, innerHeight, x, y, innerWidth, innerHeight);
   viewer.set_dirty();
+}
+
+// Lights that stay with the scene. Together they reach 1 on the brightest side, so that white is not overexposed.
+function lightAll() {
+  const lights = [new THREE.AmbientLight(0xffffff, 0.38)];
+  for (const [strength, place] of [[0.58, [-0.5, -0.8, 1.3]], [0.2, [1, -0.1, 0.4]], [0.14, [0, 1, -0.3]]]) {
+    const light = new THREE.DirectionalLight(0xffffff, strength);
+    light.position.set(...place);
+    lights.push(light);
+  }
+  viewer.scene.add(...lights);
 }
 
 function drawGround() {
@@ -62,6 +78,13 @@ function drawGround() {
   grid.position.set(data.centre[0], data.centre[1], 0);
   viewer.scene.add(grid);
   return cell;
+}
+
+function fold(folded) {
+  root.dataset.folded = String(folded);
+  element("body").hidden = folded;
+  element("fold").textContent = folded ? "unfold" : "fold";
+  element("fold").setAttribute("aria-expanded", String(!folded));
 }
 
 function fillTable(table, rows, wrong = []) {
@@ -87,6 +110,15 @@ function fillKey(cell) {
     item.append(swatch(colour), words);
     element("key").append(item);
   }
+}
+
+// What is said of the path, and of the second one in a column beside it.
+function fillNumbers(path, other) {
+  fillTable(element("numbers"), path.numbers, data.wrong);
+  if (!other) return;
+  [...element("numbers").rows].forEach((row, k) => { row.insertCell().textContent = other.numbers[k][1]; });
+  const head = element("numbers").createTHead().insertRow();
+  ["", "shown", "beside it"].forEach((text) => { head.insertCell().textContent = text; });
 }
 
 // the worst points: dots in the room, words beside them, and a line each in the panel
@@ -127,33 +159,18 @@ function placeMarks() {
   });
 }
 
-// the curve of w under the player
-
-const highestW = Math.max(...data.paths.flatMap((path) => path.w), 1e-12);
-const curveY = (w) => 98 - (94 * w) / highestW;
-
-function drawCurve(path) {
-  const last = path.w.length - 1;
-  const line = path.w.map((w, k) => `L${((1000 * k) / last).toFixed(1)} ${curveY(w).toFixed(2)}`).join("");
-  const worst = path.worst.map((point) => `M${(1000 * point.share).toFixed(1)} ${curveY(point.w).toFixed(2)}h0.01`);
-  const piece = (name, way) => {
-    const made = document.createElementNS("http://www.w3.org/2000/svg", "path");
-    made.setAttribute("class", name);
-    made.setAttribute("d", way);
-    return made;
-  };
-  element("spark").replaceChildren(piece("curve", `M0 100${line}L1000 100`), piece("worst", worst.join("")), piece("here", ""));
-}
-
 // the player
 
 function goTo(place) {
   share = Math.min(Math.max(place, 0), 1);
-  const path = shownPath();
+  const path = shownPath(), other = otherPath(), w = (each) => `w = ${short(sampleAt(each.w, share))} ${data.unit}`;
   placeRobot(path, share);
+  placeGhost();
+  placeJoints(configurationAt(path, share), share);
   element("scrub").value = 1000 * share;
   element("spark").querySelector(".here").setAttribute("d", `M${1000 * share} 0V100`);
-  element("now").textContent = `w = ${short(sampleAt(path.w, share))} ${data.unit} · ${percent(share)}`;
+  element("now").textContent = `${w(path)} · ${percent(share)}`;
+  element("now-other").textContent = other ? w(other) : "";
   root.dataset.share = share.toFixed(4);
 }
 
@@ -207,20 +224,31 @@ function startPlayer() {
 // the trade-off: one path an interval of beta
 
 function showPath(k) {
-  data.paths.forEach((path, other) => { if (path.waypoints.length > 1) show(`paths/${other}`, other === k); });
   current = k;
-  const path = shownPath();
+  const path = shownPath(), other = otherPath();
+  data.paths.forEach((each, number) => {
+    if (each.waypoints.length < 2) return;
+    show(`paths/${number}`, each === path || each === other);
+    drawn(`paths/${number}`).material.color.setHex(each === other ? COLOURS.other : COLOURS.shown);
+  });
   root.dataset.path = String(k);
-  fillTable(element("numbers"), path.numbers, data.wrong);
+  root.dataset.compared = other ? String(compared) : "";
+  fillNumbers(path, other);
   markWorst(path);
-  drawCurve(path);
+  drawCurve(path, other);
+  drawJoints(path, other);
+  markCosts();
   if (element("colour").value === "cost" || !root.dataset.colour) colourRoadmap(path);
   goTo(share);
-  if (!path.interval) return;
+  [...element("strip").children].forEach((piece, number) => piece.classList.toggle("on", number === k));
+  if (!path.interval) {
+    element("which").textContent = "of no β";
+    element("interval").textContent = "not dominated, but no β makes it optimal";
+    return;
+  }
+  element("which").textContent = `path ${k + 1} of ${optimal()}`;
   const [low, high] = path.interval;
-  element("which").textContent = `path ${k + 1} of ${data.paths.length}`;
-  element("interval").textContent = `optimal for β from ${digits(low, high)} to ${digits(high, low)}`;
-  [...element("strip").children].forEach((piece, other) => piece.classList.toggle("on", other === k));
+  element("interval").textContent = low === high ? `as good as others at β = ${low}` : `optimal for β from ${betas(path.interval)}`;
 }
 
 // as many digits as tell two betas apart
@@ -229,6 +257,8 @@ function digits(beta, other) {
   return beta.toFixed(apart > 0 ? Math.min(12, Math.max(4, 2 - Math.floor(Math.log10(apart)))) : 4);
 }
 
+const betas = ([low, high]) => `${digits(low, high)} to ${digits(high, low)}`;
+
 function setBeta(beta) {
   element("beta").value = beta;
   element("beta-now").textContent = beta.toFixed(4);
@@ -236,20 +266,24 @@ function setBeta(beta) {
 }
 
 function pathAt(beta) {
-  const k = data.paths.findIndex((path) => beta <= path.interval[1]);
-  return k < 0 ? data.paths.length - 1 : k;
+  const k = data.paths.findIndex((path) => path.interval && beta <= path.interval[1]);
+  return k < 0 ? optimal() - 1 : k;
 }
 
+// The path of the slider's beta: another one may be shown, which no beta makes optimal.
+const atBeta = () => (shownPath().interval ? current : pathAt(Number(element("beta").value)));
+
 function toInterval(k) {
-  const place = Math.min(Math.max(k, 0), data.paths.length - 1);
+  const place = Math.min(Math.max(k, 0), optimal() - 1);
   const [low, high] = data.paths[place].interval;
   setBeta((low + high) / 2);
   showPath(place);
 }
 
 function onBetaKey(event) {
-  const moves = { ArrowLeft: current - 1, ArrowDown: current - 1, ArrowRight: current + 1, ArrowUp: current + 1, Home: 0,
-    End: data.paths.length - 1 };
+  const here = atBeta();
+  const moves = { ArrowLeft: here - 1, ArrowDown: here - 1, ArrowRight: here + 1, ArrowUp: here + 1, Home: 0,
+    End: optimal() - 1 };
   if (!(event.key in moves)) return;
   event.preventDefault();
   toInterval(moves[event.key]);
@@ -258,7 +292,7 @@ function onBetaKey(event) {
 function startTradeoff() {
   element("tradeoff").hidden = !data.paths[0].interval;
   if (element("tradeoff").hidden) return;
-  for (const path of data.paths) {
+  for (const path of data.paths.slice(0, optimal())) {
     const piece = document.createElement("i");
     piece.style.flexGrow = path.interval[1] - path.interval[0];
     element("strip").append(piece);
@@ -269,10 +303,10 @@ function startTradeoff() {
     setBeta(beta);
     if (k !== current) showPath(k);
   };
-  slider.onchange = () => toInterval(current); // let go, the slider snaps to the middle of its interval
+  slider.onchange = () => toInterval(atBeta()); // let go, the slider snaps to the middle of its interval
   slider.onkeydown = onBetaKey;
-  element("less").onclick = () => toInterval(current - 1);
-  element("more").onclick = () => toInterval(current + 1);
+  element("less").onclick = () => toInterval(atBeta() - 1);
+  element("more").onclick = () => toInterval(atBeta() + 1);
   setBeta(data.beta);
 }
 
@@ -288,6 +322,8 @@ function startPanel() {
   element("message").textContent = data.message;
   fillTable(element("about"), data.about);
   element("about-section").hidden = !data.about.length;
+  element("joints-section").open = !narrow();
+  element("fold").onclick = () => { fold(root.dataset.folded !== "true"); centreView(); };
   element("collision").onchange = showCollision;
   element("ellipsoid").onchange = () => {
     ellipsoid.visible = element("ellipsoid").checked;
@@ -303,11 +339,14 @@ async function main() {
     render.call(viewer);
     placeMarks();
   };
+  lightAll();
+  fold(narrow()); // so that on a phone the robot is seen
   startPanel();
   startPlayer();
   startPointer();
   startRoadmap(shownPath);
   startTradeoff();
+  startChoice();
   showPath(data.current);
   fillKey(drawGround());
   lookAtAll();

@@ -18,14 +18,25 @@ from planner.plan_record import plan_record, summary_rows
 from planner.planning import Plan
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
-from planner.tradeoff.alternatives import W_UNIT, Rows, ShownPath, of_tradeoff, on_roadmap, paths_for_every_beta
+from planner.tradeoff.alternatives import (
+    MOST_BEYOND,
+    W_UNIT,
+    Rows,
+    ShownPath,
+    count_beyond_beta,
+    of_tradeoff,
+    on_roadmap,
+    paths_for_every_beta,
+)
 from planner.tradeoff.sweep import Tradeoff
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent
-from planner.view.motion import chain_data, motion_data
-from planner.world.robot import Robot
+from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
+from planner.world.robot import Robot, load_visuals
 from planner.world.scene import Scene
+
+_LOOKS = 9  # places of each path that the picture is made to hold
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +58,7 @@ class Content:
     paths: Sequence[ShownPath] = ()
     current: int = 0
     beta: float | None = None
+    floor: float = 0.0  # under w, as it was asked for; 0 for none
     touching: frozenset[str] = frozenset()
     wrong: tuple[str, ...] = ()
 
@@ -78,6 +90,7 @@ def plan_page(plan: Plan) -> str:
         paths=paths,
         current=current,
         beta=plan.request.beta,
+        floor=plan.request.min_manipulability,
     )
     return page(content)
 
@@ -96,6 +109,7 @@ def sweep_page(tradeoff: Tradeoff) -> str:
         paths=paths,
         current=next((k for k, shown in enumerate(paths) if shown.interval and beta <= shown.interval[1]), 0),
         beta=beta,
+        floor=tradeoff.request.min_manipulability,
     )
     return page(content)
 
@@ -113,12 +127,14 @@ def page(content: Content) -> str:
     """HTML text that needs nothing but a browser."""
     robot, canvas = content.robot, Canvas()
     stands = content.paths[content.current].path[0] if content.paths else content.stands
-    names = draw_robot(canvas, robot, stands, content.touching) | draw_scene(canvas, content.scene, content.touching)
+    visuals = load_visuals(robot)
+    names = draw_robot(canvas, robot, visuals, stands, content.touching)
+    names |= draw_scene(canvas, content.scene, content.touching)
     roadmap = draw_roadmap(canvas, content.roadmap, robot) if content.roadmap else None
     for k, shown in enumerate(content.paths):
         if len(shown.path) > 1:
             draw_path(canvas, f"paths/{k}", robot, shown.path)
-    centre, radius = extent(robot, content.scene, stands, _points(content))
+    centre, radius = extent(robot, content.scene, visuals or robot.bodies, _poses(content, stands), _points(content))
     data: dict[str, Any] = {
         "message": content.message,
         "about": content.about,
@@ -131,7 +147,9 @@ def page(content: Content) -> str:
         "ramp": ramp_stops(),
         "gradient": css_gradient(),
         "unit": W_UNIT[robot.manipulability],
+        "floor": content.floor,
         "chain": chain_data(robot),
+        "joints": joint_data(robot),
         "paths": _paths(content),
         "current": content.current,
         "beta": content.beta,
@@ -147,6 +165,7 @@ def _paths(content: Content) -> list[dict[str, Any]]:
     return [
         {
             "interval": item.interval,
+            "costs": item.costs,
             "numbers": item.numbers,
             "cost": _field(item.cost_to_go),
             **motion_data(content.robot, item.path),
@@ -158,6 +177,14 @@ def _paths(content: Content) -> list[dict[str, Any]]:
 def _field(x: Floats | None) -> list[float | None] | None:
     """Cost-to-go as JSON has it: null where no goal is reached."""
     return None if x is None else [round(float(value), 4) if np.isfinite(value) else None for value in x]
+
+
+def _poses(content: Content, stands: Floats) -> Floats:
+    """Where the robot stands, and some of where it goes along its paths."""
+    rows = [stands[None]]
+    for shown in content.paths:
+        rows.append(configurations_at(shown.path, path_shares(shown.path)[0], np.linspace(0.0, 1.0, _LOOKS)))
+    return np.vstack(rows)
 
 
 def _points(content: Content) -> Floats:
@@ -182,5 +209,7 @@ def _about_sweep(tradeoff: Tradeoff) -> Rows:
         rows.append(("error against oracle", f"{tradeoff.max_error_vs_oracle:.1e} relative"))
     if tradeoff.front is not None:
         more = "" if tradeoff.front.complete else ", and perhaps more: the search was stopped"
-        rows.append(("non-dominated paths", f"{len(tradeoff.front.points)}{more}"))
+        beyond = count_beyond_beta(tradeoff)
+        some = f" ({MOST_BEYOND} of them are drawn)" if beyond > MOST_BEYOND else ""
+        rows.append(("non-dominated paths", f"{len(tradeoff.front.points)}, {beyond} of no β{some}{more}"))
     return rows

@@ -18,7 +18,8 @@ function componentSizes() {
   return [...counts].sort((a, b) => b[1] - a[1]);
 }
 
-const costField = (path) => path.cost || data.cost;
+// A path of no beta has no field of its own: the one of the slider's beta stays.
+const costField = (path) => path.cost || (data.paths[0].cost ? data.paths[atBeta()].cost : data.cost);
 
 // One colouring: a colour a node, and what the legend says of it.
 function colouring(choice, path) {

@@ -8,7 +8,7 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -97,6 +97,11 @@ class _Handler(BaseHTTPRequestHandler):
     server: _Server  # pyright: ignore[reportIncompatibleVariableOverride]
     timeout = 30  # s that a silent connection may hold its thread
 
+    def handle(self) -> None:
+        # a browser that goes on to another page hangs up in the middle: nobody is left to answer
+        with suppress(ConnectionError):
+            super().handle()
+
     def do_GET(self) -> None:
         status, body = self._answer()
         self.send_response(status)
@@ -124,7 +129,7 @@ class _Handler(BaseHTTPRequestHandler):
             return HTTPStatus.NOT_FOUND, f"{error}\n".encode()
 
     def log_message(self, format: str, *args: object) -> None:
-        """Requests are nobody's news."""
+        """Say nothing: a terminal that serves a page is not a log."""
 
 
 @contextmanager

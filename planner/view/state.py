@@ -12,6 +12,7 @@ from planner.collision.clearance import Clearance
 from planner.collision.world import Contact
 from planner.kinematics.forward import joint_placements, tool_positions
 from planner.kinematics.manipulability import manipulability
+from planner.paths.clearance import SHOWN, clearance_text
 from planner.query.resolve import beyond_limits
 from planner.tradeoff.alternatives import W_UNIT, Rows
 from planner.view.page import Content, page
@@ -45,7 +46,11 @@ class StateReport:
         beyond = [joint for joint, out in zip(robot.joints, self.outside, strict=True) if out]
         if beyond:
             problems.append(f"out of limits: {', '.join(beyond)}")
-        return "; ".join(problems) + "." if problems else "Free and within limits."
+        if problems:
+            return "; ".join(problems) + "."
+        if self.clearance < SHOWN:
+            return f"Within limits, and no contact was found; but the clearance is {clearance_text(self.clearance)}."
+        return "Free and within limits."
 
 
 def inspect_state(checker: CollisionChecker, q: Floats) -> StateReport:
@@ -94,11 +99,8 @@ def _facts(report: StateReport) -> Rows:
     robot = report.checker.robot
     rows = [("contact", str(pair).replace("'", "")) for pair in report.contacts]
     if np.isfinite(report.clearance):
-        rows.append(("clearance", f"{1000 * report.clearance:.1f} mm"))
+        touches = report.clearance == 0.0 and report.contacts
+        rows.append(("clearance", "none" if touches else clearance_text(report.clearance)))
     rows.append(("w", f"{report.w:.3g} {W_UNIT[robot.manipulability]}"))
     rows.append((f"{robot.tool} (m)", ", ".join(f"{value:.3f}" for value in report.tool)))
-    for k, joint in enumerate(robot.joints):
-        unit = "m" if robot.prismatic[k] else "rad"
-        limits = ", turns freely" if robot.continuous[k] else f" of [{robot.lower[k]:.2f}, {robot.upper[k]:.2f}]"
-        rows.append((joint, f"{report.q[k]:.3f}{limits} {unit}"))
     return rows

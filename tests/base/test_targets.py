@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.base.errors import OptionError
-from planner.base.targets import Joints, Named, Pose, Position, parse_target
+from planner.base.targets import Joints, Named, Pose, Position, parse_target, parse_targets
 from tests.random_shapes import QUICK
 
 NUMBERS = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=9)
@@ -26,6 +26,18 @@ NUMBERS = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1,
 )
 def test_forms(text, target):
     assert parse_target(text) == target
+
+
+def test_goals_of_equal_right():
+    assert parse_targets("goal") == [("goal", Named(("goal",)))]
+    assert parse_targets("xyz:1,2,3 ; left, right;q:1") == [
+        ("xyz:1,2,3", Position((1, 2, 3))),
+        ("left", Named(("left",))),
+        ("right", Named(("right",))),
+        ("q:1", Joints((1.0,))),
+    ]
+    with pytest.raises(OptionError, match="empty state"):
+        parse_targets("goal;")
 
 
 @QUICK

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
 import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from planner.base.request import PlanRequest
+from planner.query.open import make_query
+from planner.world.scene import Scene
 from tests.command_line import Run, assert_refused, command
-from tests.worlds import planar_trap
+from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +96,91 @@ def test_robots_and_scenes_list_what_is_there(run: Run) -> None:
     code, out, _ = run("scenes")
     assert code == 0
     assert "paper" in out
+
+
+@pytest.mark.parametrize("command", ["robots", "scenes"])
+def test_lists_fit_80_columns_and_cut_nothing(run: Run, command: str) -> None:
+    code, out, _ = run(command)
+    assert code == 0
+    assert max(map(len, out.splitlines())) < 80
+    assert "…" not in out
+    code, text, _ = run(command, "--json")
+    assert code == 0
+    for record in json.loads(text):
+        typed = [record["name"]]
+        if command == "robots":
+            robot = load(record["name"])
+            typed += [robot.tool, *robot.joints]
+            assert [joint["name"] for joint in record["joints"]] == list(robot.joints)
+            assert record["home"] == robot.home.tolist()
+            limits = [[joint["lower"], joint["upper"]] for joint in record["joints"]]
+            free = robot.continuous
+            assert limits == [
+                [None, None] if free[k] else [robot.lower[k], robot.upper[k]] for k in range(len(robot.joints))
+            ]
+        else:
+            scene = Scene.load(record["name"])
+            typed += [name for states in scene.states.values() for name in states]
+            assert record["states"] == {robot: dict(states) for robot, states in scene.states.items()}
+            assert record["obstacles"] == [obstacle.name for obstacle in scene.obstacles]
+        words = out.replace(",", " ").replace(":", " ").split()
+        assert set(typed) <= set(words)
+
+
+def test_version(run: Run) -> None:
+    assert run("--version")[:2] == (0, f"gabf-planner {importlib.metadata.version('gabf-planner')}\n")
+
+
+FOLDED = ("--robot", "planar_2r", "--scene", "empty", "--nodes", "30")
+
+
+def test_goals_given_several_times_are_of_equal_right(run: Run, tmp_path: Path) -> None:
+    """The nearer one is reached, wherever it stands among them, and named in summary and record."""
+    near, far = "q:0.2,1.1", "xyz:-0.3,-0.5,0"
+    for k, goals in enumerate((("--goal", far, f"--goal={near}"), ("--goal", near, "--goal", far))):
+        out = tmp_path / str(k)
+        code, words, _ = run("plan", *FOLDED, "--start", "q:0,1", *goals, "--beta", "1", "--out", str(out))
+        assert code == 0
+        assert near in words
+        record = json.loads((out / "plan.json").read_text())
+        assert record["goal"] == near
+        assert record["path"][-1] == [0.2, 1.1]
+
+
+def test_errors_name_the_goal_that_is_meant(run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for bad, words in (
+        ("q:0,9", "goal 'q:0,9' puts joint 'joint_2' at 9"),
+        ("xyz:3,0,0", "goal 'xyz:3,0,0' (3, 0, 0) cannot be reached"),
+        ("nowhere", "goal 'nowhere' is not among the scene's states for planar_2r (it names none; home is"),
+    ):
+        asked = run("plan", *FOLDED, "--start", "q:0,1", "--goal", "home", "--goal", bad, "--out", str(out))
+        assert_refused(asked, 3, words, out)
+
+
+def test_other_options_given_twice_are_refused(run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert_refused(
+        run("plan", "--start", "home", "--start=goal"), 2, "option --start is given twice: give it once", out
+    )
+    assert_refused(run("plan", "--ik_solutions", "3", "--ik-solutions", "4"), 2, "--ik-solutions is given twice", out)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_home_is_known_everywhere(robot: str) -> None:
+    """As ``view`` knows it: the scene's own, or else the robot's."""
+    query = make_query(PlanRequest(robot=robot, scene="empty", start="home", goal="home"))
+    home = load(robot).normalise(load(robot).home)
+    np.testing.assert_allclose(query.starts, home[None], atol=1e-12)
+    np.testing.assert_allclose(query.goals, home[None], atol=1e-12)
+    assert query.goal_names == ("home",)
+
+
+def test_home_of_a_robot_of_which_nobody_says_it(urdf_file: Callable[..., str]) -> None:
+    inside = link_xml("a") + link_xml("b") + link_xml("c") + joint_xml("turn", "a", "b", limit="0.5 1.5", xyz="0 0 1")
+    inside += joint_xml("bend", "b", "c", axis="0 1 0", xyz="1 0 0")
+    query = make_query(PlanRequest(robot=urdf_file(inside), scene="empty", start="home", goal="q:1,1"))
+    np.testing.assert_array_equal(query.starts, [[0.5, 0.0]])
 
 
 @pytest.mark.parametrize("arguments", [(), ("plan",), ("robots",), ("scenes",)])

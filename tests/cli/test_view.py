@@ -7,6 +7,7 @@ import json
 import os
 import signal
 import socket
+import struct
 import subprocess
 import time
 from collections.abc import Iterator
@@ -17,8 +18,11 @@ import numpy as np
 import pytest
 
 from planner.base.errors import FileError
+from planner.collision import make_checker
+from planner.collision.clearance import Clearance
 from planner.kinematics.forward import tool_positions
 from planner.view.serve import read_page
+from planner.world.scene import Scene
 from tests.browser import page_data
 from tests.command_line import Run, assert_refused, command
 from tests.worlds import load
@@ -105,6 +109,24 @@ def test_serves_and_ends_cleanly(folder: Path, number: int) -> None:
         with socket.socket() as again:
             again.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             again.bind(("127.0.0.1", port))
+
+
+def test_who_hangs_up_is_no_news(folder: Path) -> None:
+    """Before asking, in the middle of a question and of the answer, politely (FIN) and not (RST)."""
+    reset = struct.pack("ii", 1, 0)
+    with serving("view", "plan.json", cwd=folder) as (process, port):
+        question = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode()
+        for words in (b"", question[:9], question, question + question[:20]):
+            for rude in (False, True):
+                with socket.create_connection(("127.0.0.1", port)) as client:
+                    if rude:
+                        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
+                    client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                    client.sendall(words)
+        assert get(port)[0] == 200
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=PATIENCE)
+        assert (process.returncode, err) == (0, "")
 
 
 def test_a_reload_shows_what_was_written_meanwhile(folder: Path, tmp_path: Path) -> None:
@@ -197,6 +219,28 @@ def test_a_state_in_collision_and_out_of_limits(run: Run, tmp_path: Path, post: 
     assert "joint_2" in data["wrong"]
     words, data = seen(run, tmp_path, *post, "--state", "q:0.9,0", "--margin", "0.6")
     assert "are closer than the margin of 0.6 m" in words
+
+
+def test_a_clearance_that_rounds_to_nothing_says_what_it_means(run: Run, tmp_path: Path) -> None:
+    """A post 0.03 mm beyond the stretched arm: free by the library, and closer than any proof can tell."""
+    path = tmp_path / "near.yaml"
+    tip = float(tool_positions(load("planar_2r"), np.zeros(2))[0, 0])
+    box = "obstacles:\n  - {{name: post, type: box, size: [0.1, 0.1, 0.4], position: [{x!r}, 0, 0]}}\n"
+    low, high = tip, tip + 0.2  # where the arm's rounded end stops is asked of the planner itself
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        path.write_text(box.format(x=middle))
+        clearance = Clearance(make_checker(load("planar_2r"), Scene.load(str(path))))(np.zeros(2))[0]
+        low, high = (middle, high) if clearance < 3e-5 else (low, middle)
+    path.write_text(box.format(x=high))
+    words, data = seen(run, tmp_path, "--robot", "planar_2r", "--scene", str(path), "--state", "q:0,0")
+    assert "Free and within limits" not in words
+    assert "the clearance is less than 0.1 mm, which no proof can tell from contact" in words
+    assert "less than 0.1 mm" in dict(data["paths"][0]["numbers"])["clearance"]
+    path.write_text(box.format(x=high + 0.001))
+    words, data = seen(run, tmp_path, "--robot", "planar_2r", "--scene", str(path), "--state", "q:0,0")
+    assert "Free and within limits." in words
+    assert dict(data["paths"][0]["numbers"])["clearance"] == "1.0 mm"
 
 
 def test_a_target_that_only_collisions_reach(run: Run, tmp_path: Path, post: tuple[str, ...]) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import pytest
@@ -19,14 +20,16 @@ from planner.kinematics.manipulability import jacobian
 from planner.paths.measure import path_manipulability
 from planner.planning import Plan, plan
 from planner.tradeoff.alternatives import ShownPath
-from planner.tradeoff.sweep import Tradeoff, sweep
+from planner.tradeoff.sweep import Tradeoff, reached_by_beta, sweep
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
 from planner.view.page import Content, page, plan_page, sweep_page, write_plan_page, write_sweep_page
 from planner.view.state import inspect_state, state_page
+from planner.world.poses import pose
 from planner.world.robot import Robot, load_visuals
 from planner.world.scene import Scene
-from tests.browser import Tab, browser, page_data
+from planner.world.shapes import Obstacle, Sphere
+from tests.browser import Tab, browser
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
 
 STAGE = (slice(0, 525), slice(345, None))  # of a picture: neither panel nor player
@@ -108,6 +111,11 @@ def text(tab: Tab, element: str) -> str:
     return tab.run(f"element('{element}').innerText")
 
 
+def text_content(tab: Tab, element: str) -> str:
+    """Its text letter by letter, folded or not."""
+    return tab.run(f"element('{element}').textContent")
+
+
 def tool_in_page(tab: Tab) -> np.ndarray:
     """Where the page's robot has its tool: the last frame's matrix as it is drawn."""
     joint, offset = tab.run("[data.chain.tool.parent, data.chain.tool.offset]")
@@ -183,7 +191,7 @@ def test_play_moves_the_robot_where_it_stands(tab: Tab) -> None:
     tab.run("show('robot', false)")
     tab.drawn()
     robot = differ(start, tab.screenshot())  # the pixels that show the robot at the start
-    tab.run("show('robot', true)")
+    tab.run("show('robot', true), shownPath().seconds = 6")  # a busy machine draws a frame a second
     tab.click("#play")
     tab.run("new Promise(done => (function look() { share > 0.3 ? done(1) : setTimeout(look, 20); })())")
     tab.click("#play")
@@ -404,6 +412,256 @@ def test_obstacles_are_marked_from_the_list(tab: Tab) -> None:
     assert differ(before, tab.screenshot())[STAGE].mean() < 0.0005
 
 
+# a phone, and the picture
+
+
+PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+
+
+@pytest.fixture
+def phone(window: Tab, sweep_file: Path) -> Iterator[Tab]:
+    """The sweep's page as a phone has it."""
+    window.call("Emulation.setDeviceMetricsOverride", **PHONE)
+    assert window.open(sweep_file), window.console
+    yield window
+    window.call("Emulation.clearDeviceMetricsOverride")
+    assert window.console == []
+
+
+def on_screen(tab: Tab) -> np.ndarray:
+    """(k, 2) pixels: vertices of all that is drawn of the robot now, and of its tool's path."""
+    places = """[...Object.keys(data.names).filter(p => p.startsWith('robot/')), 'paths/' + current]
+        .filter(p => group(p).visible).flatMap(p => {
+            const mesh = drawn(p), at = mesh.geometry.attributes.position, step = Math.ceil(at.count / 500), seen = [];
+            mesh.updateWorldMatrix(true, false);
+            for (let k = 0; k < at.count; k += step) {
+                const v = new THREE.Vector3().fromBufferAttribute(at, k).applyMatrix4(mesh.matrixWorld);
+                v.project(viewer.camera);
+                seen.push([(v.x + 1) / 2 * innerWidth, (1 - v.y) / 2 * innerHeight]);
+            }
+            return seen;
+        })"""
+    return np.array(tab.run(places))
+
+
+def assert_in_view(tab: Tab, shares: tuple[float, ...] = (0.0, 0.3, 0.7, 1.0)) -> None:
+    """Robot and path lie beside the panel and above the player, all along the way, and fill a fair part of that."""
+    free = tab.run("freeArea()")
+    widest = 0.0
+    for share in shares:
+        tab.run(f"goTo({share})")
+        tab.drawn()
+        low, high = on_screen(tab).min(axis=0), on_screen(tab).max(axis=0)
+        assert low[0] >= free["x"] - 1
+        assert low[1] >= free["y"] - 1
+        assert high[0] <= free["x"] + free["width"] + 1
+        assert high[1] <= free["y"] + free["height"] + 1
+        widest = max(widest, float((high - low).max()) / min(free["width"], free["height"]))
+    assert widest > 0.3
+
+
+def test_on_a_phone_the_robot_is_seen_and_the_panel_unfolds(phone: Tab) -> None:
+    assert phone.run("[innerWidth, document.documentElement.scrollWidth]") == [390, 390], "nothing sticks out"
+    assert phone.run("element('body').hidden") is True
+    assert "planar_2r in empty" in text(phone, "panel")
+    panel = phone.run("(b => b.height / innerHeight)(element('panel').getBoundingClientRect())")
+    assert panel < 0.2
+    assert_in_view(phone)
+    picture = phone.screenshot()
+    phone.run("show('robot', false)")
+    phone.drawn()
+    assert differ(picture, phone.screenshot()).mean() > 0.002
+    phone.click("#fold")
+    assert phone.run("element('body').hidden") is False
+    assert "manipulability cost" in text(phone, "numbers")
+    assert phone.run("element('panel').getBoundingClientRect().bottom <= element('player').getBoundingClientRect().top")
+    assert phone.run("document.documentElement.scrollWidth") == 390
+    phone.click("#fold")
+    assert phone.run("element('body').hidden") is True
+
+
+def test_the_panel_folds_on_a_desk_too(tab: Tab) -> None:
+    assert tab.run("element('body').hidden") is False
+    tab.click("#fold")
+    assert tab.run("element('body').hidden") is True
+    assert tab.run("freeArea().x") == 0
+    assert tab.run("element('fold').getAttribute('aria-expanded')") == "false"
+
+
+def test_robot_and_path_are_in_view(tab: Tab, window: Tab, tmp_path: Path, urdf_file: Callable[..., str]) -> None:
+    """Also a robot with a body that is higher than its arm is long, and another arm that is not planned."""
+    assert_in_view(tab)
+    inside = f'<link name="body">{visual_xml("0.4 0.4 2.4")}</link><link name="other">{visual_xml("0.2 3 0.2")}</link>'
+    inside += joint_xml("mount", "body", "other", "fixed", xyz="0 0 1") + link_xml("hand")
+    inside += f'<link name="arm">{visual_xml("0.1 0.1 0.4")}</link>' + joint_xml("turn", "body", "arm", xyz="0.3 0 0.8")
+    inside += joint_xml("grip", "arm", "hand", axis="0 1 0", xyz="0 0 0.2")
+    robot = Robot.load(urdf_file(inside), tool="hand")
+    path = np.array([[-1.0, 0.0], [1.0, 1.0]])
+    content = Content(robot, Scene("none", ()), "", path[0], paths=[ShownPath(path, [])])
+    (tmp_path / "page.html").write_text(page(content))
+    assert window.open(tmp_path / "page.html"), window.console
+    assert_in_view(window)
+
+
+def visual_xml(size: str) -> str:
+    return f'<visual><geometry><box size="{size}"/></geometry></visual>'
+
+
+@pytest.mark.parametrize("robot", ["ur5", "panda", "iiwa14"])
+def test_light_robots_are_not_overexposed(window: Tab, tmp_path: Path, robot: str) -> None:
+    arm = load(robot)
+    (tmp_path / "page.html").write_text(page(Content(arm, Scene("none", ()), "", arm.home)))
+    assert window.open(tmp_path / "page.html"), window.console
+    whole = window.screenshot()
+    window.run("show('robot', false)")
+    window.drawn()
+    bright = whole[differ(whole, window.screenshot())].min(axis=1)
+    assert (bright > 250).mean() < 0.01
+    assert np.percentile(bright, 90) - np.percentile(bright, 10) > 50, "nor flat"
+
+
+# the curve of w, and the joints
+
+
+def test_the_curve_has_an_axis_a_unit_and_the_floor(window: Tab, tmp_path: Path) -> None:
+    path = np.array([[-2.0, 1.5], [0.0, 0.5], [1.0, 1.2]])
+    robot = load("planar_2r")
+    content = Content(robot, Scene("none", ()), "", path[0], paths=[ShownPath(path, [])], floor=0.05)
+    (tmp_path / "page.html").write_text(page(content))
+    assert window.open(tmp_path / "page.html"), window.console
+    labels = window.run("[...element('heights').children].map(s => [s.textContent, parseFloat(s.style.top)])")
+    numbers = dict(labels)
+    floor = numbers.pop("floor 0.05")
+    assert [*numbers] == ["0.00", "0.05", "0.10", "w 0.15 m²"]
+    values = [float(words.replace("w ", "").replace(" m²", "")) for words in numbers]
+    heights = np.array([*numbers.values()])
+    slope = np.diff(heights) / np.diff(values)
+    np.testing.assert_allclose(slope, slope[0], rtol=1e-6)
+    assert floor == pytest.approx(heights[0] + 0.05 * slope[0])
+    curve = window.run("element('spark').querySelector('.curve').getAttribute('d')")
+    lowest = max(float(point.split()[1]) for point in curve.split("L")[1:-1])
+    w = path_manipulability(robot, path)
+    assert lowest == pytest.approx(heights[0] + w.min() * slope[0], abs=0.2)
+    assert f"M0 {floor:.2f}H1000" == window.run("element('spark').querySelector('.floor').getAttribute('d')")
+    whole = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    assert text(window, "shares").split() == [
+        "0",
+        "%",
+        "25",
+        "%",
+        "50",
+        "%",
+        "75",
+        "%",
+        *f"100 % of {whole:.2f} rad".split(),
+    ]
+
+
+def test_a_page_without_a_floor_has_none(tab: Tab) -> None:
+    assert "floor" not in text(tab, "heights")
+    assert tab.run("element('spark').querySelector('.floor')") is None
+
+
+def test_joints_are_shown_against_their_limits(tab: Tab, made: Plan) -> None:
+    robot, path = made.robot, made.path
+    rows = tab.run("[...element('joints').rows].map(r => [...r.cells].map(c => c.textContent))")
+    assert [row[0] for row in rows] == list(robot.joints)
+    assert [float(row[3].removeprefix("± ")) for row in rows] == pytest.approx(robot.upper, abs=0.005)
+    tab.run("goTo(1)")
+    values = tab.run("[...document.querySelectorAll('#joints .value')].map(c => c.textContent)")
+    assert [float(value.replace("−", "-").removesuffix(" rad")) for value in values] == pytest.approx(
+        path[-1], abs=0.006
+    )
+    for j, line in enumerate(tab.run("[...document.querySelectorAll('#joints .way')].map(p => p.getAttribute('d'))")):
+        heights = np.array([float(point.split()[1]) for point in line[1:].split("L")])
+        shares = (path[:, j] - robot.lower[j]) / (robot.upper[j] - robot.lower[j])
+        np.testing.assert_allclose(heights, 100 - 100 * shares, atol=0.01)
+    room = np.minimum(path - robot.lower, robot.upper - path)
+    row, j = np.unravel_index(room.argmin(), room.shape)
+    assert f"{robot.joints[j]} is nearest to a limit: {room[row, j]:.2f} rad" in text(tab, "joint-limit")
+
+
+def test_joints_that_turn_freely_have_no_limits(window: Tab, tmp_path: Path) -> None:
+    arm = load("kinova")
+    (tmp_path / "page.html").write_text(page(Content(arm, Scene("none", ()), "", arm.home)))
+    assert window.open(tmp_path / "page.html"), window.console
+    limits = window.run("[...element('joints').rows].map(r => r.cells[3].textContent)")
+    assert [words == "turns freely" for words in limits] == arm.continuous.tolist()
+
+
+# two paths at once, and those of no beta
+
+
+def test_two_paths_side_by_side(sweep_tab: Tab, tradeoff: Tradeoff) -> None:
+    tab, last = sweep_tab, len(tradeoff.intervals) - 1
+    drag(tab, "beta", 0.0)
+    tab.run("goTo(0.5)")
+    before = tab.screenshot()
+    choose(tab, "compare", str(last))
+    assert dataset(tab, "compared") == str(last)
+    visible = tab.run("data.paths.map((_, k) => group('paths/' + k).visible)")
+    assert [k for k, seen in enumerate(visible) if seen] == [0, last]
+    for name in ("manipulability_cost", "distance_cost"):
+        for k, column in ((0, 1), (last, 2)):
+            cells = tab.run(f"[...element('numbers').rows].map(r => r.cells[{column}].textContent)")
+            assert f"{getattr(tradeoff.intervals[k], name):.4f}" in cells
+    assert differ(before, tab.screenshot())[STAGE].mean() > 0.002
+    assert tab.run("ghost.visible") is True
+    # the second robot stands where the second path is
+    offset = tab.run("data.chain.tool.offset")
+    place = f"new THREE.Vector3(...{offset}).applyMatrix4((g => (g.updateMatrix(), g.matrix))(ghost.children.at(-1)))"
+    other = tradeoff.intervals[last].path
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(other, axis=0), axis=1))])
+    q = np.array([np.interp(0.5 * along[-1], along, column) for column in other.T])
+    np.testing.assert_allclose(tab.run(f"{place}.toArray()"), tool_positions(tradeoff.robot, q)[0], atol=1e-6)
+    w = path_manipulability(tradeoff.robot, np.array([q, q]))[0]
+    assert f"{w:.4f}" in text(tab, "now-other")
+    drag(tab, "beta", 1.0)  # the path beside itself
+    assert dataset(tab, "compared") == ""
+    assert tab.run("ghost.visible") is False
+    drag(tab, "beta", 0.0)
+    choose(tab, "compare", "")
+    assert text(tab, "now-other") == ""
+    assert not differ(before, tab.screenshot())[STAGE].any()
+
+
+def test_paths_of_no_beta_are_shown_and_can_be_chosen(window: Tab, tmp_path: Path) -> None:
+    whole = sweep(ARM, front=True)
+    assert whole.front is not None
+    beyond = [k for k, seen in enumerate(reached_by_beta(whole.front.points, whole.intervals)) if not seen]
+    assert beyond, "choose a task that has some"
+    write_sweep_page(whole, tmp_path / "sweep.html")
+    assert window.open(tmp_path / "sweep.html"), window.console
+    count = len(whole.intervals)
+    assert window.run("data.paths.length") == count + len(beyond)
+    assert window.run(
+        "[element('costs').querySelectorAll('.dot').length, element('costs').querySelectorAll('.cross').length]"
+    ) == [
+        count,
+        len(beyond),
+    ]
+    assert text(window, "which").endswith(f"of {count}")
+    window.click("#costs .cross")
+    assert dataset(window, "path") == str(count)
+    assert "no β makes it optimal" in text(window, "interval")
+    omega, distance = whole.front.points[beyond[0]]
+    assert f"{omega:.4f}" in text(window, "numbers")
+    assert f"{distance:.4f}" in text(window, "numbers")
+    nodes = whole.front.paths[beyond[0]]
+    np.testing.assert_allclose(window.run("shownPath().waypoints"), whole.roadmap.nodes[nodes], atol=1e-8)
+    choose(window, "colour", "cost")
+    window.click("#less")
+    assert int(dataset(window, "path")) < count, "back to those that some beta makes optimal"
+    assert window.console == []
+
+
+def test_a_path_chosen_by_its_costs_sets_beta(sweep_tab: Tab, tradeoff: Tradeoff) -> None:
+    for k, interval in enumerate(tradeoff.intervals):
+        sweep_tab.run(f"element('costs').querySelectorAll('g')[{k}].dispatchEvent(new MouseEvent('click'))")
+        assert dataset(sweep_tab, "path") == str(k)
+        assert interval.beta_min <= float(dataset(sweep_tab, "beta")) <= interval.beta_max
+
+
 # other pages
 
 
@@ -469,21 +727,91 @@ def test_a_page_that_asks_the_network_is_noticed(window: Tab, plan_file: Path, t
     assert window.requests == ["http://127.0.0.1:9/pixel.png"]
 
 
-def test_text_from_files_cannot_become_markup(window: Tab, tmp_path: Path) -> None:
-    nasty = "</script><img src=x onerror=alert(1)>"
-    (tmp_path / "s.yaml").write_text(
-        f"name: {json.dumps(nasty)}\nobstacles:\n"
-        f"  - {{name: {json.dumps(nasty)}, type: sphere, radius: 0.05, position: [2, 2, 2]}}\n"
-    )
-    checker = make_checker(load("planar_2r"), Scene.load(str(tmp_path / "s.yaml")))
-    path = tmp_path / "state.html"
-    path.write_text(state_page(inspect_state(checker, np.zeros(2))))
-    assert nasty not in path.read_text()
-    assert page_data(path)["obstacles"] == [nasty]
+HOSTILE = (
+    "@@VIEWER@@",
+    "@@DATA@@ @@TITLE@@ @@",
+    "<!--<script>",
+    "--><script>ran = 1</script><!--",
+    "</script><script>ran = 1</script>",
+    "</SCRIPT ><script >ran = 1</script>",
+    "</title></style><script>ran = 1</script>",
+    "<img src=x onerror='ran = 1'>",
+    "<svg/onload=ran=1>",
+    "\"'; ran = 1; //",
+    "${ran = 1}`+(ran=1)+`",
+    "\\u003cscript>ran = 1</script>\\",
+    "]]>&lt;script&gt;ran = 1&lt;/script&gt;&amp;",
+    "javascript:ran=1",
+    "a\u2028ran = 1\u2029b\x85c",
+    "__proto__",
+    "constructor",
+    "[bold]{0} %s $1 \\1 \\g<0>",
+    "\u202egnp.tra 🤖 e\u0301 \U0001f469\u200d\U0001f680",
+)
+
+
+@pytest.fixture
+def named_robot(tmp_path: Path) -> Callable[[str], Robot]:
+    """An arm of two joints in a folder, all of which are called alike as far as files and URDFs can."""
+
+    def make(name: str) -> Robot:
+        text = link_xml("base") + link_xml("a", '<sphere radius="0.1"/>') + joint_xml("turn", "base", "a", xyz="1 0 0")
+        text += link_xml("b", '<sphere radius="0.1"/>') + joint_xml("bend", "a", "b", xyz="0.5 0 0")
+        for plain in ("base", "a", "b", "turn", "bend"):
+            text = text.replace(f'"{plain}"', quoteattr(f"{name}{plain}"))
+        folder = tmp_path / name.replace("/", "")
+        folder.mkdir()
+        (folder / "arm.urdf").write_text(f'<robot name={quoteattr(name)} version="1.0">{text}</robot>')
+        return Robot.load(str(folder / "arm.urdf"))
+
+    return make
+
+
+def assert_harmless(window: Tab, html: str, name: str, path: Path) -> None:
+    """The page is drawn, says the name letter by letter, and nothing in the name has become markup or run."""
+    path.write_text(html)
     assert window.open(path), window.console
-    assert window.run("document.querySelector('h1').textContent") == f"planar_2r in {nasty}"
-    assert window.run("document.querySelector('#obstacles button').textContent") == nasty
-    assert window.run("document.querySelectorAll('img').length") == 0
+    assert window.console == window.requests == []
+    assert window.run("typeof ran") == "undefined"
+    assert window.run("document.querySelector('h1').textContent").endswith(f" in {name}")
+    assert window.run("document.title").endswith(f" in {name}")
+    assert window.run("document.querySelector('#obstacles button').textContent") == name
+    assert window.run("[document.images.length, document.scripts.length]") == [0, 4]
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_no_name_breaks_the_page_or_runs_in_it(
+    window: Tab, tmp_path: Path, named_robot: Callable[[str], Robot], name: str
+) -> None:
+    """A state's page speaks of scene, obstacles, links and joints; two links stand in the obstacle."""
+    robot = named_robot(name)
+    scene = Scene(name, (Obstacle(name, Sphere(2.0), pose()),))
+    html = state_page(inspect_state(make_checker(robot, scene), np.array([0.0, 2.0])))
+    assert_harmless(window, html, name, tmp_path / "state.html")
+    assert window.run("document.querySelector('h1').textContent") == f"{robot.name} in {name}"
+    assert f"'{name}b' and '{name}' touch" in text_content(window, "message")
+    assert f"{name}bend" in text_content(window, "joints")
+    window.run("element('viewer').dispatchEvent(new PointerEvent('pointermove', {clientX: 640, clientY: 300}))")
+    window.drawn()
+    assert window.run("Object.values(data.names)").count(name) == 1
+
+
+def test_names_that_break_nothing_in_a_plan(window: Tab, made: Plan, tradeoff: Tradeoff, tmp_path: Path) -> None:
+    name = "".join(HOSTILE)
+    obstacles = tuple(replace(obstacle, name=name) for obstacle in made.scene.obstacles)
+    scene = replace(made.scene, name=name, obstacles=obstacles)
+    assert_harmless(window, plan_page(replace(made, scene=scene)), name, tmp_path / "plan.html")
+    sweep = replace(tradeoff, scene=scene, robot=replace(tradeoff.robot, name=name))
+    assert_harmless(window, sweep_page(sweep), name, tmp_path / "sweep.html")
+
+
+def test_a_script_in_a_name_would_be_noticed(window: Tab, tmp_path: Path) -> None:
+    """The negative control: in a page that does not escape, the same names run."""
+    html = state_page(inspect_state(make_checker(load("planar_2r"), Scene("safe", ())), np.zeros(2)))
+    path = tmp_path / "state.html"
+    path.write_text(html.replace("planar_2r in safe</h1>", f"{HOSTILE[4]}</h1>"))
+    window.open(path)
+    assert window.run("typeof ran") == "number"
 
 
 @pytest.mark.parametrize(("robot", "scene", "most"), [("iiwa14", "paper", 3_000_000), ("panda", "shelf", 8_000_000)])

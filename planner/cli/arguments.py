@@ -1,0 +1,41 @@
+"""The command line's words before they are read: a goal may be given several times, any other option once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from planner.base.errors import OptionError
+from planner.base.targets import AND
+
+_GOAL = "--goal"
+
+
+def prepared(words: Sequence[str]) -> list[str]:
+    """The words with all ``--goal`` made one, which stands where the first stood; others twice are refused.
+
+    Of an option given twice the parser would take the last and say nothing. Raises :class:`OptionError`.
+    """
+    seen: set[str] = set()
+    out: list[str] = []
+    goal: int | None = None  # where the first goal's value stands in ``out``
+    waiting = iter(words)
+    for word in waiting:
+        option, equals, value = word.partition("=")
+        option = option.replace("_", "-")
+        if not option.startswith("--") or option == "--":
+            out.append(word)
+        elif option == _GOAL:
+            value = value if equals else next(waiting, None)
+            if value is None:
+                out.append(_GOAL)
+            elif goal is None:
+                goal = len(out) + 1
+                out += [_GOAL, value]
+            else:
+                out[goal] += AND + value
+        elif option in seen:
+            raise OptionError(f"option {option} is given twice: give it once.")
+        else:
+            seen.add(option)
+            out.append(word)
+    return out

@@ -1,0 +1,51 @@
+// The curve of w under the player, with its axes, the floor that was asked for and the worst points.
+
+let curveY = (w) => w; // from w to the drawing's height, 0 at the top to 100
+
+// One, two or five times a power of ten, of which two to five make up `high`.
+function niceStep(high) {
+  const raw = high / 2, decade = Math.pow(10, Math.floor(Math.log10(raw)));
+  return decade * (raw >= 5 * decade ? 5 : raw >= 2 * decade ? 2 : 1);
+}
+
+// As many digits as the step between two of them has.
+const tick = (value, step) => (step < 1e-4 ? value.toExponential(0) : value.toFixed(Math.max(0, -Math.floor(Math.log10(step) + 1e-9))));
+
+function label(text, place, side, className = "") {
+  const made = document.createElement("span");
+  made.textContent = text;
+  made.className = className;
+  made.style[side] = `${place}%`;
+  return made;
+}
+
+function drawHeights(high) {
+  const step = niceStep(high), labels = [];
+  for (let k = 0; k * step <= high * (1 + 1e-9); k++) labels.push(k * step);
+  const last = labels.length - 1;
+  const named = (w, k) => (k === last ? `w ${tick(w, step)} ${data.unit}` : tick(w, step));
+  const spans = labels.map((w, k) => label(named(w, k), curveY(w), "top"));
+  if (data.floor > 0) spans.push(label(`floor ${data.floor}`, curveY(data.floor), "top", "floor"));
+  element("heights").replaceChildren(...spans);
+  return labels.map((w) => `M0 ${curveY(w).toFixed(2)}H1000`).join("");
+}
+
+function drawShares(path) {
+  const places = [0, 25, 50, 75].map((place) => label(`${place} %`, place, "left", place === 75 ? "minor" : ""));
+  element("shares").replaceChildren(...places, label(`100 % of ${path.length.toFixed(2)} rad`, 100, "left", "whole"));
+}
+
+const curveLine = (w) => w.map((value, k) => `${((1000 * k) / (w.length - 1)).toFixed(1)} ${curveY(value).toFixed(2)}`).join("L");
+
+function drawCurve(path, other) {
+  const shown = other ? [path, other] : [path];
+  const high = Math.max(...shown.flatMap((each) => each.w), 1.05 * data.floor, 1e-9);
+  curveY = (w) => 98 - (94 * w) / high;
+  const piece = (name, way) => vector("path", { class: name, d: way });
+  const worst = path.worst.map((point) => `M${(1000 * point.share).toFixed(1)} ${curveY(point.w).toFixed(2)}h0.01`);
+  const pieces = [piece("level", drawHeights(high)), piece("curve", `M0 98L${curveLine(path.w)}L1000 98`)];
+  if (other) pieces.push(piece("other", `M${curveLine(other.w)}`));
+  if (data.floor > 0) pieces.push(piece("floor", `M0 ${curveY(data.floor).toFixed(2)}H1000`));
+  element("spark").replaceChildren(...pieces, piece("worst", worst.join("")), piece("here", ""));
+  drawShares(path);
+}
