@@ -10,19 +10,6 @@ that importing the package, or only :mod:`planner.gabf`, loads no robot library.
 
 from __future__ import annotations
 
-import importlib
-import sys
-
 import lazy_loader
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-
-
-def _show_results_in_notebooks() -> None:
-    """Within IPython, plans, trade-offs and roadmaps are shown as tables."""
-    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-    if shell is not None:
-        importlib.import_module("planner.view.notebook").register(shell)
-
-
-_show_results_in_notebooks()

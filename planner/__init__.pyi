@@ -8,8 +8,9 @@ from .base.versions import __version__ as __version__
 from .collision import make_checker as make_checker
 from .costs.network import build_network as build_network
 from .gabf.routes import paths_from as paths_from
-from .planning import Plan as Plan
+from .plan_record import Plan as Plan
 from .planning import plan as plan
+from .planning import with_alternatives as with_alternatives
 from .roadmap.build import build_roadmap as build_roadmap
 from .roadmap.storage import load_roadmap as load_roadmap
 from .roadmap.storage import save_roadmap as save_roadmap

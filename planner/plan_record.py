@@ -1,21 +1,90 @@
-"""What a plan writes: ``plan.json`` and ``roadmap.npz``; the page comes from :mod:`planner.view`."""
+"""A plan with everything it was made from, and what it writes: ``plan.json``, ``plan.html`` and ``roadmap.npz``."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from planner.base.files import write_json
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.base.files import make_folder, write_json, write_whole
+from planner.base.html import html_table
 from planner.base.outcome import Outcome
-from planner.base.progress import rounded
-from planner.costs.manipulability_floor import first_violation
+from planner.base.progress import Stopwatch, rounded
+from planner.base.request import PlanRequest
+from planner.collision.checker import CollisionChecker
+from planner.costs.manipulability_floor import LayeredNetwork, first_violation
+from planner.costs.network import PathCost
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import measure_path, path_manipulability
-from planner.planning import Plan
+from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
+from planner.view.page import Content, page
+from planner.view.shown_path import ShownPath, on_roadmap, path_rows
+from planner.world.robot import Robot
 from planner.world.run_record import run_record
+from planner.world.scene import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A plan with everything it was made from; ``path`` (k, dof) and ``path_nodes`` are empty where there is none.
+
+    A continuous joint is unwound along the path, so that following it is never a jump. ``layered`` is what the dynamics
+    ran on, where it came so far: the roadmap, or with a manipulability floor the layers of
+    :mod:`planner.costs.manipulability_floor`; ``cost_to_go`` is of its nodes. ``goal`` is the text of the goal
+    that is reached, ``alternatives`` the paths of other betas, see :func:`planner.planning.with_alternatives`.
+    """
+
+    request: PlanRequest
+    outcome: Outcome
+    robot: Robot
+    scene: Scene
+    checker: CollisionChecker
+    roadmap: Roadmap
+    layered: LayeredNetwork | None = None
+    cost_to_go: gabf.CostToGo | None = None
+    path: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    goal: str | None = None  # the text of the goal that the path reaches
+    cost: PathCost | None = None
+    edges_removed: int = 0
+    max_error_vs_oracle: float | None = None
+    certificate: tuple[gabf.Certificate, ...] = ()
+    alternatives: tuple[ShownPath, ...] = ()
+    timings: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        size = f"{len(self.path)} waypoints" if len(self.path) else "no path"
+        return f"<Plan: {self.robot.name} in {self.scene.name}, {self.outcome.key}, {size}>"
+
+    @property
+    def network(self) -> gabf.Network | None:
+        """The network of ``layered``."""
+        return None if self.layered is None else self.layered.network
+
+    def _repr_html_(self) -> str:
+        caption = f"{self.robot.name} in {self.scene.name}. {self.outcome.value}"
+        return html_table(caption, summary_rows(plan_record(self)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of ``plan.json``; units in rad, m and s."""
+        return plan_record(self)
+
+    def page(self) -> str:
+        """The page as HTML text that needs nothing but a browser; it draws what is there and computes nothing."""
+        return plan_page(self)
+
+    def save(self, folder: Path | str) -> None:
+        """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if need be.
+
+        Raises :class:`FileError` where that cannot be done.
+        """
+        save_plan(self, Path(folder))
 
 
 def plan_record(plan: Plan) -> dict[str, Any]:
@@ -33,13 +102,54 @@ def plan_record(plan: Plan) -> dict[str, Any]:
     }
 
 
-def save_plan(plan: Plan, folder: Path, timings: dict[str, float]) -> dict[str, Any]:
-    """Write ``roadmap.npz`` and ``plan.json`` under ``folder``; returns the record that was written."""
+def save_plan(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
+    """Write the three files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
+    make_folder(folder)
     save_roadmap(plan.roadmap, folder / "roadmap.npz")
+    clock = Stopwatch()
+    with clock("page"):
+        write_whole(folder / "plan.html", plan_page(plan).encode())
     record = plan_record(plan)
-    record["timings_s"] |= rounded(timings)
+    record["timings_s"] |= rounded({**clock.seconds, **(timings or {})})
     write_json(folder / "plan.json", record)
     return record
+
+
+def plan_page(plan: Plan) -> str:
+    """A plan's page as HTML text; without a path the roadmap shows where it stops."""
+    paths, current = shown_paths(plan)
+    content = Content(
+        plan.robot,
+        plan.scene,
+        plan.outcome.value,
+        plan.roadmap.nodes[plan.roadmap.starts[0]],
+        details=summary_rows(plan_record(plan)),
+        roadmap=plan.roadmap,
+        cost_to_go=on_roadmap(plan.layered, plan.cost_to_go),
+        paths=paths,
+        current=current,
+        beta=plan.request.beta,
+        floor=plan.request.min_manipulability,
+    )
+    return page(content)
+
+
+def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
+    """The alternatives with the plan's own path among them, and which it is; none without a path."""
+    if plan.cost is None:
+        return [], 0
+    beta, shown, costs = plan.request.beta, list(plan.alternatives), (plan.cost.manipulability, plan.cost.distance)
+    rows, field = path_rows(plan.robot, plan.path, *costs), on_roadmap(plan.layered, plan.cost_to_go)
+    for k, other in enumerate(shown):
+        assert other.interval is not None
+        assert other.costs is not None
+        if np.isclose(other.costs, costs, rtol=1e-9).all() and other.interval[0] <= beta <= other.interval[1]:
+            shown[k] = ShownPath(plan.path, rows, other.interval, field, costs)
+            return shown, k
+    # as good as the others at this one beta, as may be at 0, at 1 and where two intervals meet
+    place = sum(other.interval is not None and other.interval[0] < beta for other in shown)
+    shown.insert(place, ShownPath(plan.path, rows, (beta, beta), field, costs))
+    return shown, place
 
 
 def _measures(plan: Plan) -> dict[str, Any]:
@@ -82,7 +192,7 @@ def _gabf(plan: Plan) -> dict[str, Any] | None:
 
 def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
     """What the terminal's table and the page's panel say about a plan."""
-    gabf, cost, w = (record[key] for key in ("gabf", "cost", "manipulability"))
+    field, cost, w = (record[key] for key in ("gabf", "cost", "manipulability"))
     rows = [("roadmap", roadmap_text(record["roadmap"]))]
     if cost:
         rows.append(
@@ -98,10 +208,10 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(
             ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
         )
-    if gabf:
-        rows.append(("settled", _settling(gabf)))
-        rows += _certified(gabf)
-        rows.append(("error against oracle", f"{gabf['max_error_vs_oracle']:.1e} relative"))
+    if field:
+        rows.append(("settled", _settling(field)))
+        rows += _certified(field)
+        rows.append(("error against oracle", f"{field['max_error_vs_oracle']:.1e} relative"))
     return rows
 
 
@@ -117,9 +227,9 @@ def _floor_text(w: dict[str, Any]) -> str:
     return f"; above the floor of {asked:g}{low}"
 
 
-def _certified(gabf: dict[str, Any]) -> list[tuple[str, str]]:
+def _certified(field: dict[str, Any]) -> list[tuple[str, str]]:
     """The sharpest bound on the settling time that is proven for this run."""
-    proven = [c for c in gabf["certificate"] if c["quantity"] == "settling tau" and c["applies"] and c["proven"]]
+    proven = [c for c in field["certificate"] if c["quantity"] == "settling tau" and c["applies"] and c["proven"]]
     if not proven:
         return []
     best = min(proven, key=lambda c: c["bound"])
@@ -128,8 +238,8 @@ def _certified(gabf: dict[str, Any]) -> list[tuple[str, str]]:
     return [("certified", f"to settle by tau = {best['bound']:.1f}{ahead} ({best['name']})")]
 
 
-def _settling(gabf: dict[str, Any]) -> str:
-    if gabf["settling_time"] is None:
+def _settling(field: dict[str, Any]) -> str:
+    if field["settling_time"] is None:
         return "not within the budget"
-    limit = f" of T_p = {gabf['prescribed_time']:g} s" if gabf["log10_remaining"] is not None else " s"
-    return f"at t = {gabf['settling_time']:.4f}{limit} (tau = {gabf['settling_tau']:.2f}), law {gabf['law']}"
+    limit = f" of T_p = {field['prescribed_time']:g} s" if field["log10_remaining"] is not None else " s"
+    return f"at t = {field['settling_time']:.4f}{limit} (tau = {field['settling_tau']:.2f}), law {field['law']}"

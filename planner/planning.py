@@ -2,57 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints, frozen
+from planner.base.arrays import Ints, frozen
 from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.request import PlanRequest
-from planner.collision.checker import CollisionChecker
 from planner.costs.healing import HealingNetwork, warm_start
 from planner.costs.manipulability_floor import LayeredNetwork
-from planner.costs.network import PathCost, build_network, path_cost
+from planner.costs.network import build_network, path_cost
+from planner.plan_record import Plan
 from planner.query.open import make_query
 from planner.roadmap.obtain import obtain_roadmap
-from planner.roadmap.roadmap import Roadmap
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-
-
-@dataclass(frozen=True, eq=False)
-class Plan:
-    """A plan with everything it was made from; ``path`` (k, dof) and ``path_nodes`` are empty where there is none.
-
-    A continuous joint is unwound along the path, so that following it is never a jump. ``layered`` is what the dynamics
-    ran on, where it came so far: the roadmap, or with a manipulability floor the layers of
-    :mod:`planner.costs.manipulability_floor`; ``cost_to_go`` is of its nodes.
-    """
-
-    request: PlanRequest
-    outcome: Outcome
-    robot: Robot
-    scene: Scene
-    checker: CollisionChecker
-    roadmap: Roadmap
-    layered: LayeredNetwork | None = None
-    cost_to_go: gabf.CostToGo | None = None
-    path: Floats = field(default_factory=lambda: np.zeros((0, 0)))
-    path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    goal: str | None = None  # the text of the goal that the path reaches
-    cost: PathCost | None = None
-    edges_removed: int = 0
-    max_error_vs_oracle: float | None = None
-    certificate: tuple[gabf.Certificate, ...] = ()
-    timings: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def network(self) -> gabf.Network | None:
-        """The network of ``layered``."""
-        return None if self.layered is None else self.layered.network
+from planner.tradeoff.alternatives import paths_for_every_beta
 
 
 def plan(request: PlanRequest | None = None, progress: Progress = QUIET, **options: Any) -> Plan:
@@ -115,3 +81,14 @@ def _cheapest_path(layered: LayeredNetwork, cost_to_go: gabf.CostToGo) -> Ints:
     if not np.isfinite(cost_to_go.x[start]):
         return np.zeros(0, dtype=np.int64)
     return gabf.extract_path(layered.network, cost_to_go, start)
+
+
+def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
+    """The plan with the paths that every other beta would choose on its network, for its page; a search of its own."""
+    if plan.layered is None or plan.cost is None:
+        return plan
+    clock, request = Stopwatch(), plan.request
+    with clock("alternatives"):
+        law = gabf.named_law(request.law, request.prescribed_time)
+        found = paths_for_every_beta(plan.roadmap, plan.robot, plan.layered, law, progress)
+    return replace(plan, alternatives=found, timings=plan.timings | clock.seconds)

@@ -11,7 +11,7 @@ import pytest
 from planner import cli
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.planning import Plan
+from planner.plan_record import Plan
 from planner.roadmap.roadmap import Roadmap
 from tests.command_line import Run
 from tests.worlds import (

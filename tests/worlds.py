@@ -11,7 +11,8 @@ from planner.base.request import PlanRequest
 from planner.base.resources import robot_names, scene_names
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.planning import Plan, plan
+from planner.plan_record import Plan
+from planner.planning import plan
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.world.poses import pose

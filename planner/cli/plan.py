@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.base.request import PlanRequest
-from planner.cli.common import STARTED, Flag, page_timings
+from planner.cli.common import STARTED, Flag
 from planner.cli.terminal import complain, say, show, working
 
 if TYPE_CHECKING:
@@ -46,21 +46,18 @@ def plan(
         json: Print plan.json on standard output, and nothing else there.
         debug: Show tracebacks of errors.
     """
-    from planner.base.files import make_folder, require_writable_folder
+    from planner.base.files import require_writable_folder
 
     require_writable_folder(out)
     from planner import planning
     from planner.base.outcome import Outcome
     from planner.plan_record import save_plan
-    from planner.view.page import write_plan_page
     from planner.view.serve import serve
 
     imported = time.perf_counter() - STARTED
     with working() as progress:
-        result = planning.plan(request, progress)
-        make_folder(out)
-        timings = page_timings(imported, lambda: write_plan_page(result, out / "plan.html"))
-        record = save_plan(result, out, timings)
+        result = planning.with_alternatives(planning.plan(request, progress), progress)
+        record = save_plan(result, out, {"import": imported, "total": time.perf_counter() - STARTED})
     tell = complain if json else say
     if json:
         say((out / "plan.json").read_text().rstrip())

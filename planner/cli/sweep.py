@@ -10,7 +10,7 @@ import tyro
 
 from planner.base.errors import OptionError
 from planner.base.request import SweepRequest
-from planner.cli.common import STARTED, Flag, page_timings
+from planner.cli.common import STARTED, Flag
 from planner.cli.terminal import report_table, say, show, working
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def sweep(
         out: Folder to write into.
         debug: Show tracebacks of errors.
     """
-    from planner.base.files import make_folder, require_writable_folder
+    from planner.base.files import require_writable_folder
 
     if max_labels is not None and not front:
         raise OptionError("--max-labels limits the search of --front: give --front too, or leave it out.")
@@ -55,16 +55,13 @@ def sweep(
     from planner.tradeoff.nondominated import MAX_LABELS
     from planner.tradeoff.record import read_checkpoint, save_sweep
     from planner.tradeoff.sweep import sweep as find_tradeoff
-    from planner.view.page import write_sweep_page
 
     imported = time.perf_counter() - STARTED
     labels = MAX_LABELS if max_labels is None else max_labels
     earlier = read_checkpoint(request, out) if resume else None
     with working() as progress:
         result = find_tradeoff(request, progress, front, labels, earlier)
-        make_folder(out)
-        timings = page_timings(imported, lambda: write_sweep_page(result, out / "sweep.html"))
-        record = save_sweep(result, out, timings)
+        record = save_sweep(result, out, {"import": imported, "total": time.perf_counter() - STARTED})
     _tell(result, record, out)
     return result.outcome.exit_code
 

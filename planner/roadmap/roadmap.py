@@ -58,6 +58,15 @@ class Roadmap:
     scale: CostScale
     origin: Origin
 
+    def __repr__(self) -> str:
+        origin, size = self.origin, f"{len(self.nodes)} nodes, {len(self.edges)} edges"
+        return f"<Roadmap: {origin.robot} in {origin.scene}, {size}>"
+
+    def _repr_html_(self) -> str:
+        from planner.roadmap.summary import roadmap_table
+
+        return roadmap_table(self)
+
     def __post_init__(self) -> None:
         for name, dtype in DTYPES.items():
             object.__setattr__(self, name, frozen(getattr(self, name), dtype))

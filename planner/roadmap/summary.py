@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.html import html_table
 from planner.roadmap.roadmap import Roadmap
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
@@ -77,3 +78,17 @@ def roadmap_text(roadmap: dict[str, Any]) -> str:
         f"{roadmap['nodes']} nodes, {roadmap['edges']} edges, {roadmap['edges_certified']} of them proven free, "
         f"{roadmap['components']} component{'s' if roadmap['components'] != 1 else ''}"
     )
+
+
+def roadmap_table(roadmap: Roadmap) -> str:
+    """A roadmap as an HTML table."""
+    w, length, origin = roadmap.manipulability, roadmap.joint_length, roadmap.origin
+    rows = [
+        ("size", roadmap_text(roadmap_record(roadmap, 0))),
+        ("starts, goals", f"{len(roadmap.starts)}, {len(roadmap.goals)}"),
+        ("manipulability w", f"{w.min():.3g} to {w.max():.3g} at its nodes"),
+        ("seed", str(origin.seed)),
+    ]
+    if len(length):
+        rows.insert(3, ("edges", f"mean {length.mean():.3f} rad, longest {length.max():.3f} rad"))
+    return html_table(f"Roadmap of {origin.robot} in {origin.scene}", rows)

@@ -13,17 +13,19 @@ import numpy as np
 import pydantic
 
 from planner.base.errors import FileError
-from planner.base.files import write_json, write_whole
-from planner.base.progress import rounded
+from planner.base.files import make_folder, write_json, write_whole
+from planner.base.html import html_table
+from planner.base.progress import Stopwatch, rounded
 from planner.base.request import SweepRequest
 from planner.base.yamlfile import Strict, read_text, validate
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.tradeoff.nondominated import Front
+from planner.tradeoff.page import sweep_page
 from planner.tradeoff.sweep import Checkpoint, Interval, Tradeoff, reached_by_beta
 from planner.world.run_record import run_record
 
-JSON_NAME, CSV_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "roadmap.npz"
+JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "sweep.html", "roadmap.npz"
 _NUMBERS = (
     *("beta_min", "beta_max", "manipulability_cost", "distance_cost"),
     *("w_min", "w_mean", "joint_length", "workspace_length"),
@@ -54,14 +56,29 @@ def sweep_record(tradeoff: Tradeoff) -> dict[str, Any]:
     }
 
 
-def save_sweep(tradeoff: Tradeoff, folder: Path, timings: dict[str, float]) -> dict[str, Any]:
-    """Write ``roadmap.npz``, ``sweep.csv`` and ``sweep.json`` under ``folder``; returns the record that was written."""
+def save_sweep(tradeoff: Tradeoff, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
+    """Write the four files; ``timings`` (s) go beside the sweep's own. Returns the record that was written."""
+    make_folder(folder)
     save_roadmap(tradeoff.roadmap, folder / ROADMAP_NAME)
+    clock = Stopwatch()
+    with clock("page"):
+        write_whole(folder / PAGE_NAME, sweep_page(tradeoff).encode())
     record = sweep_record(tradeoff)
-    record["timings_s"] |= rounded(timings)
+    record["timings_s"] |= rounded({**clock.seconds, **(timings or {})})
     write_whole(folder / CSV_NAME, to_csv(record).encode())
     write_json(folder / JSON_NAME, record)
     return record
+
+
+def sweep_table(tradeoff: Tradeoff) -> str:
+    """A trade-off as an HTML table, one row per interval of beta."""
+    record = sweep_record(tradeoff)
+    rows = interval_rows(record)
+    caption = (
+        f"{tradeoff.robot.name} in {tradeoff.scene.name}. {tradeoff.outcome.value} {' '.join(summary_lines(record))}"
+    )
+    cells = [[f"{value:.5g}" if isinstance(value, float) else str(value) for value in row.values()] for row in rows]
+    return html_table(caption, cells, list(rows[0]) if rows else [])
 
 
 def to_csv(record: dict[str, Any]) -> str:

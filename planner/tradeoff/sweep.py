@@ -100,6 +100,27 @@ class Tradeoff:
     barred: tuple[tuple[int, int], ...] = ()
     timings: dict[str, float] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        count = f"{len(self.intervals)} intervals of beta"
+        return f"<Tradeoff: {self.robot.name} in {self.scene.name}, {self.outcome.key}, {count}>"
+
+    def _repr_html_(self) -> str:
+        from planner.tradeoff.record import sweep_table
+
+        return sweep_table(self)
+
+    def page(self) -> str:
+        """The page as HTML text that needs nothing but a browser."""
+        from planner.tradeoff.page import sweep_page
+
+        return sweep_page(self)
+
+    def save(self, folder: Path | str) -> None:
+        """Write ``sweep.json``, ``sweep.csv``, ``sweep.html`` and ``roadmap.npz`` under ``folder``."""
+        from planner.tradeoff.record import save_sweep
+
+        save_sweep(self, Path(folder))
+
 
 def sweep(
     request: SweepRequest,

@@ -14,8 +14,8 @@ from planner.kinematics.forward import joint_placements, tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.paths.clearance import SHOWN, clearance_text
 from planner.query.resolve import beyond_limits
-from planner.tradeoff.alternatives import W_UNIT, Rows
 from planner.view.page import Content, page
+from planner.view.shown_path import W_UNIT, Rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ def state_page(report: StateReport) -> str:
         report.q,
         facts=_facts(report),
         touching=frozenset(name for pair in report.contacts for name in (pair.first, pair.second)),
-        wrong=("contact", *(joint for joint, out in zip(world.robot.joints, report.outside, strict=True) if out)),
+        highlighted=("contact", *(joint for joint, out in zip(world.robot.joints, report.outside, strict=True) if out)),
     )
     return page(content)
 

@@ -23,7 +23,7 @@ from planner.figures.workspace import clipped, faces_of
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path, path_clearance
-from planner.planning import Plan
+from planner.plan_record import Plan
 from planner.tradeoff.nondominated import Front
 from planner.tradeoff.sweep import Interval, Tradeoff
 from planner.world.poses import pose

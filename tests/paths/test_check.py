@@ -17,7 +17,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.paths.check import check_path, prove_path, worst_excess
 from planner.paths.clearance import nearest_pair, slack, smallest_clearance
 from planner.paths.report import report_record, report_rows, verdict_sentence
-from planner.planning import Plan
+from planner.plan_record import Plan
 from planner.world.poses import pose
 from planner.world.robot import Robot
 from planner.world.shapes import Box

@@ -22,7 +22,8 @@ from planner.base.request import PlanRequest, SweepRequest
 from planner.costs.healing import HealingNetwork
 from planner.costs.network import build_network, path_cost
 from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
-from planner.planning import Plan, plan
+from planner.plan_record import Plan
+from planner.planning import plan
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.tradeoff.nondominated import MAX_LABELS

@@ -18,12 +18,13 @@ from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
 from planner.paths.measure import path_manipulability
-from planner.planning import Plan, plan
+from planner.plan_record import Plan
+from planner.planning import plan, with_alternatives
 from planner.tradeoff.alternatives import ShownPath
 from planner.tradeoff.sweep import Tradeoff, reached_by_beta, sweep
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
-from planner.view.page import Content, page, plan_page, sweep_page, write_plan_page, write_sweep_page
+from planner.view.page import Content, page
 from planner.view.state import inspect_state, state_page
 from planner.world.poses import pose
 from planner.world.robot import Robot, load_visuals
@@ -38,13 +39,13 @@ ARM = PlanRequest(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,
 
 @pytest.fixture(scope="module")
 def made(solved: Plan) -> Plan:
-    return solved
+    return with_alternatives(solved)
 
 
 @pytest.fixture(scope="module")
 def plan_file(made: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "plan.html"
-    write_plan_page(made, path)
+    path.write_text(made.page())
     return path
 
 
@@ -59,7 +60,7 @@ def tradeoff() -> Tradeoff:
 @pytest.fixture(scope="module")
 def sweep_file(tradeoff: Tradeoff, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "sweep.html"
-    write_sweep_page(tradeoff, path)
+    path.write_text(tradeoff.page())
     return path
 
 
@@ -275,8 +276,8 @@ def test_interval_by_interval_with_keys_and_buttons(sweep_tab: Tab, tradeoff: Tr
 
 
 def test_the_plan_page_has_all_betas_and_opens_at_its_own(window: Tab, tmp_path: Path) -> None:
-    found = plan(replace(ARM, beta=0.03))
-    write_plan_page(found, tmp_path / "plan.html")
+    found = with_alternatives(plan(replace(ARM, beta=0.03)))
+    (tmp_path / "plan.html").write_text(found.page())
     assert window.open(tmp_path / "plan.html"), window.console
     intervals = page_data_paths(window)
     assert intervals[0][0] == 0.0
@@ -630,7 +631,7 @@ def test_paths_of_no_beta_are_shown_and_can_be_chosen(window: Tab, tmp_path: Pat
     assert whole.front is not None
     beyond = [k for k, seen in enumerate(reached_by_beta(whole.front.points, whole.intervals)) if not seen]
     assert beyond, "choose a task that has some"
-    write_sweep_page(whole, tmp_path / "sweep.html")
+    (tmp_path / "sweep.html").write_text(whole.page())
     assert window.open(tmp_path / "sweep.html"), window.console
     count = len(whole.intervals)
     assert window.run("data.paths.length") == count + len(beyond)
@@ -670,10 +671,10 @@ def test_pages_without_a_path(window: Tab, tradeoff: Tradeoff, tmp_path: Path) -
     found = replace(found, path=np.zeros((0, 2)), path_nodes=found.path_nodes[:0], cost=None)
     partial = replace(tradeoff, intervals=tradeoff.intervals[:2], complete=False, outcome=Outcome.INTERRUPTED)
     for html, paths, field, words in (
-        (plan_page(replace(found, outcome=Outcome.NO_PATH)), 1, True, "were not connected"),
-        (plan_page(replace(found, outcome=Outcome.INTERRUPTED, cost_to_go=None)), 1, False, "Interrupted"),
-        (sweep_page(replace(tradeoff, intervals=(), outcome=Outcome.NO_PATH)), 1, False, "were not connected"),
-        (sweep_page(partial), 2, True, "Interrupted"),
+        (replace(found, outcome=Outcome.NO_PATH).page(), 1, True, "were not connected"),
+        (replace(found, outcome=Outcome.INTERRUPTED, cost_to_go=None).page(), 1, False, "Interrupted"),
+        (replace(tradeoff, intervals=(), outcome=Outcome.NO_PATH).page(), 1, False, "were not connected"),
+        (partial.page(), 2, True, "Interrupted"),
     ):
         (tmp_path / "page.html").write_text(html)
         assert window.open(tmp_path / "page.html"), window.console
@@ -800,9 +801,9 @@ def test_names_that_break_nothing_in_a_plan(window: Tab, made: Plan, tradeoff: T
     name = "".join(HOSTILE)
     obstacles = tuple(replace(obstacle, name=name) for obstacle in made.scene.obstacles)
     scene = replace(made.scene, name=name, obstacles=obstacles)
-    assert_harmless(window, plan_page(replace(made, scene=scene)), name, tmp_path / "plan.html")
+    assert_harmless(window, replace(made, scene=scene).page(), name, tmp_path / "plan.html")
     sweep = replace(tradeoff, scene=scene, robot=replace(tradeoff.robot, name=name))
-    assert_harmless(window, sweep_page(sweep), name, tmp_path / "sweep.html")
+    assert_harmless(window, sweep.page(), name, tmp_path / "sweep.html")
 
 
 def test_a_script_in_a_name_would_be_noticed(window: Tab, tmp_path: Path) -> None:

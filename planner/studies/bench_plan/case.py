@@ -23,8 +23,8 @@ from planner.base.request import PlanRequest
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
 from planner.paths.measure import path_clearance, path_contact
-from planner.plan_record import plan_record
-from planner.planning import Plan, plan
+from planner.plan_record import Plan, plan_record
+from planner.planning import plan
 from planner.roadmap.first_path import FIRST_PATH
 from planner.studies.bench_plan.rows import REFUSED
 from planner.studies.process import peak_memory

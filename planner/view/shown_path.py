@@ -1,0 +1,53 @@
+"""A path as a page shows it: the motion, what is said about it, and the field that it follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats
+from planner.costs.manipulability_floor import LayeredNetwork
+from planner.paths.measure import measure_path
+from planner.world.robot import Robot
+
+Rows = list[tuple[str, str]]
+W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}
+
+
+@dataclass(frozen=True, eq=False)
+class ShownPath:
+    """A path (k, dof) rad, what is said about it, and where known its betas and the cost-to-go (n,) of the roadmap.
+
+    ``costs``: Omega and D. A path with costs but without an interval is non-dominated, and no beta makes it optimal.
+    """
+
+    path: Floats
+    numbers: Rows
+    interval: tuple[float, float] | None = None
+    cost_to_go: Floats | None = None
+    costs: tuple[float, float] | None = None
+
+
+def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
+    """What the page says about a path: its two costs, w along it, its lengths."""
+    measures, unit = measure_path(robot, path), W_UNIT[robot.manipulability]
+    return [
+        ("manipulability cost Ω", f"{omega:.4f}"),
+        ("distance cost D", f"{distance:.4f}"),
+        (f"w smallest ({unit})", f"{measures.w_min:.3g}"),
+        (f"w mean ({unit})", f"{measures.w_mean:.3g}"),
+        ("joint motion", f"{measures.joint_length:.3f} rad"),
+        ("tool's way", f"{measures.workspace_length:.3f} m"),
+        ("waypoints", str(len(path))),
+    ]
+
+
+def on_roadmap(layered: LayeredNetwork | None, cost_to_go: gabf.CostToGo | None) -> Floats | None:
+    """The cost-to-go (n,) of the roadmap's own nodes; where a floor has several stretches, a node's least on any."""
+    if layered is None or cost_to_go is None:
+        return None
+    least = np.full(layered.roadmap_node.max() + 1, np.inf)
+    np.minimum.at(least, layered.roadmap_node, cost_to_go.x)
+    return least
