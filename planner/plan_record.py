@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -181,6 +182,7 @@ def _gabf(plan: Plan) -> dict[str, Any] | None:
         "prescribed_time": plan.request.prescribed_time,
         "settling_time": plan.cost_to_go.settling_time,
         "settling_tau": plan.cost_to_go.settling_tau,
+        "settling_tau_bracket": _bracket(plan.cost_to_go.settling_tau_bracket),
         "log10_remaining": plan.cost_to_go.log10_remaining,
         "steps": plan.cost_to_go.steps,
         "residual": plan.cost_to_go.residual,
@@ -225,6 +227,11 @@ def _floor_text(w: dict[str, Any]) -> str:
         return f"; it never reaches the floor of {asked:g}, and stays above its lower end's {ends:.5f}"
     low = "" if ends >= asked else f" but for the stretches from and to its ends, of w {ends:.5f}"
     return f"; above the floor of {asked:g}{low}"
+
+
+def _bracket(proved: tuple[float, float] | None) -> list[float | None] | None:
+    """Earliest and latest; None stands for a latest that was not found."""
+    return None if proved is None else [tau if math.isfinite(tau) else None for tau in proved]
 
 
 def _certified(field: dict[str, Any]) -> list[tuple[str, str]]:

@@ -26,6 +26,7 @@ CONTRACT = {
         "prescribed_time",
         "settling_time",
         "settling_tau",
+        "settling_tau_bracket",
         "steps",
         "max_error_vs_oracle",
         "certificate",
@@ -66,12 +67,15 @@ def test_the_files(solved, tmp_path):
     assert record["timings_s"]["import"] == 0.5
     assert {"setup", "roadmap", "costs", "gabf", "path", "total"} <= set(record["timings_s"])
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.json", "roadmap.npz"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.html", "plan.json", "roadmap.npz"]
 
 
 def test_a_folder_that_is_not_there(solved, tmp_path):
-    with pytest.raises(FileError, match="cannot be written"):
-        save_plan(solved, tmp_path / "no", {})
+    solved.save(tmp_path / "some" / "where")
+    assert (tmp_path / "some" / "where" / "plan.json").is_file()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileError, match="cannot be made"):
+        solved.save(tmp_path / "file" / "no")
 
 
 def test_interrupted_plans_are_saved_too(tmp_path):

@@ -49,19 +49,24 @@ def premises(problem: Problem, y0: Floats) -> Premises:
     """Check kernel and start; raises AssumptionError naming the node and arc that break an assumption.
 
     The interval: lemma (globalbound) from below, where x_i >= min{xbar_1*, min x(0)}, loosened to the
-    sources' smallest value. From above (ours, for lemma (globalexistence) names no number): V_0 = max source,
-    V_k = max(x_i(0) over nodes of k hops, g_k(V_(k-1))) with g_k of :func:`overestimate` satisfies T'V <= V,
-    and the flow keeps order, so x stays below V.
+    sources' smallest value; from above the largest value of :func:`ceiling`.
     """
     _require_domain(problem, y0)
     rows = y0[: problem.n_rows]
-    floor = np.full(problem.depth + 1, -np.inf)
-    np.maximum.at(floor, problem.hops, rows)
-    upper = float(_ladder(problem, floor).max())
+    upper = float(_rungs_above(problem, y0).max())
     if not np.isfinite(upper):
         raise AssumptionError("the bound on the states overflows: pass a smaller x0, or rescale the weights")
     lower = float(min(problem.anchors.min(), rows.min(initial=np.inf)))
     return check_kernel(problem, lower, upper)
+
+
+def ceiling(problem: Problem, y0: Floats) -> Floats:
+    """(R + S,) states that no run from ``y0`` exceeds (ours, for lemma (globalexistence) names no number).
+
+    V_0 = max source, V_k = max(x_i(0) over nodes of k hops, g_k(V_(k-1))) with g_k of :func:`overestimate`
+    satisfies T'V <= V, and the flow keeps order, so x stays below V.
+    """
+    return np.concatenate((_rungs_above(problem, y0)[problem.hops], problem.anchors))
 
 
 def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:
@@ -95,6 +100,12 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
     x = np.full(problem.network.n_nodes, float(x)) if x.ndim == 0 else x
     require_state(problem, x, "x0")
     return problem.pack(x)
+
+
+def _rungs_above(problem: Problem, y0: Floats) -> Floats:
+    floor = np.full(problem.depth + 1, -np.inf)
+    np.maximum.at(floor, problem.hops, y0[: problem.n_rows])
+    return _ladder(problem, floor)
 
 
 def _ladder(problem: Problem, floor: Floats) -> Floats:

@@ -33,6 +33,9 @@ class Assumption:
 class Certificate:
     """A bound of the paper, or one of ``ours``, beside the measured value; ``slack`` >= 0 where it holds.
 
+    A settling tau is ``measured`` by the run's steps and proved to lie between ``earliest`` and ``latest``:
+    ``slack`` is what the bound leaves to the earliest, so that no error of a step breaks a theorem.
+
     ``quantity`` says what both numbers are. A theorem whose ``assumptions`` fail promises nothing.
     ``proven`` is False for what the paper prints and we refute, kept for comparison.
     ``log10_remaining`` is log10(T_p - t) at a bound in tau: how long before T_p the law is promised to have
@@ -49,6 +52,8 @@ class Certificate:
     ours: bool = False
     log10_remaining: float | None = None
     proven: bool = True
+    earliest: float | None = None
+    latest: float | None = None
 
     @property
     def applies(self) -> bool:
@@ -150,9 +155,23 @@ def _settling(
     proven: bool = True,
 ) -> Certificate:
     measured = facts.result.settling_tau
-    slack = None if measured is None else bound - measured
+    earliest, latest = facts.result.settling_tau_bracket or (None, None)
+    slack = None if earliest is None else bound - earliest
     remaining = facts.law.clock.log10_remaining(bound) if math.isfinite(bound) else None
-    return Certificate(name, equation, "settling tau", bound, measured, slack, assumptions, ours, remaining, proven)
+    return Certificate(
+        name,
+        equation,
+        "settling tau",
+        bound,
+        measured,
+        slack,
+        assumptions,
+        ours,
+        remaining,
+        proven,
+        earliest,
+        latest,
+    )
 
 
 def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Certificate]:

@@ -15,6 +15,9 @@ from planner.base.errors import OptionError, choices
 from planner.gabf.clock import PrescribedClock, Reading, UniformClock
 from planner.gabf.flows import Flow, LinearFlow, PowerFlow
 
+_LARGEST_LOG_PACE = 500.0
+"""Leaves ninety powers of ten for the settling times of large graphs."""
+
 
 class Law(ABC):
     """dx_i/dt = -(d tau/dt) phi(xhat_i), xhat_i = x_i - min_j f_i(x_j, w_ij), eq. (xhat).
@@ -115,6 +118,7 @@ class FixedTime(Law):
     def __post_init__(self) -> None:
         _require_positive(eta=self.eta, beta1=self.beta1, beta2=self.beta2)
         _require_exponents(self.p, self.m)
+        _require_pace(self)
 
     @property
     def clock(self) -> UniformClock:
@@ -149,6 +153,7 @@ class SingularityFree(Law):
     def __post_init__(self) -> None:
         _require_positive(T=self.T, h=self.h, gamma=self.gamma, eta=self.eta, beta1=self.beta1, beta2=self.beta2)
         _require_exponents(self.p, self.m)
+        _require_pace(self)
 
     @property
     def clock(self) -> PrescribedClock:
@@ -206,3 +211,12 @@ def _require_exponents(p: tuple[int, int], m: tuple[int, int]) -> None:
         raise OptionError(f"p1 < p2 is needed for an exponent below 1, but p = {p}")
     if not m[0] > m[1]:
         raise OptionError(f"m1 > m2 is needed for an exponent above 1, but m = {m}")
+
+
+def _require_pace(law: FixedTime | SingularityFree) -> None:
+    """Refuse coefficients whose times no double holds."""
+    if abs(law.flow.log_pace) > _LARGEST_LOG_PACE:
+        raise OptionError(
+            f"beta1 = {law.beta1:g} and beta2 = {law.beta2:g} make the law act within tau = e^{law.flow.log_pace:.0f}, "
+            "which leaves no numbers to count settling times in: bring both closer to 1"
+        )

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 from planner.base.arrays import Floats
 from planner.gabf.assumptions import Premises
+from planner.gabf.enclosure import bracket_settling
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
+from planner.gabf.problem import reduce
 
 
 class Ending(Enum):
@@ -44,8 +47,9 @@ class CostToGo:
     """The field x (n,), +inf at nodes that reach no source, and the record of the run that computed it.
 
     ``settling_tau``: the first tau after which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i for
-    ever after, None if that was not reached; ``settling_time`` the same in t, and ``log10_remaining``
-    log10(T_p - t) there (None for laws without T_p). ``error_bound`` bounds max |x - x*|, proved without an
+    ever after, as this run's steps date it, None if that was not reached; ``settling_time`` the same in t,
+    and ``log10_remaining`` log10(T_p - t) there (None for laws without T_p). What is proved of it, whatever
+    the solver and its steps, is :attr:`settling_tau_bracket`. ``error_bound`` bounds max |x - x*|, proved without an
     oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
     and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
     non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
@@ -72,3 +76,18 @@ class CostToGo:
     evaluations: int
     solver: str
     trajectory: Trajectory | None = None
+
+    @cached_property
+    def settling_tau_bracket(self) -> tuple[float, float] | None:
+        """The earliest and the latest tau at which the law itself can settle, proved by upper and lower
+        solutions; None for a run that did not settle.
+
+        The latest is at most a ninth above the earliest, unless that took more than
+        :mod:`planner.gabf.enclosure` spends. Computed when first asked for: 20 to 40 times the work of a run at
+        default tolerance.
+        """
+        if self.settling_tau is None:
+            return None
+        problem = reduce(self.network)
+        y0 = problem.pack(self.x0)
+        return bracket_settling(problem, self.law.flow, y0, self.premises, self.settle_tolerance, self.settling_tau)

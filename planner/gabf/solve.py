@@ -28,7 +28,7 @@ def solve(
     save: Save | None = None,
     *,
     settle_tolerance: float = 1e-9,
-    max_steps: int = 100_000,
+    max_steps: int = 300_000,
     until_tau: float = np.inf,
 ) -> CostToGo:
     """The cost-to-go x of every node under ``law`` (default :class:`SingularityFree`), from the start ``x0``.
@@ -38,7 +38,8 @@ def solve(
     (+inf) then need a number. Values at sources and at nodes that reach no source are ignored. ``solver``:
     default :class:`Splitting`. ``save``: :class:`EverySteps` or :class:`AtTimes`; nothing is kept without.
     ``settle_tolerance`` defines settled, relative to max(1, |x_i*|); a larger one settles earlier and changes
-    neither x nor the steps of the splitting solver, which ends at a residual of exactly 0. References end
+    neither x nor the steps of the splitting solver, which ends at a residual of exactly 0. When it settled is
+    dated by the run's steps; ``result.settling_tau_bracket`` is what is proved of it. References end
     where :func:`planner.gabf.settling.error_bound` proves the tolerance. ``max_steps`` and ``until_tau``
     bound the work.
 

@@ -17,6 +17,10 @@ from planner.gabf.problem import Problem
 from planner.gabf.solvers import Solver, State, Targets, mean_cost
 
 SAFETY = 0.9
+_MOST = 2.5
+"""Shares of ``tolerance`` that a step may err by of a disequilibrium that the law undoes in no time: without it, rises
+that step as fast as they may are 100 times too slow where exponents are far from 1.
+"""
 RETIRE_EVERY = 8
 """Steps between two looks for rows that rest for good."""
 
@@ -26,12 +30,13 @@ class Splitting(Solver):
     """Hold each parent value m_i = min_j f_i(y_j, w_ij), and y_i - m_i follows a scalar equation of known
     flow.
 
-    A step takes m from a half step (midpoint rule, order 2) and flows across the whole. It has no stability
-    limit, no chatter at y_i = m_i, and ends on the fixed point to the last bit: large steps become
-    Bellman-Ford sweeps. ``tolerance`` is the error in tau that one step may make, estimated from how far m
-    moved: a smaller one takes more steps and places the settling time better (at 0.05 it is about 5 % late,
-    at 0.005 below 1 %); the final x is the same. ``max_step`` bounds a step in tau; with an infinite
-    tolerance every step has that size.
+    A step takes m from about half a step (order 2) and flows across the whole. It has no stability limit, no
+    chatter at y_i = m_i, and ends on the fixed point to the last bit: large steps become Bellman-Ford
+    sweeps. ``tolerance`` is the error in tau that one step may make, in units of the law's own pace and
+    estimated from how far m moved: a smaller one takes more steps and places the settling time better (at
+    0.05 mostly within 3 %, at 0.005 within 0.5 %); the final x is the same. What is proved of the settling
+    time is :attr:`planner.gabf.CostToGo.settling_bracket`. ``max_step`` bounds a step in tau; with an
+    infinite tolerance every step has that size.
 
         solve(net, solver=Splitting(tolerance=1e-3))
     """
@@ -53,8 +58,7 @@ class Splitting(Solver):
         stepper, landing = Stepper(problem, flow), Targets(targets)
         tau, y, xhat, count = 0.0, y0, stepper.disequilibrium(y0), 1
         hop, steps = mean_cost(problem, y0), 0
-        longest = self._longest_step(flow)
-        dtau = min(self._first_step(flow, xhat, hop), longest)
+        dtau = self._first_step(flow, xhat, hop)
         while True:
             state = State(tau, y, xhat, count)
             yield state
@@ -62,7 +66,8 @@ class Splitting(Solver):
             if steps % RETIRE_EVERY == 0:
                 stepper.retire(y, xhat)
             size = min(state.residual, hop)
-            allowed = self.tolerance * flow.speed(size) / size if size else np.inf
+            allowed = self._allowed(flow, size)
+            dtau = min(dtau, self._longest_step(flow, state.residual))
             while True:
                 step, reached = landing.clip(tau, dtau)
                 y_next, share = stepper.step(y, xhat, step, size)
@@ -73,13 +78,19 @@ class Splitting(Solver):
             tau, y = reached, y_next
             xhat, count = stepper.disequilibrium(y), count + 1
             growth = SAFETY * allowed / share if share > 0.5 * SAFETY * allowed else 2.0
-            dtau = min(max(dtau, step) * growth, longest)
+            dtau = max(dtau, step) * growth
 
-    def _longest_step(self, flow: Flow) -> float:
-        """Strang's rule itself errs by about (dtau / T)^3 T in tau, T being the whole fall from infinity."""
+    def _allowed(self, flow: Flow, size: float) -> float:
+        """The share of a disequilibrium of ``size`` that a step may err by: ``tolerance`` in tau, in units of the law's
+        own pace, and no more than a share of the time in which the law undoes it.
+        """
+        return self.tolerance * min(flow.pace * flow.speed(size) / size, _MOST) if size else np.inf
+
+    def _longest_step(self, flow: Flow, size: float) -> float:
+        """Strang's rule itself errs by about (dtau / longest)^3 longest in tau."""
         if np.isinf(self.tolerance):
             return self.max_step
-        return min(0.3 * math.cbrt(self.tolerance) * flow.total_time, self.max_step)
+        return min(math.cbrt(self.tolerance) * flow.longest_step(size), self.max_step)
 
     def _first_step(self, flow: Flow, xhat: Floats, hop: float) -> float:
         if np.isinf(self.tolerance):
@@ -115,12 +126,23 @@ class Stepper:
         s, here = xhat[rows], y[rows]
         m = here - s
         y_mid = y.copy()
-        y_mid[rows] = m + _moved(self._flow.sketch, s, 0.5 * dtau)
+        y_mid[rows] = m + _moved(self._flow.sketch, s, self._centre(dtau, size) * dtau)
         m_mid = self._parents(y_mid)
         s_mid = here - m_mid
         left = _moved(self._flow.advance, s_mid, dtau)
         y_mid[rows] = m_mid + left
         return y_mid, _largest_share(m_mid - m, s_mid, left, size + np.abs(s))
+
+    def _centre(self, dtau: float, size: float) -> float:
+        """The share of a step at which its parent values are taken: 1/2 for short steps, more for long ones.
+
+        A node forgets at about the rate phi(s) / s, so it ends nearer to where its parents were later in the step; for
+        parents that move steadily under the linear laws this is exact. At the default tolerance it takes the median
+        error of the settling tau from 2.4 % (always late) to 0.1 % there, and from 5 % to 2.5 % on 1000 nodes under
+        the default law.
+        """
+        forgotten = dtau * self._flow.speed(size) / size if size else 0.0
+        return 1.0 / -math.expm1(-forgotten) - 1.0 / forgotten if forgotten > 1e-4 else 0.5
 
 
 def _moved(flow: Callable[[Floats, float], Floats], s: Floats, dtau: float) -> Floats:
