@@ -83,7 +83,7 @@ class RoadmapRequest(WorldRequest):
     nodes: int = PAPER_NODES
     """Configurations in the roadmap; more find better paths and take longer."""
     seed: int = 0
-    """Seed of all randomness: the same command and seed give the same path."""
+    """Seed of all randomness: the same command, seed and versions give the same path on x86-64 processors with FMA."""
     min_manipulability: float = 0.0
     """A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a goal
     below it. Where start and goal lie below, a path may stay there, no lower than they are. Growth keeps above too."""

@@ -6,13 +6,21 @@ import importlib.metadata
 import platform
 
 __version__ = importlib.metadata.version("gabf-planner")
-DECISIVE = ("gabf-planner", "ompl", "pin", "python-fcl", "coal", "numpy")  # what a plan's numbers depend on
+# what a plan's numbers depend on; the C library gives the last bits of a sine
+DECISIVE = ("gabf-planner", "ompl", "pin", "python-fcl", "coal", "numpy", "python", "libc", "machine")
 
 
 def versions(packages: tuple[str, ...] = DECISIVE) -> dict[str, str]:
-    """Installed versions of ``packages``, "python" meaning the interpreter's."""
+    """Installed versions of ``packages``; "python", "libc" and "machine" are the interpreter's and below it."""
     return {name: _version(name) for name in packages}
 
 
 def _version(name: str) -> str:
-    return platform.python_version() if name == "python" else importlib.metadata.version(name)
+    match name:
+        case "python":
+            return platform.python_version()
+        case "libc":
+            return " ".join(platform.libc_ver())
+        case "machine":
+            return platform.machine()
+    return importlib.metadata.version(name)

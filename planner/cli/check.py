@@ -10,7 +10,7 @@ import tyro
 
 from planner.base.request import WorldRequest
 from planner.cli.common import Flag
-from planner.cli.terminal import say, show
+from planner.cli.terminal import complain, say, show, watching
 
 EXIT_NOT_USABLE = 4
 
@@ -32,6 +32,8 @@ def check(
 
     planner check trajectory.csv --robot panda --scene shelf --margin 0.01 --collision coal
 
+    Limits are named first. A path that looks like degrees is not looked at further.
+
     Exit code 0: free and within limits; 4: not; 2: a wrong option; 3: an unusable robot, scene or file.
 
     Args:
@@ -40,22 +42,29 @@ def check(
         json: Print the report as JSON on standard output, and nothing else there.
         debug: Show tracebacks of errors.
     """
-    from planner.paths.check import check_path, require_step
+    from planner.paths.check import check_path, require_step, worst_excess
 
     require_step(step)
     from rich.markup import escape
     from rich.table import Table
 
     from planner.paths.file import read_joint_path
-    from planner.paths.report import report_record, report_rows, verdict_sentence
+    from planner.paths.report import excess_text, report_record, report_rows, verdict_sentence
     from planner.query.open import open_world
+    from planner.query.resolve import looks_like_degrees
 
     checker = open_world(request)
     robot, scene = checker.robot, checker.world.scene
-    report = check_path(checker, read_joint_path(path, robot), step)
+    waypoints = read_joint_path(path, robot)
     if json:
+        report = check_path(checker, waypoints, step)
         say(json_text.dumps(report_record(report), indent=1, allow_nan=False))
     else:
+        excess = worst_excess(robot, waypoints)
+        if excess is not None and not looks_like_degrees(robot, waypoints):
+            complain(f"{excess_text(robot, excess)}; the rest of the path is looked at all the same.")
+        with watching() as progress:
+            report = check_path(checker, waypoints, step, progress)
         table = Table("", "", title=escape(f"{path}: {robot.name} in {scene.name}"), show_header=False)
         for name, value in report_rows(report):
             table.add_row(name, escape(value))

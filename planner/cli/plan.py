@@ -37,6 +37,9 @@ def plan(
 
     planner plan --goal goal --goal xyz:0.5,-0.4,0.9
 
+    The same command and seed give the same path and roadmap, on any load and on every x86-64 processor with FMA (made
+    since 2013), as long as the versions in plan.json are the same.
+
     Writes plan.json, plan.html (open it in a browser) and roadmap.npz. Exit code 0: solved; 2: a wrong option;
     3: an unusable robot, scene, state or file; 4: no path within the budget; 130: interrupted.
 

@@ -42,6 +42,13 @@ def working() -> Iterator[Progress]:
         yield Progress(_reporter(bars), stop)
 
 
+@contextmanager
+def watching() -> Iterator[Progress]:
+    """Work that has nothing to save: progress bars only, Ctrl-C ends it at once."""
+    with _bars() as bars:
+        yield Progress(_reporter(bars))
+
+
 def _bars() -> Bars:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn

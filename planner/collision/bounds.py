@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.products import product
 from planner.collision.covers import Spheres, box_cover, sphere_cover
 from planner.collision.world import World
 from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere
@@ -75,7 +76,7 @@ def _length(vectors: Floats) -> Floats:
 
 def _frames(obstacles: list[Obstacle]) -> tuple[Floats, Floats]:
     rotations = [o.placement[:3, :3].T for o in obstacles]
-    offsets = [-r @ o.placement[:3, 3] for r, o in zip(rotations, obstacles, strict=True)]
+    offsets = [product(-o.placement[:3, 3], o.placement[:3, :3]) for o in obstacles]
     return np.concatenate([np.zeros((0, 3)), *rotations]), np.concatenate([np.zeros(0), *offsets])[:, None]
 
 

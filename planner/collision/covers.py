@@ -76,7 +76,7 @@ def _box_cells(size: Floats, count: int, enough: float) -> Spheres:
         cuts[longest] += 1
     axes = [(np.arange(n) + 0.5) * (side / n) - 0.5 * side for n, side in zip(cuts, size, strict=True)]
     centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    return _spheres(centres, float(0.5 * np.linalg.norm(size / cuts)))
+    return _spheres(centres, 0.5 * float(np.linalg.norm(size / cuts, axis=0)))
 
 
 def _cut_long(mesh: Mesh, longest: float, most: int = 20_000) -> Mesh:

@@ -14,6 +14,7 @@ from enum import IntEnum
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.products import product
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
@@ -97,7 +98,8 @@ class _Run:
         self.pair = np.full(m, -1, dtype=np.int64)
         self.samples = np.zeros(m, dtype=np.int64)
         self.clearance = np.full(m, np.inf)
-        self.rate = np.abs(delta) @ prover._reach_T  # (m, pairs): metres a pair's distance can change on the whole way
+        # (m, pairs): metres by which a pair's distance can change on the whole way
+        self.rate = product(np.abs(delta), prover._reach_T)
         self.rate[:, prover._static] = 0.0
         self.contact_is_static = prover.static_contact is not None
 

@@ -7,6 +7,7 @@ from typing import TypeAlias
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.products import dot, length, product
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 Placed: TypeAlias = tuple[Shape, Floats, Floats]  # shape, rotation (3, 3), position (3,)
@@ -24,32 +25,31 @@ def proven_gap(first: Placed, second: Placed, apart: Floats) -> float:
     """
     best = -np.inf
     for _ in range(_ROUNDS):
-        length = float(np.sqrt(apart @ apart))
-        if length <= 1e-12:
+        size = length(apart)
+        if size <= 1e-12:
             break
         between = farthest_point(second, -apart) - farthest_point(first, apart)
-        best = max(best, float(between @ apart) / length)
+        best = max(best, dot(between, apart) / size)
         step = between - apart
-        size = float(step @ step)
-        if length - best < _CLOSE or size <= 0.0:
+        stride = dot(step, step)
+        if size - best < _CLOSE or stride <= 0.0:
             break
-        apart = apart + min(1.0, max(0.0, float(-apart @ step) / size)) * step
+        apart = apart + min(1.0, max(0.0, -dot(apart, step) / stride)) * step
     return best
 
 
 def plane_gap(first: Placed, second: Placed, apart: Floats) -> float:
     """The gap (m) between the two planes across ``apart`` that just touch the shapes; -inf for a zero ``apart``."""
-    length = float(np.sqrt(apart @ apart))
-    if length <= 1e-12:
+    size = length(apart)
+    if size <= 1e-12:
         return -np.inf
-    return float((farthest_point(second, -apart) - farthest_point(first, apart)) @ apart) / length
+    return dot(farthest_point(second, -apart) - farthest_point(first, apart), apart) / size
 
 
 def farthest_point(placed: Placed, direction: Floats) -> Floats:
     """The point (3,) of a placed shape that lies farthest along ``direction`` (3,), both in the world."""
     shape, turn, position = placed
-    local = direction @ turn
-    return position + turn @ _farthest_local(shape, local)
+    return position + turn @ _farthest_local(shape, product(direction, turn))
 
 
 def _farthest_local(shape: Shape, direction: Floats) -> Floats:
@@ -57,14 +57,14 @@ def _farthest_local(shape: Shape, direction: Floats) -> Floats:
         case Box(size):
             return 0.5 * np.copysign(size, direction)
         case Sphere(radius):
-            return radius * direction / np.sqrt(direction @ direction)
-        case Capsule(radius, length):
-            tip = radius * direction / np.sqrt(direction @ direction)
-            tip[2] += np.copysign(0.5 * length, direction[2])
+            return radius * direction / length(direction)
+        case Capsule(radius, tall):
+            tip = radius * direction / length(direction)
+            tip[2] += np.copysign(0.5 * tall, direction[2])
             return tip
-        case Cylinder(radius, length):
+        case Cylinder(radius, tall):
             x, y, z = direction
             across = max(float(np.hypot(x, y)), 1e-300)
-            return np.array([radius * x / across, radius * y / across, np.copysign(0.5 * length, z)])
+            return np.array([radius * x / across, radius * y / across, np.copysign(0.5 * tall, z)])
         case Mesh(vertices, _):
-            return vertices[int(np.argmax(vertices @ direction))]
+            return vertices[int(np.argmax(product(vertices, direction)))]

@@ -11,6 +11,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import AssumptionError, OptionError, choices
+from planner.base.products import product
 from planner.base.request import DEFAULT_COST, DEFAULT_METRIC, Charge, ManipulabilityCost, Metric, require_share
 from planner.roadmap.measure import simpson_weights
 from planner.roadmap.roadmap import Roadmap
@@ -45,7 +46,7 @@ def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
 def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCost = DEFAULT_COST) -> Floats:
     """The mean of omega along every edge (m,), in [zeta, 1], by Simpson's rule over the states kept for it."""
     omega = manipulability_cost(roadmap.edge_manipulability, roadmap.scale, manipulability)
-    return omega @ simpson_weights(omega.shape[1])
+    return product(omega, simpson_weights(omega.shape[1]))
 
 
 def build_network(

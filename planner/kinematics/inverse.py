@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import eigenpy
 import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats
+from planner.base.products import dot, length, product
 from planner.kinematics.forward import Chain, joint_placements
 from planner.world.robot import Robot
 
@@ -46,17 +48,17 @@ def beyond_reach(robot: Robot, position: Floats) -> float:
     model, chain = robot.model, Chain.of(robot)
     frame = model.frames[robot.tool_id]
     _, home = joint_placements(chain, np.zeros((1, robot.dof)))
-    joint, total = int(frame.parentJoint), float(np.linalg.norm(frame.placement.translation))
+    joint, total = int(frame.parentJoint), length(frame.placement.translation)
     best = 0.0
     while joint:
         # offsets along the first axes do not turn with it: measuring from joint 2's origin is often sharper
         if _origin_is_fixed(chain, joint):
             with np.errstate(over="ignore"):
-                apart = float(np.linalg.norm(np.asarray(position) - home[joint, 0]))
+                apart = length(np.asarray(position) - home[joint, 0])
             best = max(best, apart - total)
         row = joint - 1
         slide = max(abs(robot.lower[row]), abs(robot.upper[row])) if chain.prismatic[row] else 0.0
-        total += float(np.linalg.norm(chain.offset[row])) + float(slide)
+        total += length(chain.offset[row]) + float(slide)
         joint = int(chain.parent[row])
     return best
 
@@ -69,7 +71,7 @@ def _origin_is_fixed(chain: Chain, joint: int) -> bool:
     if int(chain.parent[parent - 1]) != 0 or chain.prismatic[parent - 1] or chain.prismatic[joint - 1]:
         return False
     offset, axis = chain.offset[joint - 1], chain.axis[parent - 1]
-    return bool(np.linalg.norm(offset - (offset @ axis) * axis) < 1e-9)
+    return bool(length(offset - dot(offset, axis) * axis) < 1e-9)
 
 
 def _solve(robot: Robot, target: pin.SE3, oriented: bool, rng: np.random.Generator, starts: int) -> Solutions:
@@ -108,25 +110,25 @@ class _Task:
         jacobian = pin.getFrameJacobian(model, data, self.frame, pin.ReferenceFrame.LOCAL)
         miss = self.target.actInv(data.oMf[self.frame])  # the tool seen from the target
         if not self.oriented:
-            return miss.translation.copy(), miss.rotation @ jacobian[:3]
-        return pin.log6(miss).vector, pin.Jlog6(miss) @ jacobian
+            return miss.translation.copy(), product(miss.rotation, jacobian[:3])
+        return pin.log6(miss).vector, product(pin.Jlog6(miss), jacobian)
 
     def error_norms(self, q: Floats) -> tuple[float, float]:
         pin.framesForwardKinematics(self.robot.model, self.data, q)
         tool = self.data.oMf[self.frame]
-        turn = pin.log3(self.target.rotation.T @ tool.rotation) if self.oriented else np.zeros(3)
-        return float(np.linalg.norm(tool.translation - self.target.translation)), float(np.linalg.norm(turn))
+        turn = pin.log3(product(self.target.rotation.T, tool.rotation)) if self.oriented else np.zeros(3)
+        return length(tool.translation - self.target.translation), length(turn)
 
     def descend(self, seed: Floats) -> Floats:
         """Levenberg-Marquardt: a step that does not come nearer is taken back and damped more."""
         q, (error, jacobian) = np.array(seed), self.error(seed)
-        size, damping = float(error @ error), _DAMPING
+        size, damping = dot(error, error), _DAMPING
         for _ in range(self.iterations):
             if size < (0.1 * POSITION_TOLERANCE) ** 2 or damping > 1e6:
                 break
             moved = self._step(q, error, jacobian, damping)
             error_there, jacobian_there = self.error(moved)
-            size_there = float(error_there @ error_there)
+            size_there = dot(error_there, error_there)
             if size_there < size:
                 q, error, jacobian, size = moved, error_there, jacobian_there, size_there
                 damping *= 0.1
@@ -135,8 +137,8 @@ class _Task:
         return q
 
     def _step(self, q: Floats, error: Floats, jacobian: Floats, damping: float) -> Floats:
-        damped = jacobian @ jacobian.T + (damping + 1e-14) * np.eye(len(error))
-        step = -jacobian.T @ np.linalg.solve(damped, error)
+        damped = product(jacobian, jacobian.T) + (damping + 1e-14) * np.eye(len(error))
+        step = product(-eigenpy.LDLT(damped).solve(error), jacobian)  # Eigen has one code for all processors
         step *= min(1.0, _STEP / max(float(np.abs(step).max()), 1e-12))
         robot, moved = self.robot, q + step
         return np.where(robot.continuous, moved, np.clip(moved, robot.lower, robot.upper))

@@ -28,18 +28,31 @@ def jacobian(robot: Robot, q: Floats) -> Floats:
 def manipulability(robot: Robot, q: Floats) -> Floats:
     """w (n,) at configurations (n, dof): 0 at a singular one, larger where the tool moves well in every direction.
 
-    By the QR factors of Jᵀ, as |det R| is that product for a quarter of its price; the determinant in sqrt(det(J Jᵀ))
-    comes out negative by rounding in about half of all singular configurations. Unit m^3 for six rows, m^3 for three,
-    m^2 for two.
+    By orthogonalising the rows of J one after the other, as the lengths that are left multiply to that product; the
+    determinant in sqrt(det(J Jᵀ)) comes out negative by rounding in about half of all singular configurations. Unit
+    m^3 for six rows, m^3 for three, m^2 for two.
     """
     q, evaluate = np.atleast_2d(np.asarray(q, dtype=float)), _jacobian_function(robot)
     rows, columns = evaluate(pin.neutral(robot.model)).shape
-    stack = np.empty((len(q), rows, columns))
+    stack = np.zeros((rows, columns, max(len(q), 2)))  # sums over a stack of one may be added up in another order
     for k, row in enumerate(q):
-        stack[k] = evaluate(row)
-    tall = stack.swapaxes(1, 2) if rows <= columns else stack
-    triangles = np.linalg.qr(tall, mode="r")
-    return np.abs(np.diagonal(triangles, axis1=1, axis2=2).prod(axis=1))
+        stack[:, :, k] = evaluate(row)
+    return _volumes(stack if rows <= columns else stack.swapaxes(0, 1))[: len(q)]
+
+
+def _volumes(vectors: Floats) -> Floats:
+    """(n,) volumes of the boxes that n sets of ``vectors`` (rows, columns, n) span; they are overwritten.
+
+    Modified Gram-Schmidt on all sets at once: R is as good as LAPACK's (Björck 1967), quicker for large n, and its
+    last bits do not depend on the processor.
+    """
+    volume = np.ones(vectors.shape[2])
+    for k, vector in enumerate(vectors):
+        size = np.sqrt((vector * vector).sum(axis=0))
+        volume *= size
+        along, rest = vector / np.maximum(size, 1e-300), vectors[k + 1 :]
+        rest -= along * (along * rest).sum(axis=1)[:, None]
+    return volume
 
 
 def _jacobian_function(robot: Robot) -> Callable[[Floats], Floats]:

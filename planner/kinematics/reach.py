@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
+from planner.base.products import dot, length, product
 from planner.kinematics.forward import Chain
 from planner.world.robot import Robot
 from planner.world.shapes import Body, farthest, farthest_from_axis
@@ -34,7 +35,7 @@ class Reach:
 
     def motion(self, delta: Floats) -> Floats:
         """The most that any point of each body moves (m), (n, n_bodies), along joint segments ``delta`` (n, dof)."""
-        return np.abs(delta) @ self.bodies.T
+        return product(np.abs(delta), self.bodies.T)
 
     def relative(self, pairs: np.ndarray) -> Floats:
         """(n_pairs, dof): the same for one body seen from another; joints that carry both do not count."""
@@ -58,8 +59,8 @@ def _reach_of(robot: Robot, chain: Chain, body: Body) -> Floats:
         if parent < 0:
             return reach
         offset, axis = chain.offset[joint], chain.axis[parent]
-        across = radius + float(np.linalg.norm(offset - (offset @ axis) * axis))
-        radius += float(np.linalg.norm(offset))
+        across = radius + length(offset - dot(offset, axis) * axis)
+        radius += length(offset)
         joint = parent
 
 

@@ -8,14 +8,17 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK
+from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
+from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.paths.clearance import Place, nearest_pair, slack, smallest_clearance
-from planner.paths.measure import PathContact, dense_path, joint_path_length, path_contact, tool_path_length
-from planner.query.resolve import beyond_limits
+from planner.paths.measure import PathContact, dense_path, joint_path_length, path_contact
+from planner.query.resolve import beyond_limits, looks_like_degrees
 from planner.world.robot import Robot
 
 
@@ -47,8 +50,9 @@ class Proven:
 
 @dataclass(frozen=True, eq=False)
 class PathReport:
-    """What was found on a path (k, dof), looked at every ``step`` metres of motion.
+    """What was found on a path (k, dof), looked at every ``step`` metres of motion by ``second_checker``.
 
+    Where its values look like ``degrees`` nothing else was looked at, as the motions between them mean nothing.
     ``clearance`` is the smallest one (m) and ``nearest`` its pair, None where no pair is checked. ``w`` (n,) is sampled
     densely at ``shares`` (n,) of the joint motion; ``lowest`` is its minimum. Lengths are in rad and m.
     """
@@ -57,6 +61,7 @@ class PathReport:
     path: Floats
     step: float
     excess: Excess | None
+    degrees: bool
     contact: PathContact | None
     proven: Proven
     clearance: Place | None
@@ -73,30 +78,60 @@ class PathReport:
         return self.excess is None and self.contact is None and self.proven.strikes is None
 
 
-def check_path(checker: CollisionChecker, path: Floats, step: float = RECHECK) -> PathReport:
+def check_path(
+    checker: CollisionChecker, path: Floats, step: float = RECHECK, progress: Progress = QUIET
+) -> PathReport:
     """Check a joint path (k, dof): every ``step`` metres of motion by itself, and by proofs of whole segments.
 
-    Between waypoints the path is straight in joint space. Raises :class:`OptionError` for a step that is no distance.
+    Between waypoints the path is straight in joint space. Proofs are by ``checker``, the looks by coal in one call a
+    segment: a stranger to what FCL proves, and seven times as fast. What looks like degrees is not looked at at all.
+    Raises :class:`OptionError` for a step that is no distance.
     """
     require_step(step)
-    robot, dense = checker.robot, dense_path(path)
-    w, clearance = manipulability(robot, dense), smallest_clearance(checker, path)
+    robot = checker.robot
+    excess = worst_excess(robot, path)
+    degrees = excess is not None and looks_like_degrees(robot, path)
+    seen = _Seen(_not_proven(path)) if degrees else _look(checker, path, step, progress)
+    dense = path if degrees else dense_path(path)
+    w, tool = manipulability(robot, dense), tool_positions(robot, dense)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])
     return PathReport(
         checker=checker,
         path=path,
         step=step,
-        excess=worst_excess(robot, path),
-        contact=path_contact(checker, path, step),
-        proven=prove_path(checker, path, np.inf if clearance is None else clearance.value),
-        clearance=clearance,
-        nearest=None if clearance is None else nearest_pair(checker, clearance.q),
+        excess=excess,
+        degrees=degrees,
+        contact=seen.contact,
+        proven=seen.proven,
+        clearance=seen.clearance,
+        nearest=None if seen.clearance is None else nearest_pair(checker, seen.clearance.q),
         shares=along / max(float(along[-1]), 1e-300),
         w=w,
         lowest=_place_of(path, dense[w.argmin()], float(w.min())),
         joint_length=joint_path_length(path),
-        workspace_length=tool_path_length(robot, path),
+        workspace_length=float(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum()),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """What came of looking at a path among obstacles."""
+
+    proven: Proven
+    contact: PathContact | None = None
+    clearance: Place | None = None
+
+
+def _look(checker: CollisionChecker, path: Floats, step: float, progress: Progress) -> _Seen:
+    """The quick looks first, then the distances, then the proofs, which need the distances."""
+    segments = max(len(path) - 1, 1)
+    contact = path_contact(second_checker(checker), path, step, lambda done: progress("contacts", done, segments))
+    progress("clearance", 0, segments)
+    clearance = smallest_clearance(checker, path)
+    progress("clearance", segments, segments)
+    proven = prove_path(checker, path, np.inf if clearance is None else clearance.value)
+    progress("proofs", segments, segments)
+    return _Seen(proven, contact, clearance)
 
 
 def require_step(step: float) -> None:
@@ -120,7 +155,7 @@ def prove_path(checker: CollisionChecker, path: Floats, clearance: float = np.in
     ``clearance`` (m) is the smallest that is known of; where all is proven free, proofs of distances below it follow.
     """
     robot, world = checker.robot, checker.world
-    verdicts = np.full(len(path) - 1, int(Verdict.UNDECIDED))
+    verdicts = _not_proven(path).verdicts
     outside = np.flatnonzero(beyond_limits(robot, path).any(axis=1))
     rows = np.setdiff1d(np.arange(len(verdicts)), np.concatenate([outside - 1, outside]))
     if not len(rows):
@@ -133,6 +168,10 @@ def prove_path(checker: CollisionChecker, path: Floats, clearance: float = np.in
         return Proven(verdicts, strikes=(int(rows[k]), contact))
     free = bool((verdicts == Verdict.FREE).all())
     return Proven(verdicts, proven_distance(checker, path, clearance) if free else None)
+
+
+def _not_proven(path: Floats) -> Proven:
+    return Proven(np.full(len(path) - 1, int(Verdict.UNDECIDED)))
 
 
 def proven_distance(checker: CollisionChecker, path: Floats, clearance: float) -> float:

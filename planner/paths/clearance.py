@@ -67,10 +67,9 @@ def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
 
 @dataclass(frozen=True, order=True)
 class _Piece:
-    """Part of a segment between two looks; sorted by what it may hide."""
+    """The path between two looks, ``low`` and ``high`` metres of motion from its start; sorted by what it may hide."""
 
     bound: float
-    segment: int
     low: float
     high: float
     left: float
@@ -78,37 +77,43 @@ class _Piece:
 
 
 class _Search:
-    """Pieces of the path, the one that may hide the smallest clearance first."""
+    """Pieces of the path, the one that may hide the smallest clearance first.
+
+    They are as long as ``_FIRST_STEP`` at first, whatever the waypoints: a trajectory has thousands of them.
+    """
 
     def __init__(self, checker: CollisionChecker, path: Floats) -> None:
         self.path, self.clearance = path, Clearance(checker)
         # two bodies may come nearer by what both of them move
-        self.motion = (np.abs(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
-        self.best = Place(0, 0.0, path[0], float(self.clearance(path[:1])[0]))
+        motion = (np.abs(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
+        self.passed = np.concatenate([[0.0], np.cumsum(motion)])  # (k,) motion from the start to each waypoint
+        self.best = Place(0, 0.0, path[0], np.inf)
         self.pieces: list[_Piece] = []
-        for segment, motion in enumerate(self.motion):
-            shares = np.linspace(0.0, 1.0, max(1, int(np.ceil(motion / CLEARANCE_FIRST))) + 1)
-            ends = zip(shares.tolist(), self._look(segment, shares), strict=True)
-            for (low, left), (high, right) in itertools.pairwise(ends):
-                self._push(segment, low, high, left, right)
+        length = float(self.passed[-1])
+        places = np.linspace(0.0, length, max(1, int(np.ceil(length / CLEARANCE_FIRST))) + 1).tolist()
+        for (low, left), (high, right) in itertools.pairwise((place, self._look(place)) for place in places):
+            self._push(low, high, left, right)
 
     def halve(self) -> None:
         piece = heapq.heappop(self.pieces)
         middle = 0.5 * (piece.low + piece.high)
-        (value,) = self._look(piece.segment, np.array([middle]))
-        self._push(piece.segment, piece.low, middle, piece.left, value)
-        self._push(piece.segment, middle, piece.high, value, piece.right)
+        value = self._look(middle)
+        self._push(piece.low, middle, piece.left, value)
+        self._push(middle, piece.high, value, piece.right)
 
-    def _look(self, segment: int, shares: Floats) -> list[float]:
-        a, b = self.path[segment : segment + 2]
-        q = a + shares[:, None] * (b - a)
-        values = self.clearance(q).tolist()
-        row = int(np.argmin(values))
-        if values[row] < self.best.value:
-            self.best = Place(segment, float(shares[row]), q[row], values[row])
-        return values
+    def _look(self, place: float) -> float:
+        """The clearance ``place`` metres of motion from the start."""
+        segment = int(np.searchsorted(self.passed, place, side="right")) - 1
+        segment = max(0, min(segment, len(self.path) - 2))
+        a, b = self.path[segment], self.path[min(segment + 1, len(self.path) - 1)]
+        share = float((place - self.passed[segment]) / max(np.ptp(self.passed[segment : segment + 2]), 1e-300))
+        q = a + share * (b - a)
+        value = float(self.clearance(q)[0])
+        if value < self.best.value:
+            self.best = Place(segment, share, q, value)
+        return value
 
-    def _push(self, segment: int, low: float, high: float, left: float, right: float) -> None:
-        bound = 0.5 * (left + right - (high - low) * self.motion[segment])
+    def _push(self, low: float, high: float, left: float, right: float) -> None:
+        bound = 0.5 * (left + right - (high - low))
         if np.isfinite(bound):
-            heapq.heappush(self.pieces, _Piece(max(0.0, float(bound)), segment, low, high, left, right))
+            heapq.heappush(self.pieces, _Piece(max(0.0, float(bound)), low, high, left, right))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,8 +75,13 @@ def joint_path_length(path: Floats) -> float:
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
 
 
-def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK) -> PathContact | None:
-    """The first contact along a joint path looked at every ``step`` metres of motion, without bounds or proofs."""
+def path_contact(
+    checker: CollisionChecker, path: Floats, step: float = RECHECK, progress: Callable[[int], None] = lambda done: None
+) -> PathContact | None:
+    """The first contact along a joint path looked at every ``step`` metres of motion, without bounds or proofs.
+
+    ``progress`` is called with the number of segments that have been looked at.
+    """
     if len(path) == 1 and (found := checker.first_contact(path)):
         return PathContact(0, 0.0, path[0], found[1])
     for k, (a, b) in enumerate(itertools.pairwise(path)):
@@ -84,6 +90,7 @@ def path_contact(checker: CollisionChecker, path: Floats, step: float = RECHECK)
         if found is not None:
             row, contact = found
             return PathContact(k, row / max(len(states) - 1, 1), states[row], contact)
+        progress(k + 1)
     return None
 
 

@@ -8,14 +8,18 @@ import numpy as np
 
 from planner.collision.edge_prover import Verdict
 from planner.collision.world import Contact
-from planner.paths.check import PathReport
+from planner.paths.check import Excess, PathReport
 from planner.paths.clearance import Place, clearance_text
+from planner.query.resolve import DEGREES
+from planner.world.robot import Robot
 
 _PROFILE = 101  # places of the w profile in the record
 
 
 def verdict_sentence(report: PathReport) -> str:
     """Whether the path is usable, in one sentence; if not, the first reason."""
+    if report.degrees:
+        return f"Not usable: {_limits(report)}: {DEGREES}"
     if report.excess is not None:
         return f"Not usable: {_limits(report)}."
     if not report.ok:
@@ -28,6 +32,8 @@ def verdict_sentence(report: PathReport) -> str:
 
 def report_rows(report: PathReport) -> list[tuple[str, str]]:
     """The report as the terminal's table has it."""
+    if report.degrees:
+        return [("path", _count(len(report.path), "waypoint")), ("joint limits", _limits(report))]
     robot, w = report.checker.robot, report.w
     size = f"{_count(len(report.path), 'waypoint')}, {report.joint_length:.3f} rad, {report.workspace_length:.3f} m"
     smallest = f"min {w.min():.3g} ({_where(report.lowest.segment, report.lowest.share)}), mean {w.mean():.3g}"
@@ -57,6 +63,7 @@ def report_record(report: PathReport) -> dict[str, Any]:
         "waypoints": len(report.path),
         "path_length": {"joint": report.joint_length, "workspace": report.workspace_length},
         "limits": None if report.excess is None else vars(report.excess),
+        "degrees": report.degrees,
         "contact": _contact_record(report),
         "clearance": _clearance_record(report),
         "segments": {verdict.name.lower(): report.proven.count(verdict) for verdict in Verdict},
@@ -80,9 +87,11 @@ def _where(segment: int, share: float) -> str:
 
 
 def _limits(report: PathReport) -> str:
-    excess, robot = report.excess, report.checker.robot
-    if excess is None:
-        return "within limits"
+    return "within limits" if report.excess is None else excess_text(report.checker.robot, report.excess)
+
+
+def excess_text(robot: Robot, excess: Excess) -> str:
+    """Which waypoint is beyond which limit, as part of a sentence."""
     k = robot.joints.index(excess.joint)
     unit = "m" if robot.prismatic[k] else "rad"
     return (

@@ -18,6 +18,8 @@ from planner.world.robot import Robot
 
 IK_STARTS = 100
 NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
+DEGREES = "degrees? As degrees they would lie within limits; give them in rad."  # the remedy for what looks like it
+_TURN = 2.0 * np.pi  # rad
 IK_SEED = 0  # its own, so that the same target gives the same configuration whatever --seed says
 
 
@@ -132,7 +134,7 @@ def check_limits(robot: Robot, values: Floats, role: str) -> None:
         raise StateError(
             f"{role} puts joint '{robot.joints[k]}' at {values[k]:.6g}, outside its limits "
             f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} {unit}: "
-            "bring it inside, or widen them with --widen-limits."
+            + (DEGREES if looks_like_degrees(robot, values) else "bring it inside, or widen them with --widen-limits.")
         )
 
 
@@ -141,6 +143,17 @@ def beyond_limits(robot: Robot, values: Floats) -> Floats:
     beyond = np.maximum(robot.lower - values, values - robot.upper)
     # 1e-9 forgives a limit that was printed and read back
     return np.where(robot.continuous | (beyond <= 1e-9), 0.0, beyond)
+
+
+def looks_like_degrees(robot: Robot, values: Floats) -> bool:
+    """Whether joint values (..., dof) out of limits, some by more than a turn from zero, lie within them as degrees.
+
+    A wrong guess would hide the true remedy, so a value of up to 2 pi is taken for what it says.
+    """
+    turns = ~(robot.prismatic | robot.continuous)
+    beyond = beyond_limits(robot, values) > 0
+    as_degrees = np.where(robot.prismatic, values, np.radians(values))
+    return bool((beyond & turns & (np.abs(values) > _TURN)).any()) and not beyond_limits(robot, as_degrees).any()
 
 
 def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: Floats, role: str, count: int) -> Floats:

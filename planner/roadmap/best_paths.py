@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE
 from planner.collision.edge_prover import EdgeProver
@@ -61,7 +62,7 @@ class MotionCost:
             return length
         states = (a[:, None] + _SHARES[:, None] * delta[:, None]).reshape(-1, self.robot.dof)
         w = manipulability(self.robot, states).reshape(-1, len(_SHARES))
-        cost = length * ((1.0 - self.beta) * (manipulability_cost(w, self.scale) @ _WEIGHTS) + self.beta)
+        cost = length * ((1.0 - self.beta) * product(manipulability_cost(w, self.scale), _WEIGHTS) + self.beta)
         return np.where(w.min(axis=1, initial=np.inf) < self.floor, np.inf, cost)
 
 
@@ -91,7 +92,7 @@ def _cut(path: Floats, piece: float) -> Floats:
     """The path with no motion longer than ``piece`` (rad): part of a proven motion is proven."""
     rows = [path[:1]]
     for a, b in itertools.pairwise(path):
-        count = max(1, int(np.ceil(np.linalg.norm(b - a) / piece)))
+        count = max(1, int(np.ceil(np.linalg.norm(b - a, axis=0) / piece)))
         rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
         rows[-1][-1] = b
     return np.concatenate(rows)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.products import length
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 
@@ -36,7 +37,7 @@ def _step(prover: EdgeProver, q: Floats, w: float, rng: np.random.Generator) -> 
     """The step that gains most among those that rise all along and are proven."""
     robot = prover.robot
     slope = manipulability(robot, q + _EPS * np.eye(robot.dof)) - w
-    uphill = slope / max(float(np.linalg.norm(slope)), 1e-300)
+    uphill = slope / max(length(slope), 1e-300)
     directions = np.vstack([uphill, uphill + _SPREAD * rng.normal(size=(_TRIES, robot.dof)) / np.sqrt(robot.dof)])
     directions /= np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), 1e-300)
     ends = q + _STEP * directions

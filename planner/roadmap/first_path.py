@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.products import length
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH
 from planner.roadmap.motions import Motions
@@ -108,7 +109,7 @@ class FirstPathSearch:
             upper = np.where(robot.continuous, upper, np.minimum(upper, robot.upper))
             space = JointSpace(lower, upper, np.zeros(robot.dof, dtype=bool))
             with TreePlanners(space, self._motions.proven, self._progress) as planners:
-                step = max(0.5 * float(np.linalg.norm(delta)), 0.1)
+                step = max(0.5 * length(delta), 0.1)
                 way = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
             self.checked += planners.checked
             if way is not None:
@@ -127,7 +128,7 @@ class FirstPathSearch:
         rows = [path[:1]]
         for a, b in itertools.pairwise(path):
             delta = self._robot.difference(a, b)
-            pieces = max(1, int(np.ceil(np.linalg.norm(delta) / self._settings.range)))
+            pieces = max(1, int(np.ceil(length(delta) / self._settings.range)))
             share = np.arange(1, pieces)[:, None] / pieces
             rows += [self._robot.normalise(a + share * delta), b[None]]
         return np.concatenate(rows)

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
+from planner.base.products import length, product
 from planner.base.resolutions import PROOF, W_IN_GROWTH
 from planner.collision import second_checker
 from planner.collision.edge_prover import EdgeProver
@@ -48,7 +49,7 @@ class Motions:
         def check(first: Floats, delta: Floats) -> bool:
             if not (self._quick_look(first, delta) and self._well_conditioned(first, delta)):
                 return False
-            shares = _between(int(np.ceil((np.abs(delta) @ self._reach_T).max(initial=0.0) / step)))
+            shares = _between(int(np.ceil(product(np.abs(delta), self._reach_T).max(initial=0.0) / step)))
             return not len(shares) or self._scout.all_free(first + shares * delta)
 
         return check
@@ -59,6 +60,6 @@ class Motions:
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
         if self.floor <= 0:
             return True
-        count = max(1, int(np.ceil(np.linalg.norm(delta) / W_IN_GROWTH)))
+        count = max(1, int(np.ceil(length(delta) / W_IN_GROWTH)))
         states = first + (np.arange(count + 1) / count)[:, None] * delta
         return bool((manipulability(self.robot, states) >= self.floor).all())

@@ -65,7 +65,8 @@ class TreePlanners:
         self._space, self._check, self._progress = space, check, progress
         self._ompl_space = _ompl_space(space)
         self._info = ob.SpaceInformation(self._ompl_space)
-        self._info.setStateValidityChecker(lambda state: True)  # checking a motion includes its ends
+        self._state_check = _EveryState(self._info)
+        self._info.setStateValidityChecker(self._state_check)
         self._validator = _Validator(self._info, self)
         self._info.setMotionValidator(self._validator)
         self._info.setup()
@@ -76,7 +77,7 @@ class TreePlanners:
     def __exit__(self, *_: object) -> None:
         """Break the cycle through C++ that Python's collector cannot see: OMPL would report leaks at exit."""
         self._validator.planners = None
-        del self._validator, self._info, self._ompl_space
+        del self._validator, self._state_check, self._info, self._ompl_space
 
     def rrt_connect(self, starts: Floats, goals: Floats, step: float, limit: int) -> Floats | None:
         """A path (k, dof) from one of ``starts`` to one of ``goals``, or None after ``limit`` motions more.
@@ -164,6 +165,17 @@ class TreePlanners:
                 self.checked >= limit or self._progress.stopped or (accepted is not None and self.accepted >= accepted)
             )
         )
+
+
+class _EveryState(ob.StateValidityChecker):
+    """Every state is valid, as checking a motion includes its ends.
+
+    A class of Python's, and kept: at every garbage collection OMPL 2.0.1 asks for the Python half of a space's state
+    checker, and where there is none (for a plain function, or none set) it makes one, frees it, and then reads it.
+    """
+
+    def isValid(self, state: Any) -> bool:
+        return True
 
 
 class _Validator(ob.MotionValidator):

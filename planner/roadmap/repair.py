@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import FileError, choices
+from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver, Verdict
@@ -162,7 +163,7 @@ class _Judge:
         for batch in self._batches(rows):
             start, delta = self._segments(batch)
             gap = part.bound.coarse(*joint_placements(part.chain, start + 0.5 * delta)) - self.world.margin
-            least = np.where(moving, gap - 0.5 * np.abs(delta) @ reach.T, np.inf).min(axis=1, initial=np.inf)
+            least = np.where(moving, gap - 0.5 * product(np.abs(delta), reach.T), np.inf).min(axis=1, initial=np.inf)
             clear[batch] = least > 0
             self._note(batch[least > 0], least[least > 0])
         return clear

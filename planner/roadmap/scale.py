@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -14,9 +15,10 @@ from planner.base.request import DEFAULT_COST, ManipulabilityCost
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
 
+_ln = np.vectorize(math.log, otypes=[float])  # the last bits of np.log depend on the processor
 _DECREASING: dict[str, Callable[[Floats], Floats]] = {
     "inverse": lambda w: 1.0 / w,
-    "log": lambda w: -np.log(w),
+    "log": lambda w: -_ln(w),
     "linear": lambda w: -w,
 }
 COSTS = tuple(_DECREASING)

@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats, frozen
+from planner.base.products import length
 
 
 def pose(
@@ -25,7 +26,7 @@ def pose(
         matrix[:3, :3] = pin.rpy.rpyToMatrix(np.asarray(rpy, dtype=float))
     elif quaternion is not None:
         q = np.asarray(quaternion, dtype=float)
-        norm = float(np.linalg.norm(q))
+        norm = length(q)
         if not norm > 1e-9:
             raise ValueError("a quaternion of zero length has no direction")
         matrix[:3, :3] = pin.Quaternion(q / norm).toRotationMatrix()

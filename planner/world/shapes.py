@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
+from planner.base.products import product
 
 
 class _Content:
@@ -131,14 +132,14 @@ def farthest_from_axis(shape: Shape, placement: Floats, axis: Floats) -> float:
     """The largest distance (m) of a point of the placed shape from the line through the origin along ``axis``."""
     points, radius = corners(shape)
     world = points @ placement[:3, :3].T + placement[:3, 3]
-    across = world - np.outer(world @ axis, axis)
+    across = world - np.outer(product(world, axis), axis)
     return min(float(np.linalg.norm(across, axis=1).max() + radius), farthest(shape, placement))
 
 
 def _farthest_of_cylinder(shape: Cylinder, placement: Floats) -> float:
     # the farthest point lies on one of the two rims; the rim's circle is bounded by its own radius
     centres = np.array([[0, 0, -0.5 * shape.length], [0, 0, 0.5 * shape.length]])
-    local = placement[:3, :3].T @ -placement[:3, 3]  # the origin, seen from the cylinder
+    local = product(-placement[:3, 3], placement[:3, :3])  # the origin, seen from the cylinder
     across = float(np.hypot(local[0], local[1])) + shape.radius
     along = float(np.abs(centres[:, 2] - local[2]).max())
     return float(np.hypot(across, along))

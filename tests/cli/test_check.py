@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planner import cli
 from tests.command_line import Run
 
 WINDOW = ("--robot", "planar_2r", "--scene", "window")
@@ -99,3 +100,28 @@ def test_wrong_input(run: Run, tmp_path: Path, arguments: tuple[str, ...], code:
     assert got == code, err
     assert text.lower() in " ".join(err.replace("│", " ").split()).lower()
     assert "Traceback" not in err + out
+
+
+def test_degrees_are_told_at_once(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Such a path is hundreds of metres long: looking at all of it took minutes."""
+    for question in ("path_contact", "smallest_clearance", "prove_path"):
+        monkeypatch.setattr(f"planner.paths.check.{question}", lambda *_: pytest.fail("it was looked at"))
+    rows = np.degrees(FREE).tolist()
+    code, out, err = run("check", written(tmp_path, rows), *WINDOW)
+    assert code == 4, err
+    assert "Not usable: waypoint 2 puts joint 'joint_1' at -143.239" in out
+    assert out.rstrip().endswith("degrees? As degrees they would lie within limits; give them in rad.")
+    assert "widen" not in out + err
+    record = json.loads(run("check", written(tmp_path, rows), *WINDOW, "--json")[1])
+    assert record["degrees"] is True
+    assert record["segments"] == {"free": 0, "collides": 0, "undecided": 2}
+
+
+def test_limits_are_named_before_the_rest_is_looked_at(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("planner.paths.check.path_contact", lambda *_: 1 / 0)
+    monkeypatch.setattr("sys.argv", ["planner", "check", written(tmp_path, [[0.0, 0.0], [0.0, 3.5]]), *WINDOW])
+    with pytest.raises(ZeroDivisionError):
+        cli.main()
+    assert "waypoint 2 puts joint 'joint_2' at 3.5" in capsys.readouterr().err

@@ -190,3 +190,18 @@ def test_both_backends_agree(solved: Plan) -> None:
 def test_a_step_that_is_none(step: float) -> None:
     with pytest.raises(OptionError, match="is not usable"):
         check_path(checker_of("planar_2r"), np.zeros((2, 2)), step)
+
+
+def test_a_finely_divided_path_costs_no_more_distances(solved: Plan) -> None:
+    """A trajectory has thousands of rows: looking at each of them for its clearance took longer than all the rest."""
+    shares = np.linspace(0.0, 1.0, 400, endpoint=False)[:, None]
+    path = np.concatenate([a + shares * (b - a) for a, b in itertools.pairwise(solved.path)])
+    checker = make_checker(solved.robot, solved.scene)
+    before = solved.checker.queries
+    coarse, fine = check_path(solved.checker, solved.path), check_path(checker, path)
+    assert fine.ok
+    assert checker.queries < 1.5 * (solved.checker.queries - before)
+    assert coarse.clearance is not None
+    assert fine.clearance is not None
+    larger = max(coarse.clearance.value, fine.clearance.value)
+    assert fine.clearance.value == pytest.approx(coarse.clearance.value, abs=slack(larger) + 2e-4)

@@ -9,11 +9,11 @@ from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.kinematics.forward import tool_pose, tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.query.resolve import resolve
+from planner.query.resolve import beyond_limits, looks_like_degrees, resolve
 from planner.world.poses import pose
 from planner.world.scene import Scene
 from planner.world.shapes import Box, Sphere
-from tests.worlds import checker_of, load, scene_of
+from tests.worlds import ROBOTS, checker_of, load, random_q, scene_of
 
 
 @pytest.fixture(scope="module")
@@ -150,3 +150,26 @@ def test_a_margin_is_named_in_the_refusal():
     checker = make_checker(robot, scene_of((Sphere(0.1), pose([1.01, 0, 0]))), margin=0.05)
     with pytest.raises(StateError, match=r"are closer than the margin of 0\.05 m"):
         resolve(Joints((0.0, 0.0)), checker, {}, "goal")
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_what_looks_like_degrees(name):
+    """Of every robot: configurations in degrees, as long as a joint with limits shows it; none of those in rad."""
+    robot = load(name)
+    q = random_q(robot, 300)
+    degrees = np.where(robot.prismatic, q, np.degrees(q))
+    shows = np.abs(degrees) * (beyond_limits(robot, degrees) > 0) * ~robot.prismatic > 2 * np.pi
+    told = [looks_like_degrees(robot, row) for row in degrees]
+    assert told == shows.any(axis=1).tolist()
+    assert np.mean(told) > 0.9
+    assert looks_like_degrees(robot, degrees)
+    assert not any(looks_like_degrees(robot, row) for row in (*q, *np.clip(1.5 * q, -2 * np.pi, 2 * np.pi)))
+    assert not looks_like_degrees(robot, np.vstack([degrees, 400.0 + 0 * q[:1]])), "no limits hold as degrees either"
+
+
+def test_degrees_are_asked_for_and_limits_are_not_widened_for_them(paper):
+    with pytest.raises(StateError, match=r"at 90, outside its limits .*: degrees\? As degrees they would lie") as told:
+        resolve(Joints((90.0, 0, 0, -60, 0, 0, 0)), paper, {}, "start")
+    assert "widen" not in str(told.value)
+    with pytest.raises(StateError, match="--widen-limits"):
+        resolve(Joints((4.0, 0, 0, -1, 0, 0, 0)), paper, {}, "start")

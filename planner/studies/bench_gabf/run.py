@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import operator
-import platform
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -69,7 +68,7 @@ def _key(row: Row) -> tuple:
 
 
 def _software() -> str:
-    return ", ".join(f"{name} {version}" for name, version in versions().items()) + f" on {platform.machine()}"
+    return ", ".join(f"{name} {version}" for name, version in versions().items())
 
 
 def _measured(kept: ResultsFile[Row], nodes: int, neighbours: int, seed: int, rk45_up_to: int) -> list[Row]:

@@ -39,7 +39,8 @@ class OmplPrm:
         space.setBounds(bounds)
         self._dof = robot.dof
         self._info = ob.SpaceInformation(space)
-        self._info.setStateValidityChecker(lambda state: bool(is_free(self._read(state))))
+        self._state_check = _StateCheck(self._info, is_free, robot.dof)
+        self._info.setStateValidityChecker(self._state_check)
         self._info.setup()
         self._prm = og.PRM(self._info)
 
@@ -53,7 +54,7 @@ class OmplPrm:
         """Nodes (n, dof) and edges (m, 2)."""
         data = ob.PlannerData(self._info)
         self._prm.getPlannerData(data)
-        nodes = np.array([self._read(data.getVertex(k).getState()) for k in range(data.numVertices())])
+        nodes = np.array([_read(data.getVertex(k).getState(), self._dof) for k in range(data.numVertices())])
         pairs = [(k, other) for k in range(len(nodes)) for other in data.getEdges(k)]
         return nodes, np.unique(np.sort(np.array(pairs, dtype=np.int64).reshape(-1, 2), axis=1), axis=0)
 
@@ -68,13 +69,25 @@ class OmplPrm:
         if not problem.hasExactSolution():
             return np.zeros((0, self._dof))
         path = problem.getSolutionPath()
-        return np.array([self._read(path.getState(k)) for k in range(path.getStateCount())])
-
-    def _read(self, state: ob.State) -> Floats:
-        return np.array([state[k] for k in range(self._dof)])
+        return np.array([_read(path.getState(k), self._dof) for k in range(path.getStateCount())])
 
     def _state(self, q: Floats) -> ob.State:
         state = self._info.allocState()
         for k, value in enumerate(q):
             state[k] = float(value)
         return state
+
+
+class _StateCheck(ob.StateValidityChecker):
+    """A class of Python's, and kept, for the reason that :mod:`planner.roadmap.ompl_planners` gives."""
+
+    def __init__(self, info: ob.SpaceInformation, is_free: Callable[[Floats], bool], dof: int) -> None:
+        super().__init__(info)
+        self._is_free, self._dof = is_free, dof
+
+    def isValid(self, state: ob.State) -> bool:
+        return bool(self._is_free(_read(state, self._dof)))
+
+
+def _read(state: ob.State, dof: int) -> Floats:
+    return np.array([state[k] for k in range(dof)])

@@ -1,0 +1,95 @@
+"""Nothing that C++ holds is freed too early: plans and planners under the allocators' debug hooks, collected often.
+
+Freed memory is overwritten there, so that whoever reads it afterwards dies of it instead of being lucky.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+_HOOKS = {
+    "PYTHONMALLOC": "malloc_debug",  # Python's own hooks, over the C library's allocator
+    "MALLOC_PERTURB_": "165",  # glibc: what is freed is overwritten
+    "MALLOC_CHECK_": "3",  # glibc: a block that is freed twice, or written past its end, ends the process
+    "LD_PRELOAD": "libc_malloc_debug.so.0",  # where glibc 2.34 and later have what MALLOC_CHECK_ asks for
+}
+
+_OFTEN = "import gc; gc.set_threshold(100, 2, 2)\n"
+
+_PLAN = """
+from planner import cli
+cli.main()
+"""
+
+_TREES = """
+import numpy as np
+from planner.roadmap.ompl_planners import JointSpace, TreePlanners, seed_everything
+for wrap in (False, True):
+    space = JointSpace(np.full(3, -2.0), np.full(3, 2.0), np.array([wrap, False, False]))
+    seed_everything(3)
+    with TreePlanners(space, lambda first, delta: bool((np.abs(first + delta)[:2] > 0.3).any())) as planners:
+        path = planners.rrt_connect(np.array([[-1.0, -1, 0], [-1, 0, 0]]), np.array([[1.0, 1, 0]]), 0.5, 500)
+        gc.collect()
+        assert len(planners.shorten(path, 10)) > 1
+        assert len(planners.rrt(path, 0.5, 60, 500).nodes) > 60
+        gc.collect()
+    gc.collect()
+"""
+
+_PRM = """
+import weakref
+import numpy as np
+from planner.studies.bench_roadmap.ompl_prm import OmplPrm
+from planner.world.robot import Robot
+prm = OmplPrm(Robot.load("planar_2r"), lambda q: bool(np.abs(q[0]) > 0.3), seed=1)
+prm.build(30)
+assert len(prm.graph()[0]) >= 30
+assert len(prm.query(np.array([-1.0, 0.5]), np.array([-2.0, -0.5]))) > 1
+held = weakref.ref(prm)
+del prm
+gc.collect()
+assert held() is None, "the benchmark's roadmaps are never freed"
+"""
+
+
+def _under_hooks(script: str, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-X", "dev", "-W", "ignore", "-c", _OFTEN + script, *arguments],
+        cwd=cwd,
+        env={**os.environ, **_HOOKS},
+        text=True,
+        capture_output=True,
+        timeout=300,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize("collision", ["fcl", "coal"])
+def test_a_plan_survives_the_debug_hooks(collision: str, tmp_path: Path) -> None:
+    """At the default's collection thresholds it takes 1012 nodes to crash; collected often, 30 are enough."""
+    done = _under_hooks(_PLAN, "plan", "--nodes", "30", "--collision", collision, "--out", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert (tmp_path / "out" / "plan.json").exists()
+
+
+@pytest.mark.parametrize("script", [_TREES, _PRM], ids=["trees", "prm"])
+def test_every_door_to_ompl_survives_the_debug_hooks(script: str, tmp_path: Path) -> None:
+    done = _under_hooks(script, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr[-3000:]
+
+
+def test_the_hooks_see_a_read_of_freed_memory(tmp_path: Path) -> None:
+    """What OMPL's bindings do with a state checker that is a plain function; where it ends well this file is idle."""
+    script = """
+from ompl import base as ob
+space = ob.RealVectorStateSpace(1)
+info = ob.SpaceInformation(space)
+info.setStateValidityChecker(lambda state: True)
+gc.collect()
+"""
+    assert _under_hooks(script, cwd=tmp_path).returncode < 0
