@@ -3,6 +3,8 @@
 A message is one sentence built from the data: what is wrong, where, and the remedy.
 """
 
+_LONGEST_NAME = 200  # characters
+
 
 class PlannerError(Exception):
     """Anything that needs the robot, the scene or the disk to judge, and was judged unusable."""
@@ -37,5 +39,5 @@ class AssumptionError(PlannerError):
 
 
 def choices(names) -> str:
-    """The valid choices as they stand in an error message: "a, b, c"."""
-    return ", ".join(str(name) for name in names) or "none"
+    """The valid choices as they stand in an error message: "a, b, c"; of very long names their beginning."""
+    return ", ".join(str(name)[:_LONGEST_NAME] for name in names) or "none"

@@ -7,6 +7,7 @@ import fcntl
 import glob
 import json
 import os
+import stat
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,30 @@ from typing import Any
 from planner.base.errors import FileError
 
 _UNFINISHED = ".unfinished"
+
+
+def is_file(path: Path) -> bool:
+    """Whether there is a regular file; :class:`FileError` for a name that the system cannot even look up."""
+    return stat.S_ISREG(_mode(path))
+
+
+def is_folder(path: Path) -> bool:
+    """Whether there is a folder; :class:`FileError` for a name that the system cannot even look up."""
+    return stat.S_ISDIR(_mode(path))
+
+
+def _mode(path: Path) -> int:
+    """What kind of thing ``path`` is as ``stat`` has it, 0 where there is nothing."""
+    try:
+        return path.stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return 0
+    except (OSError, ValueError) as error:  # a name of 300 characters, a loop of links, a zero byte
+        raise FileError(f"{str(path)[:300]} cannot be looked up: {_reason(error)}; check the path.") from None
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return getattr(error, "strerror", None) or str(error)
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -77,23 +102,37 @@ def _umask() -> int:
     return mask
 
 
-def require_writable_folder(folder: Path) -> None:
-    """See that ``folder`` can be made and written, leaving no trace; :class:`FileError` if not."""
-    existing = next(parent for parent in (folder.absolute(), *folder.absolute().parents) if parent.exists())
+def require_writable_folder(folder: Path, longest_name: str = "roadmap.npz") -> None:
+    """See that ``folder`` can be made and written, leaving no trace; :class:`FileError` if not.
+
+    It is made, a file is written into it, and both are taken away again: only so are names that are too long, loops
+    of links, and full or read-only disks found before any work is done.
+    """
+    made: list[Path] = []
     try:
-        with tempfile.TemporaryDirectory(dir=existing):
-            pass
-    except OSError as error:
-        raise FileError(
-            f"folder {folder} cannot be written: {error.strerror or error}; choose another place."
-        ) from None
+        for part in reversed((folder.absolute(), *folder.absolute().parents)):
+            if not os.path.lexists(part):
+                part.mkdir()
+                made.append(part)
+        handle, name = _open_temporary(folder / longest_name)
+        with os.fdopen(handle, "wb") as file:
+            os.unlink(name)
+            file.write(b"\0")
+    except (OSError, ValueError) as error:
+        raise FileError(f"folder {folder} cannot be written: {_reason(error)}; choose another place.") from None
+    finally:
+        for part in reversed(made):
+            with contextlib.suppress(OSError):  # another run may be writing there by now
+                part.rmdir()
 
 
 def require_writable_file(path: Path) -> None:
     """See that ``path`` can be written before any work is done; :class:`FileError` if not."""
-    if path.is_dir():
+    if is_folder(path):
         raise FileError(f"{path} is a folder: give the name of a file.")
-    require_writable_folder(path.parent)
+    if _mode(path) and not is_file(path):  # it would be replaced by a file: /dev/full, a pipe
+        raise FileError(f"{path} is a device, not a file: give the name of a file.")
+    require_writable_folder(path.parent, path.name)
 
 
 def make_folder(folder: Path) -> None:

@@ -1,9 +1,9 @@
 """Products of small arrays with the same last bits on every processor that a plan promises them for.
 
-NumPy leaves ``@`` and ``np.linalg`` to BLAS and LAPACK, which choose their code by the processor: of seventeen kinds of
-products that planning asks for, seven came out otherwise with OpenBLAS' code for AVX-512 than with that for AVX2, and
-one last bit is another roadmap. What is left to ``@`` are sums over three terms of matrices by matrices, or of
-stacks of them: all code for processors with fused multiply-add (FMA) adds these up alike, and they are most work.
+NumPy leaves ``@`` and ``np.linalg`` to BLAS and LAPACK, which choose their code by the processor: of twenty kinds of
+products and factors that planning asks for, eleven came out otherwise with OpenBLAS' code for AVX-512 than with that
+for AVX2, and one last bit is another roadmap. Left to ``@`` are products of matrices, or of stacks of them, that sum
+over three terms: all code for processors with fused multiply-add (FMA) adds these up alike, and they are most work.
 """
 
 from __future__ import annotations

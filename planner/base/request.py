@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -90,9 +89,9 @@ class RoadmapRequest(WorldRequest):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0.0 <= self.min_manipulability < math.inf:
+        if not 0.0 <= self.min_manipulability <= 1e9:
             raise OptionError(
-                f"min manipulability {self.min_manipulability:g} is not usable: give a number of 0 or more."
+                f"min manipulability {self.min_manipulability:g} is not usable: give a number from 0 to 1e9."
             )
         for role, parse in (("start", parse_target), ("goal", parse_targets)):
             value = getattr(self, role)
@@ -149,8 +148,8 @@ class SweepRequest(RoadmapRequest):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0.0 < self.prescribed_time < math.inf:
-            raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number.")
+        if not 1e-9 <= self.prescribed_time <= 1e9:
+            raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give seconds, 1e-9 to 1e9.")
 
 
 @dataclass(frozen=True)
@@ -191,5 +190,5 @@ def require_seed(seed: int) -> None:
 
 def require_margin(margin: float) -> None:
     """Raise :class:`OptionError` unless a margin (m) is a distance."""
-    if not 0.0 <= margin < math.inf:
-        raise OptionError(f"margin {margin:g} m is not usable: give a distance of 0 or more.")
+    if not 0.0 <= margin <= 100.0:
+        raise OptionError(f"margin {margin:g} m is not usable: give a distance of 0 or more, 100 at most.")

@@ -11,6 +11,7 @@ Several goals of equal right are written with ``;`` between, names also with com
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -19,6 +20,7 @@ from planner.base.errors import OptionError
 
 HOME = "home"
 AND = ";"  # between goals of equal right
+TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn, however it was rounded
 FORMS = "a name from the scene, q:..., xyz:x,y,z or pose:x,y,z,qx,qy,qz,qw"
 
 
@@ -73,7 +75,7 @@ def parse_target(text: str) -> Target:
         case "pose":
             values = _numbers(text, rest, 7)
             return Pose(values[:3], values[3:])
-    raise OptionError(f"state '{text}' starts with '{kind}:': give {FORMS}.")
+    raise OptionError(f"state '{text[:100]}' starts with '{kind[:100]}:': give {FORMS}.")
 
 
 def joints_text(values: Iterable[float], role: str = "state") -> str:
@@ -101,9 +103,9 @@ def _numbers(text: str, rest: str, count: int | None = None) -> tuple[float, ...
         values = tuple(float(part) for part in rest.split(","))
     except ValueError:
         raise OptionError(
-            f"state '{text}' holds something that is no number: give numbers with commas between."
+            f"state '{text[:100]}' holds something that is no number: give numbers with commas between."
         ) from None
     if count is not None and len(values) != count:
         kind = text.partition(":")[0]
-        raise OptionError(f"state '{text}' has {len(values)} numbers, '{kind}:' takes {count}.")
+        raise OptionError(f"state '{text[:100]}' has {len(values)} numbers, '{kind}:' takes {count}.")
     return values

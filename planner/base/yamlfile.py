@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import reprlib
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import pydantic
 import yaml
@@ -11,6 +12,16 @@ import yaml
 from planner.base.errors import FileError, PlannerError
 
 Model = TypeVar("Model", bound=pydantic.BaseModel)
+
+_LARGEST = 256 << 20  # bytes: text that people or robots exchange is far smaller
+FARTHEST = (
+    1e4  # m (or rad): ten kilometres; of numbers far beyond it collision libraries crash, hang or lose all digits
+)
+SMALLEST = 1e-6  # m: what is thinner than the libraries' own tolerance has no size
+
+Coordinate = Annotated[float, pydantic.Field(ge=-FARTHEST, le=FARTHEST)]
+Size = Annotated[float, pydantic.Field(ge=SMALLEST, le=FARTHEST)]
+Name = Annotated[str, pydantic.Field(max_length=1000)]
 
 
 class Strict(pydantic.BaseModel):
@@ -22,23 +33,42 @@ class Strict(pydantic.BaseModel):
 def read_text(path: Path, what: str) -> str:
     """The text of ``path``, or a :class:`FileError` that names ``what`` was wanted."""
     try:
-        return path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            content = file.read(_LARGEST + 1)  # a device may have no end
+        if len(content) > _LARGEST:
+            raise FileError(f"{what} {path} is larger than {_LARGEST >> 20} MiB: give a smaller file.")
+        return content.decode("utf-8")
     except FileNotFoundError:
         raise FileError(f"{what} {path} not found: check the path.") from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+    except UnicodeDecodeError:
+        raise FileError(f"{what} {path} cannot be read: it is not UTF-8 text; give a readable text file.") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
         raise FileError(f"{what} {path} cannot be read: {reason}; give a readable text file.") from None
+
+
+class _Loader(yaml.SafeLoader):  # libyaml's loader is faster and overflows the stack on deep nesting
+    def construct_scalar(self, node: Any) -> Any:
+        """As YAML has it, but for half a surrogate pair, which no file or terminal can hold."""
+        value = super().construct_scalar(node)
+        if isinstance(value, str) and not value.isascii() and any("\ud800" <= c <= "\udfff" for c in value):
+            raise yaml.constructor.ConstructorError(None, None, "a text holds half a surrogate pair", node.start_mark)
+        return value
 
 
 def parse_yaml(text: str, where: str) -> Any:
     """Plain data out of YAML text; no tag can construct an object."""
     try:
-        return yaml.safe_load(text)  # libyaml's loader is faster and overflows the stack on deep nesting
+        return yaml.load(text, _Loader)
     except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         line = f" at line {mark.line + 1}" if mark else ""
         problem = getattr(error, "problem", None) or "the nesting is too deep"
         raise FileError(f"{where} is not valid YAML{line}: {problem}; mend the file.") from None
+    except (ValueError, TypeError, ArithmeticError, LookupError, AttributeError) as error:
+        # PyYAML's own constructors of dates, whole numbers (5000 digits) and tagged scalars (!!int "")
+        problem = str(error).partition(";")[0]
+        raise FileError(f"{where} holds a value that YAML cannot make sense of: {problem}; mend the file.") from None
 
 
 def validate(model: type[Model], data: Any, where: str, error_type: type[PlannerError] = FileError) -> Model:
@@ -53,15 +83,29 @@ def validate(model: type[Model], data: Any, where: str, error_type: type[Planner
 
 
 def _sentence(error: Any) -> str:
-    key = ".".join(str(part) for part in error["loc"]) or "the file"
-    more = f" (got {error['input']!r})" if not isinstance(error["input"], dict | list) else ""
+    key = shown(".".join(map(str, error["loc"])))
+    more = f" (got {shown(error['input'])})" if not isinstance(error["input"], dict | list) else ""
     if error["type"] == "extra_forbidden":
-        return f"unknown key '{key}'; remove it or check its spelling."
+        return f"unknown key {key}; remove it or check its spelling."
     if error["type"] == "union_tag_not_found":
-        return f"'{key}' says no type; add 'type'."
+        return f"{key} says no type; add 'type'."
     if error["type"] == "missing":
-        return f"key '{key}' is missing; add it."
+        return f"key {key} is missing; add it."
     if error["type"] == "union_tag_invalid":
         context = error.get("ctx", {})
-        return f"'{key}' has type '{context.get('tag')}'; types are {context.get('expected_tags')}."
-    return f"'{key}' is wrong: {error['msg'].removeprefix('Value error, ')}{more}."
+        return f"{key} has type {shown(context.get('tag'))}; types are {context.get('expected_tags')}."
+    about = f"{key} is wrong: " if error["loc"] else ""
+    return f"{about}{error['msg'].removeprefix('Value error, ')}{more}."
+
+
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = 120
+_SHORT.maxlevel = 2
+
+
+def shown(value: Any) -> str:
+    """A value out of a file as a message quotes it: on one line of at most 200 characters, whatever it is."""
+    try:
+        return _SHORT.repr(value)[:200]
+    except ValueError:  # a whole number of more digits than Python prints
+        return "a number of thousands of digits"

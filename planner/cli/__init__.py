@@ -20,7 +20,7 @@ from planner.cli.plan import plan
 from planner.cli.reproduce import reproduce
 from planner.cli.roadmap import roadmap
 from planner.cli.sweep import sweep
-from planner.cli.terminal import complain, say
+from planner.cli.terminal import complain, let_go_of_output, say
 from planner.cli.view import view
 
 app = tyro.extras.SubcommandApp()
@@ -50,16 +50,35 @@ def main() -> None:
             "'planner --version' says which this is.",
             args=arguments,
         )
-    except PlannerError as error:
-        if debug:
+    except BrokenPipeError:
+        # the reader of our output has gone, as `planner robots | head` does
+        let_go_of_output()
+        sys.exit(0)
+    except (PlannerError, MemoryError, ImportError, OSError, RuntimeError) as error:
+        sentence = _sentence(error)
+        if debug or sentence is None:
             raise
-        complain(f"error: {error}")
-        sys.exit(error.exit_code)
+        complain(f"error: {sentence}")
+        let_go_of_output()
+        sys.exit(error.exit_code if isinstance(error, PlannerError) else PlannerError.exit_code)
     except KeyboardInterrupt:
         complain("interrupted before there was anything to save.")
         sys.exit(130)
-    except BrokenPipeError:
-        # the reader of our output has gone, as `planner robots | head` does
-        sys.stderr.close()
-        sys.exit(0)
     sys.exit(code)
+
+
+def _sentence(error: Exception) -> str | None:
+    """What to say of an error; of the system's own (no memory, a full disk) what to do about it; None for a bug."""
+    match error:
+        case PlannerError():
+            return str(error)
+        case ImportError():
+            return (
+                f"a library cannot be loaded ({error}): give this process more memory (ulimit -v), or install it again."
+            )
+        case OSError():
+            place = "" if error.filename is None else f" at {error.filename}"
+            return f"the system refused{place}: {error.strerror or error}; make room or choose another place."
+    if isinstance(error, MemoryError) or "can't start new thread" in str(error):  # a thread wants 8 MiB
+        return "the memory does not suffice: ask for fewer --nodes, or give this process more (ulimit -v)."
+    return None

@@ -172,6 +172,40 @@ def agreement(
 
 
 @bench.command
+def fuzz(
+    out: Path = Path("bench-fuzz"),
+    seed: int = 0,
+    cases: int = 20_000,
+    kinds: tuple[str, ...] = (),
+    debug: Flag = False,
+) -> int:
+    """Files of every kind, changed at random: loading one ends in success or in one sentence, and in nothing else.
+
+    Robots, scenes, meshes, requests, roadmaps and paths lose, double or rename parts, get huge, NaN or negative
+    numbers, deep nesting, and cut or changed bytes. Writes fuzz.md, and the files that ended otherwise. Exit code 4
+    where there are such files.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of the changes.
+        cases: Files to try.
+        kinds: Kinds of files to try, as the report names them; all where none is given.
+        debug: Show tracebacks of errors.
+    """
+    failed = False
+
+    def run(progress: Progress) -> tuple[str, bool]:
+        from planner.studies.bench_fuzz.run import bench_fuzz, to_markdown
+
+        nonlocal failed
+        result = bench_fuzz(out, cases, seed, kinds, progress)
+        failed = bool(result.failures)
+        return to_markdown(result, seed), result.complete
+
+    return measure(run, out) or 4 * failed
+
+
+@bench.command
 def roadmap(
     out: Path = Path("bench-roadmap"),
     robot: str = "panda",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -17,13 +19,26 @@ if TYPE_CHECKING:
 
 
 def say(text: str) -> None:
-    print(text, flush=True)  # whoever reads the address of a served page through a pipe gets it at once
+    """A line on standard output; of a file's name what is no character is escaped."""
+    printable = text.encode(errors="backslashreplace").decode()
+    print(printable, flush=True)  # whoever reads the address of a served page through a pipe gets it at once
 
 
 def complain(text: str) -> None:
     """One line on standard error; what names and files bring in that would break it or steer a terminal is escaped."""
     line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-    print(f"planner: {line}", file=sys.stderr)
+    with contextlib.suppress(OSError):  # a full disk behind it: there is nobody left to tell
+        print(f"planner: {line}", file=sys.stderr, flush=True)
+
+
+def let_go_of_output() -> None:
+    """Send what Python would still write to standard output when it ends nowhere, if it cannot be written."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
 
 
 def show(renderable: Any) -> None:

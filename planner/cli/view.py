@@ -72,9 +72,11 @@ def _require_alone(request: WorldRequest, state: str | None, out: Path | None) -
 
 def _page_beside(result: Path) -> Path:
     """The page of a result given by its folder, its record or the page itself."""
-    if not result.is_dir():
+    from planner.base.files import is_file, is_folder
+
+    if not is_folder(result):
         return result.with_suffix(".html") if result.suffix.lower() == ".json" else result
-    pages = [result / name for name in ("plan.html", "sweep.html") if (result / name).is_file()]
+    pages = [result / name for name in ("plan.html", "sweep.html") if is_file(result / name)]
     if not pages:
         raise FileError(f"folder {result} holds neither plan.html nor sweep.html: 'planner plan --out {result}' first.")
     if len(pages) > 1:

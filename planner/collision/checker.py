@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.collision.bounds import ClearanceBound
+from planner.collision.inside import Inside
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
 from planner.world.robot import Robot
@@ -32,16 +35,32 @@ class CollisionChecker(Protocol):
     def robot(self) -> Robot:
         return self.world.robot
 
+    @cached_property
+    def inside(self) -> Inside:
+        """Which pairs lie one wholly inside the other, where no surfaces touch."""
+        return Inside(self.world, self.chain)
+
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
         """The first of the configurations (n, dof) that is not free, and why; None if all are free.
 
-        Not free means that a checked pair touches or is no farther apart than ``world.margin``. No cheap bound
-        is consulted: this is the independent opinion on everything proven with one.
+        Not free means that a checked pair touches, is no farther apart than ``world.margin``, or lies one inside the
+        other. No cheap bound is consulted: this is the independent opinion on everything proven with one.
         """
+        q = np.atleast_2d(np.asarray(q, dtype=float))
+        found = self.first_touch(q)
+        pairs = self.inside.pairs(q if found is None else q[: found[0]])
+        rows = np.flatnonzero(pairs >= 0)
+        if not len(rows):
+            return found
+        return int(rows[0]), replace(self.world.contact(int(pairs[rows[0]])), enclosed=True)
+
+    def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
+        """As :meth:`first_contact`, for surfaces: what is wholly inside a mesh touches nothing."""
         ...
 
     def all_free(self, q: Floats) -> bool:
-        """Whether every configuration (n, dof) is free; quicker than :meth:`first_contact`, as no pair is named."""
+        """Whether no surfaces touch in any configuration (n, dof); quicker than :meth:`first_touch`, as no pair is
+        named. A look before a proof: what is wholly inside a mesh it does not see."""
         ...
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:

@@ -86,7 +86,7 @@ class CoalChecker(CollisionChecker):
         """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
         return self._model
 
-    def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
+    def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
         self.queries += len(q)

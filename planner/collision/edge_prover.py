@@ -85,7 +85,13 @@ class EdgeProver:
         A segment on which less than ``room`` (m, beyond the margin) is left where it is looked at closely is undecided:
         the smaller, the more of the tight ones are proven, and the longer each of them takes.
         """
-        return _Run(self, np.atleast_2d(start), np.atleast_2d(delta), room).finish()
+        start = np.atleast_2d(start)
+        proofs = _Run(self, start, np.atleast_2d(delta), room).finish()
+        free = np.flatnonzero(proofs.free)
+        inside = self.checker.inside.pairs(start[free])  # where no surface is crossed, that holds for the whole segment
+        proofs.verdict[free[inside >= 0]] = Verdict.COLLIDES
+        proofs.pair[free[inside >= 0]] = inside[inside >= 0]
+        return proofs
 
 
 class _Run:

@@ -104,7 +104,7 @@ class FclChecker(CollisionChecker):
                 questions.append(_Question(self._bodies[b], _tree([self._bodies[i] for i in others]), True))
         return questions
 
-    def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
+    def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
         rotation, position = joint_placements(self.chain, q)

@@ -16,10 +16,14 @@ from planner.world.shapes import Body, Obstacle
 
 @dataclass(frozen=True)
 class Contact:
-    """Two things that touch, or come closer than the margin; the first is always a link of the robot."""
+    """Two things that touch, or come closer than the margin; the first is always a link of the robot.
+
+    ``enclosed``: their surfaces do not touch, but one lies wholly inside the other, which is a closed mesh.
+    """
 
     first: str
     second: str
+    enclosed: bool = False
 
     def __str__(self) -> str:
         return f"'{self.first}' and '{self.second}'"

@@ -14,8 +14,9 @@ from planner.base.request import RoadmapRequest, WorldRequest
 from planner.base.targets import Joints, Target, parse_target, parse_targets
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.query.resolve import resolve
+from planner.query.resolve import looks_like_degrees, resolve
 from planner.world.moveit import MotionPlanRequest, read_motion_plan_request
+from planner.world.plausible import require_bodies, tell
 from planner.world.robot import Robot, robot_name, with_carried, with_tool, with_widened_limits
 from planner.world.scene import Scene
 
@@ -49,7 +50,7 @@ def open_world(request: WorldRequest, message: Path | None = None) -> CollisionC
     """
     scene = _scene(request)
     robot = _robot(request, scene, read_motion_plan_request(message) if message else None)
-    _note_permissions(robot, scene)
+    _judge(robot, scene)
     return make_checker(robot, scene, request.collision, request.margin)
 
 
@@ -61,7 +62,7 @@ def make_query(request: RoadmapRequest) -> Query:
     start, goals = _targets(request, robot, message)
     if request.widen_limits:
         robot = _widened(robot, [start, *(goal for _, goal in goals)])
-    _note_permissions(robot, scene)
+    _judge(robot, scene)
     checker = make_checker(robot, scene, request.collision, request.margin)
     states = scene.states_of(robot.name)
     starts = resolve(start, checker, states, "start")
@@ -122,15 +123,21 @@ def _joints(robot: Robot, values: dict[str, float], role: str) -> Joints:
 
 
 def _widened(robot: Robot, targets: list[Target]) -> Robot:
-    """Limits widened to what is asked for in joints; the log says which."""
+    """Limits widened to what is asked for in joints, unless that looks like degrees; the log says which."""
     wanted = [np.array(t.values) for t in targets if isinstance(t, Joints) and len(t.values) == robot.dof]
-    wanted = [q for q in wanted if np.isfinite(q).all()]
+    wanted = [q for q in wanted if np.isfinite(q).all() and not looks_like_degrees(robot, q)]
     if not wanted:
         return robot
     wide = with_widened_limits(robot, np.array(wanted))
     for k in np.nonzero((wide.lower < robot.lower) | (wide.upper > robot.upper))[0]:
         _log.warning("limits of %s widened to [%.4f, %.4f]", robot.joints[k], wide.lower[k], wide.upper[k])
     return wide
+
+
+def _judge(robot: Robot, scene: Scene) -> None:
+    require_bodies(robot)
+    tell(robot, scene)
+    _note_permissions(robot, scene)
 
 
 def _note_permissions(robot: Robot, scene: Scene) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import StateError, choices
-from planner.base.targets import FORMS, HOME, Joints, Named, Pose, Position, Target, parse_target
+from planner.base.targets import FORMS, HOME, TURN, Joints, Named, Pose, Position, Target, parse_target
+from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.collision.world import Contact
 from planner.kinematics import inverse
@@ -19,7 +20,6 @@ from planner.world.robot import Robot
 IK_STARTS = 100
 NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
 DEGREES = "degrees? As degrees they would lie within limits; give them in rad."  # the remedy for what looks like it
-_TURN = 2.0 * np.pi  # rad
 IK_SEED = 0  # its own, so that the same target gives the same configuration whatever --seed says
 
 
@@ -100,6 +100,9 @@ def _matrix(target: Pose, role: str) -> Floats:
 def _check_finite(values: Floats, role: str) -> None:
     if not np.isfinite(values).all():
         raise StateError(f"{role} holds a value that is not finite: give plain numbers.")
+    farthest = float(np.abs(values).max(initial=0.0))
+    if farthest > FARTHEST:
+        raise StateError(f"{role} holds the value {farthest:g}, beyond any arm's {FARTHEST:g}: give rad and metres.")
 
 
 def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
@@ -153,7 +156,7 @@ def looks_like_degrees(robot: Robot, values: Floats) -> bool:
     turns = ~(robot.prismatic | robot.continuous)
     beyond = beyond_limits(robot, values) > 0
     as_degrees = np.where(robot.prismatic, values, np.radians(values))
-    return bool((beyond & turns & (np.abs(values) > _TURN)).any()) and not beyond_limits(robot, as_degrees).any()
+    return bool((beyond & turns & (np.abs(values) > TURN)).any()) and not beyond_limits(robot, as_degrees).any()
 
 
 def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: Floats, role: str, count: int) -> Floats:
@@ -178,6 +181,8 @@ def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: F
 
 def _describe(contact: Contact, checker: CollisionChecker) -> str:
     margin = checker.world.margin
+    if contact.enclosed:
+        return f"of {contact} one lies wholly inside the other, a closed mesh"
     return f"{contact} are closer than the margin of {margin:g} m" if margin else f"{contact} touch"
 
 

@@ -21,10 +21,10 @@ import numpy as np
 
 from planner.base.arrays import frozen
 from planner.base.errors import FileError
-from planner.base.files import write_whole
+from planner.base.files import is_file, is_folder, write_whole
 from planner.base.hashing import content_hash
 from planner.base.resolutions import W_STATES_PER_EDGE
-from planner.base.yamlfile import Strict, validate
+from planner.base.yamlfile import Strict, shown, validate
 from planner.collision.checker import CollisionChecker
 from planner.roadmap.roadmap import DTYPES, Origin, Roadmap
 from planner.roadmap.scale import CostScale
@@ -34,6 +34,7 @@ FORMAT = "gabf-planner roadmap"
 VERSION = 2  # 2: what the world was made of, and a certificate for every edge
 _LARGEST = 4 << 30  # bytes unpacked: beyond any roadmap that fits this planner, so a hostile file
 _LARGEST_HEADER = 64 << 20  # bytes
+_MOST = 1e9  # of a number in the arrays: nodes in rad or m, lengths, manipulability, indices
 _RATIO, _SLACK = 100, 1 << 20  # configurations hardly compress: unpacked to 100 times its size it is no roadmap
 
 
@@ -73,9 +74,9 @@ def save_roadmap(roadmap: Roadmap, path: Path) -> None:
 
 def load_roadmap(path: Path) -> Roadmap:
     """Read a roadmap and check that it is whole; :class:`FileError` says what is wrong with it."""
-    if path.is_dir():
+    if is_folder(path):
         raise FileError(f"roadmap {path} is a folder: name the roadmap.npz in it.")
-    if not path.is_file():
+    if not is_file(path):
         raise FileError(f"roadmap {path} not found: 'planner roadmap build' makes one, 'planner plan' writes one too.")
     try:
         header, arrays, checksum = _read(path)
@@ -170,7 +171,7 @@ def _read(path: Path) -> tuple[_Header, dict[str, Any], str]:
             raise FileError(f"{path} is not a roadmap of this planner.")
         if header.get("version") != VERSION:
             raise FileError(
-                f"roadmap {path} has format version {header.get('version')}, this planner reads {VERSION}: "
+                f"roadmap {path} has format version {shown(header.get('version'))}, this planner reads {VERSION}: "
                 "build it again."
             )
         missing, foreign = [n for n in DTYPES if n not in content.files], set(content.files) - {"header", *DTYPES}
@@ -232,6 +233,8 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
             raise ValueError(f"array '{name}' has shape {array.shape} of {array.dtype}, expected {shape}")
         if np.isnan(array).any() or (name != "clearance" and not np.isfinite(array).all()):
             raise ValueError(f"array '{name}' holds values that are not finite")
+        if array.size and name not in ("clearance", "samples") and not (np.abs(array) <= _MOST).all():
+            raise ValueError(f"array '{name}' holds values beyond {_MOST:g}")
     for name in ("manipulability", "joint_length", "tool_length", "edge_manipulability", "clearance", "samples"):
         if (arrays[name] < 0).any():
             raise ValueError(f"array '{name}' holds negative values")

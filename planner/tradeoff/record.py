@@ -13,7 +13,7 @@ import numpy as np
 import pydantic
 
 from planner.base.errors import FileError
-from planner.base.files import make_folder, write_json, write_whole
+from planner.base.files import is_file, make_folder, write_json, write_whole
 from planner.base.html import html_table
 from planner.base.progress import Stopwatch, rounded
 from planner.base.request import SweepRequest
@@ -204,7 +204,7 @@ class _Kept(pydantic.BaseModel):
 
 
 def _read(path: Path) -> _Kept:
-    if not path.is_file():
+    if not is_file(path):
         raise FileError(f"{path} not found, so there is no sweep to go on from: leave --resume out.")
     try:
         data = json.loads(read_text(path, "sweep"))

@@ -14,6 +14,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 from planner.base.errors import FileError, OptionError, PlannerError
+from planner.base.files import is_file
 
 HOST = "127.0.0.1"
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -56,10 +57,10 @@ def _source(page: Path | str) -> Callable[[], bytes]:
 
 def read_page(path: Path) -> bytes:
     """A page's bytes; :class:`FileError` unless it is one of ours."""
+    if not is_file(path):  # a device may have no end
+        raise FileError(f"page {path} not found: check the path, or plan again.")
     try:
         content = path.read_bytes()
-    except FileNotFoundError:
-        raise FileError(f"page {path} not found: check the path, or plan again.") from None
     except OSError as error:
         raise FileError(f"page {path} cannot be read: {error.strerror or error}; check the path.") from None
     if b'<meta name="generator" content="gabf-planner">' not in content[:4096] or b"</html>" not in content[-64:]:

@@ -8,21 +8,71 @@ import coal
 import numpy as np
 
 from planner.base.errors import FileError
+from planner.base.files import is_file
+from planner.base.native import Silenced
+from planner.base.yamlfile import FARTHEST
+from planner.world.dae import dae_fault
+from planner.world.ply import ply_fault
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+
+_LARGEST = 512 << 20  # bytes of a mesh file
+_MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
 
 
 def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
-    """The triangles of an STL, OBJ, DAE or PLY file, in metres after ``scale``."""
-    if not path.is_file():
+    """The triangles of an STL, OBJ, DAE or PLY file, in metres after ``scale``; :class:`FileError` otherwise."""
+    if not is_file(path):
         raise FileError(f"mesh file {path} not found: check 'file', which is relative to the scene file.")
+    require_readable_mesh(path)
     try:
-        loaded = coal.MeshLoader().load(str(path), np.full(3, float(scale)))
+        with Silenced():
+            # boxes along the axes: fitting oriented ones, as is the default, prints for NaN and never ends for 1e300
+            loaded = coal.MeshLoader(coal.NODE_TYPE.BV_AABB).load(str(path), np.full(3, float(scale)))
     except (ValueError, RuntimeError) as error:
-        raise FileError(f"mesh file {path} cannot be read ({error}): give an STL, OBJ, DAE or PLY file.") from None
+        raise FileError(
+            f"mesh file {path} cannot be read ({reason(error)}): give an STL, OBJ, DAE or PLY file."
+        ) from None
     mesh = shape_of(loaded)
-    if not isinstance(mesh, Mesh) or not len(mesh.triangles) or not np.isfinite(mesh.vertices).all():
+    if not isinstance(mesh, Mesh):
         raise FileError(f"mesh file {path} holds no usable triangles: export it again.")
+    wrong = fault(mesh)
+    if wrong:
+        raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
     return mesh
+
+
+def require_readable_mesh(path: Path) -> None:
+    """Raise :class:`FileError` for a mesh file that its reader would not survive."""
+    if path.stat().st_size > _LARGEST:
+        raise FileError(f"mesh file {path} is larger than {_LARGEST >> 20} MiB: simplify the mesh.")
+    looked_through = {".ply": ply_fault, ".dae": dae_fault}.get(path.suffix.lower())
+    wrong = looked_through(path.read_bytes()) if looked_through else None
+    if wrong:
+        raise FileError(f"mesh file {path} {wrong}: export it again.")
+
+
+def fault(mesh: Mesh) -> str | None:
+    """What makes a mesh unusable, as the words after its name; None where nothing does."""
+    if not len(mesh.triangles) or not np.isfinite(mesh.vertices).all():
+        return "holds no usable triangles"
+    if len(mesh.triangles) > _MOST:
+        return f"has {len(mesh.triangles)} triangles, more than {_MOST}"
+    if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.vertices):
+        return "has triangles of vertices that are not there"
+    largest = float(np.abs(mesh.vertices).max())
+    if largest > FARTHEST:
+        return f"reaches {largest:g} m far"
+    if float(np.ptp(mesh.vertices, axis=0).max()) < 1e-6:
+        return "is smaller than a micrometre"
+    return None
+
+
+def reason(error: Exception) -> str:
+    """The line of coal's report on a mesh file that says what is wrong, without the places in its source."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    after = [k for k, line in enumerate(lines) if "Could not load resource" in line]
+    found = lines[after[0] + 1 :] if after else lines
+    return (found[0].rstrip(".") if found else "no reason is known")[:200]
 
 
 def shape_of(geometry: coal.CollisionGeometry) -> Shape:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError
-from planner.base.yamlfile import parse_yaml, read_text, validate
+from planner.base.yamlfile import Coordinate, Name, Size, parse_yaml, read_text, shown, validate
 from planner.world.poses import pose
 from planner.world.shapes import Box, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
 
@@ -25,30 +25,37 @@ class _Message(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
 
 
+_Triple = tuple[Coordinate, Coordinate, Coordinate]
+_Quaternion = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
+
+
 def _vector(value: Any) -> Any:
     """ROS writes vectors as {x, y, z} or, through some exporters, as lists."""
     return [value[k] for k in ("x", "y", "z", "w") if k in value] if isinstance(value, dict) else value
 
 
 class _Pose(_Message):
-    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    position: _Triple = (0.0, 0.0, 0.0)
+    orientation: _Quaternion = (0.0, 0.0, 0.0, 1.0)
 
     _lists = pydantic.field_validator("position", "orientation", mode="before")(_vector)
+
+    @pydantic.model_validator(mode="after")
+    def _turned(self) -> _Pose:
+        self.matrix()  # ValueError for a quaternion of zero length
+        return self
 
     def matrix(self) -> Floats:
         return pose(self.position, quaternion=self.orientation)
 
 
 class _Primitive(_Message):
-    type: str | int
-    dimensions: list[float]
+    type: Name | Annotated[int, pydantic.Field(ge=0, le=255)]  # a byte in the message
+    dimensions: list[Size]
 
     def shape(self, where: str) -> Shape:
         """The primitive as one of our shapes; SceneError, beginning with ``where``, for one that we do not have."""
         kind = _TYPES.get(self.type, str(self.type)) if isinstance(self.type, int) else self.type
-        if any(not value > 0 for value in self.dimensions):
-            raise SceneError(f"{where}: dimensions {self.dimensions} must be positive; mend the file.")
         match kind.lower(), self.dimensions:
             case "box", [x, y, z]:
                 return Box((x, y, z))
@@ -62,25 +69,26 @@ class _Primitive(_Message):
         )
 
 
+_Index = Annotated[int, pydantic.Field(ge=0, lt=2**31)]
+
+
 class _Triangle(_Message):
-    vertex_indices: tuple[int, int, int]
+    vertex_indices: tuple[_Index, _Index, _Index]
 
 
 class _Mesh(_Message):
-    vertices: list[tuple[float, float, float]]
+    vertices: list[Annotated[_Triple, pydantic.BeforeValidator(_vector)]]
     triangles: list[_Triangle]
-
-    _lists = pydantic.field_validator("vertices", mode="before")(lambda rows: [_vector(row) for row in rows])
 
     def shape(self, where: str) -> Shape:
         triangles = np.array([t.vertex_indices for t in self.triangles], dtype=np.int64).reshape(-1, 3)
-        if not len(triangles) or triangles.min() < 0 or triangles.max() >= len(self.vertices):
+        if not len(triangles) or triangles.max() >= len(self.vertices):
             raise SceneError(f"{where}: its triangles do not fit its {len(self.vertices)} vertices; export it again.")
         return Mesh(np.array(self.vertices), triangles)
 
 
 class _Object(_Message):
-    id: str
+    id: Name
     pose: _Pose = _Pose()
     primitives: list[_Primitive] = pydantic.Field(default_factory=list)
     primitive_poses: list[_Pose] = pydantic.Field(default_factory=list)
@@ -89,7 +97,7 @@ class _Object(_Message):
 
     def obstacles(self, where: str) -> Iterator[Obstacle]:
         """Each shape as an obstacle; an object of several shapes gives them numbered names."""
-        where = f"{where}: object '{self.id}'"
+        where = f"{where}: object {shown(self.id)}"
         items = [*self.primitives, *self.meshes]
         poses = [*self.primitive_poses, *self.mesh_poses]
         if len(items) != len(poses):
@@ -100,14 +108,14 @@ class _Object(_Message):
 
 
 class _Attached(_Message):
-    link_name: str
+    link_name: Name
     object: _Object
-    touch_links: list[str] = pydantic.Field(default_factory=list)
+    touch_links: list[Name] = pydantic.Field(default_factory=list)
 
 
 class _JointState(_Message):
-    name: list[str] = pydantic.Field(default_factory=list)
-    position: list[float] = pydantic.Field(default_factory=list)
+    name: list[Name] = pydantic.Field(default_factory=list)
+    position: list[Coordinate] = pydantic.Field(default_factory=list)
 
     def values(self) -> dict[str, float]:
         return dict(zip(self.name, self.position, strict=False))
@@ -118,16 +126,20 @@ class _RobotState(_Message):
     attached_collision_objects: list[_Attached] = pydantic.Field(default_factory=list)
 
 
+def _row(value: Any) -> Any:
+    """ROS writes a row as {enabled: [...]} or, through some exporters, as the list itself."""
+    return value["enabled"] if isinstance(value, dict) and "enabled" in value else value
+
+
 class _Matrix(_Message):
-    entry_names: list[str] = pydantic.Field(default_factory=list)
-    entry_values: list[Any] = pydantic.Field(default_factory=list)
+    entry_names: list[Name] = pydantic.Field(default_factory=list)
+    entry_values: list[Annotated[list[bool], pydantic.BeforeValidator(_row)]] = pydantic.Field(default_factory=list)
 
     def allowed(self) -> frozenset[frozenset[str]]:
         """The pairs of names that may touch."""
-        rows = [row["enabled"] if isinstance(row, dict) else row for row in self.entry_values]
         return frozenset(
             frozenset((first, second))
-            for first, row in zip(self.entry_names, rows, strict=False)
+            for first, row in zip(self.entry_names, self.entry_values, strict=False)
             for second, value in zip(self.entry_names, row, strict=False)
             if value and first != second
         )
@@ -138,8 +150,8 @@ class _World(_Message):
 
 
 class _PlanningScene(_Message):
-    name: str = ""
-    robot_model_name: str = ""
+    name: Name = ""
+    robot_model_name: Name = ""
     robot_state: _RobotState = _RobotState()
     allowed_collision_matrix: _Matrix = _Matrix()
     world: _World = _World()
@@ -185,7 +197,7 @@ def scene_text(text: str, path: Path) -> PlanningScene:
     if not lines:
         raise SceneError(f"MoveIt scene {path} is empty; export it again.")
     reader = _SceneText(lines[1:], path)
-    return PlanningScene(lines[0].strip("()") or path.stem, "", tuple(reader.obstacles()))
+    return PlanningScene(lines[0].strip("()")[:1000] or path.stem, "", tuple(reader.obstacles()))
 
 
 class _SceneText:
@@ -197,36 +209,41 @@ class _SceneText:
         while self._at < len(self._lines) and self._lines[self._at] != ".":
             line = self._next()
             if not line.startswith("*"):
-                raise SceneError(f"{self._where}: expected '* name' of an object, found '{line}'; export it again.")
+                raise SceneError(
+                    f"{self._where}: expected '* name' of an object, found {shown(line)}; export it again."
+                )
             yield from self._object(line[1:].strip())
 
     def _object(self, name: str) -> Iterator[Obstacle]:
-        where = f"{self._where}: object '{name}'"
+        where = f"{self._where}: object {shown(name)}"
         whole = np.eye(4)
         if len(self._peek().split()) == 3:  # newer files place the object first
             whole = self._pose(where)
-        count = int(self._numbers(1, where)[0])
+        count = self._count(where)
         for k in range(count):
             kind = self._next()
             size = self._shape_numbers(kind, where)
-            shape = _Primitive(type=kind, dimensions=size).shape(where)
+            shape = validate(_Primitive, {"type": kind, "dimensions": size}, where, SceneError).shape(where)
             placement = self._pose(where)
             self._numbers(4, where)  # colour
             yield Obstacle(name if count == 1 else f"{name}.{k}", shape, whole @ placement, name)
-        if self._peek().isdigit():  # subframes, which nothing here refers to
-            for _ in range(int(self._next())):
-                self._at += 3
+        if self._peek().isdecimal():  # subframes, which nothing here refers to: name, position, rotation
+            subframes = self._count(where)
+            self._at += 3 * subframes
 
     def _shape_numbers(self, kind: str, where: str) -> list[float]:
         numbers = self._numbers({"box": 3, "sphere": 1, "cylinder": 2}.get(kind, 1), where)
         return numbers[::-1] if kind == "cylinder" else numbers  # the text has radius, length
 
     def _pose(self, where: str) -> Floats:
-        position = self._numbers(3, where)
-        try:
-            return pose(position, quaternion=self._numbers(4, where))
-        except ValueError as error:
-            raise SceneError(f"{where}: {error}; mend the file.") from None
+        position, rotation = self._numbers(3, where), self._numbers(4, where)
+        return validate(_Pose, {"position": position, "orientation": rotation}, where, SceneError).matrix()
+
+    def _count(self, where: str) -> int:
+        value = self._numbers(1, where)[0]
+        if not 0 <= value <= len(self._lines) or value % 1:
+            raise SceneError(f"{where}: {value:g} is no count of what follows; export it again.")
+        return int(value)
 
     def _peek(self) -> str:
         return self._lines[self._at] if self._at < len(self._lines) else ""
@@ -244,13 +261,13 @@ class _SceneText:
         except ValueError:
             values = []
         if len(values) != count or not np.isfinite(values).all():
-            raise SceneError(f"{where}: expected {count} numbers, found '{line}'; export it again.")
+            raise SceneError(f"{where}: expected {count} numbers, found {shown(line)}; export it again.")
         return values
 
 
 class _JointConstraint(_Message):
-    joint_name: str
-    position: float
+    joint_name: Name
+    position: Coordinate
 
 
 class _Region(_Message):
@@ -264,7 +281,7 @@ class _PositionConstraint(_Message):
 
 class _OrientationConstraint(_Message):
     link_name: str = ""
-    orientation: tuple[float, float, float, float]
+    orientation: _Quaternion
 
     _lists = pydantic.field_validator("orientation", mode="before")(_vector)
 

@@ -28,7 +28,7 @@ def pose(
         q = np.asarray(quaternion, dtype=float)
         norm = length(q)
         if not norm > 1e-9:
-            raise ValueError("a quaternion of zero length has no direction")
+            raise ValueError("a quaternion of zero length has no direction; [0, 0, 0, 1] is no turn")
         matrix[:3, :3] = pin.Quaternion(q / norm).toRotationMatrix()
     return frozen(matrix)
 

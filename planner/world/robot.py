@@ -17,7 +17,8 @@ from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import RobotError, choices
 from planner.base.hashing import content_hash
 from planner.base.resources import robot_names, robots_folder
-from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
+from planner.base.targets import TURN
+from planner.base.yamlfile import FARTHEST, Coordinate, Strict, parse_yaml, read_text, validate
 from planner.world import urdf
 from planner.world.poses import pose
 from planner.world.shapes import Body, Carried
@@ -25,6 +26,8 @@ from planner.world.shapes import Body, Carried
 _log = logging.getLogger(__name__)
 
 Rows = Literal["pose", "translation", "planar"]
+
+_MOST_TURNS = 4  # either way: limits of more are taken for degrees
 
 
 class Source(Strict):
@@ -45,9 +48,9 @@ class RobotFile(Strict):
     srdf: Source | None = None
     joints: list[str] | None = None
     tool: str
-    home: list[float] | None = None
+    home: list[Coordinate] | None = None
     manipulability: Rows | None = None
-    fixed_joints: dict[str, float] = pydantic.Field(default_factory=dict)
+    fixed_joints: dict[str, Coordinate] = pydantic.Field(default_factory=dict)
     disabled_pairs: list[tuple[str, str]] | None = None
 
     @pydantic.model_validator(mode="before")
@@ -192,11 +195,18 @@ def with_widened_limits(robot: Robot, configurations: Floats) -> Robot:
 
 
 def load_visuals(robot: Robot) -> tuple[Body, ...]:
-    """The bodies that are looked at; slow for detailed meshes, so asked only when a picture is made."""
+    """The bodies that are looked at; slow for detailed meshes, so asked only when a picture is made.
+
+    Where they cannot be read these are the collision bodies: by now a path has been planned, which is not to be lost.
+    """
     full = urdf.build_model(robot.source)
-    geometry, links = urdf.read_bodies(robot.source, full, pin.GeometryType.VISUAL)
-    _, geometry = urdf.reduce(full, geometry, robot.joints, robot.fixed_joints, robot.base)
-    return (*urdf.bodies(geometry, links), *robot.carried)
+    try:
+        geometry, links = urdf.read_bodies(robot.source, full, pin.GeometryType.VISUAL)
+        _, geometry = urdf.reduce(full, geometry, robot.joints, robot.fixed_joints, robot.base)
+        return (*urdf.bodies(geometry, links), *robot.carried)
+    except RobotError as error:
+        _log.warning("the page shows the shapes that collide, as those to look at cannot be read: %s", error)
+        return robot.bodies
 
 
 def _find(name: str) -> tuple[Path, RobotFile | None]:
@@ -249,7 +259,6 @@ def _assemble(
         home=frozen(home),
         manipulability=(file.manipulability if file else None) or ("pose" if model.nv >= 6 else "translation"),
         disabled_pairs=disabled,
-        fixed_joints=fixed,
         base=frozen(base),
         source=description,
         **parts,
@@ -264,8 +273,9 @@ def _parts(
     base: Floats,
 ) -> dict[str, Any]:
     geometry, links = urdf.read_bodies(description, full, pin.GeometryType.COLLISION)
-    model, geometry = urdf.reduce(full, geometry, planned, fixed, base)
-    return {"model": model, "bodies": urdf.bodies(geometry, links)}
+    held = urdf.followed(description, full, geometry, planned, fixed)
+    model, geometry = urdf.reduce(full, geometry, planned, held, base)
+    return {"model": model, "bodies": urdf.bodies(geometry, links), "fixed_joints": held}
 
 
 def _home(file: RobotFile | None, planned: Sequence[str], lower: Floats, upper: Floats) -> Floats:
@@ -294,11 +304,19 @@ def _check_joints(model: pin.Model, planned: Sequence[str], tool: str) -> None:
 
 
 def _check_limits(model: pin.Model, lower: Floats, upper: Floats) -> None:
-    for name, low, high in zip(model.names[1:], lower, upper, strict=True):
+    for joint, name, low, high in zip(list(model.joints)[1:], model.names[1:], lower, upper, strict=True):
         if not (np.isfinite(low) and np.isfinite(high) and low < high):
             raise RobotError(
                 f"joint '{name}' has limits [{low:g}, {high:g}]: give it finite limits, lower below upper, in the URDF."
             )
+        farthest = max(abs(low), abs(high))
+        if not joint.shortname().startswith("JointModelP") and farthest > _MOST_TURNS * TURN:
+            raise RobotError(
+                f"joint '{name}' has limits [{low:g}, {high:g}] in rad: degrees? 180 degrees are 3.1416; a joint that "
+                "turns without end is of type continuous."
+            )
+        if farthest > FARTHEST:
+            raise RobotError(f"joint '{name}' has limits [{low:g}, {high:g}] in metres: give it real ones in the URDF.")
 
 
 def _identity(robot: Robot) -> str:

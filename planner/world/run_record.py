@@ -7,6 +7,7 @@ from typing import Any
 from planner.base.outcome import Outcome
 from planner.base.request import RoadmapRequest
 from planner.base.versions import versions
+from planner.world.plausible import notes
 from planner.world.robot import Robot
 from planner.world.scene import Scene
 
@@ -23,4 +24,5 @@ def run_record(request: RoadmapRequest, outcome: Outcome, robot: Robot, scene: S
         "versions": versions(),
         "joints": list(robot.joints),
         "tool": robot.tool,
+        "notes": [note.text for note in notes(robot, scene)],
     }

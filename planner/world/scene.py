@@ -11,16 +11,17 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
+from planner.base.files import is_file
 from planner.base.hashing import content_hash
 from planner.base.resources import scene_names, scenes_folder
-from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
+from planner.base.targets import TURN
+from planner.base.yamlfile import Coordinate, Name, Size, Strict, parse_yaml, read_text, validate
 from planner.world.meshes import read_mesh
 from planner.world.moveit import PlanningScene, looks_like_planning_scene, planning_scene, scene_text
 from planner.world.poses import pose
 from planner.world.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
 
-Positive = Annotated[float, pydantic.Field(gt=0)]
-Triple = tuple[float, float, float]
+Triple = tuple[Coordinate, Coordinate, Coordinate]
 
 
 class PoseFile(Strict):
@@ -28,12 +29,14 @@ class PoseFile(Strict):
 
     position: Triple = (0.0, 0.0, 0.0)
     rpy: Triple | None = None
-    quaternion: tuple[float, float, float, float] | None = None
+    quaternion: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None
 
     @pydantic.model_validator(mode="after")
     def _one_rotation(self) -> PoseFile:
         if self.rpy is not None and self.quaternion is not None:
             raise ValueError("give rpy or quaternion, not both")
+        if self.rpy is not None and max(map(abs, self.rpy)) > TURN:
+            raise ValueError(f"rpy is in rad, and {list(self.rpy)} is more than a turn: degrees? 90 degrees are 1.5708")
         self.matrix()
         return self
 
@@ -42,12 +45,12 @@ class PoseFile(Strict):
 
 
 class _Named(PoseFile):
-    name: str = pydantic.Field(min_length=1)
+    name: Name = pydantic.Field(min_length=1)
 
 
 class BoxFile(_Named):
     type: Literal["box"]
-    size: tuple[Positive, Positive, Positive]
+    size: tuple[Size, Size, Size]
 
     def shape(self, folder: Path) -> Shape:
         return Box(self.size)
@@ -55,7 +58,7 @@ class BoxFile(_Named):
 
 class SphereFile(_Named):
     type: Literal["sphere"]
-    radius: Positive
+    radius: Size
 
     def shape(self, folder: Path) -> Shape:
         return Sphere(self.radius)
@@ -63,8 +66,8 @@ class SphereFile(_Named):
 
 class CylinderFile(_Named):
     type: Literal["cylinder"]
-    radius: Positive
-    length: Positive
+    radius: Size
+    length: Size
 
     def shape(self, folder: Path) -> Shape:
         return Cylinder(self.radius, self.length)
@@ -72,8 +75,8 @@ class CylinderFile(_Named):
 
 class CapsuleFile(_Named):
     type: Literal["capsule"]
-    radius: Positive
-    length: Positive
+    radius: Size
+    length: Size
 
     def shape(self, folder: Path) -> Shape:
         return Capsule(self.radius, self.length)
@@ -82,7 +85,7 @@ class CapsuleFile(_Named):
 class MeshFile(_Named):
     type: Literal["mesh"]
     file: str
-    scale: Positive = 1.0
+    scale: Annotated[float, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
 
     def shape(self, folder: Path) -> Shape:
         return read_mesh(folder / self.file, self.scale)
@@ -98,13 +101,13 @@ class PlacementFile(Strict):
 
     base: PoseFile = PoseFile()
     tool: str | None = None
-    fixed_joints: dict[str, float] = pydantic.Field(default_factory=dict)
+    fixed_joints: dict[str, Coordinate] = pydantic.Field(default_factory=dict)
 
 
 class SceneFile(Strict):
     """What a scene file holds."""
 
-    name: str | None = None
+    name: Name | None = None
     description: str = ""
     obstacles: list[ObstacleFile] = pydantic.Field(default_factory=list)
     states: dict[str, dict[str, str]] = pydantic.Field(default_factory=dict)
@@ -139,7 +142,7 @@ class Scene:
         """
         path = scenes_folder() / f"{name}.yaml" if name in scene_names() else Path(name)
         known = path.suffix.lower() in (".yaml", ".yml", ".scene")
-        if not known and "/" not in name and not path.is_file():
+        if not known and "/" not in name and not is_file(path):
             raise SceneError(
                 f"scene '{name}' not found; scenes are {choices(scene_names())}, or give the path of a scene file."
             )

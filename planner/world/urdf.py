@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -15,11 +15,24 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import RobotError, choices
+from planner.base.files import is_file
+from planner.base.native import Silenced
 from planner.base.resources import robots_folder
-from planner.base.yamlfile import read_text
-from planner.world.meshes import shape_of
+from planner.base.yamlfile import FARTHEST, read_text, shown
+from planner.world.meshes import fault, reason, require_readable_mesh, shape_of
 from planner.world.poses import se3
-from planner.world.shapes import Body
+from planner.world.shapes import Body, Mesh, Shape
+from planner.world.urdf_rules import require_sane_urdf
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint whose value is ``multiplier`` times that of the joint ``leader``, plus ``offset`` (rad, m)."""
+
+    joint: str
+    leader: str
+    multiplier: float
+    offset: float
 
 
 @dataclass(frozen=True)
@@ -31,6 +44,8 @@ class Description:
     xml: str
     continuous: frozenset[str]
     collision_elements: int
+    mimics: tuple[Mimic, ...] = ()
+    bare: frozenset[str] = frozenset()  # links with visual and without collision geometry
 
     @property
     def package_dirs(self) -> list[str]:
@@ -59,14 +74,30 @@ def read_description(path: Path) -> Description:
     except ET.ParseError as error:
         raise RobotError(f"URDF {path} is not well-formed XML ({error}): mend the file.") from None
     if root.tag != "robot":
-        raise RobotError(f"{path} is no URDF: its root element is <{root.tag}>, not <robot> (run xacro first).")
+        raise RobotError(
+            f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot> (run xacro first)."
+        )
+    require_sane_urdf(root, path)
     root.set("version", "1.1")
     continuous = frozenset(
         _make_revolute(joint) for joint in root.findall("joint") if joint.get("type") == "continuous"
     )
-    elements = sum(1 for _ in root.iterfind("link/collision/geometry"))
+    elements = sum(1 for _ in root.iterfind("link/collision"))
     name = root.get("name") or path.stem
-    return Description(path, name, ET.tostring(root, encoding="unicode"), continuous, elements)
+    mimics = tuple(_mimic(joint) for joint in root.findall("joint") if joint.find("mimic") is not None)
+    bare = frozenset(
+        link.get("name", "")
+        for link in root.findall("link")
+        if link.find("visual/geometry") is not None and link.find("collision") is None
+    )
+    return Description(path, name, ET.tostring(root, encoding="unicode"), continuous, elements, mimics, bare)
+
+
+def _mimic(joint: ET.Element) -> Mimic:
+    found = joint.find("mimic")
+    said = {} if found is None else found.attrib
+    factor, offset = float(said.get("multiplier", 1.0)), float(said.get("offset", 0.0))
+    return Mimic(joint.get("name", ""), said.get("joint", ""), factor, offset)
 
 
 def _make_revolute(joint: ET.Element) -> str:
@@ -81,10 +112,13 @@ def _make_revolute(joint: ET.Element) -> str:
 
 def build_model(description: Description) -> pin.Model:
     """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
+    printed = Silenced()
     try:
-        model = pin.buildModelFromXML(description.xml)
+        with printed:
+            model = pin.buildModelFromXML(description.xml)
     except (ValueError, RuntimeError) as error:
-        raise RobotError(f"URDF {description.path} cannot be built: {str(error).strip()}.") from None
+        said = printed.complaint() or reason(error)
+        raise RobotError(f"URDF {description.path} cannot be built: {said}; mend the file.") from None
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         if joint.nv != 1 or joint.nq != 1:
             raise RobotError(
@@ -98,20 +132,81 @@ def read_bodies(
     description: Description, model: pin.Model, kind: pin.GeometryType
 ) -> tuple[pin.GeometryModel, dict[str, str]]:
     """Pinocchio's geometry of one ``kind`` and the link each geometry hangs on."""
+    for file in _mesh_files(description):
+        require_readable_mesh(file)
+    printed = Silenced()
     try:
-        geometry = pin.buildGeomFromUrdfString(model, description.xml, kind, None, description.package_dirs)
+        with printed:
+            geometry = pin.buildGeomFromUrdfString(model, description.xml, kind, None, description.package_dirs)
     except (ValueError, RuntimeError) as error:
         raise RobotError(
-            f"a mesh of {description.path} cannot be loaded ({str(error).strip()}): put it beside the URDF "
+            f"a mesh of {description.path} cannot be loaded ({reason(error)}): put it beside the URDF "
             "or set ROS_PACKAGE_PATH."
         ) from None
     if kind is pin.GeometryType.COLLISION and geometry.ngeoms < description.collision_elements:
         raise RobotError(
             f"only {geometry.ngeoms} of the {description.collision_elements} collision geometries of "
-            f"{description.path} could be read: use box, sphere, cylinder, capsule or mesh."
+            f"{description.path} could be read{_because(printed)}: use box, sphere, cylinder, capsule or mesh."
         )
     links = {item.name: model.frames[item.parentFrame].name for item in geometry.geometryObjects}
     return geometry, links
+
+
+def _mesh_files(description: Description) -> Iterator[Path]:
+    """Where the meshes of the URDF may be, as far as there is a file."""
+    names = {mesh.get("filename", "") for mesh in ET.fromstring(description.xml).iter("mesh")}
+    for name in sorted(names):
+        place = name.removeprefix("package://").removeprefix("model://").removeprefix("file://")
+        found = (Path(folder) / place for folder in description.package_dirs)
+        yield from (path for path in found if is_file(path))
+
+
+def _because(printed: Silenced) -> str:
+    said = printed.complaint()
+    return f" ({said})" if said else ""
+
+
+def followed(
+    description: Description,
+    model: pin.Model,
+    geometry: pin.GeometryModel,
+    planned: Sequence[str],
+    fixed: Mapping[str, float],
+) -> dict[str, float]:
+    """``fixed`` with the values of held joints that mimic others, which they follow unless ``fixed`` names them.
+
+    Raises :class:`RobotError` where a mimic joint is planned, or follows a planned joint and moves a body.
+    """
+    held, waiting = dict(fixed), {item.joint: item for item in description.mimics if item.joint not in fixed}
+    while waiting:
+        # a leader may mimic another joint: that one first
+        item = next((item for item in waiting.values() if item.leader not in waiting), None)
+        if item is None or not (model.existJointName(item.leader) and model.existJointName(item.joint)):
+            wrong = item or next(iter(waiting.values()))
+            raise RobotError(
+                f"joint '{wrong.joint}' of {description.path} mimics {shown(wrong.leader)}, but those are not two "
+                "moving joints of which one leads: mend the file."
+            )
+        del waiting[item.joint]
+        follows = f"joint '{item.joint}' mimics '{item.leader}'"
+        if item.joint in planned:
+            raise RobotError(
+                f"{follows} and cannot be planned by itself: choose another --tool, or remove its <mimic>."
+            )
+        if item.leader not in planned:
+            value = item.multiplier * held.get(item.leader, 0.0) + item.offset
+            held |= {item.joint: value} if value else {}
+        elif _carries_body(model, geometry, item.joint):
+            raise RobotError(
+                f"{follows}, which is planned, and moves a collision body: hold it with fixed_joints, or remove its "
+                "<mimic> from the URDF."
+            )
+    return held
+
+
+def _carries_body(model: pin.Model, geometry: pin.GeometryModel, joint: str) -> bool:
+    moved = model.getJointId(joint)
+    return any(moved in model.supports[item.parentJoint] for item in geometry.geometryObjects)
 
 
 def reduce(
@@ -126,6 +221,8 @@ def reduce(
     for name, value in fixed.items():
         if not model.existJointName(name):
             raise RobotError(f"joint '{name}' not found; joints are {choices(model.names[1:])}.")
+        if not abs(value) <= FARTHEST:
+            raise RobotError(f"joint '{name}' cannot be held at {value:g}: give a value of at most {FARTHEST:g}.")
         reference[model.joints[model.getJointId(name)].idx_q] = value
     locked = [model.getJointId(name) for name in model.names[1:] if name not in planned]
     reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)
@@ -152,12 +249,23 @@ def bodies(geometry: pin.GeometryModel, links: Mapping[str, str]) -> tuple[Body,
             name=item.name,
             link=links[item.name],
             joint=int(item.parentJoint),
-            shape=shape_of(item.geometry),
+            shape=_shape(item),
             placement=frozen(item.placement.homogeneous),
             color=_rgba(item.meshColor),
         )
         for item in geometry.geometryObjects
     )
+
+
+def _shape(item: pin.GeometryObject) -> Shape:
+    try:
+        shape = shape_of(item.geometry)
+    except ValueError as error:
+        raise RobotError(f"geometry '{item.name}': {error}; use box, sphere, cylinder, capsule or mesh.") from None
+    wrong = fault(shape) if isinstance(shape, Mesh) else None
+    if wrong:
+        raise RobotError(f"mesh {item.meshPath} of '{item.name}' {wrong}: check its scale, or export it again.")
+    return shape
 
 
 def _rgba(color: Floats) -> tuple[float, float, float, float]:

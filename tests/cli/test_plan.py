@@ -194,7 +194,10 @@ SCENE_HEAD = "name: bad\nobstacles:\n"
 BAD_SCENES = {
     "broken YAML": ("obstacles: [", "not valid YAML"),
     "unknown key": ("obstacels: []", "unknown key 'obstacels'"),
-    "zero-size box": (SCENE_HEAD + "  - {name: a, type: box, size: [0.1, 0, 0.1]}", "greater than 0"),
+    "zero-size box": (
+        SCENE_HEAD + "  - {name: a, type: box, size: [0.1, 0, 0.1]}",
+        "greater than or equal to 0.000001",
+    ),
     "unknown shape": (SCENE_HEAD + "  - {name: a, type: cone, radius: 1}", "'cone'"),
     "NaN": (SCENE_HEAD + "  - {name: a, type: sphere, radius: .nan}", "obstacles.0"),
     "two rotations": (

@@ -61,7 +61,7 @@ def test_a_mesh_in_the_message() -> None:
     [
         ({"primitives": [{"type": "cone", "dimensions": [1, 1]}]}, "'cone' with 2 dimensions is not supported"),
         ({"primitives": [{"type": "box", "dimensions": [1, 1]}]}, "'box' with 2 dimensions"),
-        ({"primitives": [{"type": "box", "dimensions": [1, 0, 1]}]}, "must be positive"),
+        ({"primitives": [{"type": "box", "dimensions": [1, 0, 1]}]}, "dimensions.1' is wrong: Input should be greater"),
         ({"primitive_poses": []}, "1 shapes and 0 poses"),
         ({"primitive_poses": [{"position": [0, float("nan"), 0]}]}, "position"),
         ({"meshes": [{"vertices": [], "triangles": [{"vertex_indices": [0, 1, 2]}]}], "mesh_poses": [{}]}, "vertices"),

@@ -159,11 +159,11 @@ REFUSED = {
         RobotError,
         ["'j'", "limits [1, -1]", "lower below upper"],
     ),
-    "two roots": (f'<robot name="x">{A}{B}</robot>', RobotError, ["cannot be built"]),
+    "two roots": (f'<robot name="x">{A}{B}</robot>', RobotError, ["2 pieces", "join them"]),
     "unknown parent": (
         f'<robot name="x">{A}{B}{joint_xml("j", "nowhere", "b")}</robot>',
         RobotError,
-        ["cannot be built"],
+        ["parent 'nowhere' of joint 'j' is no link"],
     ),
 }
 

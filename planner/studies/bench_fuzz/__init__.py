@@ -1,0 +1,1 @@
+"""``planner bench fuzz``: changed files of every kind load, or are refused with one sentence."""

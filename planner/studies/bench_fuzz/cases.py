@@ -1,0 +1,400 @@
+"""The valid files that the fuzzer changes, and what a command does first with a file of each kind."""
+
+from __future__ import annotations
+
+import io
+import json
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import frozen
+from planner.base.hashing import content_hash
+from planner.base.resources import robots_folder, scenes_folder
+from planner.base.targets import parse_target
+from planner.base.yamlfile import parse_yaml
+from planner.collision import BACKENDS, make_checker
+from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.manipulability import manipulability
+from planner.paths.file import read_joint_path
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.repair import verify
+from planner.roadmap.roadmap import DTYPES
+from planner.roadmap.storage import load_roadmap, save_roadmap
+from planner.studies.bench_fuzz.mutations import as_json, mutated_bytes, mutated_text, mutated_tree, mutated_xml
+from planner.world.moveit import read_motion_plan_request
+from planner.world.plausible import notes
+from planner.world.robot import Robot, with_carried
+from planner.world.scene import Scene
+from planner.world.urdf import example_robot_data, read_srdf_pairs
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """A kind of file: what its changed files end in, how one is made, and what is done with it."""
+
+    suffix: str
+    make: Callable[[np.random.Generator], bytes]
+    use: Callable[[Path], object]
+
+
+ARM = "planar_2r"  # two joints: every use takes milliseconds
+
+MOVEIT = {
+    "name": "fuzzed",
+    "robot_model_name": ARM,
+    "robot_state": {
+        "joint_state": {"name": ["joint_1"], "position": [0.1]},
+        "attached_collision_objects": [
+            {
+                "link_name": "link_2",
+                "object": {
+                    "id": "held",
+                    "primitives": [{"type": "sphere", "dimensions": [0.05]}],
+                    "primitive_poses": [{"position": {"x": 0.1, "y": 0, "z": 0}}],
+                },
+                "touch_links": ["link_2"],
+            }
+        ],
+    },
+    "allowed_collision_matrix": {
+        "entry_names": ["link_1", "crate"],
+        "entry_values": [{"enabled": [True, False]}, {"enabled": [False, True]}],
+    },
+    "world": {
+        "collision_objects": [
+            {
+                "id": "crate",
+                "pose": {"position": [1.0, 2.0, 0.0], "orientation": [0, 0, 0, 1]},
+                "primitives": [
+                    {"type": 1, "dimensions": [0.1, 0.2, 0.3]},
+                    {"type": "cylinder", "dimensions": [1, 0.2]},
+                ],
+                "primitive_poses": [{"position": [0, 0, 0]}, {"orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}],
+                "meshes": [
+                    {
+                        "vertices": [[0, 0, 0], [1, 0, 0], {"x": 0, "y": 1, "z": 0}, [0, 0, 1]],
+                        "triangles": [{"vertex_indices": row} for row in ([0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3])],
+                    }
+                ],
+                "mesh_poses": [{"position": [3, 3, 0]}],
+            }
+        ]
+    },
+}
+SCENE_TEXT = """(noname)+
+* Box0
+1
+box
+0.1 0.2 0.3
+1 2 3
+0 0 0 1
+0 0 0 0
+* Can
+1 2 3
+0 0 0 1
+1
+cylinder
+0.03 0.14
+0 0 0
+0 0 0 1
+0 0 0 0
+0
+.
+"""
+REQUEST = {
+    "start_state": {"joint_state": {"name": ["joint_1", "joint_2"], "position": [0.1, 0.2]}},
+    "goal_constraints": [
+        {"joint_constraints": [{"joint_name": "joint_1", "position": 0.5}, {"joint_name": "joint_2", "position": 1}]},
+        {
+            "position_constraints": [{"constraint_region": {"primitive_poses": [{"position": [1, 0.2, 0]}]}}],
+            "orientation_constraints": [{"orientation": {"x": 0, "y": 0, "z": 0, "w": 1}}],
+        },
+    ],
+}
+PATH = {
+    "outcome": "solved",
+    "robot": ARM,
+    "joints": ["joint_1", "joint_2"],
+    "path": [[0.0, 0.5], [0.2, 0.4], [0.4, 0.1]],
+    "points": [{"time_from_start": 0, "positions": [0.0, 0.5]}, {"time_from_start": 1, "positions": [0.2, 0.4]}],
+}
+CSV = "time,joint_2,joint_1\n0.0,0.5,0.0\n0.5,0.4,0.2\n1.0,0.1,0.4\n"
+_TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)[
+    np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+]
+
+
+def kinds() -> dict[str, FileKind]:
+    """Every kind of file by its name."""
+    return {
+        "urdf": FileKind(".urdf", _urdf, use_robot),
+        "mesh urdf": FileKind(".urdf", _mesh_urdf, use_robot),
+        "srdf": FileKind(".srdf", _srdf, read_srdf_pairs),
+        "scene": FileKind(".yaml", _scene, use_scene),
+        "moveit scene": FileKind(".yaml", lambda rng: as_json(mutated_tree(MOVEIT, rng), rng), use_scene),
+        "scene text": FileKind(".scene", lambda rng: mutated_text(SCENE_TEXT, rng), use_scene),
+        "request": FileKind(".yaml", _request, use_request),
+        "roadmap": FileKind(".npz", _roadmap, use_roadmap),
+        "path json": FileKind(".json", _path, use_path),
+        "path csv": FileKind(".csv", lambda rng: mutated_text(CSV, rng), use_path),
+        "stl": FileKind(".stl", lambda rng: mutated_bytes(_stl(), rng), use_mesh),
+        "stl text": FileKind(".stl", lambda rng: mutated_text(_stl_text(), rng), use_mesh),
+        "obj": FileKind(".obj", lambda rng: mutated_text(_obj(), rng), use_mesh),
+        "ply": FileKind(".ply", lambda rng: mutated_text(_ply(), rng), use_mesh),
+        "ply of bytes": FileKind(".ply", lambda rng: mutated_bytes(_ply_of_bytes(), rng), use_mesh),
+        "dae": FileKind(".dae", _dae, use_mesh),
+    }
+
+
+# what is done with a file
+
+
+@cache
+def _arm() -> Robot:
+    return Robot.load(ARM)
+
+
+def use_robot(path: Path) -> None:
+    """A robot in the empty scene: a state is checked, a motion proven, w computed."""
+    robot = Robot.load(str(path))
+    _use(robot, Scene.load("empty"))
+
+
+def use_scene(path: Path) -> None:
+    """The scene around the planar arm; targets of named states are read."""
+    scene = Scene.load(str(path))
+    placement = scene.placement(ARM)
+    robot = Robot.load(ARM, placement.tool, placement.fixed_joints, placement.base.matrix())
+    for text in scene.states_of(ARM).values():
+        parse_target(text)
+    _use(with_carried(robot, scene.carried), scene)
+
+
+def use_mesh(path: Path) -> None:
+    """The mesh as an obstacle, and as a link."""
+    scene = path.with_suffix(".yaml")
+    scene.write_text(f"obstacles: [{{name: part, type: mesh, file: {path.name}}}]\n")
+    use_scene(scene)
+    urdf = path.with_suffix(".urdf")
+    urdf.write_text(_robot_with_mesh(path.name))
+    use_robot(urdf)
+
+
+def use_request(path: Path) -> None:
+    """Start and goals, with the targets that they are."""
+    for goal in read_motion_plan_request(path).goals:
+        if isinstance(goal, str):
+            parse_target(goal)
+
+
+def use_path(path: Path) -> None:
+    """The path in the arm's order of joints."""
+    read_joint_path(path, _arm())
+
+
+def use_roadmap(path: Path) -> None:
+    """The roadmap, held against a checker, its hash and components."""
+    roadmap = load_roadmap(path)
+    if roadmap.origin.joints == _arm().joints:
+        verify(roadmap, make_checker(_arm(), Scene.load("empty"), "coal"))
+    _ = roadmap.connected, roadmap.sha256
+
+
+def _use(robot: Robot, scene: Scene) -> None:
+    notes(robot, scene)
+    _ = robot.identity, scene.identity
+    q = np.array([robot.home, 0.5 * (robot.lower + robot.upper)])
+    manipulability(robot, q)
+    for checker in (make_checker(robot, scene, backend) for backend in BACKENDS):
+        checker.first_contact(q)
+        checker.all_free(q)
+        EdgeProver(checker).prove(q[:1], 0.01 * np.ones_like(q[:1]))
+
+
+# how a changed file is made
+
+
+def _arm_text() -> str:
+    return (robots_folder() / ARM / f"{ARM}.urdf").read_text("utf-8")
+
+
+def _urdf(rng: np.random.Generator) -> bytes:
+    iiwa = (robots_folder() / "iiwa14" / "iiwa14.urdf").read_text("utf-8")
+    text = iiwa if rng.random() < 0.3 else _arm_text()
+    return mutated_text(text, rng) if rng.random() < 0.3 else mutated_xml(text, rng)
+
+
+def _robot_with_mesh(name: str) -> str:
+    body = f'<collision><geometry><mesh filename="{name}" scale="0.1 0.1 0.1"/></geometry></collision>'
+    joint = (
+        '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    )
+    return (
+        f'<robot name="meshed"><link name="a"/><link name="b">{body}</link>'
+        f'<joint name="j" type="revolute"><origin xyz="0 0 0.1"/>{joint}</joint></robot>'
+    )
+
+
+def _mesh_urdf(rng: np.random.Generator) -> bytes:
+    return mutated_xml(_robot_with_mesh("package://iiwa14/visual/link_0.stl"), rng)
+
+
+@cache
+def _srdf_text() -> str:
+    return (example_robot_data() / "robots/panda_description/srdf/panda.srdf").read_text("utf-8")
+
+
+def _srdf(rng: np.random.Generator) -> bytes:
+    return mutated_text(_srdf_text(), rng) if rng.random() < 0.5 else mutated_xml(_srdf_text(), rng)
+
+
+@cache
+def _scene_text() -> str:
+    text = (scenes_folder() / "shelf.yaml").read_text("utf-8")
+    set_up = "base: {position: [0, 0, 0.1], rpy: [0, 0, 1.5708]}, tool: link_2, fixed_joints: {}"
+    states = 'start: "q:0.1,0.2", goal: "xyz:1,0.5,0"'
+    return f"{text}\n" if ARM in text else f"{text}  {ARM}: {{{states}}}\nrobots:\n  {ARM}: {{{set_up}}}\n"
+
+
+def _scene(rng: np.random.Generator) -> bytes:
+    if rng.random() < 0.5:
+        return mutated_text(_scene_text(), rng)
+    return as_json(mutated_tree(parse_yaml(_scene_text(), "the fuzzer's scene"), rng), rng)
+
+
+def _request(rng: np.random.Generator) -> bytes:
+    return (
+        mutated_text(json.dumps(REQUEST, indent=1), rng)
+        if rng.random() < 0.3
+        else as_json(mutated_tree(REQUEST, rng), rng)
+    )
+
+
+def _path(rng: np.random.Generator) -> bytes:
+    return (
+        mutated_text(json.dumps(PATH, indent=1), rng) if rng.random() < 0.3 else as_json(mutated_tree(PATH, rng), rng)
+    )
+
+
+def _stl() -> bytes:
+    facets = [struct.pack("<12fH", 0, 0, 1, *corners.ravel().tolist(), 0) for corners in _TETRAHEDRON]
+    return b"\0" * 80 + struct.pack("<I", len(facets)) + b"".join(facets)
+
+
+def _stl_text() -> str:
+    facets = [
+        "facet normal 0 0 1\nouter loop\n"
+        + "".join("vertex {} {} {}\n".format(*p) for p in corners)
+        + "endloop\nendfacet\n"
+        for corners in _TETRAHEDRON
+    ]
+    return "solid part\n" + "".join(facets) + "endsolid part\n"
+
+
+def _obj() -> str:
+    vertices = "".join("v {} {} {}\n".format(*p) for corners in _TETRAHEDRON for p in corners)
+    return vertices + "".join(f"f {k} {k + 1} {k + 2}\n" for k in range(1, 13, 3))
+
+
+def _ply_head(order: str) -> str:
+    head = f"ply\nformat {order} 1.0\nelement vertex 12\nproperty float x\nproperty float y\nproperty float z\n"
+    return head + "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+
+
+def _ply_of_bytes() -> bytes:
+    faces = b"".join(struct.pack("<B3i", 3, k, k + 1, k + 2) for k in range(0, 12, 3))
+    return _ply_head("binary_little_endian").encode() + _TETRAHEDRON.astype("<f4").tobytes() + faces
+
+
+def _dae(rng: np.random.Generator) -> bytes:
+    return mutated_text(_dae_text(), rng) if rng.random() < 0.3 else mutated_xml(_dae_text(), rng)
+
+
+def _dae_text() -> str:
+    numbers = " ".join(map(str, _TETRAHEDRON.ravel().tolist()))
+    params = "".join(f'<param name="{axis}" type="float"/>' for axis in "XYZ")
+    source = (
+        f'<source id="p"><float_array id="a" count="36">{numbers}</float_array><technique_common>'
+        f'<accessor source="#a" count="12" stride="3">{params}</accessor></technique_common></source>'
+    )
+    mesh = (
+        f'<mesh>{source}<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="4">'
+        f'<input semantic="VERTEX" source="#v" offset="0"/><p>{" ".join(map(str, range(12)))}</p></triangles></mesh>'
+    )
+    return (
+        '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><unit meter="1"/>'
+        f'<up_axis>Z_UP</up_axis></asset><library_geometries><geometry id="g">{mesh}</geometry></library_geometries>'
+        '<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node></visual_scene>'
+        '</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>'
+    )
+
+
+def _ply() -> str:
+    vertices = "".join("{} {} {}\n".format(*p) for corners in _TETRAHEDRON for p in corners)
+    return _ply_head("ascii") + vertices + "".join(f"3 {k} {k + 1} {k + 2}\n" for k in range(0, 12, 3))
+
+
+@cache
+def _roadmap_parts() -> tuple[dict[str, Any], dict[str, np.ndarray], bytes]:
+    """Header, arrays and bytes of a small roadmap."""
+    checker = make_checker(_arm(), Scene.load("empty"), "coal")
+    made = build_roadmap(_arm(), checker, start=[0.1, 0.2], goal=[0.9, -0.4], nodes=12, seed=0)
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        save_roadmap(made, Path(folder) / "roadmap.npz")
+        data = (Path(folder) / "roadmap.npz").read_bytes()
+    with np.load(io.BytesIO(data), allow_pickle=False) as content:
+        return json.loads(str(content["header"])), {name: content[name] for name in DTYPES}, data
+
+
+def _roadmap(rng: np.random.Generator) -> bytes:
+    """Bytes changed; or header and arrays, with hashes as whoever forges such a file would make them."""
+    header, arrays, data = _roadmap_parts()
+    if rng.random() < 0.2:
+        return mutated_bytes(data, rng)
+    arrays = dict(arrays)
+    if rng.random() < 0.5:
+        header = mutated_tree(header, rng)
+    else:
+        name = str(rng.choice(list(arrays)))
+        arrays[name] = _odd_array(arrays[name], rng)
+    header |= _hashes(header, arrays)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, header=np.array(json.dumps(header, sort_keys=True)), **arrays)
+    return buffer.getvalue()
+
+
+def _hashes(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> dict[str, Any]:
+    """The two hashes of a roadmap's file, so that what is changed is not refused for them alone."""
+    origin = header.get("origin") if isinstance(header.get("origin"), dict) else {}
+    joints, tool = (origin or {}).get("joints"), (origin or {}).get("tool")
+    graph = [frozen(arrays[name], arrays[name].dtype) for name in ("nodes", "edges", "proven", "starts", "goals")]
+    sha256 = content_hash([*graph, tuple(joints) if isinstance(joints, list) else joints, tool])
+    rest = {key: value for key, value in header.items() if key != "checksum"} | {"sha256": sha256}
+    text = json.dumps(rest, sort_keys=True)
+    return {"sha256": sha256, "checksum": content_hash([text, *(arrays[name] for name in DTYPES)])}
+
+
+def _odd_array(array: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    odd = np.array(array)
+    match int(rng.integers(5)):
+        case 0:
+            return odd[: int(rng.integers(len(odd) + 1))]
+        case 1:
+            return odd.astype(rng.choice(["f4", "i4", "?", "u8", "c16", "U8"]))
+        case 2:
+            return odd.reshape(-1, *([1] * int(rng.integers(3))))
+        case 3:
+            return odd[::-1]
+    if odd.size:
+        worst = (np.nan, np.inf, 1e308, -1e308, 1e20, -1.0) if odd.dtype.kind == "f" else (-1, 2**31, 2**62, 0)
+        flat = odd.reshape(-1)
+        flat[int(rng.integers(odd.size))] = worst[int(rng.integers(len(worst)))]
+    return odd

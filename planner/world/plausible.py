@@ -1,0 +1,113 @@
+"""Models that load and still make little sense: what a user is told about them before a plan is believed."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.errors import RobotError, choices
+from planner.world.robot import Robot
+from planner.world.scene import Scene
+from planner.world.shapes import Mesh
+from planner.world.solids import is_watertight
+
+_log = logging.getLogger(__name__)
+
+_TOO_LARGE = 50  # times the arm's length: a part in millimetres that was read as metres is 1000 times too large
+_TOO_SMALL = 1e-4  # of the arm's length
+_SHORTEST = 1e-3  # m: of an arm without length nothing can be said
+
+
+@dataclass(frozen=True)
+class Note:
+    """A sentence about a model; ``grave`` where a plan may well be wrong because of it."""
+
+    text: str
+    grave: bool = True
+
+
+def require_bodies(robot: Robot) -> None:
+    """Raise :class:`RobotError` for a robot that can touch nothing."""
+    if not robot.bodies:
+        raise RobotError(
+            f"robot '{robot.name}' has no collision geometry at all, so every path would be called free: add "
+            "<collision> elements to its URDF."
+        )
+
+
+def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
+    """What is doubtful about a robot and a scene, the scene's own things last."""
+    return (*_bare_links(robot), *_link_meshes(robot), *_obstacle_meshes(robot, scene))
+
+
+def tell(robot: Robot, scene: Scene) -> None:
+    """Log the notes on a robot and a scene: warnings where they are grave."""
+    for note in notes(robot, scene):
+        _log.log(logging.WARNING if note.grave else logging.INFO, "%s", note.text)
+
+
+def _bare_links(robot: Robot) -> list[Note]:
+    """Links that are seen and move, and that nothing can touch."""
+    moving = {frame.name for frame in robot.model.frames if frame.parentJoint != 0}
+    bare = sorted(robot.source.bare & moving)
+    if not bare:
+        return []
+    return [
+        Note(
+            f"robot '{robot.name}' has visual but no collision geometry on {choices(bare)}: contacts of these links "
+            "are not seen; add <collision> elements to the URDF."
+        )
+    ]
+
+
+def _link_meshes(robot: Robot) -> list[Note]:
+    arm, found = _length(robot), []
+    for body in robot.bodies:
+        size = _size(body.shape) if isinstance(body.shape, Mesh) else 0.0
+        if arm > _SHORTEST and size > _TOO_LARGE * arm:
+            found.append(
+                Note(
+                    f"a mesh of link '{body.link}' is {size:.3g} m across, and the arm is {arm:.3g} m long: if it is "
+                    'in millimetres, give <mesh scale="0.001 0.001 0.001">.'
+                )
+            )
+    open_ = [body.link for body in robot.bodies if isinstance(body.shape, Mesh) and not is_watertight(body.shape)]
+    if open_:
+        text = f"meshes of {choices(dict.fromkeys(open_))} are not closed: what is wholly inside them is not seen."
+        found.append(Note(text, grave=False))
+    return found
+
+
+def _obstacle_meshes(robot: Robot, scene: Scene) -> list[Note]:
+    arm, found = _length(robot), []
+    for item in scene.obstacles:
+        if not isinstance(item.shape, Mesh):
+            continue
+        size = _size(item.shape)
+        across = f"mesh '{item.name}' is {size:.3g} m across, and the arm is {arm:.3g} m long"
+        if arm > _SHORTEST and size > _TOO_LARGE * arm:
+            found.append(Note(f"{across}: if it is in millimetres, give it 'scale: 0.001'."))
+        elif arm > _SHORTEST and size < _TOO_SMALL * arm:
+            found.append(Note(f"{across}: if it is in metres, take its 'scale' away."))
+        if not is_watertight(item.shape):
+            found.append(
+                Note(
+                    f"mesh '{item.name}' is not closed, or its triangles do not all face one way: only what crosses "
+                    "its surface is seen, not what is wholly inside."
+                )
+            )
+    return found
+
+
+def _length(robot: Robot) -> float:
+    """How long the arm is (m) from its first planned joint to its tool, along the chain."""
+    model = robot.model
+    steps = [model.jointPlacements[joint].translation for joint in range(2, model.njoints)]
+    return float(sum(map(np.linalg.norm, [*steps, model.frames[robot.tool_id].placement.translation])))
+
+
+def _size(mesh: Mesh) -> float:
+    """The longest side (m) of the box around the triangles, along the mesh's own axes."""
+    return float(np.ptp(mesh.vertices[mesh.triangles].reshape(-1, 3), axis=0).max())

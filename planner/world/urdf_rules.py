@@ -1,0 +1,146 @@
+"""What a URDF must be before a native parser sees it: a tree of named links, with finite numbers of a sane size.
+
+urdfdom and Pinocchio stop at most of what is refused here too, in words of their own on standard error; the rest
+they let pass (an axis without direction, a box of 1e300 m) or do not survive (deep nesting, a joint called universe).
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from planner.base.errors import RobotError
+from planner.base.yamlfile import FARTHEST, SMALLEST, shown
+
+_DEEPEST = 100  # levels of elements: a URDF has five, what extensions put into it a few more
+_MOST_LINKS = 1000
+_MOST_MOVING = 200  # joints
+_MOST_BODIES = 500  # collision geometries; pairs of them are what is checked
+_MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
+
+_PLACES = {"origin": {"xyz": 3, "rpy": 3}, "axis": {"xyz": 3}, "limit": {"lower": 1, "upper": 1}}
+_SIZES = {
+    "box": {"size": 3},
+    "sphere": {"radius": 1},
+    "cylinder": {"radius": 1, "length": 1},
+    "capsule": {"radius": 1, "length": 1},
+}
+_OTHERS = {"mesh": {"scale": 3}, "mimic": {"multiplier": 1, "offset": 1}}
+_NUMBERS = _PLACES | _SIZES | _OTHERS
+
+
+def require_sane_urdf(root: ET.Element, path: Path) -> None:
+    """Raise :class:`RobotError` for the first thing in the URDF at ``path`` that makes no robot."""
+    _require_shallow(root, path)
+    links, joints = root.findall("link"), root.findall("joint")
+    _require_names(links, "link", path)
+    _require_names(joints, "joint", path)
+    _require_few(len(links), "links", _MOST_LINKS, path)
+    _require_few(sum(joint.get("type") in _MOVING for joint in joints), "moving joints", _MOST_MOVING, path)
+    _require_few(sum(1 for _ in root.iterfind("link/collision")), "collision geometries", _MOST_BODIES, path)
+    _require_tree([link.get("name", "") for link in links], joints, path)
+    for item in (*links, *joints):
+        _require_numbers(item, f"URDF {path}: {item.tag} {shown(item.get('name'))}")
+    for joint in joints:
+        _require_direction(joint, path)
+
+
+def _require_shallow(root: ET.Element, path: Path) -> None:
+    level = [root]
+    for _ in range(_DEEPEST):
+        level = [child for element in level for child in element]
+        if not level:
+            return
+    raise RobotError(f"URDF {path} nests elements more than {_DEEPEST} deep: it is no URDF; mend the file.")
+
+
+def _require_few(count: int, what: str, most: int, path: Path) -> None:
+    if count > most:
+        raise RobotError(f"URDF {path} has {count} {what}, more than {most}: cut it down to the arm that is planned.")
+
+
+def _require_names(items: Sequence[ET.Element], kind: str, path: Path) -> None:
+    seen: set[str] = set()
+    for item in items:
+        name = item.get("name")
+        if not name:
+            raise RobotError(f"URDF {path} has a {kind} without a name: give it one.")
+        if len(name) > 1000:
+            raise RobotError(f"URDF {path}: {kind} {shown(name)} has a name of {len(name)} characters: shorten it.")
+        if name == "universe":
+            raise RobotError(f"URDF {path} calls a {kind} 'universe', which is the world's own name: rename it.")
+        if name in seen:
+            raise RobotError(f"URDF {path} has two {kind}s called {shown(name)}: rename one of them.")
+        seen.add(name)
+
+
+def _require_tree(links: Sequence[str], joints: Sequence[ET.Element], path: Path) -> None:
+    if not links:
+        raise RobotError(f"URDF {path} has no links: give it some.")
+    parents: dict[str, str] = {}
+    for joint in joints:
+        name, (parent, child) = shown(joint.get("name")), _ends(joint)
+        for role, link in (("parent", parent), ("child", child)):
+            if link not in links:
+                raise RobotError(f"URDF {path}: {role} {shown(link)} of joint {name} is no link: mend the file.")
+        if child in parents:
+            raise RobotError(f"URDF {path}: link {shown(child)} is the child of two joints; give it one parent.")
+        parents[child] = parent
+    roots = [link for link in links if link not in parents]
+    if len(roots) > 1:
+        raise RobotError(
+            f"URDF {path} is in {len(roots)} pieces, {shown(roots[0])} and {shown(roots[1])} have no parent: join them."
+        )
+    below: dict[str, list[str]] = {}
+    for child, parent in parents.items():
+        below.setdefault(parent, []).append(child)
+    reached = list(roots)
+    for link in reached:  # which grows on the way
+        reached += below.get(link, [])
+    if len(reached) < len(links):
+        lost = next(link for link in links if link not in set(reached))
+        raise RobotError(f"URDF {path}: link {shown(lost)} hangs in a loop of joints; links must form a tree.")
+
+
+def _ends(joint: ET.Element) -> tuple[str, str]:
+    parent, child = joint.find("parent"), joint.find("child")
+    return "" if parent is None else parent.get("link", ""), "" if child is None else child.get("link", "")
+
+
+def _require_numbers(item: ET.Element, where: str) -> None:
+    for element in item.iter():
+        for attribute, count in _NUMBERS.get(element.tag, {}).items():
+            text = element.get(attribute)
+            if text is None:
+                continue
+            quoted, values = f"{where}: {attribute}={shown(text)} of <{element.tag}>", list(_floats(text))
+            if len(values) != count or not all(map(math.isfinite, values)):
+                raise RobotError(f"{quoted} is not {_some(count)}; mend the file.")
+            if max(map(abs, values)) > FARTHEST and element.tag != "limit":  # nobody plans a propeller's 1e16 rad
+                raise RobotError(f"{quoted} is beyond {FARTHEST:g}; mend the file.")
+            if element.tag in _SIZES and min(values) < SMALLEST:
+                raise RobotError(f"{quoted} is no size in metres; mend the file.")
+            if element.tag == "mesh" and min(map(abs, values)) < 1e-9:
+                raise RobotError(f"{quoted} leaves nothing of the mesh; mend the file.")
+
+
+def _floats(text: str) -> Iterator[float]:
+    for word in text.split():
+        try:
+            yield float(word)
+        except ValueError:
+            yield math.nan
+
+
+def _some(count: int) -> str:
+    return "a finite number" if count == 1 else f"{count} finite numbers"
+
+
+def _require_direction(joint: ET.Element, path: Path) -> None:
+    axis = joint.find("axis")
+    if axis is None or axis.get("xyz") is None or joint.get("type") in ("fixed", "floating"):
+        return
+    if math.hypot(*_floats(axis.get("xyz", ""))) < 1e-6:
+        raise RobotError(f"URDF {path}: the axis of joint {shown(joint.get('name'))} has no direction; mend the file.")
