@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import base64
 import itertools
+import re
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +63,19 @@ def test_is_kept_small_with_its_pictures(path: Path) -> None:
     assert path.stat().st_size < 400_000, "bring its pictures down to 256 colours"
     assert not any(output.output_type == "error" for output in outputs(path))
     assert not any(output.get("name") == "stderr" for output in outputs(path)), "warnings teach nothing"
+
+
+def test_the_trade_off_has_the_crosses_that_it_speaks_of() -> None:
+    (line,) = [line for line in texts(FOLDER / "02_beta_tradeoff.ipynb") if "(crosses)" in line]
+    circles, crosses = (int(word) for word in re.findall(r"\d+", line))
+    assert circles >= 3
+    assert crosses >= 3
+
+
+@each
+def test_no_interval_is_from_a_number_to_the_same(path: Path) -> None:
+    for low, high in re.findall(r"β from (\S+) to (\S+?)[:,\s]", "\n".join(texts(path)) + "\n"):
+        assert low != high
 
 
 @each

@@ -35,13 +35,14 @@ def tradeoff_front(tradeoff: Tradeoff) -> Figure:
     axes.plot(omega, distance, label="optimal for some $\\beta$", zorder=3, **{**marked(0), "markersize": 7})
     for k, interval in enumerate(intervals):
         place = interval.manipulability_cost, interval.distance_cost
-        text = f"$\\beta$ {interval.beta_min:.3g} to {interval.beta_max:.3g}"
+        text = f"$\\beta$ {interval.betas}"
         offset, side = ((8, 6), "left") if k % 2 == 0 else ((-8, -13), "right")  # neighbours may lie close
         axes.annotate(text, place, offset, textcoords="offset points", ha=side, fontsize=8)
     if tradeoff.front is not None:
         beyond = tradeoff.front.points[~reached_by_beta(tradeoff.front.points, intervals)]
         more = "" if tradeoff.front.complete else ", as far as searched"
-        axes.plot(*beyond.T, label=f"non-dominated, reached by no $\\beta${more}", zorder=2, **_BEYOND)
+        if len(beyond):
+            axes.plot(*beyond.T, label=f"non-dominated, reached by no $\\beta${more}", zorder=2, **_BEYOND)
     axes.set_xlabel(OMEGA)
     axes.set_ylabel(DISTANCE)
     axes.margins(x=0.25, y=0.12)

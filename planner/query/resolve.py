@@ -79,9 +79,10 @@ def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, ro
     if name == HOME and name not in states:
         return Joints(tuple(robot.home.tolist()))
     if name not in states:
-        known = f"its states are {choices(dict.fromkeys([*states, HOME]))}" if states else "it names none"
+        names = choices(dict.fromkeys([*states, HOME]))
+        known = f"its states are {names}" if states else f"it names none, but {HOME} is known"
         raise StateError(
-            f"{option} '{name}' is not among the scene's states for {robot.name} ({known}; {HOME} is always known): "
+            f"{option} '{name}' is not among the scene's states for {robot.name} ({known}): "
             f"choose one with --{option}, as {FORMS}."
         )
     target = parse_target(states[name])

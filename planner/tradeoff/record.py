@@ -22,7 +22,7 @@ from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.tradeoff.nondominated import Front
 from planner.tradeoff.page import sweep_page
-from planner.tradeoff.sweep import Checkpoint, Interval, Tradeoff, reached_by_beta
+from planner.tradeoff.sweep import Checkpoint, Interval, Tradeoff, range_text, reached_by_beta
 from planner.world.run_record import run_record
 
 JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "sweep.html", "roadmap.npz"
@@ -110,7 +110,7 @@ def interval_rows(record: dict[str, Any]) -> list[dict[str, Any]]:
     """The intervals as the terminal's table says them, narrow enough for 80 columns."""
     return [
         {
-            "beta": f"{interval['beta_min']:.4g} - {interval['beta_max']:.4g}",
+            "beta": range_text(interval["beta_min"], interval["beta_max"], " - "),
             "Omega": f"{interval['manipulability_cost']:.4f}",
             "D": f"{interval['distance_cost']:.4f}",
             "w min": f"{interval['w_min']:.2g}",

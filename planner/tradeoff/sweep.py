@@ -52,6 +52,18 @@ class Interval:
     workspace_length: float
     cost_to_go: gabf.CostToGo
 
+    @property
+    def betas(self) -> str:
+        """The interval with as many digits as tell its ends apart: "0.238 to 0.479", "0.99979 to 1"."""
+        return range_text(self.beta_min, self.beta_max)
+
+
+def range_text(low: float, high: float, between: str = " to ") -> str:
+    """Two numbers in [0, 1] with three digits behind the point, or as many as tell them apart."""
+    apart = high - low
+    digits = min(12, max(3, 1 - int(np.floor(np.log10(apart))))) if apart > 0.0 else 3
+    return between.join(f"{value:.{digits}f}".rstrip("0").rstrip(".") for value in (low, high))
+
 
 @dataclass(frozen=True, eq=False)
 class Checkpoint:

@@ -205,7 +205,8 @@ def test_states_of_every_form(run: Run, tmp_path: Path, post: tuple[str, ...]) -
 
 
 def test_the_robots_home_where_the_scene_names_no_start(run: Run, tmp_path: Path) -> None:
-    data = seen(run, tmp_path, *STATE)[1]
+    (tmp_path / "nothing.yaml").write_text("obstacles: []\n")
+    data = seen(run, tmp_path, "--robot", "planar_2r", "--scene", str(tmp_path / "nothing.yaml"))[1]
     assert data["paths"][0]["waypoints"][0] == pytest.approx(load("planar_2r").home)
 
 

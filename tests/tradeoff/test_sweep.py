@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import planner.tradeoff.sweep as module
 from planner import gabf
@@ -28,7 +30,8 @@ from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.tradeoff.nondominated import MAX_LABELS
 from planner.tradeoff.record import interval_rows, read_checkpoint, save_sweep, summary_lines, sweep_record
-from planner.tradeoff.sweep import Interval, Tradeoff, reached_by_beta, sweep
+from planner.tradeoff.sweep import Interval, Tradeoff, range_text, reached_by_beta, sweep
+from tests.random_shapes import QUICK
 
 SCENE = """
 obstacles: [{{name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}}]
@@ -458,3 +461,30 @@ def test_what_the_terminal_says(swept: Tradeoff) -> None:
     points = record["front"]["points"]
     beyond = [point for point in points if not point["optimal_at_some_beta"]]
     assert f"{len(points)} non-dominated paths, {len(beyond) or 'none'} of them out of reach of every beta" in text
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "text"),
+    [
+        (0.0, 0.238, "0 to 0.238"),
+        (0.99979, 1.0, "0.99979 to 1"),
+        (0.9999999991, 1.0, "0.9999999991 to 1"),
+        (0.25, 0.25, "0.25 to 0.25"),
+        (0.12345678, 0.5, "0.123 to 0.5"),
+        (0.4794, 0.47941, "0.4794 to 0.47941"),
+    ],
+)
+def test_intervals_in_words_have_two_ends(low: float, high: float, text: str) -> None:
+    assert range_text(low, high) == text
+
+
+@QUICK
+@given(st.floats(0, 1), st.floats(0, 1))
+def test_intervals_in_words_are_true(low: float, high: float) -> None:
+    low, high = sorted((low, high))
+    first, last = range_text(low, high).split(" to ")
+    apart = high - low
+    allowed = max(0.1 * apart, 5.1e-13) if apart else 5.1e-4
+    assert abs(float(first) - low) <= allowed
+    assert abs(float(last) - high) <= allowed
+    assert first != last or apart < 1e-11

@@ -93,8 +93,6 @@ def test_doubts_are_told_once_a_query(tmp_path: Path, caplog: pytest.LogCaptureF
 
 # degrees
 
-LOW, HIGH = [-2.9, -2.0, -3.0], [2.9, 2.0, 3.0]
-
 
 def test_degrees_are_asked_about_and_never_widened_for() -> None:
     robot = load("iiwa14")
