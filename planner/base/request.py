@@ -149,7 +149,9 @@ class SweepRequest(RoadmapRequest):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 1e-9 <= self.prescribed_time <= 1e9:
-            raise OptionError(f"prescribed time {self.prescribed_time:g} s is not usable: give seconds, 1e-9 to 1e9.")
+            raise OptionError(
+                f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number up to 1e9."
+            )
 
 
 @dataclass(frozen=True)

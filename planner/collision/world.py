@@ -28,6 +28,12 @@ class Contact:
     def __str__(self) -> str:
         return f"'{self.first}' and '{self.second}'"
 
+    def how(self, margin: float) -> str:
+        """What the two do, as the words after their names; ``margin`` (m) is the distance that was to be kept."""
+        if self.enclosed:
+            return "lie one wholly inside the other, a closed mesh"
+        return f"are closer than the margin of {margin:g} m" if margin else "touch"
+
 
 @dataclass(frozen=True, eq=False)
 class World:

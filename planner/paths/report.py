@@ -102,12 +102,14 @@ def excess_text(robot: Robot, excess: Excess) -> str:
 
 def _contact(report: PathReport) -> str:
     margin = report.checker.world.margin
-    how = f"are closer than the margin of {margin:g} m" if margin else "touch"
     if report.contact is not None:
+        how = report.contact.contact.how(margin)
         return f"{report.contact.contact} {how} in {_where(report.contact.segment, report.contact.share)}"
     if report.proven.strikes is not None:
         segment, pair = report.proven.strikes
-        return f"{pair} {how} in segment {segment + 1}, between two looks at every {1000 * report.step:g} mm"
+        return (
+            f"{pair} {pair.how(margin)} in segment {segment + 1}, between two looks at every {1000 * report.step:g} mm"
+        )
     return f"none, looked at every {1000 * report.step:g} mm of motion"
 
 

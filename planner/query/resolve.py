@@ -181,10 +181,7 @@ def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: F
 
 
 def _describe(contact: Contact, checker: CollisionChecker) -> str:
-    margin = checker.world.margin
-    if contact.enclosed:
-        return f"of {contact} one lies wholly inside the other, a closed mesh"
-    return f"{contact} are closer than the margin of {margin:g} m" if margin else f"{contact} touch"
+    return f"{contact} {contact.how(checker.world.margin)}"
 
 
 def _out_of_reach(solutions: inverse.Solutions, robot: Robot, position: Floats, role: str) -> str:

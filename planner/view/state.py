@@ -41,7 +41,7 @@ class StateReport:
         problems = []
         for first in self.contacts[:1]:
             more = f" ({len(self.contacts)} pairs in all)" if len(self.contacts) > 1 else ""
-            how = f"are closer than the margin of {margin:g} m" if margin else "touch"
+            how = first.how(margin)
             problems.append(f"{first} {how}{more}")
         beyond = [joint for joint, out in zip(robot.joints, self.outside, strict=True) if out]
         if beyond:
