@@ -137,6 +137,42 @@ def misses(
 
 
 @bench.command
+def attack(
+    out: Path = Path("bench-attack"),
+    seed: int = 0,
+    tries: int = 1000,
+    segments: int = 100,
+    robots: tuple[str, ...] = ("planar_2r", "iiwa14"),
+    libraries: tuple[Backend, ...] = ("fcl", "coal"),
+    debug: Flag = False,
+) -> int:
+    """An optimiser against every claim that proofs rest on: distances, bounds, motions, and segments called free.
+
+    It looks for the largest claim minus truth over shapes, sizes and poses, for every pair of kinds of shapes and both
+    collision libraries; the truth is computed by a slow method of its own that proves it. Writes attack.csv and
+    attack.md.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of the searches.
+        tries: Pairs of shapes for each two kinds and library, and motions of each robot.
+        segments: Segments put to the proof for each two kinds of shapes, and each robot, and library.
+        robots: Names of built-in robots or paths of URDFs whose segments and reach are attacked too.
+        libraries: Collision libraries to attack.
+        debug: Show tracebacks of errors.
+    """
+
+    def run(progress: Progress) -> tuple[str, bool]:
+        from planner.studies.bench_attack.report import to_markdown
+        from planner.studies.bench_attack.run import bench_attack
+
+        result = bench_attack(out, tries, segments, robots, libraries, seed, progress)
+        return to_markdown(result.rows, result.complete), result.complete
+
+    return measure(run, out)
+
+
+@bench.command
 def agreement(
     out: Path = Path("bench-agreement"),
     seed: int = 0,
@@ -148,7 +184,8 @@ def agreement(
 ) -> int:
     """FCL against coal on random configurations of every robot in every scene: verdicts, contact band, speed.
 
-    Every disagreement is listed with the pair that one of them finds touching, as both measure it. Writes
+    Every disagreement is listed with the pair that one of them finds touching, as both measure it. Compared are
+    verdicts on single states, neither distances nor proofs of motions: 'planner bench attack' is for those. Writes
     agreement.csv and agreement.md.
 
     Args:

@@ -15,6 +15,7 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats, Ints
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
+from planner.collision.needles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
 from planner.world.poses import se3
@@ -227,10 +228,12 @@ def _geometry(shape: Shape) -> coal.CollisionGeometry:
             return coal.Cylinder(radius, length)
         case Capsule(radius, length):
             return coal.Capsule(radius, length)
-        case Mesh(vertices, triangles):
+        case Mesh():
+            solid = widened(shape)
+            vertices, triangles = np.array(solid.vertices), np.array(solid.triangles)
             mesh = coal.BVHModelOBBRSS()
             mesh.beginModel(len(triangles), len(vertices))
             mesh.addVertices(_bent(vertices, triangles))
-            mesh.addTriangles(np.array(triangles))
+            mesh.addTriangles(triangles)
             mesh.endModel()
             return mesh

@@ -40,7 +40,8 @@ class Proofs:
     verdict: Ints  # (m,) of Verdict
     pair: Ints  # (m,) the pair that stopped a segment, -1 where it is free
     samples: Ints  # (m,) configurations looked at
-    clearance: Floats  # (m,) m, a lower bound on the distance beyond the margin along a free segment
+    # (m,) m, a lower bound on the distance beyond the margin along a free segment, of the pairs that a joint can part
+    clearance: Floats
 
     @property
     def free(self) -> Bools:
@@ -189,8 +190,7 @@ class _Run:
             if distance <= margin:
                 self._stop(edge, int(pair), Verdict.COLLIDES)
                 return
-            error = 0.0 if rate[pair] == 0 else checker.error(distance)
-            gap[pair] = max(gap[pair], distance - error - margin)
+            gap[pair] = max(gap[pair], distance - checker.error(distance) - margin, 0.0 if rate[pair] == 0 else -np.inf)
 
 
 def states_along(start: Floats, delta: Floats, motion: float, step: float) -> Floats:

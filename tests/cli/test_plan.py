@@ -180,7 +180,8 @@ def test_home_is_known_everywhere(robot: str) -> None:
 
 
 def test_home_of_a_robot_of_which_nobody_says_it(urdf_file: Callable[..., str]) -> None:
-    inside = link_xml("a") + link_xml("b") + link_xml("c") + joint_xml("turn", "a", "b", limit="0.5 1.5", xyz="0 0 1")
+    inside = link_xml("a") + link_xml("b") + link_xml("c", '<sphere radius="0.1"/>')
+    inside += joint_xml("turn", "a", "b", limit="0.5 1.5", xyz="0 0 1")
     inside += joint_xml("bend", "b", "c", axis="0 1 0", xyz="1 0 0")
     query = make_query(PlanRequest(robot=urdf_file(inside), scene="empty", start="home", goal="q:1,1"))
     np.testing.assert_array_equal(query.starts, [[0.5, 0.0]])

@@ -17,7 +17,7 @@ from planner.collision.world import World
 from planner.world.poses import pose
 from planner.world.robot import Robot
 from planner.world.scene import Scene
-from planner.world.shapes import Box, Capsule, Cylinder, Sphere
+from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from tests.coal_judge import CoalWorld, coal_geometry, coal_transform
 from tests.random_shapes import FCL_AT_ITS_WORST, box_mesh, random_pose
 from tests.worlds import body, checker_of, joint_xml, link_xml, load, random_q, scene_of
@@ -148,6 +148,21 @@ def test_an_edge_into_an_obstacle_is_not_free(case, kind):
         assert judge.distances(end)[0] < 0
         verdicts.append(prover.prove(-end, 2 * end).verdict[0])
     assert Verdict.FREE not in verdicts
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_an_edge_into_a_plate_of_two_triangles_is_not_free(backend):
+    """Link 1 touches from 58 % of the way on; FCL put the two 3 mm apart half way, where 0.37 mm were left."""
+    corners = np.array([[-0.55, -0.4, 0.0], [0.55, -0.4, 0.0], [0.55, 0.4, 0.0], [-0.55, 0.4, 0.0]])
+    place = np.eye(4)
+    place[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
+    place[:3, 3] = -0.1337, -0.8946, -0.5508
+    plate = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    checker = make_checker(load("planar_2r"), scene_of((plate, place)), backend)
+    start, delta = np.array([-1.774693515499277, 0.51]), np.array([-0.010612969001446097, 0.0])
+    assert is_free(checker, start + 0.5 * delta)
+    assert not is_free(checker, start + 0.6 * delta)
+    assert EdgeProver(checker).prove(start, delta).verdict[0] == Verdict.COLLIDES
 
 
 # margin

@@ -416,7 +416,7 @@ CONTRACT = {"beta_min", "beta_max", "path_nodes", "manipulability_cost", "distan
 
 def test_the_files(swept: Tradeoff, tmp_path: Path) -> None:
     record = save_sweep(swept, tmp_path, {"total": 1.0})
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["roadmap.npz", "sweep.csv", "sweep.json"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["roadmap.npz", "sweep.csv", "sweep.html", "sweep.json"]
     assert json.loads((tmp_path / "sweep.json").read_text()) == record
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"] == swept.roadmap.sha256
     assert {"outcome", "robot", "scene", "seed", "config", "versions", "complete", "solves"} <= set(record)

@@ -1,0 +1,1 @@
+"""``planner bench attack``: an optimiser against every claim that proofs rest on."""
