@@ -85,3 +85,19 @@ def test_replacing_the_kernel_rebinds_it():
     other = replace(net, kernel=gabf.TradeOff(beta=0.0))
     assert gabf.oracle(net).tolist() == [0.0, 1.0, 2.0]
     assert gabf.oracle(other).tolist() == [0.0, 1.0, 3.0]
+
+
+def test_arcs_in_any_order_make_the_same_network() -> None:
+    rng = np.random.default_rng(0)
+    tails, heads = np.array([1, 2, 2, 3, 3]), np.array([0, 0, 1, 1, 2])
+    weight, cost = rng.random(5), rng.random(5)
+    kernel = Additive()
+    plain = Network.from_arcs(tails, heads, weight, np.array([0]), 4, arc_cost=cost, kernel=kernel)
+    np.testing.assert_array_equal(plain.indptr, [0, 0, 1, 3, 5])
+    np.testing.assert_array_equal(plain.weight, weight)
+    mixed = rng.permutation(5)
+    other = Network.from_arcs(
+        tails[mixed], heads[mixed], weight[mixed], np.array([0]), 4, arc_cost=cost[mixed], kernel=kernel
+    )
+    for name in ("indptr", "indices", "weight", "arc_cost", "tails"):
+        np.testing.assert_array_equal(getattr(other, name), getattr(plain, name))
