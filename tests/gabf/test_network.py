@@ -91,7 +91,7 @@ def test_arcs_in_any_order_make_the_same_network() -> None:
     rng = np.random.default_rng(0)
     tails, heads = np.array([1, 2, 2, 3, 3]), np.array([0, 0, 1, 1, 2])
     weight, cost = rng.random(5), rng.random(5)
-    kernel = Additive()
+    kernel = gabf.Additive()
     plain = Network.from_arcs(tails, heads, weight, np.array([0]), 4, arc_cost=cost, kernel=kernel)
     np.testing.assert_array_equal(plain.indptr, [0, 0, 1, 3, 5])
     np.testing.assert_array_equal(plain.weight, weight)
