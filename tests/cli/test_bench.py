@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from planner.cli.bench import agreement, misses, roadmap
+from planner.cli.bench import agreement, attack, misses, roadmap
 from planner.studies.bench_agreement.run import bench_agreement
+from planner.studies.bench_attack.run import bench_attack
 from planner.studies.bench_misses.run import bench_misses
 from planner.studies.bench_plan.rows import Row
 from planner.studies.bench_roadmap.run import bench_roadmap
@@ -21,7 +22,7 @@ from tests.studies.bench_plan.test_run import write_problem
 PLANAR = ("--robot", "planar_2r", "--collision", "coal", "--nodes", "30", "--seeds", "0")
 
 
-@pytest.mark.parametrize("name", ["gabf", "plan", "misses", "agreement", "roadmap"])
+@pytest.mark.parametrize("name", ["gabf", "plan", "misses", "agreement", "attack", "roadmap"])
 def test_every_benchmark_has_help(name: str, run: Run) -> None:
     code, text, _ = run("bench", name, "--help")
     assert code == 0
@@ -31,7 +32,8 @@ def test_every_benchmark_has_help(name: str, run: Run) -> None:
 
 def test_the_commands_defaults_are_the_librarys() -> None:
     """The command line spells them out, so that its help loads nothing heavy."""
-    for command_, function in ((misses, bench_misses), (agreement, bench_agreement), (roadmap, bench_roadmap)):
+    pairs = (misses, bench_misses), (agreement, bench_agreement), (attack, bench_attack), (roadmap, bench_roadmap)
+    for command_, function in pairs:
         library = inspect.signature(function).parameters
         for name, option in inspect.signature(command_).parameters.items():
             if name in library and library[name].default is not inspect.Parameter.empty:
@@ -52,6 +54,9 @@ def test_the_commands_defaults_are_the_librarys() -> None:
         (("misses", "--seed", "-1"), 2, "seed -1"),
         (("agreement", "--states", "3"), 2, "3 states are too few"),
         (("agreement", "--margin", "-1"), 2, "margin -1"),
+        (("attack", "--tries", "0"), 2, "at least 1 try"),
+        (("attack", "--robots", "marvin"), 3, "robot 'marvin' not found"),
+        (("attack", "--libraries", "bullet"), 2, "fcl"),
         (("roadmap", "--robot", "marvin"), 3, "robot 'marvin' not found"),
         (("roadmap", "--scene", "moon"), 3, "scene 'moon' not found"),
         (("roadmap", "--queries", "0"), 2, "at least one query"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,7 +14,15 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.studies.bench_attack.cases import beside, changed_shape, random_shape, random_turn, small_turn, spell
+from planner.studies.bench_attack.cases import (
+    KINDS,
+    beside,
+    changed_shape,
+    random_shape,
+    random_turn,
+    small_turn,
+    spell,
+)
 from planner.studies.bench_attack.climb import climb
 from planner.studies.bench_attack.true_distance import Placed, nearest
 from planner.world.robot import Robot
@@ -69,7 +76,7 @@ def attack_segments(
 
     ``who``: two kinds of shapes, the first carried by the second joint of an arm; or a robot and a kind of obstacle.
     """
-    proven, arm = Proven(), Robot.load("planar_2r" if who[0] in _SHAPES else who[0])
+    proven, arm = Proven(), Robot.load("planar_2r" if who[0] in KINDS else who[0])
     begin = lambda rng: random_sweep(arm, who, rng)  # noqa: E731
     done = climb(
         tries, rng, begin, _changed, lambda sweeps: [_judge(sweep, backend, proven) for sweep in sweeps], progress
@@ -77,20 +84,19 @@ def attack_segments(
     return proven if done else None
 
 
-_SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
-
-
 def random_sweep(arm: Robot, who: tuple[str, str], rng: np.random.Generator) -> Sweep:
     """A short or long segment, in the middle of which a body of the arm is close to the obstacle."""
-    kinds = tuple(rng.permutation(who)) if who[0] in _SHAPES else who
-    if who[0] in _SHAPES:
+    kinds = tuple(rng.permutation(who)) if who[0] in KINDS else who
+    if who[0] in KINDS:
         place = np.eye(4)
         place[:3, :3], place[:3, 3] = random_turn(rng), 0.3 * rng.normal(size=3)
         arm = replace(arm, bodies=(Body("shape", "shape", 2, random_shape(kinds[0], rng), place),))
     middle = rng.uniform(np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0))
-    delta = rng.normal(size=arm.dof) * (rng.random(arm.dof) < 0.6)
-    delta *= 10.0 ** rng.uniform(*_LENGTHS) / max(float(np.linalg.norm(delta)), 1e-9)
-    linked = bool(who[0] in _SHAPES and rng.random() < 0.25)
+    linked = bool(who[0] in KINDS and rng.random() < 0.25)
+    moving = rng.random(arm.dof) < 0.6
+    moving[1 if linked else int(rng.integers(arm.dof))] = True
+    delta = rng.normal(size=arm.dof) * moving
+    delta *= 10.0 ** rng.uniform(*_LENGTHS) / np.linalg.norm(delta)
     sweep = Sweep(arm, random_shape(kinds[1], rng), np.eye(4), linked, middle - rng.random() * delta, delta)
     return _moved_beside(sweep, random_turn(rng), middle, rng)
 
@@ -178,8 +184,3 @@ def _distance(sweep: Sweep, share: float) -> float:
     bodies: list[Placed] = [(body.shape, frames[body.joint] @ body.placement) for body in moving]
     place = frames[1] @ sweep.place if sweep.linked else sweep.place
     return nearest(bodies, [(sweep.obstacle, place)]).high
-
-
-def attackers(robots: Sequence[str]) -> list[tuple[str, str]]:
-    """Every robot against meshes, which is where segments were called free that were not."""
-    return [(name, "mesh") for name in robots]
