@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.studies.bench_attack.cases import KINDS, random_case
-from planner.studies.bench_attack.true_distance import nearest, true_distance
+from planner.studies.bench_attack.true_distance import Placed, nearest, true_distance
 from planner.world.poses import pose
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from tests.coal_judge import coal_distance, coal_geometry
@@ -60,5 +60,5 @@ def test_it_is_sure_of_the_cases_that_the_attack_draws(first: str, second: str) 
 
 def test_touching_is_zero_and_groups_have_their_nearest() -> None:
     assert true_distance((Sphere(0.1), np.eye(4)), (Box((1, 1, 1)), np.eye(4))).high == 0.0
-    balls = [(Sphere(0.1), pose([x, 0, 0])) for x in (1.0, 2.0, -0.5)]
+    balls: list[Placed] = [(Sphere(0.1), pose([x, 0, 0])) for x in (1.0, 2.0, -0.5)]
     assert nearest(balls, [(Sphere(0.1), np.eye(4))]).high == pytest.approx(0.3)
