@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType, TracebackType
 
+from planner.base.interrupts import leave, tell_at_once
+
 Report = Callable[[str, int, int], None]
 
 
@@ -42,15 +44,26 @@ class Progress:
 QUIET = Progress()
 
 
-class StopRequest:
-    """While entered, the first SIGINT only sets a flag; calling the object tells whether it is set."""
+_SAVING = (
+    "stopping, saving what there is (Ctrl-C twice more: leave without saving).",
+    "still saving (Ctrl-C once more: leave without saving).",
+)
 
-    def __init__(self) -> None:
-        self._asked = False
+
+class StopRequest:
+    """While entered, SIGINT only sets a flag and says so; calling the object tells whether the flag is set.
+
+    As long as nobody has called it there is nothing to save, and SIGINT does what it did before. The second one is told
+    to wait, the third ends the process. ``drawn`` tells how many lines of progress are on the terminal.
+    """
+
+    def __init__(self, drawn: Callable[[], int] = lambda: 1) -> None:
+        self._presses, self._called, self._drawn = 0, False, drawn
         self._previous = None
 
     def __call__(self) -> bool:
-        return self._asked
+        self._called = True
+        return self._presses > 0
 
     def __enter__(self) -> StopRequest:
         if threading.current_thread() is threading.main_thread():
@@ -64,9 +77,12 @@ class StopRequest:
             signal.signal(signal.SIGINT, self._previous)
 
     def _handle(self, signum: int, frame: FrameType | None) -> None:
-        if self._asked:
-            raise KeyboardInterrupt
-        self._asked = True
+        if not self._called and callable(self._previous):
+            self._previous(signum, frame)
+        self._presses += 1
+        if self._presses > 2:
+            leave("left without saving.")
+        tell_at_once(_SAVING[self._presses - 1], self._drawn())
 
 
 class Stopwatch:

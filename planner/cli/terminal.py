@@ -51,17 +51,18 @@ def show(renderable: Any) -> None:
 def working() -> Iterator[Progress]:
     """Long work: a progress bar per stage on standard error, and Ctrl-C as a request to stop and save.
 
-    Yields what the work reports to.
+    Yields what the work reports to. Enter it where the work begins, and leave it when all is saved.
     """
-    with StopRequest() as stop, _bars() as bars:
-        yield Progress(_reporter(bars), stop)
+    tasks: dict[str, Any] = {}
+    with StopRequest(drawn=lambda: len(tasks)) as stop, _bars() as bars:
+        yield Progress(_reporter(bars, tasks), stop)
 
 
 @contextmanager
 def watching() -> Iterator[Progress]:
     """Work that has nothing to save: progress bars only, Ctrl-C ends it at once."""
     with _bars() as bars:
-        yield Progress(_reporter(bars))
+        yield Progress(_reporter(bars, {}))
 
 
 def _bars() -> Bars:
@@ -73,8 +74,8 @@ def _bars() -> Bars:
     return Bars(*columns, console=Console(stderr=True))
 
 
-def _reporter(bars: Bars) -> Report:
-    tasks: dict[str, Any] = {}
+def _reporter(bars: Bars, tasks: dict[str, Any]) -> Report:
+    """Keeps a bar for each stage; ``tasks`` are those drawn by now."""
 
     def report(stage: str, done: int, total: int) -> None:
         if stage not in tasks:

@@ -15,6 +15,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
+from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
@@ -55,11 +56,12 @@ class EdgeProver:
         proofs = prover.prove(a, robot.difference(a, b))     # (m, dof) each
         proofs.free                                          # (m,) True where proven
 
-    What it cannot decide it says so: ``Verdict.UNDECIDED`` is never to be treated as free.
+    What it cannot decide it says so: ``Verdict.UNDECIDED`` is never to be treated as free. Once ``progress`` is asked to
+    stop everything that is still open is undecided.
     """
 
-    def __init__(self, checker: CollisionChecker) -> None:
-        self.checker = checker
+    def __init__(self, checker: CollisionChecker, progress: Progress = QUIET) -> None:
+        self.checker, self.progress = checker, progress
         self.world: World = checker.world
         self.robot = checker.robot
         self.bound = checker.bound
@@ -118,6 +120,9 @@ class _Run:
             edge, low, high = self._first_intervals()
             while len(edge):
                 edge, low, high = self._round(edge, low, high)
+                if self.prover.progress.stopped:
+                    self.verdict[edge] = Verdict.UNDECIDED
+                    break
         return Proofs(self.verdict, self.pair, self.samples, self.clearance)
 
     def _first_intervals(self) -> tuple[Ints, Floats, Floats]:
@@ -168,6 +173,8 @@ class _Run:
         # a pair that this segment does not move needs a look only where the bound cannot clear it
         short = (gap < np.minimum(wanted, _EXACT)) | ((wanted == 0) & (gap <= 0))
         for row in np.nonzero(short.any(axis=1))[0]:
+            if prover.progress.stopped:
+                break  # what is there bounds the distance too
             self._look_exactly(
                 int(edge[row]),
                 gap[row],

@@ -66,7 +66,7 @@ class _Builder:
         grow_way: Callable[..., Growth],
         progress: Progress,
     ) -> None:
-        self.robot, self.prover = checker.robot, RecordingProver(checker)
+        self.robot, self.prover = checker.robot, RecordingProver(checker, progress)
         self.grow_way, self.progress = grow_way, progress
         self.nodes, self.edges = roadmap.nodes, roadmap.edges
 

@@ -59,7 +59,7 @@ def build_roadmap(
         np.array([free_configuration(q, checker, role) for q in np.atleast_2d(np.asarray(rows, dtype=float))])
         for role, rows in (("start", start), ("goal", goal))
     )
-    prover, growth = RecordingProver(checker), replace(growth or GrowthSettings(), floor=min_manipulability)
+    prover, growth = RecordingProver(checker, progress), replace(growth or GrowthSettings(), floor=min_manipulability)
     # a tree that is grown in two parts shows one bar
     whole = progress.renamed(lambda stage, done, total: progress(stage, done, nodes if stage == ROADMAP else total))
 

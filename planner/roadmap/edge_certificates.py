@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Proofs
@@ -19,8 +20,8 @@ class RecordingProver(EdgeProver):
     clearance, samples = prover.certificates(growth.nodes, growth.edges)
     """
 
-    def __init__(self, checker: CollisionChecker) -> None:
-        super().__init__(checker)
+    def __init__(self, checker: CollisionChecker, progress: Progress = QUIET) -> None:
+        super().__init__(checker, progress)
         self._known: dict[tuple[bytes, bytes], tuple[float, int]] = {}
 
     def prove(self, start: Floats, delta: Floats, room: float = PROOF) -> Proofs:

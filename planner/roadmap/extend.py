@@ -35,7 +35,7 @@ def extend(
     """
     if nodes < 1:
         raise OptionError(f"{nodes} nodes are no extension: give a whole number from 1.")
-    robot, prover, n = checker.robot, RecordingProver(checker), len(roadmap.nodes)
+    robot, prover, n = checker.robot, RecordingProver(checker, progress), len(roadmap.nodes)
     growth = grow(
         prover,
         roadmap.nodes,

@@ -1,0 +1,58 @@
+"""Ctrl-C where nothing is to be saved: one sentence, and out. Imports next to nothing: it comes before all else."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+INTERRUPTED = 130  # the exit code, as shells have it
+NOTHING_TO_SAVE = "stopping; there is nothing to save."
+
+
+def tell_at_once(sentence: str, lines: int = 1) -> None:
+    """A line on standard error from a signal handler, which must not touch Python's own buffers.
+
+    On a terminal it takes the place of the line the cursor is on, and is followed by as many ``lines`` as are drawn
+    anew above the cursor.
+    """
+    on_terminal = os.isatty(2)
+    text = f"\r\x1b[2Kplanner: {sentence}" + "\n" * max(lines, 1) if on_terminal else f"planner: {sentence}\n"
+    try:
+        os.write(2, text.encode())
+    except OSError:
+        pass  # closed, or a full disk behind it: there is nobody left to tell
+
+
+def leave(sentence: str = NOTHING_TO_SAVE) -> None:
+    """End the process now. No exception: one must not fly through C++, nor through a module that is half loaded."""
+    tell_at_once(sentence)
+    if os.isatty(2):
+        os.write(2, b"\x1b[?25h")  # progress bars hide the cursor
+    os._exit(INTERRUPTED)
+
+
+def leave_on_interrupt(sentence: str = NOTHING_TO_SAVE) -> None:
+    """From now on SIGINT ends the process with ``sentence``."""
+
+    def handle(signum: int, frame: FrameType | None) -> None:
+        leave(sentence)
+
+    signal.signal(signal.SIGINT, handle)
+
+
+@contextmanager
+def leaving_on_interrupt(sentence: str) -> Iterator[None]:
+    """While entered SIGINT ends the process with ``sentence``: for work that nobody misses, after all is saved."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.getsignal(signal.SIGINT)
+    leave_on_interrupt(sentence)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
