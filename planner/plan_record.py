@@ -11,7 +11,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.files import make_folder, write_json, write_whole
+from planner.base.files import make_folder, remove, write_json, write_whole
 from planner.base.html import html_table
 from planner.base.outcome import Outcome
 from planner.base.progress import Stopwatch, rounded
@@ -29,6 +29,8 @@ from planner.view.shown_path import ShownPath, on_roadmap, path_rows
 from planner.world.robot import Robot
 from planner.world.run_record import run_record
 from planner.world.scene import Scene
+
+JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,14 +107,27 @@ def plan_record(plan: Plan) -> dict[str, Any]:
 
 def save_plan(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
     """Write the three files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
+    return save_plan_page(plan, folder, save_plan_without_page(plan, folder, timings))
+
+
+def save_plan_without_page(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
+    """Write ``plan.json`` and ``roadmap.npz``, take the page of an earlier plan away, and return the record."""
     make_folder(folder)
-    save_roadmap(plan.roadmap, folder / "roadmap.npz")
+    remove(folder / PAGE_NAME)
+    save_roadmap(plan.roadmap, folder / ROADMAP_NAME)
+    record = plan_record(plan)
+    record["timings_s"] |= rounded(timings or {})
+    write_json(folder / JSON_NAME, record)
+    return record
+
+
+def save_plan_page(plan: Plan, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
+    """Write ``plan.html``, and the record again with the seconds that took."""
     clock = Stopwatch()
     with clock("page"):
-        write_whole(folder / "plan.html", plan_page(plan).encode())
-    record = plan_record(plan)
-    record["timings_s"] |= rounded({**clock.seconds, **(timings or {})})
-    write_json(folder / "plan.json", record)
+        write_whole(folder / PAGE_NAME, plan_page(plan).encode())
+    record = {**record, "timings_s": record["timings_s"] | rounded(clock.seconds)}
+    write_json(folder / JSON_NAME, record)
     return record
 
 

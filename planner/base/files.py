@@ -62,6 +62,12 @@ def write_whole(path: Path, content: bytes) -> None:
         raise FileError(f"{path} cannot be written: {error.strerror or error}; choose another place.") from None
 
 
+def remove(path: Path) -> None:
+    """Take a file away if it is there and can be; whoever writes there next says why it cannot."""
+    with contextlib.suppress(OSError):
+        path.unlink(missing_ok=True)
+
+
 def write_json(path: Path, record: dict[str, Any]) -> None:
     """Write ``record`` whole or not at all; raises ValueError for a number that is not finite."""
     write_whole(path, (json.dumps(record, indent=1, allow_nan=False) + "\n").encode())

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from planner.base.interrupts import leaving_on_interrupt
 from planner.base.request import PlanRequest
 from planner.cli.common import STARTED, Flag
 from planner.cli.terminal import complain, say, show, working
@@ -43,6 +44,9 @@ def plan(
     Writes plan.json, plan.html (open it in a browser) and roadmap.npz. Exit code 0: solved; 2: a wrong option;
     3: an unusable robot, scene, state or file; 4: no path within the budget; 130: interrupted.
 
+    Ctrl-C saves what there is, without the page; where --out holds a finished plan that is kept, and the interrupted
+    one goes into the folder 'interrupted' inside it.
+
     Args:
         out: Folder to write into.
         view: Serve the page on this machine when it is written, until Ctrl-C.
@@ -54,21 +58,31 @@ def plan(
     require_writable_folder(out)
     from planner import planning
     from planner.base.outcome import Outcome
-    from planner.plan_record import save_plan
+    from planner.cli.interrupted import folder_for_interrupted, kept
+    from planner.plan_record import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_plan_page, save_plan_without_page
     from planner.view.serve import serve
 
     imported = time.perf_counter() - STARTED
     with working() as progress:
         result = planning.with_alternatives(planning.plan(request, progress), progress)
-        record = save_plan(result, out, {"import": imported, "total": time.perf_counter() - STARTED})
+        interrupted = result.outcome is Outcome.INTERRUPTED
+        place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
+        record = save_plan_without_page(result, place, {"import": imported, "total": time.perf_counter() - STARTED})
+        written = f"Written: {place / JSON_NAME}, {place / ROADMAP_NAME}"
+        with leaving_on_interrupt(f"stopping without the page. {result.outcome.value} {written}"):
+            if not progress.stopped:
+                record = save_plan_page(result, place, record)
+                written = f"Written: {place / JSON_NAME}, {place / PAGE_NAME}, {place / ROADMAP_NAME}"
     tell = complain if json else say
     if json:
-        say((out / "plan.json").read_text().rstrip())
+        say((place / JSON_NAME).read_text().rstrip())
     else:
         show(_plan_table(record))
-    tell(f"{result.outcome.value} Written: {out / 'plan.json'}, {out / 'plan.html'}, {out / 'roadmap.npz'}")
-    if view and result.outcome is not Outcome.INTERRUPTED:
-        serve(out / "plan.html", announce=tell)
+    tell(f"{result.outcome.value} {written}{kept(out, place)}")
+    if progress.stopped:
+        return Outcome.INTERRUPTED.exit_code
+    if view:
+        serve(place / PAGE_NAME, announce=tell)
     return result.outcome.exit_code
 
 

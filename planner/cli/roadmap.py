@@ -35,10 +35,10 @@ def build(
     """Grow a roadmap around a start and a goal and keep it; every edge is proven free.
 
     Exit code 0: start and goal are joined; 4: they are not, the roadmap is kept all the same; 130: interrupted, what
-    there is is kept.
+    there is is kept, beside the file (as NAME.interrupted.npz) where there was one.
 
     Args:
-        file: The file to write; what is there is replaced.
+        file: The file to write; what is there is replaced by a whole roadmap only.
         debug: Show tracebacks of errors.
     """
     from planner.base.files import require_writable_file
@@ -46,6 +46,7 @@ def build(
     require_writable_file(file)
     from planner.base.outcome import Outcome
     from planner.base.request import SweepRequest
+    from planner.cli.interrupted import file_for_interrupted, kept
     from planner.query.open import make_query
     from planner.roadmap.obtain import obtain_roadmap
 
@@ -53,10 +54,11 @@ def build(
     with working() as progress:
         query = make_query(request)
         result = obtain_roadmap(sweep, query, progress)
-    _save(result, file)
-    outcome = Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.connected else Outcome.NO_PATH
+        outcome = Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.connected else Outcome.NO_PATH
+        place = file_for_interrupted(file) if outcome is Outcome.INTERRUPTED else file
+        _save(result, place)
     ending = "Start and goal are joined." if outcome is Outcome.SOLVED else outcome.value
-    say(f"{_size(result)}. {ending} Written: {file}")
+    say(f"{_size(result)}. {ending} Written: {place}{kept(file, place)}")
     return outcome.exit_code
 
 
@@ -156,10 +158,11 @@ def _repair(file: Path, request: KeptRequest, target: Path) -> int:
     checker = reopen(request, kept, file)
     with working() as progress:
         result = repairing.repair(kept, checker, progress)
+        if result is not None:
+            _save(result.roadmap, target)
     if result is None:
         say(f"Interrupted before every edge was judged: {target} is as it was.")
         return 130
-    _save(result.roadmap, target)
     for change in result.changes:
         say(f"Difference: {change}.")
     say(
@@ -182,7 +185,8 @@ def extend(
 ) -> int:
     """Grow a roadmap further: its nodes keep their numbers, and costs mean what they did.
 
-    Exit code 0: done; 3: another robot or scene; 130: interrupted, what there is is kept.
+    Exit code 0: done; 3: another robot or scene; 130: interrupted, what there is is kept, beside --out where that
+    was there already.
 
     Args:
         file: A roadmap.npz.
@@ -196,6 +200,8 @@ def extend(
     if seed is not None:
         require_seed(seed)
     from planner.base.files import require_writable_file
+    from planner.cli.interrupted import file_for_interrupted
+    from planner.cli.interrupted import kept as was_kept
     from planner.roadmap.extend import extend as grow_on
     from planner.roadmap.storage import load_roadmap, require_same_world
     from planner.roadmap.world_of import reopen
@@ -207,9 +213,11 @@ def extend(
     require_same_world(kept, checker, file)
     with working() as progress:
         result = grow_on(kept, checker, nodes, seed, progress=progress)
-    _save(result, target)
+        # over the file itself nothing is lost: all of it is in the result
+        place = file_for_interrupted(target) if progress.stopped and target != file else target
+        _save(result, place)
     more = f"{len(result.nodes) - len(kept.nodes)} nodes and {len(result.edges) - len(kept.edges)} edges more"
-    say(f"{more}: {_size(result)}. Written: {target}")
+    say(f"{more}: {_size(result)}. Written: {place}{was_kept(target, place)}")
     return 130 if progress.stopped else 0
 
 

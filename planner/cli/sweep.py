@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.base.errors import OptionError
+from planner.base.interrupts import leaving_on_interrupt
 from planner.base.request import SweepRequest
 from planner.cli.common import STARTED, Flag
 from planner.cli.terminal import report_table, say, show, working
@@ -37,7 +38,8 @@ def sweep(
     planner sweep --nodes 20000 --out big; planner sweep --nodes 20000 --out big --resume
 
     Writes sweep.json, sweep.csv, sweep.html (open it in a browser) and roadmap.npz. Exit codes are those of
-    'planner plan'; Ctrl-C saves what is proven so far, and --resume goes on from there.
+    'planner plan'; Ctrl-C saves what is proven so far, without the page, and --resume goes on from there. Where --out
+    holds a finished sweep that is kept, and the interrupted one goes into the folder 'interrupted' inside it.
 
     Args:
         front: Find the paths too that no beta can reach: all that are not worse in both costs than another one.
@@ -52,8 +54,10 @@ def sweep(
     if max_labels is not None and not front:
         raise OptionError("--max-labels limits the search of --front: give --front too, or leave it out.")
     require_writable_folder(out)
+    from planner.base.outcome import Outcome
+    from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.tradeoff.nondominated import MAX_LABELS
-    from planner.tradeoff.record import read_checkpoint, save_sweep
+    from planner.tradeoff.record import NAMES, PAGE_NAME, read_checkpoint, save_sweep_page, save_sweep_without_page
     from planner.tradeoff.sweep import sweep as find_tradeoff
 
     imported = time.perf_counter() - STARTED
@@ -61,12 +65,20 @@ def sweep(
     earlier = read_checkpoint(request, out) if resume else None
     with working() as progress:
         result = find_tradeoff(request, progress, front, labels, earlier)
-        record = save_sweep(result, out, {"import": imported, "total": time.perf_counter() - STARTED})
-    _tell(result, record, out)
-    return result.outcome.exit_code
+        interrupted = result.outcome is Outcome.INTERRUPTED
+        place = folder_for_interrupted(out, NAMES) if interrupted else out
+        record = save_sweep_without_page(result, place, {"import": imported, "total": time.perf_counter() - STARTED})
+        written = [str(place / name) for name in NAMES if name != PAGE_NAME]
+        said = f"{_ending(result, place)} Written: {', '.join(written)}"
+        with leaving_on_interrupt(f"stopping without the page. {said}"):
+            if not progress.stopped:
+                record = save_sweep_page(result, place, record)
+                said = f"{_ending(result, place)} Written: {', '.join(str(place / name) for name in NAMES)}"
+    _tell(record, said + kept(out, place))
+    return Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code
 
 
-def _tell(result: Tradeoff, record: dict[str, Any], out: Path) -> None:
+def _tell(record: dict[str, Any], said: str) -> None:
     from planner.tradeoff.record import interval_rows, summary_lines
 
     if record["intervals"]:
@@ -74,11 +86,10 @@ def _tell(result: Tradeoff, record: dict[str, Any], out: Path) -> None:
     for line in summary_lines(record):
         say(line)
     say("Seconds: " + ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items()) + ".")
-    names = ("sweep.json", "sweep.csv", "sweep.html", "roadmap.npz")
-    say(f"{_ending(result)} Written: {', '.join(str(out / name) for name in names)}")
+    say(said)
 
 
-def _ending(result: Tradeoff) -> str:
+def _ending(result: Tradeoff, place: Path) -> str:
     from planner.base.outcome import Outcome
 
     match result.outcome:
@@ -86,8 +97,8 @@ def _ending(result: Tradeoff) -> str:
             count = len(result.intervals)
             return f"{count} path{'s are' if count != 1 else ' is'} optimal, each in its interval of beta."
         case Outcome.INTERRUPTED if result.grown:
-            return f"{result.outcome.value} --resume goes on from there."
+            return f"{result.outcome.value} --out {place} --resume goes on from there."
         case Outcome.INTERRUPTED:
-            return f"{result.outcome.value} The roadmap was not whole yet: --resume grows it anew."
+            return f"{result.outcome.value} The roadmap was not whole yet: --out {place} --resume grows it anew."
         case Outcome.NO_PATH | Outcome.TOO_SINGULAR:
             return result.outcome.value

@@ -13,7 +13,7 @@ import numpy as np
 import pydantic
 
 from planner.base.errors import FileError
-from planner.base.files import is_file, make_folder, write_json, write_whole
+from planner.base.files import is_file, make_folder, remove, write_json, write_whole
 from planner.base.html import html_table
 from planner.base.progress import Stopwatch, rounded
 from planner.base.request import SweepRequest
@@ -26,6 +26,7 @@ from planner.tradeoff.sweep import Checkpoint, Interval, Tradeoff, range_text, r
 from planner.world.run_record import run_record
 
 JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "sweep.html", "roadmap.npz"
+NAMES = (JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME)
 _NUMBERS = (
     *("beta_min", "beta_max", "manipulability_cost", "distance_cost"),
     *("w_min", "w_mean", "joint_length", "workspace_length"),
@@ -58,14 +59,29 @@ def sweep_record(tradeoff: Tradeoff) -> dict[str, Any]:
 
 def save_sweep(tradeoff: Tradeoff, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
     """Write the four files; ``timings`` (s) go beside the sweep's own. Returns the record that was written."""
+    return save_sweep_page(tradeoff, folder, save_sweep_without_page(tradeoff, folder, timings))
+
+
+def save_sweep_without_page(
+    tradeoff: Tradeoff, folder: Path, timings: dict[str, float] | None = None
+) -> dict[str, Any]:
+    """Write all but ``sweep.html``, take that of an earlier sweep away, and return the record."""
     make_folder(folder)
+    remove(folder / PAGE_NAME)
     save_roadmap(tradeoff.roadmap, folder / ROADMAP_NAME)
+    record = sweep_record(tradeoff)
+    record["timings_s"] |= rounded(timings or {})
+    write_whole(folder / CSV_NAME, to_csv(record).encode())
+    write_json(folder / JSON_NAME, record)
+    return record
+
+
+def save_sweep_page(tradeoff: Tradeoff, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
+    """Write ``sweep.html``, and the record again with the seconds that took."""
     clock = Stopwatch()
     with clock("page"):
         write_whole(folder / PAGE_NAME, sweep_page(tradeoff).encode())
-    record = sweep_record(tradeoff)
-    record["timings_s"] |= rounded({**clock.seconds, **(timings or {})})
-    write_whole(folder / CSV_NAME, to_csv(record).encode())
+    record = {**record, "timings_s": record["timings_s"] | rounded(clock.seconds)}
     write_json(folder / JSON_NAME, record)
     return record
 
