@@ -46,7 +46,7 @@ def plan(request: PlanRequest | None = None, progress: Progress = QUIET, **optio
 
 
 def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:
-    """The field and its path from the cheapest start; what fails a second look is removed and the field heals."""
+    """The field and its path from the cheapest start; what fails a second check is removed and the field heals."""
     request = draft.request
     law, cost_to_go = gabf.named_law(request.law, request.prescribed_time), None
     with clock("path"):

@@ -349,7 +349,7 @@ def test_measures_along_the_path():
 # refusals of requests
 
 BAD = {
-    "beta": (dict(beta=1.2), ["beta 1.2 is outside [0, 1]", "0 minds manipulability only"]),
+    "beta": (dict(beta=1.2), ["beta 1.2 is outside [0, 1]", "0 optimises manipulability only"]),
     "beta nan": (dict(beta=float("nan")), ["beta nan"]),
     "negative nodes": (dict(nodes=-3), ["-3 nodes make no roadmap", "from 2 to 10000000"]),
     "one node": (dict(nodes=1), ["1 nodes make no roadmap"]),

@@ -1,1 +1,1 @@
-"""What every room may use: arrays, errors, outcomes, requests, files, progress. Imports nothing of the package."""
+"""What every subpackage may use: arrays, errors, outcomes, requests, files, progress. Imports no other subpackage."""

@@ -35,7 +35,7 @@ class FileError(PlannerError):
 
 
 class AssumptionError(PlannerError):
-    """An assumption of the paper that the data at hand breaks: the theorem would not hold."""
+    """An assumption of the paper that the given data breaks: the theorem would not hold."""
 
 
 def choices(names) -> str:

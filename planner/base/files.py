@@ -28,7 +28,7 @@ def is_folder(path: Path) -> bool:
 
 
 def _mode(path: Path) -> int:
-    """What kind of thing ``path`` is as ``stat`` has it, 0 where there is nothing."""
+    """The mode of ``path`` as ``stat`` gives it, 0 where there is nothing."""
     try:
         return path.stat().st_mode
     except (FileNotFoundError, NotADirectoryError):
@@ -84,7 +84,7 @@ def _open_temporary(path: Path) -> tuple[int, str]:
 
 
 def _clear_unfinished(path: Path) -> None:
-    """Remove what writers of ``path`` left behind that are no more: nobody holds a lock on it."""
+    """Remove temporary files of ``path`` whose writers have ended: nobody holds a lock on them."""
     for litter in path.parent.glob(f".{glob.escape(path.name)}.????????{_UNFINISHED}"):
         with contextlib.suppress(OSError), litter.open("rb") as file:
             if _lock(file.fileno()):
@@ -109,7 +109,7 @@ def _umask() -> int:
 
 
 def require_writable_folder(folder: Path, longest_name: str = "roadmap.npz") -> None:
-    """See that ``folder`` can be made and written, leaving no trace; :class:`FileError` if not.
+    """Check that ``folder`` can be made and written, without leaving anything behind; :class:`FileError` if not.
 
     It is made, a file is written into it, and both are taken away again: only so are names that are too long, loops
     of links, and full or read-only disks found before any work is done.
@@ -133,7 +133,7 @@ def require_writable_folder(folder: Path, longest_name: str = "roadmap.npz") -> 
 
 
 def require_writable_file(path: Path) -> None:
-    """See that ``path`` can be written before any work is done; :class:`FileError` if not."""
+    """Check that ``path`` can be written, before any work is done; :class:`FileError` if not."""
     if is_folder(path):
         raise FileError(f"{path} is a folder: give the name of a file.")
     if _mode(path) and not is_file(path):  # it would be replaced by a file: /dev/full, a pipe

@@ -1,4 +1,4 @@
-"""What C and C++ libraries print by themselves: caught, so that no text of theirs reaches the user raw."""
+"""Catches what C and C++ libraries print by themselves, so that the user does not see their raw text."""
 
 from __future__ import annotations
 

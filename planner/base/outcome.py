@@ -1,4 +1,4 @@
-"""How a run ended, as the sentence that its user reads."""
+"""How a run ended, as the sentence that the user reads."""
 
 from enum import Enum
 

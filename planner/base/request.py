@@ -72,7 +72,7 @@ class RoadmapRequest(WorldRequest):
     start: State = "start"
     """Where the arm starts."""
     goal: State = "goal"
-    """Where the arm should go; given several times, or with ';' between, they are goals of equal right."""
+    """Where the arm should go; several, with the option repeated or with ';' between them, are alternatives."""
     request: Path | None = None
     """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
     ik_solutions: int = 8
@@ -107,7 +107,7 @@ class RoadmapRequest(WorldRequest):
 
 @dataclass(frozen=True)
 class KeptRequest:
-    """The world to hold a roadmap against; what is left out is as the roadmap's file has it."""
+    """The world to check a roadmap in; options left out are taken from the roadmap's file."""
 
     robot: str | None = None
     """Name of a built-in robot or the path of a URDF; the file's own if that is a built-in one."""
@@ -138,9 +138,9 @@ class SweepRequest(RoadmapRequest):
     law: LawName = "singularity-free"
     """Control law under which the dynamics runs."""
     prescribed_time: float = 4.0
-    """T_p in seconds: the field settles before it (laws without a prescribed time do not mind it)."""
+    """T_p in seconds: the field settles before it (laws without a prescribed time ignore it)."""
     metric: Metric = DEFAULT_METRIC
-    """What distance means: joint motion (rad), or the length of the tool's way in the workspace (m)."""
+    """What distance means: joint motion (rad), or the length of the tool's path in the workspace (m)."""
     manipulability_cost: ManipulabilityCost = DEFAULT_COST
     """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
     charge: Charge = "nodes"
@@ -159,7 +159,7 @@ class PlanRequest(SweepRequest):
     """One plan. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles."""
 
     beta: float = 0.5
-    """Trade-off in [0, 1]: 0 minds manipulability only, 1 distance only."""
+    """Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -175,7 +175,7 @@ def _plain(value: Any) -> Any:
 def require_share(beta: float) -> None:
     """Raise :class:`OptionError` unless beta lies in [0, 1]."""
     if not 0.0 <= beta <= 1.0:
-        raise OptionError(f"beta {beta:g} is outside [0, 1]: 0 minds manipulability only, 1 distance only.")
+        raise OptionError(f"beta {beta:g} is outside [0, 1]: 0 optimises manipulability only, 1 distance only.")
 
 
 def require_nodes(nodes: int) -> None:

@@ -1,4 +1,4 @@
-"""How finely things are sampled, in one table: units, and why just so. A smaller number costs more and sees more.
+"""How finely things are sampled, in one table, with units and reasons. A smaller number costs more and finds more.
 
 "The smallest w along a path", wherever it is reported, is the smallest at states ``W_ALONG_PATH`` apart.
 """

@@ -87,7 +87,7 @@ def joints_text(values: Iterable[float], role: str = "state") -> str:
 
 
 def parse_targets(text: str) -> list[tuple[str, Target]]:
-    """Goals of equal right out of their text, each with its own text; :class:`OptionError` as :func:`parse_target`."""
+    """Alternative goals out of their text, each with its own text; :class:`OptionError` as :func:`parse_target`."""
     found: list[tuple[str, Target]] = []
     for part in (part.strip() for part in text.split(AND)):
         target = parse_target(part)

@@ -1,4 +1,4 @@
-"""The command line: typed functions are the commands, their docstrings the help; one file a command.
+"""The command line: typed functions are the commands, their docstrings the help; one file per command.
 
 Importing it loads nothing heavy, so that ``planner --help`` is quick.
 """

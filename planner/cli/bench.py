@@ -74,7 +74,7 @@ def plan(
         robot: Name of a built-in robot or the path of a URDF.
         collision: Collision library to plan with; the paths are checked by the other one.
         nodes: Configurations in the roadmap.
-        beta: Trade-off in [0, 1]: 0 minds manipulability only, 1 distance only.
+        beta: Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.
         charge: Where the manipulability cost is charged: at nodes, or integrated along edges.
         min_manipulability: A floor under manipulability w that paths stay above, as 'planner plan' has it; 0 for none.
         margin: Distance in metres to keep from every obstacle, and between links.

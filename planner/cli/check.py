@@ -22,7 +22,7 @@ def check(
     json: Flag = False,
     debug: Flag = False,
 ) -> int:
-    """Check a joint path again, whoever made it: limits, contacts, clearance, proofs, manipulability.
+    """Check a joint path from any source again: limits, contacts, clearance, proofs, manipulability.
 
     PATH is a plan.json, a JSON list of rows, {"joints": [...], "path": [...]}, a trajectory message with joint_names
     and points as JSON, or a CSV; columns with names are put in order and others, as a time, left out. Values are rad
@@ -32,7 +32,7 @@ def check(
 
     planner check trajectory.csv --robot panda --scene shelf --margin 0.01 --collision coal
 
-    Limits are named first. A path that looks like degrees is not looked at further.
+    Limits are named first. A path that looks like degrees is not checked further.
 
     Exit code 0: free and within limits; 4: not; 2: a wrong option; 3: an unusable robot, scene or file.
 
@@ -62,7 +62,7 @@ def check(
     else:
         excess = worst_excess(robot, waypoints)
         if excess is not None and not looks_like_degrees(robot, waypoints):
-            complain(f"{excess_text(robot, excess)}; the rest of the path is looked at all the same.")
+            complain(f"{excess_text(robot, excess)}; the rest of the path is checked all the same.")
         with watching() as progress:
             report = check_path(checker, waypoints, step, progress)
         table = Table("", "", title=escape(f"{path}: {robot.name} in {scene.name}"), show_header=False)

@@ -76,11 +76,11 @@ def manipulator(
     Args:
         out: Folder to write into.
         seed: Seed of the first roadmap; the others have the seeds that follow.
-        seeds: Number of roadmaps, one a seed; every beta is solved on each.
+        seeds: Number of roadmaps, one per seed; every beta is solved on each.
         nodes: Configurations in each roadmap.
         collision: Collision library: FCL, or coal, which is faster.
-        strands: Share of the nodes that are not RRT's, as the paper has them, but pulled best paths; in 'planner plan'
-            it is 0.1.
+        strands: Share of each roadmap's nodes that come from refined best paths; all others are RRT's. The paper has
+            RRT's nodes only, so 0; 'planner plan' uses 0.1.
         debug: Show tracebacks of errors.
     """
 

@@ -92,7 +92,7 @@ def check(
     out: Path | None = None,
     debug: Flag = False,
 ) -> int:
-    """Hold a roadmap against a robot and a scene: are they the ones it was proven for, and does every edge hold?
+    """Check that a roadmap belongs to a robot and a scene, and that every edge holds.
 
     With --repair a roadmap of another scene or a smaller margin is kept as far as it holds: edges that the difference
     does not touch stay, the others are proven again or dropped. Examples:
@@ -170,7 +170,7 @@ def _repair(file: Path, request: KeptRequest, target: Path) -> int:
         f"{result.nodes_dropped} nodes dropped. {_size(result.roadmap)}. Written: {target}"
     )
     if result.roadmap.component_count > kept.component_count:
-        say("It fell into more components: 'planner roadmap extend' grows new ways between them.")
+        say("It fell into more components: 'planner roadmap extend' grows new paths between them.")
     return 0
 
 
@@ -255,7 +255,7 @@ def _info_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
         ("nodes", f"{facts['nodes']}; starts {facts['starts']}, goals {facts['goals']}"),
         ("edges", f"{facts['edges']}, {facts['edges_certified']} of them proven free"),
         ("components", f"{len(sizes)}: {sides}{joined}"),
-        ("edges a node", f"{degree['min']} to {degree['max']}, mean {degree['mean']:.2f}"),
+        ("edges per node", f"{degree['min']} to {degree['max']}, mean {degree['mean']:.2f}"),
         ("manipulability w", ", ".join(f"{100 * float(q):g} %: {value:.5f}" for q, value in w.items())),
         ("edge length", f"{_spread(facts['joint_length'], 'rad')}; tool {_spread(facts['tool_length'], 'm')}"),
         ("clearance proven", f"beyond the margin {_spread(facts['clearance'], 'm')}; {facts['samples']} samples"),

@@ -31,9 +31,10 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
 
 @lru_cache(maxsize=8)
 def second_checker(checker: CollisionChecker) -> CollisionChecker:
-    """Coal in the world of ``checker``, for questions that decide nothing alone, or once more: it is quick.
+    """A checker by coal in the world of ``checker``; ``checker`` itself where it is coal.
 
-    It scouts for motions that are then proven, and looks at finished paths again, a stranger to what FCL has proven.
+    Coal is quick, and shares no code with FCL's proofs. So it is used where its answer is confirmed by a proof, to find
+    motions that are likely free, and where it confirms a proof, to check finished paths once more.
     """
     return checker if checker.name == "coal" else _backend("coal")(checker.world)
 

@@ -17,7 +17,7 @@ from planner.collision.covers import Spheres, box_cover, sphere_cover
 from planner.collision.world import World
 from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere
 
-# spheres a body in the first and in the second look, and the cell size below which none is cut (m)
+# spheres a body in the first and in the second check, and the cell size below which none is cut (m)
 _COARSE, _COARSE_CELL = 6, 0.08
 _FINE, _FINE_CELL = 48, 0.02
 _BOXES = 64  # boxes a mesh obstacle
@@ -81,7 +81,7 @@ def _frames(obstacles: list[Obstacle]) -> tuple[Floats, Floats]:
 
 
 class _Targets:
-    """Obstacles as the spheres see them, and which rows of the distances belong to which of them."""
+    """The obstacles that the spheres are measured against, and the rows of distances that belong to each."""
 
     def __init__(self, obstacles: tuple[Obstacle, ...]) -> None:
         self._round = [k for k, o in enumerate(obstacles) if isinstance(o.shape, Cylinder)]
@@ -226,7 +226,7 @@ class ClearanceBound:
         return gaps.min(axis=(0, 1))
 
     def can_refine(self, pair: int) -> bool:
-        """Whether the second look has more spheres than the first: for capsules it has not."""
+        """Whether the second check has more spheres than the first: not for capsules."""
         members = self.world.members(pair)[: 1 if self.world.is_scene_pair(pair) else 2]
         return any(len(self._fine[m].radii) > len(self._coarse[m].radii) for m in members)
 

@@ -59,8 +59,11 @@ class CollisionChecker(Protocol):
         ...
 
     def all_free(self, q: Floats) -> bool:
-        """Whether no surfaces touch in any configuration (n, dof); quicker than :meth:`first_touch`, as no pair is
-        named. A look before a proof: what is wholly inside a mesh it does not see."""
+        """Whether no surfaces touch in any configuration (n, dof).
+
+        Quicker than :meth:`first_touch`, as it names no pair. Use it only before a proof: it misses a body that is
+        wholly inside a mesh.
+        """
         ...
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:

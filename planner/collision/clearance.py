@@ -10,7 +10,7 @@ from planner.kinematics.forward import joint_placements
 
 
 class Clearance:
-    """Distance (m) of the nearest checked pair that some joint can part, for configurations of one world.
+    """Distance (m) of the nearest checked pair that some joint can move, for configurations of one world.
 
         clearance = Clearance(checker)
         clearance(q)                    # (n,) for q (n, dof); 0 where a pair touches, inf where no pair is checked

@@ -1,4 +1,4 @@
-"""The door to coal through Pinocchio's broadphase managers: whole batches of configurations in one call, on threads."""
+"""Collision checks by coal through Pinocchio's broadphase managers: a batch of configurations per call, on threads."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _DENTS, _DENTED = 1e-3, 2e-2  # m: so near a hull the mesh is asked instead, whe
 
 
 class CoalChecker(CollisionChecker):
-    """The second opinion, and the faster one: state checks run in C++ for a whole batch.
+    """The second checker, and the faster one: C++ checks a whole batch of states.
 
     Same bodies, pairs and margin as any backend. Its GJK converges to 1e-6 m: distances need little room for error.
     """
@@ -206,7 +206,7 @@ def _principal(points: Floats) -> tuple[Floats, Floats]:
 
 
 def _settle(request: coal.CollisionRequest) -> None:
-    """What keeps a verdict from being wrong, or from depending on what was asked before.
+    """Settings without which a verdict could be wrong, or depend on earlier questions.
 
     Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
     within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a

@@ -80,7 +80,7 @@ def _box_cells(size: Floats, count: int, enough: float) -> Spheres:
 
 
 def _cut_long(mesh: Mesh, longest: float, most: int = 20_000) -> Mesh:
-    """The same surface with no side longer than ``longest`` (m): a sphere around a long triangle holds much air.
+    """The same surface with no side longer than ``longest`` (m): a sphere around a long triangle is mostly empty.
 
     Triangles are halved across their longest side, round by round, until there are ``most``.
     """

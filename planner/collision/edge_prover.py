@@ -36,12 +36,12 @@ class Verdict(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Proofs:
-    """What became of a batch of segments, and what it took."""
+    """The verdicts on a batch of segments, and the samples they needed."""
 
     verdict: Ints  # (m,) of Verdict
     pair: Ints  # (m,) the pair that stopped a segment, -1 where it is free
-    samples: Ints  # (m,) configurations looked at
-    # (m,) m, a lower bound on the distance beyond the margin along a free segment, of the pairs that a joint can part
+    samples: Ints  # (m,) configurations sampled
+    # (m,) m, a lower bound on the distance beyond the margin along a free segment, of the pairs that a joint can move
     clearance: Floats
 
     @property
@@ -56,8 +56,8 @@ class EdgeProver:
         proofs = prover.prove(a, robot.difference(a, b))     # (m, dof) each
         proofs.free                                          # (m,) True where proven
 
-    What it cannot decide it says so: ``Verdict.UNDECIDED`` is never to be treated as free. Once ``progress`` is asked to
-    stop everything that is still open is undecided.
+    A segment that it cannot decide is ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop,
+    everything that is still open is undecided.
     """
 
     def __init__(self, checker: CollisionChecker, progress: Progress = QUIET) -> None:
@@ -71,7 +71,7 @@ class EdgeProver:
         self.static_contact = self._find_static_contact()
 
     def _find_static_contact(self) -> Contact | None:
-        """A pair that no joint can part (the base and an obstacle), if it touches."""
+        """A pair that no joint can move (the base and an obstacle), if it touches."""
         rotation, position = joint_placements(self.checker.chain, np.zeros((1, self.world.robot.dof)))
         pairs = np.array([p for p in self._static if self._is_checked(int(p))], dtype=np.int64)
         gaps = self.checker.distances(rotation[:, 0], position[:, 0], pairs) if len(pairs) else np.zeros(0)
@@ -85,8 +85,8 @@ class EdgeProver:
     def prove(self, start: Floats, delta: Floats, room: float = PROOF) -> Proofs:
         """Verdicts on the segments start + s delta, s in [0, 1]; arrays (m, dof).
 
-        A segment on which less than ``room`` (m, beyond the margin) is left where it is looked at closely is undecided:
-        the smaller, the more of the tight ones are proven, and the longer each of them takes.
+        A segment is undecided where a sample has less than ``room`` (m) of clearance beyond the margin. A smaller
+        ``room`` proves more of the tight segments, and takes longer on each of them.
         """
         start = np.atleast_2d(start)
         proofs = _Run(self, start, np.atleast_2d(delta), room).finish()
@@ -98,7 +98,7 @@ class EdgeProver:
 
 
 class _Run:
-    """One batch: intervals still open, looked at in their middles, round by round."""
+    """One batch: in each round every open interval is sampled in its middle."""
 
     def __init__(self, prover: EdgeProver, start: Floats, delta: Floats, room: float) -> None:
         self.prover, self.start, self.delta, self.room = prover, start, delta, room
@@ -107,13 +107,13 @@ class _Run:
         self.pair = np.full(m, -1, dtype=np.int64)
         self.samples = np.zeros(m, dtype=np.int64)
         self.clearance = np.full(m, np.inf)
-        # (m, pairs): metres by which a pair's distance can change on the whole way
+        # (m, pairs): metres by which a pair's distance can change along the whole segment
         self.rate = product(np.abs(delta), prover._reach_T)
         self.rate[:, prover._static] = 0.0
         self.contact_is_static = prover.static_contact is not None
 
     def finish(self) -> Proofs:
-        """Look until every interval is cleared or its segment is decided otherwise."""
+        """Sample until every interval is cleared or its segment is decided otherwise."""
         if self.contact_is_static:
             self.verdict[:] = Verdict.COLLIDES
         elif self.rate.shape[1]:  # with no pair to check everything is free
@@ -210,7 +210,7 @@ def states_along(start: Floats, delta: Floats, motion: float, step: float) -> Fl
 
 
 def recheck(checker: CollisionChecker, start: Floats, delta: Floats, step: float = 1e-3) -> Contact | None:
-    """Look at a segment again without bounds or proofs, every ``step`` metres of motion; the first contact or None."""
+    """The first contact on a segment sampled every ``step`` metres of motion, without bounds or proofs; else None."""
     motion = float(checker.world.reach.motion(delta[None]).max(initial=0.0))
     found = checker.first_contact(states_along(start, delta, motion, step))
     return found[1] if found else None

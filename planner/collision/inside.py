@@ -1,4 +1,4 @@
-"""What lies wholly inside a mesh: collision libraries know meshes as surfaces, and see only what crosses them.
+"""What lies wholly inside a mesh: collision libraries know meshes as surfaces, and find only what crosses them.
 
 Where no surfaces touch, a body cannot get into a closed mesh or out of it without crossing its surface. So one look at
 one point of every piece of a body settles a configuration that touches nothing, and one look at the beginning settles

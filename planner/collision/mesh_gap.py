@@ -174,7 +174,7 @@ class _PlacedPart:
 def hull_gap(first: PlacedSolid, second: PlacedSolid, apart: Floats, high: float, share: float = 0.0) -> float:
     """A lower bound (m) on the distance of two solids: that of their hulls, less ``share`` of it or a micrometre.
 
-    ``apart`` (3,) and ``high`` (m): a guess of the way between the hulls and of its length.
+    ``apart`` (3,) and ``high`` (m): a guess of the vector between the hulls and of its length.
     """
     return proven_gap(first.hull.core, second.hull.core, apart, share, high).low
 
@@ -186,21 +186,21 @@ def surface_gap(first: PlacedSolid, second: PlacedSolid, share: float = 0.0) -> 
     no other pair undercuts by more than ``share`` of the distance or a micrometre (best first; Land and Doig 1960).
     """
     latest, nearest = itertools.count(0, -1), np.inf  # of equal bounds the part cut last comes first
-    way = second.hull.middle - first.hull.middle
+    towards = second.hull.middle - first.hull.middle
     heap: list[tuple[float, int, bool, Floats, _PlacedPart, _PlacedPart]] = []
-    heap.append((0.0, next(latest), False, way, first.hull, second.hull))
+    heap.append((0.0, next(latest), False, towards, first.hull, second.hull))
     while True:
-        bound, _, measured, way, a, b = heapq.heappop(heap)
+        bound, _, measured, towards, a, b = heapq.heappop(heap)
         if nearest - bound <= max(_CLOSE, share * bound) or (measured and a.part.is_last and b.part.is_last):
             return bound
         if not measured:
-            gap = proven_gap(a.core, b.core, way, share)
+            gap = proven_gap(a.core, b.core, towards, share)
             if a.part.is_last and b.part.is_last:
                 nearest = min(nearest, gap.high)
             heapq.heappush(heap, (max(bound, gap.low), next(latest), True, gap.normal, a, b))
         elif b.part.is_last or (not a.part.is_last and a.part.size >= b.part.size):
-            for low, part in a.cut(b, way):
-                heapq.heappush(heap, (max(bound, low), next(latest), False, way, part, b))
+            for low, part in a.cut(b, towards):
+                heapq.heappush(heap, (max(bound, low), next(latest), False, towards, part, b))
         else:
-            for low, part in b.cut(a, -way):
-                heapq.heappush(heap, (max(bound, low), next(latest), False, way, a, part))
+            for low, part in b.cut(a, -towards):
+                heapq.heappush(heap, (max(bound, low), next(latest), False, towards, a, part))

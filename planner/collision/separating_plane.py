@@ -74,9 +74,9 @@ class Gap:
 def proven_gap(first: Core, second: Core, apart: Floats, share: float = 0.0, high: float = np.inf) -> Gap:
     """Bounds on the distance of two convex sets, ``share`` of it or a micrometre apart.
 
-    ``apart`` (3,) is a first guess of the way from the first to the second, or back, ``high`` of its length: a good
-    one is proven in one round. Then the point nearest the origin in a simplex of differences of the sets' points gives
-    the next pair of planes, and the points that touch these its next corner (Gilbert, Johnson and Keerthi 1988).
+    ``apart`` (3,) is a first guess of the vector from the first to the second, or back, ``high`` of its length. One
+    round proves a good guess. Otherwise the point nearest the origin in a simplex of differences of the sets' points
+    gives the next pair of planes, and the points that touch these its next corner (Gilbert, Johnson and Keerthi 1988).
     """
     radius = first.radius + second.radius
     low, high, normal = 0.0, high + radius, np.zeros(3)

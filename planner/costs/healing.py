@@ -1,4 +1,4 @@
-"""Second looks at paths, and healing: whatever fails is removed from the network, and the field finds another path."""
+"""Second checks of paths, and healing: what fails is removed from the network, and the field finds another path."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from planner.roadmap.roadmap import Roadmap, path_waypoints
 
 
 class HealingNetwork:
-    """A roadmap and its network, from which whatever fails a second look is removed.
+    """A roadmap and its network, from which whatever fails a second check is removed.
 
         healing = HealingNetwork(checker, roadmap, network, floor)
         while not healing.accepts(path := ...a node path on healing.layered...):
             ...                                            # solve again: what failed is gone
 
     An edge fails that touches something when the second checker samples it every millimetre of motion; an arc fails
-    that falls below the manipulability ``floor``, as :func:`first_violation` has it. ``barred``: the failed arcs, pairs
+    that falls below the manipulability ``floor``, see :func:`first_violation`. ``barred``: the failed arcs, pairs
     of nodes of ``layered.network``; give those of an earlier run to leave them out from the beginning.
     """
 
@@ -70,7 +70,7 @@ class HealingNetwork:
 
 
 def warm_start(cost_to_go: gabf.CostToGo | None, law: gabf.Law) -> Floats | None:
-    """The x at hand as initial states; None, the law's own, where there is none or the law needs an overestimate.
+    """The current x as initial states; None, for the law's own, if there is none or the law needs an overestimate.
 
     Costs only rise where something was removed, so a settled x is an underestimate. Nodes that reached no goal start
     at the largest x.

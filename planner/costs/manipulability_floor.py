@@ -1,10 +1,14 @@
 """A floor under manipulability: the part of a roadmap on which a path keeps above it.
 
-A path may begin below the floor, where its start lies there, and end below it, where its goal does. So it has three
-stretches: up to the floor and not below the start's own w on the way; above the floor; down to the goal and not
-below the goal's own w. Once the floor is reached only the last stretch leaves it.
-The dynamics knows no stretches, so nodes below the floor appear once for every end that lies below it: a graph for the
-way up, one for the way down, and arcs lead from the first through the nodes above the floor to the second.
+The start or the goal may itself lie below the floor. A path then has up to three parts:
+
+1. from the start up to the floor, where w stays at or above the start's own w;
+2. above the floor;
+3. from the floor down to the goal, where w stays at or above the goal's own w.
+
+The dynamics cannot tell which part of a path a node belongs to. So the network is built in layers: one layer has the
+nodes above the floor, and each start or goal below the floor adds a layer with its own copies of the nodes below it.
+Arcs lead from the layers of starts to the nodes above the floor, and from there to the layers of goals.
 """
 
 from __future__ import annotations
@@ -50,9 +54,9 @@ class LayeredNetwork:
 
 
 def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0) -> LayeredNetwork:
-    """The ways of ``roadmap`` that keep to ``floor`` (w), with the costs of ``network``, which was made from it.
+    """The network of all paths on ``roadmap`` that keep to ``floor`` (w), with the costs of its ``network``.
 
-    w along an edge is known at the states kept with the roadmap: hold the path against :func:`first_violation`.
+    Along an edge w is known only at the states kept with the roadmap: check the path with :func:`first_violation`.
     """
     if floor <= 0:
         return LayeredNetwork(network, np.arange(network.n_nodes), roadmap.starts)
@@ -81,10 +85,10 @@ def layered_network(roadmap: Roadmap, network: gabf.Network, floor: float = 0.0)
 
 
 def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
-    """The first segment on which a joint path (k, dof) breaks the floor, looked at every 0.001 rad; None if none does.
+    """The first segment on which a joint path (k, dof) breaks the floor, sampled every 0.001 rad; None if none does.
 
-    Everywhere w is at least the least of the floor, w at the start and w at the goal; from where it first reaches the
-    floor to where it last does it stays above.
+    A path keeps to the floor if w is nowhere below the smallest of the floor, w at the start and w at the goal, and
+    stays above the floor between the first and the last state that reach it.
     """
     if floor <= 0:
         return None
@@ -98,7 +102,7 @@ def first_violation(robot: Robot, path: Floats, floor: float) -> int | None:
 
 
 class _Kind(Enum):
-    """How an arc lies to the floor."""
+    """Where an arc lies relative to the floor."""
 
     ABOVE = auto()
     BELOW = auto()
@@ -107,7 +111,7 @@ class _Kind(Enum):
 
 
 class _Arcs:
-    """The arcs of a network by how they lie to the floor, with the least w on each."""
+    """The arcs of a network by where they lie relative to the floor, with the least w on each."""
 
     def __init__(self, roadmap: Roadmap, network: gabf.Network, floor: float) -> None:
         tails, heads, n = network.tails, network.indices, len(roadmap.nodes)
@@ -134,7 +138,7 @@ class _Arcs:
 
 @dataclass(frozen=True, eq=False)
 class _Layer:
-    """A copy of the nodes below the floor, for ends whose own w is ``least``: on the way up to it, or down from it."""
+    """A copy of the nodes below the floor for paths up to it, or down from it, whose end has the w ``least``."""
 
     least: float
     up: bool
@@ -162,10 +166,11 @@ class _Layers:
         return np.unique(self._w[ends][self._w[ends] < self._floor]).tolist()
 
     def ends(self, nodes: Ints, up: bool) -> Ints:
-        """Where paths may start (``up``) or end: at a node, or at its copies.
+        """The nodes of the layered network at which paths may start (``up``) or end.
 
-        A node below the floor stands for its copy in its own layer, and for its copies in the layers of the other
-        direction: a path that never reaches the floor starts in a layer on the way down, or ends in one on the way up.
+        An end above the floor is its own node. An end below it is its copy in its own layer, and also its copies in
+        the layers of the other direction, for paths that never reach the floor: such a path stays in one layer, that
+        of its start or that of its goal.
         """
         numbers = [[node] for node in nodes[self._w[nodes] >= self._floor]]
         for node in nodes[self._w[nodes] < self._floor]:

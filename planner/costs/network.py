@@ -33,7 +33,7 @@ class PathCost:
 def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
     """The normalised length w_ij of every edge (m,), at least zeta.
 
-    ``joint`` is the Euclidean joint motion, ``workspace`` the length of the tool's way.
+    ``joint`` is the Euclidean joint motion, ``workspace`` the length of the tool's path.
     """
     if metric not in METRICS:
         raise OptionError(f"metric '{metric}' not found; metrics are {choices(METRICS)}.")
@@ -56,7 +56,7 @@ def build_network(
     metric: Metric = DEFAULT_METRIC,
     charge: Charge = "nodes",
 ) -> gabf.Network:
-    """The network whose cost-to-go GABF computes: two arcs an edge, the goals as sources, the kernel of eq. (finew).
+    """The network whose cost-to-go GABF computes: two arcs per edge, the goals as sources, the kernel of eq. (finew).
 
     ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "edges" omega is
     integrated along each edge over its length instead of charged at the node it leads to, so that neither a

@@ -165,7 +165,7 @@ def nine_node_graph(network: gabf.Network, found: gabf.Structure) -> Figure:
 
 
 def _draw_arc(axes: Axes, network: gabf.Network, arc: int, thick: bool) -> None:
-    """The arc with its weight, bent to its right where there is another one the opposite way."""
+    """The arc with its weight, bent to its right where there is another one in the opposite direction."""
     i, j = int(network.tails[arc]), int(network.indices[arc])
     (x0, y0), (x1, y1) = _NINE_PLACES[i + 1], _NINE_PLACES[j + 1]
     bend = 0.22 if network.arcs_between(j, i).size else 0.0

@@ -30,7 +30,7 @@ _BEHIND: dict[str, Any] = {"color": "0.55", "linewidth": 3.0, "solid_capstyle": 
 def tool_paths(
     robot: Robot, scene: Scene, paths: Mapping[str, Floats], view: tuple[float, float] = (24, -60)
 ) -> Figure:
-    """The tool's way along joint paths (k, dof) by label, among the obstacles: left with the arm, right enlarged.
+    """The tool's path along joint paths (k, dof) by label, among the obstacles: left with the arm, right enlarged.
 
     Dots are waypoints. The arm is drawn as a line through its joints, at the start and at the end of the first path.
     ``view``: elevation and azimuth in degrees.

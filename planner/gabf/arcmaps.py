@@ -43,8 +43,9 @@ class AffineArcs:
         return AffineArcs(None if self.slope is None else self.slope[arcs], self.offset[arcs])
 
     def progress(self, lower: float, upper: float) -> Floats:
-        """Smallest f_ij(a) - a over a in [lower, upper], arc by arc: eq. (progressive)'s zeta. Exact: it is
-        at an end.
+        """Smallest f_ij(a) - a over a in [lower, upper] per arc: zeta of eq. (progressive).
+
+        Exact, as an affine map has it at one of the two ends.
         """
         if self.slope is None:
             return self.offset

@@ -14,8 +14,7 @@ from planner.gabf.problem import Problem, reduce, require_state
 
 @dataclass(frozen=True)
 class Premises:
-    """The interval [lower, upper] that a run stays in, and zeta of eq. (progressive) and L of eq. (Lipschitz)
-    on it.
+    """The interval [lower, upper] that a run stays in, and zeta of eq. (progressive) and L of eq. (Lipschitz) on it.
 
     ``sampled`` is True where a user's kernel was probed on a grid, which can refuse a kernel but prove
     nothing.

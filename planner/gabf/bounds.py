@@ -1,6 +1,4 @@
-"""The paper's bounds as functions of their own symbols; in logarithms where alpha or the gain would
-overflow.
-"""
+"""The paper's bounds in its symbols; in logarithms where alpha or the gain would overflow."""
 
 from __future__ import annotations
 
@@ -50,9 +48,7 @@ def log_errorbound(e_max: float, L: float, hops: int, tau: float) -> float:
 
 
 def tau_when(log_bound: Callable[[float], float], tolerance: float) -> float:
-    """The tau from which a bound stays below ``tolerance``, by bisection from the far side of its single
-    hump.
-    """
+    """The tau from which a bound stays below ``tolerance``, by bisection from the far side of its single hump."""
     goal = math.log(tolerance)
     low, high = 0.0, 1.0
     while log_bound(high) > goal or log_bound(2.0 * high) > goal:
@@ -66,11 +62,11 @@ def tau_when(log_bound: Callable[[float], float], tolerance: float) -> float:
 
 
 def input_bounds(clock: PrescribedClock, log_M: float, L: float, e_start: Floats, tau: Floats) -> tuple[Floats, Floats]:
-    """Lower and upper bound (k, n) on dx_i/dt at readings ``tau`` (k,): eqs. (lowerli) and (ute); both go to
-    0 at T_p.
+    """Lower and upper bound (k, n) on dx_i/dt at readings ``tau`` (k,): eqs. (lowerli) and (ute).
 
-    eq. (lowerli) is -etabar M e^(-tau / 2). eq. (ute) is etabar (L M e^(-tau / 2) - e_i(0) e^-tau), since
-    rho^-2 e^(-gamma t) = e^-tau (the lambda printed there is gamma). Infinite where M overflows.
+    Both go to 0 at T_p. Eq. (lowerli) is -etabar M e^(-tau / 2). Eq. (ute) is
+    etabar (L M e^(-tau / 2) - e_i(0) e^-tau), since rho^-2 e^(-gamma t) = e^-tau (the lambda printed there is gamma).
+    Infinite where M overflows.
     """
     tau = np.asarray(tau, dtype=np.float64)[:, None]
     log_gain = clock.log_gain(tau)
@@ -108,8 +104,9 @@ def T_star_sharp(law: FixedTime | SingularityFree) -> float:
 
 
 def T_f(flow: PowerFlow, highest: float, lowest: float, zeta: float) -> float:
-    """Right side of eq. (Tf), in tau: (xbar_R* - zeta - min{xbar_1*, x_min(0)}) / phi(zeta); may be
-    negative.
+    """Right side of eq. (Tf), in tau: (xbar_R* - zeta - min{xbar_1*, x_min(0)}) / phi(zeta).
+
+    It may be negative.
     """
     return (highest - zeta - lowest) / flow.speed(zeta)
 

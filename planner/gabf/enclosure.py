@@ -79,8 +79,9 @@ def _optimum(problem: Problem) -> Floats:
 
 
 def _dates(side: _Side, y_star: Floats, tolerance: float, dtau: float, ramp: float) -> tuple[float, float]:
-    """The last tau at which this side proves a state outside its band, and the first from which it proves that
-    none leaves it on this side any more.
+    """Two tau: the last at which this side proves a state outside its band, and the first after which none leaves it.
+
+    "Leaves" means on this side only, and is proven too.
     """
     scale = np.maximum(1.0, np.abs(y_star))
     band, blur = tolerance * scale, min(0.01 * tolerance, _BLUR) * scale
@@ -163,8 +164,9 @@ class _Side:
         return None
 
     def _from_fastest(self, dtau: float) -> Floats:
-        """Where they get if each goes as far as the fastest, which never becomes faster if L <= 1, or to the limit;
-        then once more from what that proves, as long as it gains.
+        """How far the states get if each moves as far as the fastest one, or to the limit.
+
+        The fastest never becomes faster if L <= 1. What this proves is used to repeat the step, as long as it gains.
         """
         rows = self._parents.rows
         reach = self.sign * (self._limit - self.y[rows])

@@ -147,8 +147,10 @@ class PowerFlow(Flow):
         return self._floats[3]
 
     def longest_step(self, size: float) -> float:
-        """In units of pace / (q - p) the error of Strang's rule depends on r = (1 - p)/(q - p) only. It vanishes below
-        the balance of both powers: if r < 1/2, as s^((q - p)(1 - 2r)/2), and else zero is a few units away.
+        """The longest step in tau that Strang's rule allows at a disequilibrium of ``size``.
+
+        In units of pace / (q - p) its error depends on r = (1 - p)/(q - p) only. It vanishes below the balance of both
+        powers: if r < 1/2, as s^((q - p)(1 - 2r)/2), and else zero is a few units away.
         """
         p, q, below, _ = self._floats
         width = q - p
@@ -169,8 +171,10 @@ class PowerFlow(Flow):
         return _in_blocks(self._lie, s, dtau)
 
     def slowest(self, size: Floats, dtau: float) -> Floats:
-        """First the power below 1, then the one above: beta1 s^p / (beta2 s^q) falls with s, so that the first half
-        acts at the larger s and takes less time off. The other order is a lower bound for the same reason.
+        """The bound that lets the power below 1 act first, then the power above 1.
+
+        beta1 s^p / (beta2 s^q) falls with s, so the power below 1 acts at the larger s and takes less time off. The
+        other order is a lower bound for the same reason.
         """
         return self._brake(self._sink(size.copy(), dtau), dtau)
 

@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Domain:
-    """The set R_1 of eq. (protocol) on which a kernel is defined: [lower, upper], or [lower, upper) if
-    open.
-    """
+    """The set R_1 of eq. (protocol) on which a kernel is defined: [lower, upper], or [lower, upper) if open."""
 
     lower: float = -math.inf
     upper: float = math.inf
@@ -53,9 +51,7 @@ class Kernel(ABC):
 
 @dataclass(frozen=True)
 class Additive(Kernel):
-    """f_i(a, b) = a + b: the shortest path, where GABF is the biased min-consensus (DBMC). zeta = min b, L =
-    1.
-    """
+    """f_i(a, b) = a + b: the shortest path, where GABF is the biased min-consensus (DBMC). zeta = min b, L = 1."""
 
     def bind(self, net: Network) -> AffineArcs:
         return AffineArcs(None, net.weight)
@@ -82,8 +78,7 @@ class TradeOff(Kernel):
 
 @dataclass(frozen=True)
 class EdgeIntegral(Kernel):
-    """f_i(x_j, w_ij) = x_j + (1 - beta) c_ij + beta w_ij, with c_ij the manipulability cost integrated along
-    the edge.
+    """f_i(x_j, w_ij) = x_j + (1 - beta) c_ij + beta w_ij, with c_ij the manipulability cost integrated along the edge.
 
     As :class:`TradeOff`, but ``arc_cost`` c_ij makes the result independent of how densely nodes are sampled.
     A larger ``beta`` favours short paths. zeta = min of (1 - beta) c_ij + beta w_ij, L = 1.
@@ -132,8 +127,7 @@ class Multiplicative(Kernel):
 
 @dataclass(frozen=True)
 class NodeDependent(Kernel):
-    """The kernel of the nine-node example, fig. (example1): 2a + |b| at nodes of even number, a + 2|b| at odd
-    ones.
+    """The kernel of the nine-node example, fig. (example1): 2a + |b| at nodes of even number, a + 2|b| at odd ones.
 
     The paper numbers from 1, so array index i is node i + 1. Domain a >= 1; zeta = min of 1 + |b| and 2|b|, L
     = 2.

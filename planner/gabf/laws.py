@@ -66,8 +66,7 @@ class Nominal(Law):
 
 @dataclass(frozen=True)
 class PrescribedTime(Law):
-    """dx_i/dt = -etabar(t) xhat_i, eq. (prespecified), with etabar of eq. (ebar): x = x* at T_p whatever the
-    start.
+    """dx_i/dt = -etabar(t) xhat_i, eq. (prespecified), with etabar of eq. (ebar): x = x* at T_p whatever the start.
 
     Assumption (over): every start must lie strictly above the optimum, so others are refused. The state
     settles at ``T`` exactly, not before; larger ``h`` and ``gamma`` bring it close to x* earlier and need a
@@ -99,8 +98,7 @@ class PrescribedTime(Law):
 
 @dataclass(frozen=True)
 class FixedTime(Law):
-    """dx_i/dt = -eta (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (singularity): finite time from any
-    start.
+    """dx_i/dt = -eta (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (singularity): finite time from any start.
 
     ``p`` = (p1, p2) and ``m`` = (m1, m2) are odd and positive with p1 < p2 and m1 > m2. A larger ``eta`` or
     ``beta1`` speeds up the end, ``beta2`` the approach from far; smaller exponents near 1 from above and
@@ -131,8 +129,7 @@ class FixedTime(Law):
 
 @dataclass(frozen=True)
 class SingularityFree(Law):
-    """dx_i/dt = -etabar(t) (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (fully): settled before T_p,
-    any start.
+    """dx_i/dt = -etabar(t) (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (fully): settled before T_p, any start.
 
     Parameters as in :class:`FixedTime` and :class:`PrescribedTime`; the defaults are those of section
     (comparison). A larger ``T`` is slower and gentler, larger ``h`` and ``gamma`` settle earlier with more

@@ -16,8 +16,7 @@ from planner.gabf.kernels import Kernel, TradeOff
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """G = (V, E) with weights, sources and a kernel; an arc (i, j) means that node i reads node j, as in the
-    paper.
+    """G = (V, E) with weights, sources and a kernel; an arc (i, j) means that node i reads node j, as in the paper.
 
     ``indptr`` (n + 1,), ``indices`` (n_arcs,), ``weight`` (n_arcs,): the arcs of node i are
     ``indices[indptr[i]:indptr[i + 1]]``; parallel arcs are allowed, self-loops are not (i is not in N(i)).
@@ -104,9 +103,7 @@ class Network:
 
     @cached_property
     def readers(self) -> tuple[Ints, Ints]:
-        """The reversed graph: ``(indptr, arc)``, the arcs that read node j being ``arc[indptr[j]:indptr[j +
-        1]]``.
-        """
+        """The reversed graph: ``(indptr, arc)``, the arcs that read node j being ``arc[indptr[j]:indptr[j + 1]]``."""
         order = np.argsort(self.indices, kind="stable")
         counts = np.bincount(self.indices, minlength=self.n_nodes)
         return np.concatenate(([0], np.cumsum(counts))), order

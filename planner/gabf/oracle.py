@@ -1,6 +1,4 @@
-"""Algorithms that never integrate, to check the dynamics by: they find x* of eq. (bellman) from the kernel
-alone.
-"""
+"""Algorithms that never integrate, to check the dynamics by: they find x* of eq. (bellman) from the kernel alone."""
 
 from __future__ import annotations
 
@@ -17,8 +15,7 @@ from planner.gabf.result import CostToGo
 
 
 def oracle(net: Network) -> Floats:
-    """x* (n,) by generalised Dijkstra with a heap, for any increasing progressive kernel; +inf where
-    unreachable.
+    """x* (n,) by generalised Dijkstra with a heap, for any increasing progressive kernel; +inf where unreachable.
 
     Nodes leave the heap in ascending order of x*, as the levels S_l of eq. (S). An arc that lowers a value
     below that of the node it came from breaks the order, and raises AssumptionError.
@@ -76,8 +73,9 @@ def _refuse(problem: Problem, i: int, j: int) -> None:
 
 
 def bellman_operator(net: Network, x: Floats) -> Floats:
-    """T'x (n,) of eq. (bellman-gabf): sources keep their values, others take min_j f_i(x_j, w_ij); +inf if
-    unreachable.
+    """T'x (n,) of eq. (bellman-gabf): sources keep their values, others take min_j f_i(x_j, w_ij).
+
+    It is +inf at unreachable nodes.
     """
     problem = reduce(net)
     y = problem.pack(np.asarray(x, dtype=np.float64))
@@ -102,18 +100,14 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
 
 
 def residual(net: Network, x: Floats) -> float:
-    """max_i |x_i - min_j f_i(x_j, w_ij)| over reachable nodes: small is not converged, see
-    settling.error_bound.
-    """
+    """max_i |x_i - min_j f_i(x_j, w_ij)| over reachable nodes: small is not converged, see settling.error_bound."""
     problem = reduce(net)
     y = problem.pack(np.asarray(x, dtype=np.float64))
     return float(np.abs(y[: problem.n_rows] - problem.parent_values(y)).max(initial=0.0))
 
 
 def max_error(result: CostToGo | Floats, x_star: Floats) -> float:
-    """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which
-    do.
-    """
+    """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which do."""
     x = result.x if isinstance(result, CostToGo) else np.asarray(result, dtype=np.float64)
     finite = np.isfinite(x_star)
     if not np.array_equal(finite, np.isfinite(x)):

@@ -51,9 +51,7 @@ class AllRows:
 
 @dataclass(frozen=True, eq=False)
 class Padded(AllRows):
-    """Every row filled up to the largest degree with arcs of infinite cost: half the time of a reduceat at
-    1e3.
-    """
+    """Every row filled up to the largest degree with arcs of infinite cost: half the time of a reduceat at 1e3."""
 
     heads: Ints
     slope: Floats | None

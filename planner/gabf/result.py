@@ -79,10 +79,9 @@ class CostToGo:
 
     @cached_property
     def settling_tau_bracket(self) -> tuple[float, float] | None:
-        """The earliest and the latest tau at which the law itself can settle, proved by upper and lower
-        solutions; None for a run that did not settle.
+        """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
 
-        The latest is at most a ninth above the earliest, unless that took more than
+        None for a run that did not settle. The latest is at most a ninth above the earliest, unless that took more than
         :mod:`planner.gabf.enclosure` spends. Computed when first asked for: 20 to 40 times the work of a run at
         default tolerance.
         """

@@ -78,9 +78,7 @@ class Recorder:
             self._kept.append((state.tau, state))
 
     def trajectory(self, last: State, settled: bool) -> Trajectory | None:
-        """All that was kept. Chosen times after the end find a settled run at rest; a cut one has no
-        answer.
-        """
+        """All that was kept. Chosen times after the end find a settled run at rest; a cut one has no answer."""
         if self._save is None:
             return None
         rest = replace(last, xhat=np.zeros_like(last.xhat))

@@ -37,10 +37,10 @@ def error_bound(problem: Problem, premises: Premises, state: State) -> float:
 
 
 def require_rooted(problem: Problem, y: Floats) -> None:
-    """A residual of zero proves y = x* if every arc visibly adds to its head's value, and else if tight arcs
-    (y_i = f_i(y_j, w_ij)) lead from every node to a source; AssumptionError where neither holds.
+    """Raise AssumptionError unless a residual of zero proves y = x*.
 
-    That happens to starts below x* on arcs whose cost vanishes beside x in double precision.
+    It does if every arc visibly adds to its head's value, and also if tight arcs (y_i = f_i(y_j, w_ij)) lead from every
+    node to a source. Neither may hold for starts below x* on arcs whose cost vanishes beside x in double precision.
     """
     heads = y[problem.heads]
     values = problem.arcs(heads)
@@ -55,7 +55,7 @@ def require_rooted(problem: Problem, y: Floats) -> None:
     if not rooted.all():
         i = int(np.flatnonzero(~rooted)[0])
         raise AssumptionError(
-            f"node {problem.nodes[i]} is stuck at {y[i]:g}: an arc cost on its way vanishes beside that in "
+            f"node {problem.nodes[i]} is stuck at {y[i]:g}: an arc cost on its path vanishes beside that in "
             "double precision, so the kernel is not progressive; start from overestimate(net), or rescale"
         )
 
@@ -95,9 +95,7 @@ class EndPhase:
 
 
 def _inside(step: float, excess: list[float], width: float, flow: Flow) -> float:
-    """How far into a step the worst node's error falls to ``width``, of which it is a multiple at both
-    ends.
-    """
+    """How far into a step the worst node's error falls to ``width``; the errors at both ends are in units of it."""
     first, second = (multiple * width for multiple in excess)
     fall = flow.time_between(first, width)
     whole = flow.time_between(first, second) if second > 0.0 else step

@@ -27,8 +27,7 @@ RETIRE_EVERY = 8
 
 @dataclass(frozen=True)
 class Splitting(Solver):
-    """Hold each parent value m_i = min_j f_i(y_j, w_ij), and y_i - m_i follows a scalar equation of known
-    flow.
+    """Hold each parent value m_i = min_j f_i(y_j, w_ij): then y_i - m_i follows a scalar equation of known flow.
 
     A step takes m from about half a step (order 2) and flows across the whole. It has no stability limit, no
     chatter at y_i = m_i, and ends on the fixed point to the last bit: large steps become Bellman-Ford
@@ -81,8 +80,10 @@ class Splitting(Solver):
             dtau = max(dtau, step) * growth
 
     def _allowed(self, flow: Flow, size: float) -> float:
-        """The share of a disequilibrium of ``size`` that a step may err by: ``tolerance`` in tau, in units of the law's
-        own pace, and no more than a share of the time in which the law undoes it.
+        """The share of a disequilibrium of ``size`` that a step may err by.
+
+        It is ``tolerance`` in tau, in units of the law's own pace, and at most a share of the time in which the law
+        undoes the disequilibrium.
         """
         return self.tolerance * min(flow.pace * flow.speed(size) / size, _MOST) if size else np.inf
 

@@ -1,6 +1,4 @@
-"""The structure of the optimum, without an ODE: true parents, longest optimal paths, levels, effective
-diameter.
-"""
+"""The structure of the optimum, without an ODE: true parents, longest optimal paths, levels, effective diameter."""
 
 from __future__ import annotations
 
@@ -16,8 +14,7 @@ from planner.gabf.problem import Problem, reduce
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """What definitions (true), (longest) and (S) name; arrays over the n nodes, -1 where a node reaches no
-    source.
+    """What definitions (true), (longest) and (S) name; arrays over the n nodes, -1 where a node reaches no source.
 
     ``x_star`` (n,); ``true_arcs`` ids of the arcs (i, j) with j in P(i); ``longest`` the l of F_l; ``fewest``
     arcs on the optimal path of fewest hops (ours); ``level`` the l of S_l; ``values`` (R + 1,) the distinct

@@ -40,10 +40,10 @@ def solve_pose(robot: Robot, target: pin.SE3, rng: np.random.Generator, starts: 
 
 
 def beyond_reach(robot: Robot, position: Floats) -> float:
-    """How far (m) ``position`` lies outside the sphere that no configuration can leave; 0 inside it.
+    """How far (m) ``position`` lies outside a sphere that the tool cannot leave; 0 inside it.
 
-    Rigorous: from the first joint that is not about a fixed line through its successor, the tool is never farther
-    than the sum of the chain's offsets.
+    This is a proof, not an estimate: the sphere's centre is a joint whose origin does not move, and its radius is the
+    sum of the chain's offsets from there to the tool.
     """
     model, chain = robot.model, Chain.of(robot)
     frame = model.frames[robot.tool_id]
@@ -51,7 +51,7 @@ def beyond_reach(robot: Robot, position: Floats) -> float:
     joint, total = int(frame.parentJoint), length(frame.placement.translation)
     best = 0.0
     while joint:
-        # offsets along the first axes do not turn with it: measuring from joint 2's origin is often sharper
+        # an offset along the first axis does not turn with it: the sphere around joint 2's origin is often smaller
         if _origin_is_fixed(chain, joint):
             with np.errstate(over="ignore"):
                 apart = length(np.asarray(position) - home[joint, 0])
@@ -64,7 +64,7 @@ def beyond_reach(robot: Robot, position: Floats) -> float:
 
 
 def _origin_is_fixed(chain: Chain, joint: int) -> bool:
-    """Whether a joint's origin stands still: on the axis of a first, revolute joint."""
+    """Whether a joint's origin cannot move: it is the first joint's, or lies on the axis of a first, revolute joint."""
     parent = int(chain.parent[joint - 1])
     if parent == 0:
         return not chain.prismatic[joint - 1]

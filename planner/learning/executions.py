@@ -6,12 +6,12 @@ that touches the path (the error-driven rule with c_ij for d_ij, all of them at 
 believes of arcs it has not seen:
 
 - *optimistic*, b <= c: it tries what might be better. Where the gain min(1, alpha (1 - x_i)(1 - x_j)) is 1 at all
-  arcs seen, at most n / 2 executions of a network of n nodes can be dearer than the optimum by more than
+  arcs seen, at most n / 2 executions of a network of n nodes can cost more than the optimum plus
   :func:`planner.learning.excess_bound`, whatever their starts. For if a path has no arc that is seen for the first
   time, its cost is what it was believed to be, which no path undercuts in belief (but for that bound), the optimal
   one included, whose belief is at most its cost. And if it has one, neither end of that arc had been visited before,
   since a visit shows every arc at a node: such an execution visits two nodes or more for the first time.
-- *pessimistic*, b >= c: what it has not seen looks dear, so it keeps to the first path that is good enough.
+- *pessimistic*, b >= c: what it has not seen looks costly, so it keeps to the first path that is good enough.
 """
 
 from __future__ import annotations

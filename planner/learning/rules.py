@@ -39,7 +39,7 @@ class LearningRule(ABC):
     def updated(self, wbar: Floats, activity_i: Floats, activity_j: Floats, d: Floats) -> Floats:
         """The weights (k,) in (0, 1) after one iteration, from the activities 1 - x at both ends and the distances d.
 
-        All arrays are (k,), one entry an arc.
+        All arrays are (k,), one entry per arc.
         """
 
 
@@ -82,14 +82,13 @@ class Hebbian(LearningRule):
 
 @dataclass(frozen=True)
 class ErrorDriven(LearningRule):
-    """Delta wbar_ij = g (1 - beta d_ij - wbar_ij), g = min(1, alpha (1 - x_i)(1 - x_j)): three factors, the third an
-    error.
+    """Delta wbar_ij = g (1 - beta d_ij - wbar_ij), g = min(1, alpha (1 - x_i)(1 - x_j)).
 
-    The reward of the paper's rule read as a prediction error, as in the article that the paper takes its rule from
-    (Kusmierz, Isomura, Toyoizumi: Learning with three factors: modulating Hebbian plasticity with errors, 2017): the
-    weight predicts the reward 1 - beta d_ij. Its fixed point is the 1 - w_ij / K that the paper says the weights
-    approximate, with K = 1 / beta. A smaller ``beta`` tells paths of more equal length apart
-    (:func:`planner.learning.sufficient_K`); a larger ``alpha`` learns further from the source in one iteration.
+    The rule has three factors, of which the third is an error: the weight predicts the reward 1 - beta d_ij of the
+    paper's rule. This is the rule of the article that the paper takes its own from (Kusmierz, Isomura, Toyoizumi:
+    Learning with three factors: modulating Hebbian plasticity with errors, 2017). Its fixed point is the 1 - w_ij / K
+    that the paper says the weights approximate, with K = 1 / beta. A smaller ``beta`` tells paths of more equal length
+    apart (:func:`planner.learning.sufficient_K`); a larger ``alpha`` learns further from the source per iteration.
 
     Raises AssumptionError where beta d_ij is not in (0, 1): such an arc has no weight that eq. (wb) allows.
     """

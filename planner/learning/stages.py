@@ -1,4 +1,4 @@
-"""Planning and training by turns: GABF settles x on the weights of the day, and x trains the weights."""
+"""Planning and training alternately: GABF settles x on the current weights, then x trains the weights."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def trained(stage: Stage, rule: LearningRule, d: Floats, arcs: Ints | None = Non
 
 
 def next_stage(stage: Stage, rule: LearningRule, d: Floats, arcs: Ints | None = None) -> Stage:
-    """Train once and settle x again, warm from the x at hand, under the same law."""
+    """Train once and settle x again, warm from the current x, under the same law."""
     network = trained(stage, rule, d, arcs)
     return planning_stage(network, stage.field.x, stage.field.law, stage.iteration + 1)
 

@@ -1,1 +1,1 @@
-"""Joint paths, whoever made them: measured along their way, read from files, checked in a scene."""
+"""Joint paths from any source: measured along their length, read from files, checked in a scene."""

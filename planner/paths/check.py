@@ -1,4 +1,4 @@
-"""A joint path looked at again, whoever made it: limits, contacts, clearance, proofs, manipulability."""
+"""A check of a joint path from any source: limits, contacts, clearance, proofs, manipulability."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ class Proven:
 
 @dataclass(frozen=True, eq=False)
 class PathReport:
-    """What was found on a path (k, dof), looked at every ``step`` metres of motion by ``second_checker``.
+    """What was found on a path (k, dof), sampled every ``step`` metres of motion by ``second_checker``.
 
-    Where its values look like ``degrees`` nothing else was looked at, as the motions between them mean nothing.
+    Where its values look like ``degrees`` nothing else was checked, as the motions between them mean nothing.
     ``clearance`` is the smallest one (m) and ``nearest`` its pair, None where no pair is checked. ``w`` (n,) is sampled
     densely at ``shares`` (n,) of the joint motion; ``lowest`` is its minimum. Lengths are in rad and m.
     """
@@ -74,7 +74,7 @@ class PathReport:
 
     @property
     def ok(self) -> bool:
-        """Within limits, free wherever it was looked at, and no segment proven to touch."""
+        """Within limits, free wherever it was sampled, and no segment proven to touch."""
         return self.excess is None and self.contact is None and self.proven.strikes is None
 
 
@@ -83,8 +83,9 @@ def check_path(
 ) -> PathReport:
     """Check a joint path (k, dof): every ``step`` metres of motion by itself, and by proofs of whole segments.
 
-    Between waypoints the path is straight in joint space. Proofs are by ``checker``, the looks by coal in one call a
-    segment: a stranger to what FCL proves, and seven times as fast. What looks like degrees is not looked at at all.
+    Between waypoints the path is straight in joint space. ``checker`` proves segments. Coal samples them, in one call
+    per segment: it shares no code with FCL's proofs and is seven times as fast. A path that looks like degrees is not
+    checked for contacts.
     Raises :class:`OptionError` for a step that is no distance.
     """
     require_step(step)
@@ -115,7 +116,7 @@ def check_path(
 
 @dataclass(frozen=True, eq=False)
 class _Seen:
-    """What came of looking at a path among obstacles."""
+    """What sampling a path among obstacles found."""
 
     proven: Proven
     contact: PathContact | None = None
@@ -123,7 +124,7 @@ class _Seen:
 
 
 def _look(checker: CollisionChecker, path: Floats, step: float, progress: Progress) -> _Seen:
-    """The quick looks first, then the distances, then the proofs, which need the distances."""
+    """The quick samples first, then the distances, then the proofs, which need the distances."""
     segments = max(len(path) - 1, 1)
     contact = path_contact(second_checker(checker), path, step, lambda done: progress("contacts", done, segments))
     progress("clearance", 0, segments)
@@ -135,7 +136,7 @@ def _look(checker: CollisionChecker, path: Floats, step: float, progress: Progre
 
 
 def require_step(step: float) -> None:
-    """Raise :class:`OptionError` unless ``step`` (m) is a distance that a path can be looked at in."""
+    """Raise :class:`OptionError` unless ``step`` (m) is a usable distance between the samples of a path."""
     if not 1e-6 <= step <= 1.0:
         raise OptionError(f"step {step:g} m is not usable: give a distance from 0.000001 to 1.")
 
@@ -150,7 +151,7 @@ def worst_excess(robot: Robot, path: Floats) -> Excess | None:
 
 
 def prove_path(checker: CollisionChecker, path: Floats, clearance: float = np.inf) -> Proven:
-    """Prove every segment that lies within joint limits: outside them the reach of sliding joints is not bounded.
+    """Prove every segment that lies within joint limits: outside them the motion of sliding joints is not bounded.
 
     ``clearance`` (m) is the smallest that is known of; where all is proven free, proofs of distances below it follow.
     """

@@ -21,7 +21,7 @@ SHOWN = 1e-4  # m: the smallest clearance that is printed; proofs need about twi
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A value at a place of a path: on ``segment`` (from 0), at ``share`` of its way, configuration ``q`` (dof,)."""
+    """A value at a place of a path: on ``segment`` (from 0), at ``share`` of its length, configuration ``q`` (dof,)."""
 
     segment: int
     share: float
@@ -32,7 +32,7 @@ class Place:
 def smallest_clearance(checker: CollisionChecker, path: Floats) -> Place | None:
     """The smallest clearance (m) along a path (k, dof), to 1 mm and to a tenth; None where no pair is checked.
 
-    A distance changes by no more than its two bodies move, so between two looks at ``left`` and ``right``, ``motion``
+    A distance changes by no more than its two bodies move, so between two samples at ``left`` and ``right``, ``motion``
     apart, it is at least (left + right - motion) / 2. The piece that may hide the smallest is halved until none can
     hide one that is smaller by more than that (Piyavskii 1972). The backend's own error comes on top.
     """
@@ -55,7 +55,7 @@ def slack(clearance: float) -> float:
 
 
 def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
-    """The checked pair that is nearest at ``q`` (dof,), of those that some joint can part; None where there is none."""
+    """The checked pair that is nearest at ``q`` (dof,), of those that some joint can move; None where there is none."""
     world = checker.world
     checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
     pairs = np.flatnonzero(checked & world.pair_reach.any(axis=1))
@@ -67,7 +67,7 @@ def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
 
 @dataclass(frozen=True, order=True)
 class _Piece:
-    """The path between two looks, ``low`` and ``high`` metres of motion from its start; sorted by what it may hide."""
+    """The path between two samples, ``low`` and ``high`` metres of motion from its start; sorted by its lower bound."""
 
     bound: float
     low: float

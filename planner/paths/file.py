@@ -1,4 +1,4 @@
-"""Joint paths as people keep them: our own JSON, plain rows, MoveIt's trajectories, CSV with or without names."""
+"""Joint paths in the usual file formats: our own JSON, plain rows, MoveIt's trajectories, CSV with or without names."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def read_joint_path(path: Path, robot: Robot) -> Floats:
     """The joint path (k, dof) of a .json or .csv file, in the robot's order of joints, rad (m where prismatic).
 
     Named columns are put in order and others left out; without names there must be one column a planned joint.
-    Continuous joints are unwound: each step takes the shorter way round. Raises :class:`FileError` for a file that
+    Continuous joints are unwound: each step is at most half a turn. Raises :class:`FileError` for a file that
     cannot be read or is for another robot.
     """
     where = f"joint path {path}"

@@ -1,4 +1,4 @@
-"""What can be measured along a joint path, whoever made it: manipulability, lengths, clearance, the first contact."""
+"""What can be measured along a joint path from any source: manipulability, lengths, clearance, the first contact."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from planner.world.robot import Robot
 
 @dataclass(frozen=True, eq=False)
 class PathContact:
-    """Where a path first touches something: on segment ``segment`` at ``share`` of its way, configuration ``q``."""
+    """Where a path first touches something: on segment ``segment`` at ``share`` of its length, configuration ``q``."""
 
     segment: int
     share: float
@@ -66,7 +66,7 @@ def path_manipulability(robot: Robot, path: Floats) -> Floats:
 
 
 def tool_path_length(robot: Robot, path: Floats) -> float:
-    """Length (m) of the tool's way along a joint path."""
+    """Length (m) of the tool's path along a joint path."""
     return float(np.linalg.norm(np.diff(tool_positions(robot, dense_path(path)), axis=0), axis=1).sum())
 
 
@@ -78,9 +78,9 @@ def joint_path_length(path: Floats) -> float:
 def path_contact(
     checker: CollisionChecker, path: Floats, step: float = RECHECK, progress: Callable[[int], None] = lambda done: None
 ) -> PathContact | None:
-    """The first contact along a joint path looked at every ``step`` metres of motion, without bounds or proofs.
+    """The first contact along a joint path sampled every ``step`` metres of motion, without bounds or proofs.
 
-    ``progress`` is called with the number of segments that have been looked at.
+    ``progress`` is called with the number of segments that have been sampled.
     """
     if len(path) == 1 and (found := checker.first_contact(path)):
         return PathContact(0, 0.0, path[0], found[1])

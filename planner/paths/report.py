@@ -27,7 +27,7 @@ def verdict_sentence(report: PathReport) -> str:
     undecided = report.proven.count(Verdict.UNDECIDED)
     if not undecided:
         return "Free and within limits; every segment is proven free as a whole."
-    return f"Free and within limits wherever it was looked at; {_count(undecided, 'segment')} could not be proven."
+    return f"Free and within limits wherever it was sampled; {_count(undecided, 'segment')} could not be proven."
 
 
 def report_rows(report: PathReport) -> list[tuple[str, str]]:
@@ -107,10 +107,9 @@ def _contact(report: PathReport) -> str:
         return f"{report.contact.contact} {how} in {_where(report.contact.segment, report.contact.share)}"
     if report.proven.strikes is not None:
         segment, pair = report.proven.strikes
-        return (
-            f"{pair} {pair.how(margin)} in segment {segment + 1}, between two looks at every {1000 * report.step:g} mm"
-        )
-    return f"none, looked at every {1000 * report.step:g} mm of motion"
+        every = f"every {1000 * report.step:g} mm"
+        return f"{pair} {pair.how(margin)} in segment {segment + 1}, between two samples at {every}"
+    return f"none, sampled every {1000 * report.step:g} mm of motion"
 
 
 def _configuration(report: PathReport) -> str:

@@ -1,1 +1,1 @@
-"""What is asked, made concrete: named, joint, position and pose targets become configurations."""
+"""From a request to configurations: named, joint, position and pose targets become configurations."""

@@ -1,4 +1,4 @@
-"""What is asked, made concrete: the robot as the scene sets it up, a checker, start and goal configurations."""
+"""From a request to the robot as the scene sets it up, a checker, and start and goal configurations."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Query:
 
 
 def open_world(request: WorldRequest, message: Path | None = None) -> CollisionChecker:
-    """A checker of the robot in the scene that ``request`` names, with nowhere to go yet.
+    """A checker of the robot in the scene that ``request`` names, without start and goal.
 
     Joints that are not planned are held as the MoveIt request in the file ``message`` has them.
     """
@@ -98,7 +98,7 @@ def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | Non
 def _targets(
     request: RoadmapRequest, robot: Robot, message: MotionPlanRequest | None
 ) -> tuple[Target, list[tuple[str, Target]]]:
-    """Start, and goals with their texts; an explicit --start or --goal goes before what the MoveIt request says."""
+    """Start, and goals with their texts; an explicit --start or --goal takes precedence over the MoveIt request."""
     plain = RoadmapRequest()
     start, goals = parse_target(str(request.start)), parse_targets(str(request.goal))
     if message is not None and request.start == plain.start:

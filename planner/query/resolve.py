@@ -1,4 +1,4 @@
-"""The configurations that take the arm where a target says."""
+"""The configurations that bring the arm to a target."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def resolve(target: Target, checker: CollisionChecker, states: Mapping[str, str]
 
 
 def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:
-    """One configuration (dof,) that ``target`` speaks of, to be looked at: it may be in collision or out of limits.
+    """One configuration (dof,) that ``target`` names, to be checked: it may be in collision or out of limits.
 
     Joint values stand as given; for a position or pose the free solution of the highest manipulability is taken,
     or the best of those in collision. Raises :class:`StateError`: wrong joint count, out of reach, unknown name.

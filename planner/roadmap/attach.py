@@ -1,4 +1,4 @@
-"""New starts and goals on a roadmap that is already there, through proven edges; it grows only if it must."""
+"""New starts and goals on an existing roadmap, linked by proven edges; the roadmap grows only if it must."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from planner.roadmap.roadmap import Roadmap, component_labels
 
 SAME = 1e-9  # rad: a configuration this near a node is that node
 _FIRST = 10  # neighbours that a new end is linked to: every proof takes time from a query
-_WAY_NEIGHBOURS = 5  # links tried from each new node of a way that had to be grown
+_WAY_NEIGHBOURS = 5  # links tried from each new node of a path that had to be grown
 
 _log = logging.getLogger(__name__)
 
@@ -101,7 +101,7 @@ class _Builder:
         return np.argsort(apart, kind="stable")[:count]
 
     def bring_together(self, start: int, goals: Ints) -> None:
-        """Grow until ``start`` and one of the ``goals`` are joined, by way of the largest component if that helps."""
+        """Grow until ``start`` and one of the ``goals`` are joined, through the largest component if that helps."""
         if not len(goals) or self._reaches(start, goals):
             return
         before, labels = len(self.nodes), self._labels()
@@ -119,11 +119,11 @@ class _Builder:
             _log.warning("neither direct links nor %d nodes more joined start and goal", more)
 
     def _join(self, roots: Bools, ends: Bools) -> bool:
-        """Grow a way from the nodes in one mask (n,) to those in another and link it; whether one was found."""
+        """Grow a path from the nodes in one mask (n,) to those in another and link it; whether one was found."""
         if self.progress.stopped or not ends.any():
             return False
         first, last, n = np.flatnonzero(roots), np.flatnonzero(ends), len(self.nodes)
-        # no more nodes than the way itself needs
+        # no more nodes than the path itself needs
         growth = self.grow_way(self.prover, self.nodes[first], self.nodes[last], 0)
         if growth.joined:
             new, edges = renumbered(growth, first, n, last)

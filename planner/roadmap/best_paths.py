@@ -1,9 +1,10 @@
-"""Strands: the roadmap's best paths, pulled to where they are better conditioned or shorter, as more of the roadmap.
+"""Refined paths: the roadmap's best paths, made better conditioned or shorter and added to the roadmap.
 
-RRT fills the space and knows no cost; of its nodes few lie where a good path would pass. So once it has grown, the best
-path for some betas is moved, waypoint by waypoint, downhill in the cost integrated along its edges, over
-proven motions only, and what comes out becomes nodes and edges like any other. This is how growth favours
-well-conditioned configurations; its price is that many nodes fewer for the rest of the space.
+RRT fills the space without regard to cost, so few of its nodes lie where a good path would pass. Once the roadmap has
+grown, its best path for each of a few betas is refined: waypoint by waypoint it moves to lower cost, integrated along
+its edges, over proven motions only. The refined waypoints become nodes of the roadmap, and their motions edges. So the
+roadmap favours well-conditioned configurations; these nodes count towards its size, so fewer are left for the rest of
+the space.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ from planner.roadmap.measure import simpson_weights
 from planner.roadmap.scale import CostScale, manipulability_cost, measure_scale
 from planner.world.robot import Robot
 
-BETAS = (0.0, 0.25, 1.0)  # the trade-offs that get a strand: both ends, and where most is gained for little length
+BETAS = (0.0, 0.25, 1.0)  # with a refined path: both extremes, and where much w is gained for little length
 _PIECES = (1.0, 0.5)  # rad: long pieces first move the path as a whole
-_SWEEPS = 12  # a length of piece; each moves every second waypoint
-_DROP_EVERY = 6  # sweeps between tries to do without a waypoint
-_LEAST_STEP = 0.05  # of the length of piece: where smaller steps only would be taken the path is left as it is
+_SWEEPS = 12  # per length of piece; each moves every second waypoint
+_DROP_EVERY = 6  # sweeps between attempts to remove waypoints
+_LEAST_STEP = 0.05  # of the length of piece: refinement stops when its steps are smaller
 _STEPS = (1.0, 0.5, 0.25, 0.1)  # downhill, in step sizes
 _TOWARDS_MIDDLE = (1.0, 0.5)  # and towards the middle of the neighbours, which is downhill in length
 _BOTH = ((0.5, 0.5), (0.5, 0.25))
@@ -38,7 +39,7 @@ _DIP_SHARES = np.linspace(0.0, 1.0, 33)
 _PROVEN_PER_WAYPOINT = 2  # of its candidates, the best ones are proven
 _LEAST_GAIN = 1e-4  # relative
 _EPS = 1e-3  # rad, finite differences
-_SHARES = np.linspace(0.0, 1.0, 5)  # of a motion at which w is looked at
+_SHARES = np.linspace(0.0, 1.0, 5)  # of a motion at which w is sampled
 _WEIGHTS = simpson_weights(len(_SHARES))
 
 
@@ -99,7 +100,7 @@ def _cut(path: Floats, piece: float) -> Floats:
 
 
 def _without_needless(prover: EdgeProver, path: Floats, cost: MotionCost, piece: float) -> Floats:
-    """The path lacking waypoints whose neighbours a cheaper proven motion joins, if that is not much too long."""
+    """The path without waypoints whose neighbours a cheaper proven motion joins that is at most 1.3 ``piece`` long."""
     for first in (1, 2):
         inner = np.arange(first, len(path) - 1, 2)
         a, q, b = path[inner - 1], path[inner], path[inner + 1]
@@ -169,10 +170,10 @@ def add_refined_paths(
     floor: float = 0.0,
     progress: Progress = QUIET,
 ) -> tuple[Floats, Ints]:
-    """``nodes`` (n, dof) and proven ``edges`` (m, 2) with the strands of ``BETAS``, at most ``room`` nodes more.
+    """``nodes`` (n, dof) and proven ``edges`` (m, 2) with the refined paths of ``BETAS``, at most ``room`` nodes more.
 
-    Nothing is added where starts and goals are not connected. With a ``floor`` (w) a strand is pulled where the path it
-    comes from lies above it, and stays above.
+    Nothing is added where starts and goals are not connected. With a ``floor`` (w) a path is refined only where it lies
+    above the floor, and stays above it.
     """
     robot = prover.robot
     a, b = (nodes[ends] for ends in edges.T)
@@ -187,12 +188,12 @@ def add_refined_paths(
         if len(above) < 3:
             continue
         first, last = above[0], above[-1] + 1
-        for strand in refine_path(prover, path[first:last], replace(cost, floor=floor), progress):
-            strand = robot.normalise(_with_dips(robot, strand))
-            strand[[0, -1]] = path[[first, last - 1]]  # these nodes are there: the same to the last bit
-            fresh = len({q.tobytes() for q in strand} - forest.known)
+        for refined in refine_path(prover, path[first:last], replace(cost, floor=floor), progress):
+            refined = robot.normalise(_with_dips(robot, refined))
+            refined[[0, -1]] = path[[first, last - 1]]  # these nodes exist already: the same to the last bit
+            fresh = len({q.tobytes() for q in refined} - forest.known)
             if fresh <= room:
-                forest.add_path(strand)
+                forest.add_path(refined)
                 room -= fresh
     return forest.nodes(), forest.edges()
 
@@ -208,14 +209,14 @@ def _with_dips(robot: Robot, path: Floats) -> Floats:
 
 
 def best_path(nodes: Floats, edges: Ints, cost: Floats, starts: Ints, goals: Ints) -> Floats | None:
-    """The configurations (k, dof) of the cheapest way from a start to a goal; None if there is none."""
+    """The configurations (k, dof) of the cheapest path from a start to a goal; None if there is none."""
     from scipy.sparse import csr_matrix  # 0.4 s to load: only where a roadmap is grown
     from scipy.sparse.csgraph import dijkstra
 
     graph = csr_matrix((cost, (edges[:, 0], edges[:, 1])), shape=(len(nodes), len(nodes)))
-    way, back, _ = dijkstra(graph, directed=False, indices=goals, return_predecessors=True, min_only=True)
-    here = int(starts[np.argmin(way[starts])])
-    if not np.isfinite(way[here]):
+    cost_to_go, back, _ = dijkstra(graph, directed=False, indices=goals, return_predecessors=True, min_only=True)
+    here = int(starts[np.argmin(cost_to_go[starts])])
+    if not np.isfinite(cost_to_go[here]):
         return None
     rows = [here]
     while back[rows[-1]] >= 0:

@@ -1,4 +1,4 @@
-"""A roadmap from nothing: grow, link, refine_path strands, measure."""
+"""A new roadmap: grow a tree, link neighbours, refine the best paths, measure."""
 
 from __future__ import annotations
 

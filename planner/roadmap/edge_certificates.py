@@ -1,4 +1,4 @@
-"""What the proof of each edge said, kept while a roadmap grows: how much room it leaves and how often it looked."""
+"""The result of each edge's proof, kept while a roadmap grows: the clearance and the number of samples."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from planner.world.robot import Robot
 
 
 class RecordingProver(EdgeProver):
-    """A prover that remembers every free segment's clearance and samples, so that nothing is proven twice for them.
+    """A prover that remembers every free segment's clearance and samples, so that no proof is repeated to get them.
 
     prover = RecordingProver(checker)
     growth = grow(prover, ...)
@@ -35,7 +35,7 @@ class RecordingProver(EdgeProver):
     def certificates(self, nodes: Floats, edges: Ints) -> tuple[Floats, Ints]:
         """Clearance (m,) metres beyond the margin, never negative, and samples (m,) of proven ``edges`` (m, 2).
 
-        Pieces of a motion that was proven as a whole are looked at on their own; where that leaves one undecided
+        Pieces of a motion that was proven as a whole are proven on their own; where that leaves one undecided
         nothing is claimed for it: clearance 0, no samples.
         """
         robot = self.world.robot

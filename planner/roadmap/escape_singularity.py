@@ -1,4 +1,4 @@
-"""Out of badly conditioned configurations: proven motions along which manipulability rises."""
+"""Paths out of badly conditioned configurations: proven motions along which manipulability rises."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _EPS = 1e-4  # rad, finite differences
 
 
 def ascend_manipulability(prover: EdgeProver, q: Floats, floor: float) -> Floats:
-    """A way (k, dof) from ``q`` up to manipulability ``floor``, as far as small proven steps uphill lead.
+    """A path (k, dof) from ``q`` up to manipulability ``floor``, as far as small proven steps uphill lead.
 
-    w rises from each state looked at to the next. Its last row falls short of ``floor`` where every step up is blocked.
+    w rises from each sampled state to the next. Its last row falls short of ``floor`` where every step up is blocked.
     """
     robot, rng = prover.robot, np.random.default_rng(0)
     rows, w = [q], float(manipulability(robot, q[None])[0])
@@ -34,7 +34,7 @@ def ascend_manipulability(prover: EdgeProver, q: Floats, floor: float) -> Floats
 
 
 def _step(prover: EdgeProver, q: Floats, w: float, rng: np.random.Generator) -> Floats | None:
-    """The step that gains most among those that rise all along and are proven."""
+    """The proven step that gains most w, among those along which w rises everywhere."""
     robot = prover.robot
     slope = manipulability(robot, q + _EPS * np.eye(robot.dof)) - w
     uphill = slope / max(length(slope), 1e-300)

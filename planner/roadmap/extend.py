@@ -1,4 +1,4 @@
-"""More of a roadmap that is there: its nodes keep their numbers, its edges their proofs, its costs their scale."""
+"""Growing an existing roadmap: its nodes keep their numbers, its edges their proofs, its costs their scale."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def extend(
     settings: GrowthSettings | None = None,
     progress: Progress = QUIET,
 ) -> Roadmap:
-    """About ``nodes`` more configurations, grown by RRT from all there are, linked to the density there was.
+    """About ``nodes`` more configurations, grown by RRT from all nodes and linked to the same density as before.
 
     Fewer come where too many motions are refused or it is asked to stop. Left out, ``seed`` follows from the roadmap: a
     seed that was used already would draw the same samples again. Raises :class:`OptionError` for less than one node.

@@ -28,7 +28,7 @@ FIRST_PATH = "first path"  # a stage of progress
 
 @dataclass(frozen=True)
 class JoinSettings:
-    """How long the first path is looked for, in counts: a run can be repeated on any load.
+    """How long to search the first path, in counts instead of seconds: so a run can be repeated on any load.
 
     ``range`` (rad): the path is cut into pieces no longer than this. ``motions``: what RRTConnect may check before it
     gives up; ``shortcuts``: attempts to shorten its path.
@@ -40,7 +40,7 @@ class JoinSettings:
 
 
 class FirstPathSearch:
-    """Looks for a proven path between sets of configurations; ``checked`` counts the motions it looked at."""
+    """Searches a proven path between sets of configurations; ``checked`` counts the motions it checked."""
 
     def __init__(
         self,
@@ -110,10 +110,10 @@ class FirstPathSearch:
             space = JointSpace(lower, upper, np.zeros(robot.dof, dtype=bool))
             with TreePlanners(space, self._motions.proven, self._progress) as planners:
                 step = max(0.5 * length(delta), 0.1)
-                way = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
+                path = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
             self.checked += planners.checked
-            if way is not None:
-                return robot.normalise(way)
+            if path is not None:
+                return robot.normalise(path)
         return None
 
     def _shorten(self, path: Floats) -> Floats:

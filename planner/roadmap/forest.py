@@ -11,7 +11,7 @@ from planner.base.arrays import Floats, Ints
 
 
 class Forest:
-    """Nodes by their exact values, so that what two planners share is one node."""
+    """Nodes by their exact values, so that a configuration of two planners is one node."""
 
     def __init__(self, nodes: Floats | None = None, edges: Ints | None = None) -> None:
         self._nodes: list[Floats] = [] if nodes is None else list(nodes)

@@ -1,4 +1,4 @@
-"""A forest of proven motions: a first path, then RRT from everything there is (LaValle 1998)."""
+"""A forest of proven motions: a first path, then RRT from all of its nodes (LaValle 1998)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners, seed_e
 
 _JOIN_PER_JOINT = 8000  # motions
 _PART = 250  # nodes at least that a tree grows before its motions are proven
-_ABOVE = 0.02  # growth keeps so much above the floor, relative: between two states looked at, w may dip
+_ABOVE = 0.02  # growth keeps so much above the floor, relative: between two sampled states w may dip
 ROADMAP = "roadmap"  # a stage of progress
 
 
@@ -28,7 +28,7 @@ class GrowthSettings:
     """How far a tree steps and how long it tries; counts, never clocks, so that a run can be repeated.
 
     ``range`` (rad): longer steps cross free space sooner, shorter ones enter narrow passages. ``join_motions``: motions
-    that the search for a first path may check before it gives up, 8000 a joint where left out; ``shortcuts``:
+    that the search for a first path may check before it gives up, 8000 per joint where left out; ``shortcuts``:
     attempts to shorten that path. ``motions_per_node``: motions that RRT may check for each node it is to add.
     ``floor``: manipulability w that all motions keep above, but for those that lead up to it from a start or goal
     below; 0 for none.
@@ -72,7 +72,9 @@ def grow(
     last = np.array([forest.add(q) for q in goals], dtype=np.int64)
     join = JoinSettings(settings.range, settings.join_motions or _JOIN_PER_JOINT * prover.robot.dof, settings.shortcuts)
     search = FirstPathSearch(motions, join, progress)
-    if settings.floor > 0 and len(goals):  # with nothing to join, ``starts`` are a tree that has its ways up
+    if settings.floor > 0 and len(
+        goals
+    ):  # with nothing to join, ``starts`` are a tree whose paths reach the floor already
         starts, goals = _risen(forest, motions, starts), _risen(forest, motions, goals)
     spine = None if np.intersect1d(first, last).size else search.join(starts, goals)
     if spine is not None:
@@ -82,11 +84,11 @@ def grow(
 
 
 def _risen(forest: Forest, motions: Motions, ends: Floats) -> Floats:
-    """Where the ways up from ``ends`` (k, dof) reach the floor, those that do; all become part of the forest."""
-    ways = [ascend_manipulability(motions.prover, q, motions.floor) for q in ends]
-    for way in ways:
-        forest.add_path(way)
-    tops = np.array([way[-1] for way in ways]).reshape(ends.shape)
+    """The states (m, dof) where paths up from ``ends`` (k, dof) reach the floor; all paths are added to the forest."""
+    paths = [ascend_manipulability(motions.prover, q, motions.floor) for q in ends]
+    for path in paths:
+        forest.add_path(path)
+    tops = np.array([path[-1] for path in paths]).reshape(ends.shape)
     return tops[manipulability(motions.robot, tops) >= motions.floor]  # no motion may leave the others
 
 
@@ -99,8 +101,8 @@ def grow_tree(
 ) -> int:
     """RRT from every node of ``forest``, until ``wanted`` more are added or too many motions were refused.
 
-    Motions are looked at in a few states while the tree grows and proven many at a time afterwards, which takes half
-    as long as proving them one by one. What hung on a motion without a proof is dropped, and the tree goes on.
+    Motions are sampled in a few states while the tree grows and proven many at a time afterwards, which takes half as
+    long as proving them one by one. Branches behind a motion without a proof are dropped, and the tree grows on.
     Returns the number of motions that were checked.
     """
     full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
@@ -116,7 +118,7 @@ def grow_tree(
 
 
 def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
-    """What of ``tree``, rooted in nodes of ``forest``, hangs on proven motions becomes part of the forest."""
+    """Add to ``forest`` the part of ``tree``, rooted in its nodes, that proven motions connect to it."""
     if not tree.edges:
         return
     edges = np.array(tree.edges, dtype=np.int64)
@@ -126,7 +128,7 @@ def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
     for parent, child in edges.tolist():
         children.setdefault(parent, []).append(child)
     waiting = [k for k, q in enumerate(tree.nodes) if q.tobytes() in forest.known]
-    for parent in waiting:  # which grows on the way
+    for parent in waiting:  # the loop appends to it
         for child in children.get(parent, []):
             forest.add_edge(tree.nodes[parent], tree.nodes[child])
             waiting.append(child)

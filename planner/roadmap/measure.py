@@ -1,4 +1,4 @@
-"""What is measured on every edge of a roadmap, and what the costs along it are made of."""
+"""What is measured on every edge of a roadmap, for the costs along it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from planner.world.robot import Robot
 
 
 def measure_edges(robot: Robot, nodes: Floats, edges: Ints) -> dict[str, Floats]:
-    """Everything that a roadmap keeps of its edges beside their proofs, by the names of its arrays."""
+    """Everything that a roadmap keeps of its edges except their proofs, by the names of its arrays."""
     joint, tool = edge_lengths(robot, nodes, edges)
     return {
         "joint_length": joint,
@@ -22,7 +22,7 @@ def measure_edges(robot: Robot, nodes: Floats, edges: Ints) -> dict[str, Floats]
 
 
 def edge_lengths(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floats]:
-    """Joint motion (m,) rad and length of the tool's way (m,) metres of every edge."""
+    """Joint motion (m,) rad and length of the tool's path (m,) metres of every edge."""
     delta = robot.difference(nodes[edges[:, 0]], nodes[edges[:, 1]]).reshape(-1, robot.dof)
     joint = np.linalg.norm(delta, axis=1)
     pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)

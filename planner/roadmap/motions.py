@@ -1,4 +1,4 @@
-"""Straight motions as tree planners ask about them: proven, or looked at in a few states where a proof can wait."""
+"""Straight motions as tree planners check them: proven, or sampled in a few states where the proof comes later."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _QUICK_LOOKS = np.array([1.0, 0.5])
 
 @lru_cache(maxsize=1024)
 def _between(count: int) -> Floats:
-    """(count - 1, 1): what divides [0, 1] into ``count`` parts; the far apart ones first, as contacts come in runs."""
+    """(count - 1, 1): what divides [0, 1] into ``count`` parts, points far apart first, as contacts lie in runs."""
     k = np.arange(1, max(count, 1))
     reversed_bits = sum((k >> bit & 1) << (30 - bit) for bit in range(31))
     return frozen(k[np.argsort(reversed_bits)][:, None] / max(count, 1))

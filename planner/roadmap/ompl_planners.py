@@ -1,4 +1,4 @@
-"""The one door to OMPL: its tree planners over a space of joint values, with a motion check of ours."""
+"""OMPL's tree planners over a space of joint values, with our motion check; the only module that imports OMPL."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class JointSpace:
         return JointSpace(robot.lower, robot.upper, robot.continuous)
 
     def difference(self, a: Floats, b: Floats) -> Floats:
-        """The joint motion from a to b: the shorter way round where a joint wraps."""
+        """The joint motion from a to b: in the shorter direction where a joint wraps."""
         return shorter_way(b - a, self.wrap)
 
 
@@ -56,7 +56,7 @@ class TreePlanners:
         with TreePlanners(space, check) as planners:
             path = planners.rrt_connect(starts, goals, step=0.8, limit=5000)
 
-    ``checked`` counts the motions that were looked at, ``accepted`` those that passed.
+    ``checked`` counts the motions that were checked, ``accepted`` those that passed.
     """
 
     def __init__(self, space: JointSpace, check: MotionCheck, progress: Progress = QUIET) -> None:
@@ -159,7 +159,7 @@ class TreePlanners:
         return problem
 
     def _until(self, limit: int, accepted: int | None = None) -> Any:
-        """A termination condition that counts; OMPL's own would look at the clock."""
+        """A termination condition that counts motions; OMPL's own depends on the clock."""
         return ob.PlannerTerminationCondition(
             lambda: (
                 self.checked >= limit or self._progress.stopped or (accepted is not None and self.accepted >= accepted)

@@ -1,7 +1,7 @@
-"""A kept roadmap held against the world as it is now: which edges hold, and which are worth another look.
+"""A kept roadmap checked against the current world: which edges hold, and which need another proof.
 
-Taking something away touches no proof. What was added or moved is a set of pairs that no proof has looked at; an edge
-stays proven if it is proven against these alone. A larger margin is covered by an edge's certificate where that leaves
+A removed obstacle leaves every proof valid. Added or moved things make pairs that no proof has checked; an edge stays
+proven if it is proven against these pairs alone. A larger margin is covered by an edge's certificate where that leaves
 enough clearance, and by a new proof elsewhere.
 """
 
@@ -29,7 +29,7 @@ from planner.roadmap.storage import same_world
 from planner.roadmap.world_record import changes, unproven_pairs
 from planner.world.robot import Robot
 
-_BATCH = 128  # edges looked at between two questions whether to stop
+_BATCH = 128  # edges proven between two checks whether to stop
 _LIMIT_SLACK = 1e-9  # rad: forgives a limit that was printed and read back
 
 
@@ -148,7 +148,7 @@ class _Judge:
         self.samples = roadmap.samples.copy()
 
     def doubtful(self) -> Bools:
-        """(m,) what was never proven, or not with as much room as the margin asks for now.
+        """(m,) the edges never proven, or proven with less clearance than the margin now asks for.
 
         A clearance bounds from below: for the margin that it was proven with, 0 is enough.
         """
@@ -156,9 +156,9 @@ class _Judge:
         return ~self.holds | (grown & (self.clearance <= 0))
 
     def out_of_reach(self, part: CollisionChecker, rows: Bools) -> Bools:
-        """(m,) those of ``rows`` that everything in a part of the world is too far from, by one cheap look at each."""
+        """(m,) those of ``rows`` that a part of the world is too far away to touch, by one cheap check of each."""
         reach = part.world.pair_reach
-        moving = reach.any(axis=1)  # what no joint can part the prover looks at once and for all
+        moving = reach.any(axis=1)  # the prover checks pairs that no joint can move once, when it is made
         clear = np.zeros(len(rows), dtype=bool)
         for batch in self._batches(rows):
             start, delta = self._segments(batch)
@@ -255,8 +255,10 @@ def _usable(roadmap: Roadmap, checker: CollisionChecker, holds: Bools) -> Bools:
 
 
 def _rewritten(judge: _Judge, checker: CollisionChecker, nodes: Bools, edges: Bools, measure: bool) -> Roadmap:
-    """The part that holds, with its new certificates and origin; manipulability and lengths are measured anew where
-    the robot is another (or ``measure`` says so) and they come out otherwise.
+    """The part that holds, with its new certificates and origin.
+
+    Manipulability and lengths are measured again where the robot is another (or ``measure`` is True), and replaced
+    where they differ.
     """
     robot, old = checker.robot, judge.roadmap
     whole = replace(

@@ -38,10 +38,10 @@ class Roadmap:
 
     ``nodes`` (n, dof) rad; ``edges`` (m, 2) node indices, first below second, sorted; ``proven`` (m,) whether a proof
     was found for the whole edge. Indices of starts and goals come first. Lengths and manipulability are what the
-    costs are made of: w (n,), joint length (m,) rad, length of the tool's way (m,) metres, and
+    costs are made of: w (n,), joint length (m,) rad, length of the tool's path (m,) metres, and
     w at evenly spaced states of every edge (m, W_STATES_PER_EDGE). An edge's certificate:
     ``clearance`` (m,) metres, a proven lower bound on every distance beyond the margin along it (0: no more is known,
-    inf: there is nothing to touch), and ``samples`` (m,) configurations that its proof looked at.
+    inf: there is nothing to touch), and ``samples`` (m,) configurations that its proof sampled.
     """
 
     nodes: Floats

@@ -60,7 +60,7 @@ def _spread(values: Floats) -> dict[str, float | None]:
 
 
 def roadmap_record(roadmap: Roadmap, edges_removed: int) -> dict[str, Any]:
-    """Size, proofs and hash of a roadmap, and how many edges failed when they were looked at again."""
+    """Size, proofs and hash of a roadmap, and how many edges failed when they were proven again."""
     return {
         "nodes": len(roadmap.nodes),
         "edges": len(roadmap.edges),

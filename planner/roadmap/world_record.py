@@ -80,7 +80,7 @@ def _rounded(array: np.ndarray) -> Floats:
 
 
 def unproven_pairs(record: WorldRecord, world: World) -> tuple[Bools, Bools]:
-    """Which pairs of ``world`` no proof in the recorded world has looked at: (bodies, obstacles) and (self pairs,).
+    """Which pairs of ``world`` no proof in the recorded world has checked: (bodies, obstacles) and (self pairs,).
 
     A pair is known if two things of the same shape in the same place were checked against each other. Where the
     joints lie elsewhere nothing is known.

@@ -14,7 +14,7 @@ SIDE = 10.0
 """Side of the square, km."""
 
 OUT_DEGREE = 10.0
-"""Mean number of out-neighbours a node."""
+"""Mean number of out-neighbours per node."""
 
 START = 10.0
 """x_i(0) of the first law, km, which must overestimate every x_i*."""
@@ -54,8 +54,8 @@ def draw_graph(
     """Draw until every node reaches the source and ``start`` is a strict overestimate of every x_i* (km).
 
     ``nodes`` uniform points in a 10 km x 10 km square; pairs closer than ``radius`` are candidates, about twice as
-    many as needed, and each of the two arcs of a pair is kept by its own coin, so that the mean out-degree is
-    ``out_degree`` and about four arcs in ten go one way only. Weights are distances in km, the kernel is a + b.
+    many as needed, and each of the two arcs of a pair is kept or not at random, so that the mean out-degree is
+    ``out_degree`` and about four arcs in ten have no reverse arc. Weights are distances in km, the kernel is a + b.
 
     The source is the node nearest to the middle of the square. The paper does not say where its source is; at a
     corner the far corner is 14 km away, and x(0) = 10 would be no overestimate. Raises OptionError where the

@@ -32,7 +32,7 @@ class Course:
 
     @property
     def best(self) -> float:
-        """The smallest error on the way."""
+        """The smallest error of all steps."""
         return float(self.error.min())
 
     @property

@@ -16,7 +16,7 @@ def paths_for_every_beta(
 ) -> tuple[ShownPath, ...]:
     """One path for every interval of beta, sorted; none where the search was stopped.
 
-    They consist of proven edges, and are not looked at a second time.
+    They consist of proven edges, and are not checked a second time.
     """
     search = EnvelopeSearch(layered.network, layered.starts, law)
     while not search.done:

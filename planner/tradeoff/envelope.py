@@ -1,4 +1,4 @@
-"""The lower envelope of all paths' costs over beta: every path that some beta makes optimal, a solve at a time.
+"""The lower envelope of all paths' costs over beta: every path that some beta makes optimal, one solve at a time.
 
 A path of a network with the kernel of eq. (finew) costs (1 - beta) Omega + beta D: a line in beta. The least cost over
 all paths is concave and piecewise linear, so all its corners come from its ends: solve at both, intersect the two
@@ -49,7 +49,7 @@ class EnvelopeSearch:
     """The search for all supports from some of ``starts`` (s,), resting between two solves.
 
     ``supports`` are sorted by beta; the first ``settled`` gaps between them are proven to hold no further path. The
-    leftmost open gap is looked at first, so what is settled reaches from 0 up to :attr:`reach`.
+    leftmost open gap is searched first, so the settled part goes from 0 up to :attr:`reach`.
     ``solves`` counts runs of the dynamics, ``max_error`` is their largest relative error against
     :func:`planner.gabf.oracle`.
     """
@@ -73,7 +73,7 @@ class EnvelopeSearch:
         return self.supports[self.settled].beta if self.supports else float(not self.connected)
 
     def step(self) -> Support | None:
-        """One end, or one look at the leftmost open gap; the new support, if there is one."""
+        """One end, or one solve in the leftmost open gap; the new support, if there is one."""
         if len(self.supports) < 2:
             return self._add(len(self.supports), self._end(float(len(self.supports))))
         left, right = self.supports[self.settled : self.settled + 2]
@@ -128,7 +128,7 @@ class EnvelopeSearch:
         return self._support(beta, gabf.extract_path(field.network, field, start), field)
 
     def _solve(self, network: gabf.Network, near: gabf.CostToGo | None) -> gabf.CostToGo:
-        """The settled field, from the one at hand where the law takes any start."""
+        """The settled field, started from the current one where the law accepts any start."""
         x0 = None if near is None or self.law.needs_overestimate else near.x
         field = gabf.solve(network, law=self.law, x0=x0)
         self.solves += 1

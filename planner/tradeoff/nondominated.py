@@ -18,7 +18,7 @@ _REPORT = 4096  # labels between two words on the progress
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """Paths of which none is better in one cost without being worse in the other, one a pair of costs.
+    """Paths of which none is better in one cost without being worse in the other, one per pair of costs.
 
     ``points`` (k, 2) Omega and D, Omega ascending, so D descends; ``paths`` their nodes, start first. ``complete`` is
     False where the search was stopped: the points are then those of least Omega, and there may be more of larger
@@ -44,7 +44,7 @@ def non_dominated(
     """Every non-dominated pair of costs over the paths from a start to a goal, with a path for each.
 
     Node i leads to ``heads[indptr[i]:indptr[i + 1]]`` at ``costs`` (n_arcs, 2). ``bounds`` (n, 2): for each cost alone
-    the least from a node to a goal, or less, +inf where there is no way. Labels leave a heap by Omega, then D, both
+    the least from a node to a goal, or less, +inf where there is no path. Labels leave a heap by Omega, then D, both
     with the bound of the rest, so goals are reached in the order of Omega, each time at a smaller D; a label is dropped
     where its node, or with the bound of the rest a goal, was reached at no larger D before. That is BOA* of C.
     Hernandez et al., Simple and efficient bi-objective search algorithms via fast dominance checks, Artificial
@@ -119,7 +119,7 @@ class _Search:
         for arc in range(self.indptr[here], self.indptr[here + 1]):
             there, further = self.heads[arc], distance + self.weight[arc]
             reach = further + self.rest_distance[there]
-            # written so that +inf, a node without a way to a goal, is dropped too
+            # written so that +inf, a node without a path to a goal, is dropped too
             if further < self.least[there] - _slack(further) and reach < self.best - _slack(further):
                 self._push(there, label, arc, omega + self.omega[arc], further)
 
@@ -142,7 +142,7 @@ class _Search:
 
 
 def _undominated(points: Floats) -> list[int]:
-    """Rows in the order of Omega; sums of the same costs in another order differ by rounding, so look once more."""
+    """Rows in the order of Omega; sums of the same costs in another order differ by rounding, so compare once more."""
     kept: list[int] = []
     for k in np.lexsort((points[:, 1], points[:, 0])).tolist():
         omega, distance = points[k].tolist()

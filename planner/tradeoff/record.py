@@ -50,7 +50,7 @@ def sweep_record(tradeoff: Tradeoff) -> dict[str, Any]:
         "search": {
             "roadmap_whole": tradeoff.grown,
             "settled": tradeoff.settled,
-            "barred": [list(leg) for leg in tradeoff.barred],
+            "barred": [list(arc) for arc in tradeoff.barred],
             "found": [{"beta": beta, "path_nodes": nodes.tolist()} for beta, nodes in tradeoff.found],
         },
         "timings_s": rounded(tradeoff.timings),
@@ -98,7 +98,7 @@ def sweep_table(tradeoff: Tradeoff) -> str:
 
 
 def to_csv(record: dict[str, Any]) -> str:
-    """One line an interval: its numbers to the last bit, and the nodes of its path with spaces between."""
+    """One line per interval: its numbers to the last bit, and the nodes of its path with spaces between."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow([*_NUMBERS, "path_nodes"])

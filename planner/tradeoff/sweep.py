@@ -143,7 +143,7 @@ def sweep(
 ) -> Tradeoff:
     """The whole trade-off between manipulability and distance, on a roadmap that is obtained once.
 
-    Every path is looked at again at 1 mm of motion as a plan's is; what fails is removed and the sweep starts over.
+    Every path is checked again at every 1 mm of motion, as a plan's is; what fails is removed and the sweep restarts.
     With ``front`` the non-dominated paths are searched for too, with at most ``max_labels`` partial paths. ``earlier``
     is a sweep of the same request to go on from. ``progress`` is called with (stage, done, total), for stage "beta"
     with the per cent of [0, 1] that are settled; once it is asked to stop the work ends as soon as it can, and what
@@ -217,7 +217,7 @@ class _Run:
     where: Path
 
     def __call__(self, draft: Tradeoff, healing: HealingNetwork) -> Tradeoff | None:
-        """The trade-off as far as it comes; None where a path failed its second look and the network was healed."""
+        """The trade-off as far as it comes; None where a path failed its second check and the network was healed."""
         request, layered = draft.request, healing.layered
         draft = replace(draft, layered=layered)
         law = gabf.named_law(request.law, request.prescribed_time)
@@ -261,7 +261,7 @@ class _Run:
         return True
 
     def _search(self, search: EnvelopeSearch, healing: HealingNetwork) -> bool:
-        """Search on until done or stopped; False where a path failed its second look."""
+        """Search on until done or stopped; False where a path failed its second check."""
         while not search.done and not self.progress.stopped:
             with self.clock("gabf"):
                 found = search.step()

@@ -24,13 +24,13 @@ TOUCHING = (0.90, 0.12, 0.12, 0.9)
 PATH, START, GOAL = (0.85, 0.25, 0.10, 1.0), (0.15, 0.65, 0.25, 1.0), (0.80, 0.10, 0.15, 1.0)
 _DOT = 0.022  # m
 _TUBE, _TUBE_STEP = 0.006, 0.08  # m, rad: between two rings the tool leaves the chord by less than a tube's radius
-EDGE_PIECES = 4  # straight pieces that an edge's curved way is drawn by
+EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
 
 
 def draw_robot(
     canvas: Canvas, robot: Robot, visuals: Sequence[Body], q: Floats, touching: Collection[str] = ()
 ) -> dict[str, str]:
-    """The robot's bodies under one frame a joint (0 the base), links in ``touching`` red; their names by path."""
+    """The robot's bodies under one frame per joint (0 the base), links in ``touching`` red; their names by path."""
     names: dict[str, str] = {}
     for kind, bodies in (("visual", visuals), ("collision", robot.bodies)):
         for k, body in enumerate(bodies):
@@ -56,7 +56,7 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
 
 
 def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot) -> dict[str, Any]:
-    """Nodes at their tool positions and edges along the tool's way, to be coloured by the page; starts and goals.
+    """Nodes at their tool positions and edges along the tool's path, to be coloured by the page; starts and goals.
 
     Returns what the page colours them by: w (n,), the component (n,) and the edges (m, 2).
     """
@@ -82,7 +82,7 @@ def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot) -> dict[str, An
 
 
 def draw_path(canvas: Canvas, name: str, robot: Robot, path: Floats) -> None:
-    """The tool's way along a joint path as a tube."""
+    """The tool's path along a joint path as a tube."""
     canvas.surface(name, tube(tool_positions(robot, dense_path(path, _TUBE_STEP)), _TUBE, 8), PATH)
 
 
@@ -95,10 +95,10 @@ def joint_matrices(robot: Robot, q: Floats) -> Floats:
 
 
 def extent(robot: Robot, scene: Scene, bodies: Sequence[Body], q: Floats, points: Floats) -> tuple[Floats, float]:
-    """The centre (3,) and radius (m) of a ball around the robot's ``bodies`` at all of ``q`` (n, dof), near obstacles
-    and ``points`` (n, 3).
+    """The centre (3,) and radius (m) of a ball around all that is near the robot.
 
-    An obstacle that reaches far beyond the arm (a floor, a wall) does not count: it would make all else small.
+    It holds the robot's ``bodies`` at all of ``q`` (n, dof), near obstacles and ``points`` (n, 3). An obstacle that
+    extends far beyond the arm (a floor, a wall) does not count: it would make everything else small.
     """
     frames = joint_matrices(robot, q[:1])[0][:, :3, 3]
     line = np.vstack([robot.base[:3, 3], frames, tool_positions(robot, q[0])])

@@ -15,7 +15,7 @@ from planner.paths.measure import dense_path
 from planner.world.robot import Robot
 
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
-_APART = 0.1  # worst points nearer than this share of the way are one
+_APART = 0.1  # worst points nearer than this share of the path are one
 
 
 @dataclass(frozen=True)

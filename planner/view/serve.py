@@ -1,4 +1,4 @@
-"""A page served on this machine alone: the loopback address, one path, gone with the process."""
+"""Serves one page to this machine only: at the loopback address, until the process ends."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def serve(
 ) -> None:
     """Serve a page until SIGINT or SIGTERM, then free the port and return; from the main thread only.
 
-    ``page`` is a file, read anew for every request, so that a reload shows what was planned meanwhile, or the HTML
-    text itself. ``port`` 0 takes any free one. ``announce`` is called with the address once it can be opened. Raises
+    ``page`` is the HTML text itself, or a file, which is read again for every request: a reload shows a newer plan.
+    ``port`` 0 takes any free one. ``announce`` is called with the address once it can be opened. Raises
     :class:`FileError` for a file that is no page, :class:`PlannerError` for a port that cannot be used.
     """
     content = _source(page)
@@ -39,7 +39,7 @@ def serve(
         announce(f"Serving {address} on this machine only; Ctrl-C ends it.")
         if open_browser:
             announce(_open(address))
-        while not asked.wait(0.5):  # a wait without end would not let Windows see Ctrl-C
+        while not asked.wait(0.5):  # without a timeout Ctrl-C would not work on Windows
             pass
 
 
@@ -87,7 +87,7 @@ def _server(content: Callable[[], bytes], port: int) -> Iterator[str]:
 
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
-    allow_reuse_address = os.name == "posix"  # elsewhere it lets two servers share a port
+    allow_reuse_address = os.name == "posix"  # on other systems it would let two servers share a port
 
     def __init__(self, content: Callable[[], bytes], port: int) -> None:
         super().__init__((HOST, port), _Handler)
@@ -99,7 +99,7 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = 30  # s that a silent connection may hold its thread
 
     def handle(self) -> None:
-        # a browser that goes on to another page hangs up in the middle: nobody is left to answer
+        # a browser that leaves the page closes the connection early: there is nothing to answer
         with suppress(ConnectionError):
             super().handle()
 
@@ -118,7 +118,7 @@ class _Handler(BaseHTTPRequestHandler):
     do_HEAD = do_GET
 
     def _answer(self) -> tuple[HTTPStatus, bytes]:
-        # a foreign name that was pointed at this machine (DNS rebinding) comes with its own Host
+        # a foreign name that resolves to this machine (DNS rebinding) shows in the Host header
         names = {f"{name}:{self.server.server_port}" for name in (HOST, "localhost")}
         if self.headers.get("Host") not in names:
             return HTTPStatus.FORBIDDEN, b"This page is for this machine only.\n"
@@ -130,7 +130,7 @@ class _Handler(BaseHTTPRequestHandler):
             return HTTPStatus.NOT_FOUND, f"{error}\n".encode()
 
     def log_message(self, format: str, *args: object) -> None:
-        """Say nothing: a terminal that serves a page is not a log."""
+        """Print nothing: the terminal is not a log of requests."""
 
 
 @contextmanager

@@ -39,7 +39,7 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
         (f"w smallest ({unit})", f"{measures.w_min:.3g}"),
         (f"w mean ({unit})", f"{measures.w_mean:.3g}"),
         ("joint motion", f"{measures.joint_length:.3f} rad"),
-        ("tool's way", f"{measures.workspace_length:.3f} m"),
+        ("tool's path", f"{measures.workspace_length:.3f} m"),
         ("waypoints", str(len(path))),
     ]
 

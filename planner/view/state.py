@@ -1,4 +1,4 @@
-"""A robot at one configuration, looked at before anything is planned: what touches, how near the rest is, w, limits."""
+"""A robot at one configuration, checked before anything is planned: contacts, distances, w and limits."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ _log = logging.getLogger(__name__)
 
 Rows = Literal["pose", "translation", "planar"]
 
-_MOST_TURNS = 4  # either way: limits of more are taken for degrees
+_MOST_TURNS = 4  # in either direction: limits of more are taken for degrees
 
 
 class Source(Strict):
@@ -135,7 +135,7 @@ class Robot:
         return _identity(self)
 
     def difference(self, a: Floats, b: Floats) -> Floats:
-        """The joint motion (..., dof) from a to b: continuous joints take the shorter way round."""
+        """The joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
         return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
 
     def unwound(self, path: Floats) -> Floats:
@@ -149,11 +149,13 @@ class Robot:
 
 
 def shorter_way(delta: Floats, turns: Bools) -> Floats:
-    """Joint motions (..., dof) with the shorter way round for joints that turn freely; the way back is its opposite."""
+    """Joint motions (..., dof) in the shorter direction for joints that turn freely; back is the exact opposite."""
     if not turns.any():
         return delta
     wrapped = np.mod(delta + np.pi, 2 * np.pi) - np.pi
-    half = (wrapped == -np.pi) & (delta > 0)  # half a turn either way: as it was asked, so that back is back
+    half = (wrapped == -np.pi) & (
+        delta > 0
+    )  # half a turn: keep the sign of delta, so that the motion back is the opposite
     return np.where(turns, np.where(half, np.pi, wrapped), delta)
 
 
@@ -195,7 +197,7 @@ def with_widened_limits(robot: Robot, configurations: Floats) -> Robot:
 
 
 def load_visuals(robot: Robot) -> tuple[Body, ...]:
-    """The bodies that are looked at; slow for detailed meshes, so asked only when a picture is made.
+    """The bodies that are drawn; slow for detailed meshes, so asked only when a picture is made.
 
     Where they cannot be read these are the collision bodies: by now a path has been planned, which is not to be lost.
     """

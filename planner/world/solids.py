@@ -60,13 +60,13 @@ def solid_of(mesh: Mesh) -> Solid | None:
 
 @lru_cache(maxsize=1024)
 def is_watertight(mesh: Mesh) -> bool:
-    """Whether every piece of ``mesh`` is closed, its triangles facing one way."""
+    """Whether every piece of ``mesh`` is closed, its triangles all facing in one direction, in or out."""
     triangles, piece = _welded(mesh)
     return len(triangles) > 0 and all(is_closed(triangles[piece == k]) for k in range(int(piece.max()) + 1))
 
 
 def is_closed(triangles: Ints) -> bool:
-    """Whether every edge of the triangles (m, 3) is passed as often one way as the other.
+    """Whether every edge of the triangles (m, 3) is passed as often in one direction as in the other.
 
     That is what makes winding numbers whole, edges of more than two triangles included.
     """
@@ -77,8 +77,10 @@ def is_closed(triangles: Ints) -> bool:
 
 @lru_cache(maxsize=1024)
 def points_of_pieces(shape: Shape) -> Floats:
-    """A point (k, 3) of every connected piece of a shape, in its own frame: if they are outside, and nothing crosses
-    the surface, all of the shape is."""
+    """A point (k, 3) of every connected piece of a shape, in its own frame.
+
+    If all of them are outside another body, and no surfaces cross, all of the shape is outside.
+    """
     if not isinstance(shape, Mesh):
         return np.zeros((1, 3))
     triangles, piece = _welded(shape)

@@ -97,7 +97,7 @@ def _require_tree(links: Sequence[str], joints: Sequence[ET.Element], path: Path
     for child, parent in parents.items():
         below.setdefault(parent, []).append(child)
     reached = list(roots)
-    for link in reached:  # which grows on the way
+    for link in reached:  # the loop appends to it
         reached += below.get(link, [])
     if len(reached) < len(links):
         lost = next(link for link in links if link not in set(reached))

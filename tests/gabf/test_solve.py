@@ -111,7 +111,7 @@ def test_weights_of_1e9_beside_weights_of_1e_minus_9():
     result = solve(net)
     assert np.array_equal(result.x, gabf.oracle(net))
     assert gabf.extract_path(net, result, 3).tolist() == [3, 2, 1, 0]
-    with pytest.raises(AssumptionError, match="stuck at 5e\\+08: an arc cost on its way vanishes"):
+    with pytest.raises(AssumptionError, match="stuck at 5e\\+08: an arc cost on its path vanishes"):
         solve(net, x0=5e8)
 
 

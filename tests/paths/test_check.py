@@ -110,7 +110,7 @@ def test_proofs_see_what_looks_pass_by() -> None:
     assert report.contact is None
     assert report.proven.strikes is not None
     assert not report.ok
-    assert "between two looks at every 500 mm" in verdict_sentence(report)
+    assert "between two samples at every 500 mm" in verdict_sentence(report)
     assert report_record(report)["contact"]["pair"][1] == "thing0"
     assert check_path(checker, path, step=0.001).contact is not None
 

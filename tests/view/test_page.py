@@ -119,7 +119,7 @@ def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) 
     for interval, shown in zip(tradeoff.intervals, theirs, strict=True):
         rows = dict(shown.numbers)
         assert rows["w smallest (m²)"] == f"{interval.w_min:.3g}"
-        assert rows["tool's way"] == f"{interval.workspace_length:.3f} m"
+        assert rows["tool's path"] == f"{interval.workspace_length:.3f} m"
 
 
 @pytest.mark.parametrize("floor", [0.02, 0.03])  # above the goal's w alone; above those of both ends

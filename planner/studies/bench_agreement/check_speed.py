@@ -21,9 +21,9 @@ _EDGE_MOTION = 2.0  # m that a point moves at most on an edge
 
 @dataclass(frozen=True)
 class Speed:
-    """Microseconds a state, medians of interleaved rounds: asked one by one, all at once, and edge by edge.
+    """Microseconds per state, medians of interleaved rounds: asked one by one, all at once, and edge by edge.
 
-    ``edge`` counts free edges of about a hundred states each, so that every state of them had to be looked at.
+    ``edge`` counts free edges of about a hundred states each, so that every state of them had to be checked.
     """
 
     single: float

@@ -1,4 +1,4 @@
-"""Where two checkers part company: how far from a contact their verdicts still differ, and why."""
+"""How far from a contact the verdicts of two checkers still differ, and why."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _PRECISION = 1e-12  # m of motion
 class Disagreement:
     """A configuration on which the two differ: the pair that one of them finds touching, as both measure it.
 
-    ``fcl_m`` and ``coal_m``: the distance of the pair (m), 0 or less where it touches (FCL tells no depth and says -1);
-    None where that checker does not check the pair. ``band_m``: how far coal puts the pair from where the verdict
-    turns, the ``margin``.
+    ``fcl_m`` and ``coal_m``: the distance of the pair (m), 0 or less where it touches (FCL gives no depth but -1); None
+    where that checker does not check the pair. ``band_m``: how far coal's distance is from the ``margin``, where the
+    verdict changes.
     """
 
     margin: float
@@ -38,7 +38,7 @@ class Disagreement:
 
     @property
     def explained(self) -> bool:
-        """Whether it is that near a contact that neither library is wrong."""
+        """Whether it is so near a contact that both libraries are right within their tolerances."""
         return self.band_m <= band(self.margin)
 
 
@@ -74,8 +74,8 @@ def _distance(checker: CollisionChecker, contact: Contact, q: Floats) -> float |
 def crossing(fcl: CollisionChecker, coal: CollisionChecker, free: Floats, touching: Floats) -> list[Disagreement]:
     """All disagreements found around a contact between a free and a touching configuration (dof,).
 
-    Between the two the place is bisected at which FCL's verdict turns; then both are asked at growing distances of
-    motion, from a nanometre to a centimetre, before and behind it, until they agree on both sides.
+    Bisection finds the place between the two where FCL's verdict changes. Then both checkers are asked before and
+    behind it, at growing distances of motion from a nanometre to a centimetre, until they agree on both sides.
     """
     delta = fcl.robot.difference(free, touching)
     motion = float(fcl.world.reach.motion(delta[None]).max())

@@ -64,12 +64,12 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
         ),
         tally("A library says the same of one state and of many.", (row.batch_differs == 0 for row in rows), ""),
         tally(
-            "Coal takes at most 10 us a state in batches.",
+            "Coal takes at most 10 us per state in batches.",
             (value <= 10.0 for value in batches),
             f"Median {median(batches):.1f} us, most {max(batches):.1f} us." if batches else "",
         ),
         tally(
-            "FCL takes at most 45 us a state along edges of iiwa14 in the paper's scene.",
+            "FCL takes at most 45 us per state along edges of iiwa14 in the paper's scene.",
             (value <= 45.0 for value in paper),
             ", ".join(f"{value:.1f} us" for value in paper),
         ),

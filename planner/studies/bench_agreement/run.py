@@ -23,7 +23,7 @@ from planner.studies.bench_agreement.contact_band import Disagreement, crossing,
 from planner.studies.bench_agreement.report import Row, to_markdown
 from planner.studies.table import ResultsFile, measure_missing, software
 
-CROSSINGS = 40  # contacts of each robot and scene whose surroundings are looked at
+CROSSINGS = 40  # contacts of each robot and scene whose surroundings are checked
 CSV_NAME, MARKDOWN_NAME = "agreement.csv", "agreement.md"
 _LISTED = 20  # disagreements of a row that are kept one by one
 
@@ -48,7 +48,7 @@ def bench_agreement(
     """Ask both libraries about ``states`` random configurations, shared out among all ``robots`` in all ``scenes``.
 
     All there are where none are named; a scene may be a file. Writes ``agreement.csv`` and ``agreement.md``; rows that
-    are there already are kept. Once it is asked to stop the robot and scene at hand are abandoned. Raises OptionError
+    are there already are kept. Once it is asked to stop the current robot and scene are abandoned. Raises OptionError
     for numbers out of range, RobotError and SceneError for unknown names, FileError where the folder cannot be used.
     """
     pairs = [(robot, scene) for robot in robots or robot_names() for scene in scenes or scene_names()]

@@ -27,7 +27,7 @@ def climb(
     """Search for cases of high ``score``, ``tries`` of them; False where it was stopped.
 
     A climb takes a random case and keeps a random ``step`` from it (of a size, 1 the largest) whenever the score is no
-    lower; after some steps in vain it begins anew. ``score`` remembers what is worth remembering.
+    lower; after some steps without result it begins anew. ``score`` itself keeps what is worth keeping.
     """
     best: list[tuple[float, C] | None] = [None] * SLOTS
     failed = np.zeros(SLOTS, dtype=int)

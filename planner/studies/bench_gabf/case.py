@@ -23,7 +23,7 @@ from planner.studies.process import peak_memory
 
 LAW = gabf.SingularityFree()
 RTOL = 1e-6
-"""Relative tolerance of RK45; its absolute one stays at SciPy's default, 1e-6, which is the kinder to it."""
+"""Relative tolerance of RK45; the absolute one stays at SciPy's default, 1e-6, to its advantage."""
 
 TAU_SPARE = 1.1
 """RK45 in tau runs to this many times the tau at which GABF settled."""
@@ -47,7 +47,7 @@ class Timing:
 
 
 def geometric_network(nodes: int, neighbours: int, rng: np.random.Generator) -> gabf.Network:
-    """Uniform points in a square, linked both ways to their nearest ``neighbours``; unit density, one source.
+    """Uniform points in a square, linked in both directions to their nearest ``neighbours``; unit density, one source.
 
     Weights are distances, node costs uniform in [0.1, 1], the kernel is that of eq. (finew) with beta = 0.5.
     """
@@ -112,7 +112,7 @@ def measure(network: gabf.Network, repeats: int, rk45_repeats: int) -> dict[str,
 
 
 def _solve(network: gabf.Network) -> gabf.CostToGo:
-    """One solve from nothing but the arrays: a fresh network has no reversed graph left over from the last run."""
+    """One solve from nothing but the arrays: a new network holds no reversed graph from an earlier run."""
     return gabf.solve(replace(network), law=LAW)
 
 
@@ -129,7 +129,7 @@ def _dijkstra_on(network: gabf.Network) -> Callable[[], Floats]:
 
 
 def _runge_kutta(network: gabf.Network, tau_end: float, repeats: int) -> dict[str, tuple[int, Callable[[], Any]]]:
-    """RK45 on the leanest right sides there are, which keep only the state at the end."""
+    """RK45 on right sides without overhead; only the state at the end is kept."""
     from planner.gabf.solvers import disequilibrium
     from planner.studies.textbook import Initial
 
@@ -155,7 +155,7 @@ def _runge_kutta(network: gabf.Network, tau_end: float, repeats: int) -> dict[st
 def _interleaved(
     methods: dict[str, tuple[int, Callable[[], Any]]], outcomes: dict[str, tuple[float, int | None]], x_star: Floats
 ) -> dict[str, list[float]]:
-    """Seconds of every run of every method; ``outcomes`` learns the error and the work of those it lacks."""
+    """Seconds of every run of every method; the error and work of each are added to ``outcomes``."""
     seconds: dict[str, list[float]] = {name: [] for name in methods}
     for turn in range(max(repeats for repeats, _ in methods.values())):
         for name, (repeats, run) in methods.items():
@@ -169,7 +169,7 @@ def _interleaved(
 
 
 def main(network: str, out: str, options: str) -> None:
-    """What the process does: read, measure, write."""
+    """The work of the process: read, measure, write."""
     rows = measure(load_network(Path(network)), **json.loads(options))
     write_whole(Path(out), json.dumps(rows).encode())
 

@@ -101,7 +101,7 @@ def to_markdown(bench: GabfBench) -> str:
     return "\n".join(lines) + "\n"
 
 
-_LIMITATIONS = """Limitations. Times are medians of interleaved runs in one process a size; on a shared machine read
+_LIMITATIONS = """Limitations. Times are medians of interleaved runs in one process per size; on a shared machine read
 the ratios, not the seconds. Dijkstra gets a matrix made beforehand, GABF the bare arrays. RK45 runs on the leanest
 right side, rtol 1e-6, atol 1e-6, in tau to 1.1 times GABF's settling tau and in t to 0.9975 T_p; it does not settle, so
 its time is what it takes to get there. The networks are planar, the start is above x*, the law singularity-free with

@@ -35,7 +35,7 @@ def bench_gabf(
 ) -> GabfBench:
     """Measure what ``gabf.csv`` under ``folder`` does not hold yet, size by size, and write it and ``gabf.md`` anew.
 
-    Each network has ``sizes`` nodes linked to their nearest ``neighbours``, about 9.7 arcs a node at 8. RK45 takes
+    Each network has ``sizes`` nodes linked to their nearest ``neighbours``, about 9.7 arcs per node at 8. RK45 takes
     part up to ``rk45_up_to`` nodes: it is slow. A row counts as measured if it has the same nodes, neighbours, seed
     and versions of the software. ``progress`` is called with ("sizes", done, total); once stopped the current size is
     abandoned. Raises OptionError for a size or neighbours out of range, FileError where the folder cannot

@@ -12,11 +12,11 @@ from planner.studies.table import closing_lines, markdown_table
 class Row:
     """One kind of obstacle of one thickness before one robot; counts of edges.
 
-    ``touching``: with a contact when looked at every 0.1 mm of motion by coal. ``ompl_free``: OMPL's default rule finds
+    ``touching``: with a contact when sampled every 0.1 mm of motion by coal. ``ompl_free``: OMPL's default rule finds
     no contact, checked by coal; ``ompl_missed``: of these, touching. ``fcl_proven``, ``coal_proven``: certified by our
     prover with that backend; ``fcl_missed``: of these, with a contact that coal finds every 0.1 mm, ``coal_missed``:
     with a contact that FCL finds. ``fcl_left_out``, ``coal_left_out``: free at 0.1 mm and not certified. ``looks``:
-    configurations looked at every 0.1 mm. ``found``: the first edges missed by the prover, as JSON.
+    configurations sampled every 0.1 mm. ``found``: the first edges missed by the prover, as JSON.
     """
 
     robot: str
@@ -59,7 +59,7 @@ def _total(rows: Sequence[Row]) -> str:
     whole = _sums(rows)
     return (
         f"Of {whole['edges']} edges with free ends, {whole['touching']} touch a thin obstacle or the arm itself when "
-        f"looked at every 0.1 mm. OMPL's default rule calls {whole['ompl_free']} free, of which "
+        f"sampled every 0.1 mm. OMPL's default rule calls {whole['ompl_free']} free, of which "
         f"**{whole['ompl_missed']} touch**. The proof certifies {whole['fcl_proven']} with FCL, of which "
         f"**{whole['fcl_missed']} touch**, and {whole['coal_proven']} with coal, of which **{whole['coal_missed']} "
         f"touch**; {whole['fcl_left_out']} and {whole['coal_left_out']} edges without a contact were left out."

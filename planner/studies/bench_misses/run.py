@@ -1,4 +1,4 @@
-"""``planner bench misses``: edges past walls, poles and windows of a few millimetres, proven and looked at closely."""
+"""``planner bench misses``: edges past walls, poles and windows of a few millimetres, proven and sampled closely."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from planner.world.scene import Scene
 
 ROBOTS = ("iiwa14", "panda", "ur5", "planar_2r", "kinova")
 THICKNESSES = (1.0, 2.0, 3.0, 4.0, 5.0)  # mm
-STEP = 1e-4  # m of motion between the states that an edge is looked at again
+STEP = 1e-4  # m of motion between the states at which an edge is checked again
 CSV_NAME, MARKDOWN_NAME = "misses.csv", "misses.md"
 
 
@@ -52,7 +52,7 @@ def bench_misses(
     """Judge ``edges`` edges for each robot, kind of obstacle and thickness (mm); write ``misses.csv``, ``misses.md``.
 
     Rows of the same robot, obstacle, edges, seed and software that are there already are kept. Once stopped
-    the row at hand is abandoned. Raises OptionError for numbers out of range, RobotError for an unknown robot,
+    the current row is abandoned. Raises OptionError for numbers out of range, RobotError for an unknown robot,
     FileError where the folder cannot be used.
     """
     require_seed(seed)
@@ -122,7 +122,7 @@ class Judged:
     """What became of one edge of a case.
 
     ``proven``: by backend. ``touches``: by backend, at 0.1 mm; FCL is asked only about what coal's prover certified.
-    ``ompl_free``: OMPL's rule finds no contact. ``looks``: configurations looked at every 0.1 mm.
+    ``ompl_free``: OMPL's rule finds no contact. ``looks``: configurations sampled every 0.1 mm.
     """
 
     case: ThinCase
@@ -150,7 +150,7 @@ class Judged:
 
 
 def judge(robot: Robot, case: ThinCase, most: int) -> Iterator[Judged]:
-    """The first ``most`` edges of a case: proven by both backends, looked at by OMPL's rule and every 0.1 mm."""
+    """The first ``most`` edges of a case: proven by both backends, sampled by OMPL's rule and every 0.1 mm."""
     checkers: dict[str, CollisionChecker] = {name: make_checker(robot, case.scene, name) for name in BACKENDS}
     start, delta = case.start[:most], case.delta[:most]
     free = {name: EdgeProver(checker).prove(start, delta).free for name, checker in checkers.items()}
@@ -163,7 +163,7 @@ def judge(robot: Robot, case: ThinCase, most: int) -> Iterator[Judged]:
 
 
 def look_closely(checker: CollisionChecker, start: Floats, delta: Floats) -> tuple[bool, int]:
-    """Whether an edge touches anything when looked at every 0.1 mm of motion, and how many states that took."""
+    """Whether an edge touches anything when sampled every 0.1 mm of motion, and how many states that took."""
     before = checker.queries
     contact = recheck(checker, start, delta, STEP)
     return contact is not None, checker.queries - before

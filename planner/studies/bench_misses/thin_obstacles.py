@@ -19,7 +19,7 @@ KINDS = ("wall", "pole", "window")
 
 EDGES_PER_SCENE = 5
 _MOTION = (0.3, 1.2)  # m that some point of the arm moves at most on an edge
-_BESIDE = (0.005, 0.06)  # m: standard deviation of the obstacle's way off the arm, drawn anew each time
+_BESIDE = (0.005, 0.06)  # m: standard deviation of the obstacle's distance from the arm, drawn anew each time
 _TURN = 0.06  # rad: standard deviation between the ends of the edges of one scene
 _TRIES = 200
 

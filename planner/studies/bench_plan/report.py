@@ -150,8 +150,8 @@ which is then recorded as timed out. "Of those tried" leaves out the refused, wh
 in collision. Times are of the planning itself, without the start of Python (0.5 to 1 s) and without the measurements;
 they, lengths, w and clearances are medians over the solved runs, "95 %" is the 95th percentile. "First path" is when
 start and goal were first joined by proven edges, where the planner tells. Lengths: Euclidean joint motion, and the
-tool's way. w is Yoshikawa's manipulability sampled along the whole path; clearance the smallest distance to anything
+tool's path. w is Yoshikawa's manipulability sampled along the whole path; clearance the smallest distance to anything
 every centimetre of motion, by the library that planned. Contacts: segments of the returned paths on which the other
-collision library finds a contact when they are looked at every millimetre of motion. Limitations. Times depend on the
+collision library finds a contact when they are sampled every millimetre of motion. Limitations. Times depend on the
 machine and what else it does; compare them within one run. A run that is killed says nothing about how much longer it
 would have taken."""

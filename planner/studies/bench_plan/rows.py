@@ -15,7 +15,7 @@ class Row:
     ``content``: a hash of the problem's files. ``options``: further options of the plan that are not at their
     defaults. ``outcome``: solved, no_path, refused (by the ``message``), timed out or crashed. ``total_s``: seconds of
     the planning itself, ``process_s`` with the start of Python and the measurements. ``length_rad``: Euclidean joint
-    motion; ``length_m``: the tool's way; ``w_min``, ``w_mean``: Yoshikawa's w sampled along the path; ``clearance_m``:
+    motion; ``length_m``: the tool's path; ``w_min``, ``w_mean``: Yoshikawa's w sampled along the path; ``clearance_m``:
     the smallest distance every centimetre along the path; ``contacts``: segments of the path on which the other
     collision library finds a contact at a millimetre of motion, ``contact`` the first of them.
     """

@@ -52,7 +52,7 @@ def bench_plan(
     Each run has a process of its own, which is killed and recorded as timed out after ``time_limit`` seconds; its
     budget is the plan's own, in counts. ``out`` gets ``plan.csv``, ``plan.md`` and a benchmark log of OMPL's kind a
     problem. A row that is there already is kept: the same problem and content of its files, seed, settings and
-    software. Once it is asked to stop the run at hand is abandoned. Raises OptionError for options that the problem
+    software. Once it is asked to stop the current run is abandoned. Raises OptionError for options that the problem
     decides or numbers out of range, FileError where a folder cannot be used.
     """
     _require_usable(plain, seeds, time_limit)

@@ -23,7 +23,7 @@ class Row:
     ``build_s``: seconds to a roadmap of ``nodes`` nodes. ``query_ms``, ``query_worst_ms``: median and longest of the
     ``queries`` new starts and goals put to it one by one, of which ``solved`` were solved. ``many_ms``: milliseconds a
     start where all starts share one goal and one field. ``touching``: of ``looked_at`` edges of the roadmap, those on
-    which coal finds a contact when they are looked at every millimetre of motion. ``contacts``: segments of the
+    which coal finds a contact when they are sampled every millimetre of motion. ``contacts``: segments of the
     answered paths on which it does. The ``check`` columns, microseconds a configuration, belong to the checkers' rows.
     """
 
@@ -124,12 +124,12 @@ _METHOD = """How. All methods get the same robot, scene, collision pairs and que
 Each runs in a process of its own, one after the other; times are of the wall clock, once the libraries are loaded.
 Ours: `planner.build_roadmap`, every edge proven; a query is `attach`, `build_network`, the field by GABF under the
 singularity-free law, and the path. "Many starts" attaches all starts and one goal, computes one field, and reads every
-path off it. OMPL's PRM has its defaults, its motions looked at at its default resolution, and a Python callback as
+path off it. OMPL's PRM has its defaults, its motions sampled at its default resolution, and a Python callback as
 state check: "our checker" is the same as ours, "plain coal" asks Pinocchio about all pairs in turn, as its
 documentation shows. A query is `solve` on the kept roadmap, which grows further where start and goal are not joined.
 pyroboplan's PRM (`pip install --no-deps pyroboplan`: it asks for another Pinocchio than this package) has its
 defaults, save a linking radius of 2 rad, as its 0.5 rad links nothing here; it gets coal's geometry whatever the
-checker. Touching: edges, at most 200 drawn at random, and answered paths, looked at every millimetre of motion by
+checker. Touching: edges, at most 200 drawn at random, and answered paths, sampled every millimetre of motion by
 coal. State checks are those of `planner bench agreement`, over free configurations of this scene. Limitations. OMPL's
 PRM alternates by the clock and is not reproducible. The roadmaps are not alike: ours is sparse, grown from trees, and
 proven, theirs are denser, uniform, and not."""

@@ -42,7 +42,7 @@ def bench_roadmap(
     """Measure every method on the robot and scene of ``world``; write ``roadmap.csv`` and ``roadmap.md``.
 
     Each method has a process of its own, which is killed and recorded as timed out after ``time_limit`` seconds. Rows
-    that are there already are kept. Once it is asked to stop the method at hand is abandoned. Raises OptionError for
+    that are there already are kept. Once it is asked to stop the current method is abandoned. Raises OptionError for
     numbers out of range, RobotError and SceneError for what cannot be loaded, FileError where the folder is unusable.
     """
     require_nodes(nodes)

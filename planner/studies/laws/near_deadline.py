@@ -36,8 +36,10 @@ TRIALS: tuple[tuple[LawCase, str, Method], ...] = (
 
 @dataclass(frozen=True)
 class Trial:
-    """One method on one graph; errors are max_i |x_i - x_i*| in km: ``best`` on the way, ``last`` at the end, and
-    ``practical`` at the last step by 0.9975 T_p. ``reached``: it came to the end of its interval.
+    """One method on one graph, with its errors max_i |x_i - x_i*| in km.
+
+    ``best``: the smallest error of all steps; ``last``: at the end; ``practical``: at the last step by 0.9975 T_p.
+    ``reached``: it came to the end of its interval.
     """
 
     graph: int

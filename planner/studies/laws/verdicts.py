@@ -22,8 +22,10 @@ GROWTH = 10.0
 
 @dataclass(frozen=True)
 class GraphFacts:
-    """One graph in numbers: nodes, mean out-degree, the largest x_i* (km), D(G), the graphs thrown away before it and
-    how many of them had a node without a path; ``random_source``: the largest x_i* from a source drawn at random.
+    """One graph in numbers: nodes, mean out-degree, the largest x_i* (km), and D(G) as ``diameter``.
+
+    ``redraws``: the graphs rejected before it; ``cut_off``: how many of them had a node without a path.
+    ``random_source``: the largest x_i* from a source drawn at random.
     """
 
     nodes: int

@@ -33,7 +33,7 @@ class StageFacts:
     ``optimal``: the path is the Euclidean shortest one; ``excess``: by what share it is longer, ``hops`` its arcs.
     ``off_target``: the median over arcs of |wbar - (1 - beta d)|; ``wbar_min``, ``wbar_max`` the extreme weights,
     ``correlation`` that of weights and distances, 0 where all weights are equal; ``zeta`` that of eq. (progressive).
-    ``settling_time`` s, +inf where it did not settle; ``warm_tau`` and ``cold_tau`` the settling tau from the x at hand
+    ``settling_time`` s, +inf where it did not settle; ``warm_tau`` and ``cold_tau`` the settling tau from the current x
     and from 0; ``oracle_error`` max |x - x*| against an algorithm that never integrates; ``product_error`` max over
     nodes of the difference between -ln(1 - x) and the least sum of -ln wbar that SciPy finds; ``path_error`` that
     between 1 - x and the product along the path, in relation.
@@ -179,8 +179,10 @@ def law_facts(network: gabf.Network) -> LawFacts:
 
 @dataclass(frozen=True)
 class LargeK:
-    """Whether GABF's path under wbar = 1 - w / K is the Euclidean shortest one: at the proved bound, and ``margin``
-    above and below the smallest K. ``below`` is None where only the longest arc keeps K from being smaller.
+    """Whether GABF's path under wbar = 1 - w / K is the Euclidean shortest one, for three values of K.
+
+    These are the proved bound, and ``margin`` above and below the smallest K. ``below`` is None where only the longest
+    arc keeps K from being smaller.
     """
 
     at_bound: bool

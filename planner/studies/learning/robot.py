@@ -22,16 +22,16 @@ from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
 DENSITY = 6.0
-"""Edges a node. At the paper's two there is so little to choose that learning ends after two or three executions."""
+"""Edges per node. At the paper's two there is so little to choose that learning ends after two or three executions."""
 
 BETA = 0.1
 """Share of plain motion in what an edge costs; the rest is manipulability."""
 
 ZONE_RADIUS, ZONE_FACTOR = 0.25, 4.0
-"""The slow zone, m, around the tool half-way along the shortest path, and how much dearer motion is in it."""
+"""The slow zone, m, around the tool half-way along the shortest path, and the factor on the cost of motion in it."""
 
 LOSS = 1e-3
-"""K is chosen so that the path of eq. (wb) is at most 0.1 % dearer than the cheapest one: K_for_excess."""
+"""K is chosen so that the path of eq. (wb) costs at most 0.1 % more than the cheapest one: K_for_excess."""
 
 PRIORS = ("optimistic", "average", "pessimistic")
 """What is believed of an edge before it is seen: its least cost, the roadmap's mean cost a rad times its length (which
@@ -85,7 +85,7 @@ class Campaign:
     steps: tuple[Step, ...]
     dear: int
     allowed: int
-    """Executions dearer than the optimum by more than K leaves open, and how many the optimistic bound allows."""
+    """Executions that exceed the optimum by more than K leaves open, and how many the optimistic bound allows."""
 
     @property
     def last_regret(self) -> float:
@@ -120,7 +120,7 @@ def run_campaigns(
     """Every prior and task on every roadmap; whole roadmaps only, where it is stopped early.
 
     Raises :class:`PlannerError` for an unusable robot, scene or state, StateError among them where a roadmap came out
-    without a way from start to goal.
+    without a path from start to goal.
     """
     query = make_query(RoadmapRequest(settings.robot, settings.scene, start=settings.start, goal=settings.goal))
     campaigns: list[Campaign] = []

@@ -64,7 +64,7 @@ def robot_verdicts(campaigns: Sequence[Campaign]) -> tuple[Verdict, ...]:
     return (
         *(_ends_optimal(campaigns, one, prior) for prior in PRIORS),
         tally(
-            "(ours) Optimism is bounded: at most n / 2 executions are dearer than the optimum, whatever the starts.",
+            "(ours) Optimism is bounded: at most n / 2 executions cost more than the optimum, whatever the starts.",
             (c.dear <= c.allowed for c in campaigns if c.prior == optimistic),
             "; ".join(f"{task}: {spread(c.dear for c in _of(campaigns, task, optimistic))}" for task in TASKS)
             + f" of {spread(c.allowed for c in campaigns)} allowed",
@@ -89,8 +89,8 @@ def _ends_optimal(campaigns: Sequence[Campaign], task: str, prior: str) -> Verdi
     return tally(
         f"(ours) Learning costs by paying them ends at the informed optimum ({task}, {prior} about unseen edges).",
         (c.last_regret <= LOSS for c in chosen),
-        (f"{len(stuck)} stay {spread(100.0 * r for r in stuck)} % dearer; " if stuck else "")
-        + f"executions dearer than the optimum "
+        (f"{len(stuck)} stay {spread(100.0 * r for r in stuck)} % costlier; " if stuck else "")
+        + f"executions costlier than the optimum "
         f"{spread(c.dear for c in chosen)} of {len(chosen[0].steps)}; sum of regrets "
         f"{spread(sum(s.regret for s in c.steps) for c in chosen)} optimal costs; edges seen at the end "
         f"{spread(100.0 * c.steps[-1].known for c in chosen)} %",

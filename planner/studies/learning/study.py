@@ -1,4 +1,4 @@
-"""One graph of the learning simulation, looked at from every side."""
+"""All measurements on one graph of the learning simulation."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ def threshold(graph: GridGraph) -> Threshold:
 def climb(graph: GridGraph, K: float, bound: float) -> float:
     """From K upwards to where the shortest path is optimal: at each failure go to where that path stops being cheaper.
 
-    Every other path is dearer than the shortest one at ``bound``, so each has such a crossing; K only rises.
+    Every other path costs more than the shortest one at ``bound``, so each has such a crossing; K only rises.
     """
     weights = graph.weights(graph.shortest)
     while (rival := _rival(graph, K)) is not None:
@@ -82,7 +82,7 @@ def certify(graph: GridGraph, low: float, high: float) -> tuple[float | None, in
     With kappa = 1 / K an arc costs g(kappa) = -ln(1 - w kappa) / kappa (K times its share of C_K), a power series with
     positive coefficients and so convex. On an interval of kappa every other path costs at least the sum of its arcs'
     tangents, a line; the least of these lines is concave. p* costs at most its chord, a line too. So if at both ends
-    the best other path by tangents is dearer than p*, it is so in between. Where it is not, the interval is halved.
+    the best other path by tangents costs more than p*, it does so in between. Where it is not, the interval is halved.
     """
     stack, count = [(1.0 / high, 1.0 / low)], 0
     while stack:

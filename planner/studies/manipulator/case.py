@@ -36,7 +36,7 @@ class MeasuredPath:
 
     ``nodes`` (k, dof): the same as it stands in the roadmap, to the last bit, so that paths can be compared.
     ``manipulability_cost`` and ``distance_cost`` as eq. (finew) sums them; w sampled densely along the path;
-    ``turning`` rad, the total curvature of the tool's way; ``contact``: what it touches when looked at every
+    ``turning`` rad, the total curvature of the tool's path; ``contact``: what it touches when sampled every
     millimetre, None where it is free.
     """
 
@@ -61,7 +61,7 @@ class MeasuredPath:
 
 @dataclass(frozen=True, eq=False)
 class SolveFacts:
-    """How the dynamics went at one beta: settling time (s), relative error against Dijkstra, zeta and L."""
+    """The dynamics at one beta: settling time (s), relative error against Dijkstra, zeta and L."""
 
     beta: float
     settling_time: float | None
@@ -72,9 +72,10 @@ class SolveFacts:
 
 @dataclass(frozen=True, eq=False)
 class SeedStudy:
-    """One seed: its roadmap, its fields, and its ways by :func:`label_of`, :data:`RRT` and :data:`SHORTENED`.
+    """One seed: its roadmap, its fields, and its paths.
 
-    ``ways`` is empty where start and goal are not connected.
+    ``ways``: paths by :func:`label_of`, :data:`RRT` and :data:`SHORTENED`; empty where start and goal are not
+    connected.
     """
 
     seed: int
@@ -97,7 +98,7 @@ def study_seed(
     strands: float = 0.0,
     progress: Progress = QUIET,
 ) -> SeedStudy | None:
-    """The roadmap of ``request.seed`` with every path on it, or None where it was interrupted.
+    """The roadmap of ``request.seed`` with every path on it, or None if interrupted.
 
     ``strands``: the share of its nodes that are not RRT's but refined best paths, see :func:`build_roadmap`.
     """
@@ -122,7 +123,7 @@ def study_seed(
 def _solve(
     query: Query, roadmap: Roadmap, request: SweepRequest, beta: float
 ) -> tuple[SolveFacts, MeasuredPath | None]:
-    """The field of one beta and the way it shows from the start, None where it shows none."""
+    """The field of one beta and its path from the start, None where there is none."""
     network = build_network(roadmap, beta, request.manipulability_cost, request.metric)
     result = gabf.solve(network, law=gabf.named_law(request.law, request.prescribed_time))
     error = gabf.max_error(result, gabf.oracle(network))

@@ -1,4 +1,4 @@
-"""The shape of a tool's way in the room: how much it turns, where it kinks, how far two ways lie apart."""
+"""The shape of a tool's path in space: how much it turns, where it kinks, how far two of them lie apart."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from planner.paths.measure import dense_path
 from planner.world.robot import Robot
 
 SPACING = 0.005
-"""m between two points of an evenly spaced way."""
+"""m between two points of an evenly spaced tool path."""
 
 
 def tool_way(robot: Robot, path: Floats, spacing: float = SPACING) -> Floats:
@@ -24,9 +24,9 @@ def tool_way(robot: Robot, path: Floats, spacing: float = SPACING) -> Floats:
     return np.column_stack([np.interp(wanted, along, column) for column in dense.T])
 
 
-def turning(way: Floats) -> float:
-    """Total curvature (rad) of a way (n, 3): the angles between its successive steps, summed."""
-    steps = np.diff(way, axis=0)
+def turning(points: Floats) -> float:
+    """Total curvature (rad) of a tool path (n, 3): the angles between its successive steps, summed."""
+    steps = np.diff(points, axis=0)
     return float(_angles(steps[:-1], steps[1:]).sum())
 
 
@@ -40,7 +40,7 @@ def kinks(robot: Robot, path: Floats) -> Floats:
 
 
 def mean_distance(a: Floats, b: Floats) -> float:
-    """How far (m) two evenly spaced ways lie apart: the mean distance to the other's nearest point, over both."""
+    """How far (m) two evenly spaced tool paths lie apart: the mean distance to the other's nearest point, over both."""
     apart = np.linalg.norm(a[:, None] - b[None], axis=2)
     return float(0.5 * (apart.min(axis=1).mean() + apart.min(axis=0).mean()))
 

@@ -26,7 +26,7 @@ _COLUMNS = {
     "workspace_length": "tool_m",
     "turning": "turning_rad",
 }
-"""Measures of a way, and their short names in the table."""
+"""Measures of a path, and their short names in the table."""
 
 
 def run_manipulator(
@@ -37,12 +37,12 @@ def run_manipulator(
     strands: float = 0.0,
     progress: Progress = QUIET,
 ) -> Report:
-    """Section 4.2 on ``seeds`` roadmaps of ``nodes`` nodes, those of ``seed``, ``seed`` + 1, ...; one roadmap a seed.
+    """Section 4.2 on ``seeds`` roadmaps of ``nodes`` nodes, those of ``seed``, ``seed`` + 1, ...; one roadmap per seed.
 
-    All betas and the RRT path share start, goals, roadmap and cost scale. ``strands`` is the share of nodes that are
-    pulled best paths; the paper has RRT's only, so 0, while ``planner plan`` has a tenth. ``progress`` is called with
-    ("seeds", done, total); once it is asked to stop the report comes back over the seeds that are whole, with
-    ``complete`` False. Raises OptionError for fewer than one seed or a share outside [0, 1], FileError where
+    All betas and the RRT path share start, goals, roadmap and cost scale. ``strands`` is the share of nodes that come
+    from refined best paths: 0 as in the paper, where all are RRT's; ``planner plan`` uses 0.1. ``progress`` is called
+    with ("seeds", done, total); once it is asked to stop, the report covers the seeds that are complete, and its
+    ``complete`` is False. Raises OptionError for fewer than one seed or a share outside [0, 1], FileError where
     matplotlib is missing.
     """
     if seeds < 1:

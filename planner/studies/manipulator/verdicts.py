@@ -61,7 +61,7 @@ def _network_verdicts(cases: Sequence[SeedStudy], T_p: float) -> Iterator[Verdic
         f"We generate a network consisting of {PAPER_NODES} nodes and {PAPER_EDGES} edges, using RRT.",
         ((len(c.roadmap.nodes), len(c.roadmap.edges)) == (PAPER_NODES, PAPER_EDGES) for c in cases),
         "; ".join(f"{nodes} nodes and {edges} edges in {count}" for (nodes, edges), count in sizes.items())
-        + "; an RRT alone is a tree with one way between two nodes, so neighbours are linked as well",
+        + "; an RRT alone is a tree with one path between two nodes, so neighbours are linked as well",
     )
     yield tally(
         "(ours) Start and goal are connected within the roadmap.",
@@ -213,7 +213,7 @@ def _objective_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     )
     touching = [way.contact for case in cases for way in case.ways.values() if way.contact]
     yield tally(
-        "(ours) Every path is free of collision when looked at every millimetre of motion.",
+        "(ours) Every path is free of collision when sampled every millimetre of motion.",
         (all(way.contact is None for way in case.ways.values()) for case in cases),
         f"{sum(len(case.ways) for case in cases)} paths" + "".join(f"; {contact} touch" for contact in touching),
     )
@@ -251,7 +251,7 @@ def _between(rrt: MeasuredPath, red: MeasuredPath) -> bool:
 
 
 def _ends(cases: Sequence[SeedStudy]) -> tuple[list[MeasuredPath], list[MeasuredPath]]:
-    """The red and the blue way of every case."""
+    """The red and the blue path of every case."""
     return [case.ways[label_of(0.0)] for case in cases], [case.ways[label_of(1.0)] for case in cases]
 
 
