@@ -1,4 +1,4 @@
-"""A plan with everything it was made from, and what it writes: ``plan.json``, ``plan.html`` and ``roadmap.npz``."""
+"""A plan with everything it was made from, and its files: ``plan.json``, ``plan.html`` and ``roadmap.npz``."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class Plan:
         return plan_page(self)
 
     def save(self, folder: Path | str) -> None:
-        """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if need be.
+        """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
 
         Raises :class:`FileError` where that cannot be done.
         """
@@ -169,7 +169,7 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
 
 
 def _measures(plan: Plan) -> dict[str, Any]:
-    """What is measured along the path; nothing where there is none."""
+    """What is measured along the path; empty where there is no path."""
     if plan.outcome is not Outcome.SOLVED:
         return {"manipulability": None, "path_length": None}
     found, robot = measure_path(plan.robot, plan.path), plan.robot
@@ -179,7 +179,7 @@ def _measures(plan: Plan) -> dict[str, Any]:
 
 
 def _floor(plan: Plan) -> dict[str, Any]:
-    """What became of the floor that was asked for; nothing where none was."""
+    """The result for the manipulability floor that was asked for; empty where none was."""
     floor = plan.request.min_manipulability
     if floor <= 0:
         return {}

@@ -36,9 +36,9 @@ def tool_paths(
     ``view``: elevation and azimuth in degrees.
     """
     figure = Figure(figsize=(11.0, 5.4))
-    ways = {label: (tool_positions(robot, dense_path(q)), tool_positions(robot, q)) for label, q in paths.items()}
+    drawn = {label: (tool_positions(robot, dense_path(q)), tool_positions(robot, q)) for label, q in paths.items()}
     faces = [face for item in scene.obstacles for face in faces_of(item.shape, item.placement)]
-    points, arms = np.concatenate([dense for dense, _ in ways.values()]), [_arm(robot, q) for q in _ends_of(paths)]
+    points, arms = np.concatenate([dense for dense, _ in drawn.values()]), [_arm(robot, q) for q in _ends_of(paths)]
     whole, near = _limits(np.concatenate([points, *arms, *faces])), _limits(points)
     for place, limits in ((121, whole), (122, near)):
         axes: Any = figure.add_subplot(place, projection="3d", computed_zorder=False)
@@ -46,10 +46,10 @@ def tool_paths(
         _draw_obstacles(axes, [cut for face in faces if len(cut := clipped(face, *limits))])
         for arm in arms if limits is whole else []:
             axes.plot(*arm.T, zorder=2, **_BEHIND)
-        for k, (label, (dense, waypoints)) in enumerate(ways.items()):
+        for k, (label, (dense, waypoints)) in enumerate(drawn.items()):
             axes.plot(*dense.T, label=label, zorder=4 + k, **{**stroke(k), "linewidth": 2.0})
             axes.plot(*waypoints.T, MARKS[k % 6], color=stroke(k)["color"], markersize=3.5, zorder=4 + k)
-        _mark_ends(axes, next(iter(ways.values()))[0])
+        _mark_ends(axes, next(iter(drawn.values()))[0])
         axes.set_title(
             f"{robot.name}, scene '{scene.name}'" if limits is whole else "the tool paths, enlarged",
             y=0.98,
@@ -134,8 +134,11 @@ def _arm(robot: Robot, q: Floats) -> Floats:
     return np.vstack([robot.base[:3, 3], joints[1:], tool_positions(robot, q)])
 
 
-def _mark_ends(axes: Any, way: Floats) -> None:
-    for name, place, fill, side in (("start", way[0], "white", "left"), ("goal", way[-1], "black", "right")):
+def _mark_ends(axes: Any, tool_path: Floats) -> None:
+    for name, place, fill, side in (
+        ("start", tool_path[0], "white", "left"),
+        ("goal", tool_path[-1], "black", "right"),
+    ):
         axes.plot(*place[:, None], "o", color="black", markersize=7, mfc=fill, zorder=20)
         axes.text(*place, f"   {name}   ", fontsize=9, ha=side, zorder=21)
 

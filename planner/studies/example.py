@@ -44,7 +44,7 @@ def run_example(seed: int = 0) -> Report:
 
 
 def example_table(network: gabf.Network, found: gabf.Structure) -> list[Row]:
-    """One line a node: x*, true parents P(i), the l of F_l and of S_l."""
+    """One line per node: x*, true parents P(i), the l of F_l and of S_l."""
     return [
         {
             "node": i,

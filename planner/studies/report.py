@@ -141,5 +141,5 @@ def _finite(value: Any) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """A NumPy scalar or array that found its way into a table."""
+    """A NumPy scalar or array in a table, as plain data."""
     return value.tolist()

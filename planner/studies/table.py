@@ -110,7 +110,7 @@ def read_rows(path: Path, kind: type[R], command: str) -> list[R]:
 
 
 def to_csv(rows: Iterable[Any], kind: type) -> str:
-    """The flat table, one line a row; empty where there is no value."""
+    """The flat table, one line per row; empty where there is no value."""
     text = io.StringIO()
     table = csv.DictWriter(text, [field.name for field in fields(kind)], lineterminator="\n")
     table.writeheader()

@@ -20,7 +20,7 @@ from planner.view.shown_path import W_UNIT, Rows
 
 @dataclass(frozen=True, eq=False)
 class StateReport:
-    """What there is to know about a configuration ``q`` (dof,) in a scene.
+    """Everything that the page shows about a configuration ``q`` (dof,) in a scene.
 
     ``contacts`` are all pairs no farther apart than the margin, ``clearance`` (m) is the distance of the nearest pair
     that some joint can part, inf where no pair is checked. ``outside`` (dof,) says which joints are beyond a limit.

@@ -94,8 +94,8 @@ def _obstacle_meshes(robot: Robot, scene: Scene) -> list[Note]:
         if not is_watertight(item.shape):
             found.append(
                 Note(
-                    f"mesh '{item.name}' is not closed, or its triangles do not all face one way: only what crosses "
-                    "its surface is seen, not what is wholly inside."
+                    f"mesh '{item.name}' is not closed, or its triangles do not all face in one direction: only what "
+                    "crosses its surface is seen, not what is wholly inside."
                 )
             )
     return found

@@ -24,8 +24,8 @@ class Solid:
     def contains(self, points: Floats) -> Bools:
         """(k,) whether the points (k, 3) lie inside: the surface winds around them.
 
-        A hollow body of two surfaces that face away from the material is hollow. Which way a single surface faces
-        does not matter. On the surface itself either may be said.
+        A hollow body of two surfaces that face away from the material is hollow. Whether a single surface faces in
+        or out does not matter. On the surface itself the answer may be either.
         """
         found: Bools = np.all((points > self.low) & (points < self.high), axis=1)
         rows = np.flatnonzero(found)

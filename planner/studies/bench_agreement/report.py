@@ -15,7 +15,7 @@ from planner.studies.table import aim_lines, closing_lines, markdown_table, medi
 
 @dataclass(frozen=True)
 class Row:
-    """One robot in one scene. Counts of configurations; speeds in microseconds a configuration.
+    """One robot in one scene. Counts of configurations; speeds in microseconds per configuration.
 
     ``disagreed``: the verdicts of the two libraries differ; ``unexplained``: of these, farther from a contact than the
     band. ``batch_differs``: a library that says otherwise when asked about several at once. Around ``crossings``
@@ -77,7 +77,7 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
 
 
 def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
-    """The table for people: a line a robot and scene, the aims, and every disagreement."""
+    """The table as Markdown: one line per robot and scene, the aims, and every disagreement."""
     header = ["robot", "scene", "states", "free", "disagreed", "unexplained", "band (m)", "FCL one by one (us)"]
     header += ["batch", "edge", "coal one by one (us)", "batch", "edge", "FCL / coal edge"]
     lines = ["# planner bench agreement", "", *markdown_table(header, map(_cells, rows), texts=2), ""]

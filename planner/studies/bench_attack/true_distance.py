@@ -1,4 +1,4 @@
-"""The distance of two shapes, slowly and certified: the judge of what the collision libraries claim.
+"""The distance of two shapes, slow but certified: the reference for what the collision libraries claim.
 
 Shares nothing with them. A shape is one convex core or many (a mesh: its triangles), each with a radius about it. The
 two nearest points of two cores are found by Wolfe's algorithm for the point of least norm in their Minkowski

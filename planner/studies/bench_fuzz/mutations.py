@@ -1,4 +1,4 @@
-"""Valid files made invalid, or merely odd: the structure is changed more often than single bytes, which parsers refuse.
+"""Valid files made invalid, or only unusual: mostly by changing their structure, as parsers refuse changed bytes.
 
 Everything is drawn from one generator, so that a case can be made again from its seed and number.
 """

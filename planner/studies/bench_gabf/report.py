@@ -94,7 +94,7 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
 
 
 def to_markdown(bench: GabfBench) -> str:
-    """The table for people: one line a size, with the growth exponents, the aims and what this does not measure."""
+    """The table as Markdown: one line per size, with the growth exponents, the aims and what this does not measure."""
     lines = ["# planner bench gabf", "", *_size_table(bench.rows), ""]
     lines += [f"Growth of the time with the nodes, fitted: {_growth_text(bench.growth)}.", ""]
     lines += [*aim_lines(bench.aims), *closing_lines(bench.rows, bench.complete, "sizes", _LIMITATIONS)]

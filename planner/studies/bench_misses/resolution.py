@@ -12,7 +12,7 @@ FRACTION = 0.01
 
 
 def states_by_ompls_rule(robot: Robot, start: Floats, delta: Floats) -> Floats:
-    """The configurations (n, dof) that OMPL's DiscreteMotionValidator would look at along an edge, both ends included.
+    """The configurations (n, dof) that OMPL's DiscreteMotionValidator would check along an edge, both ends included.
 
     With its default settings it divides the edge into the least number of equal parts no longer than ``FRACTION``
     of the space's largest extent: for joints with limits, one real vector space, the diagonal of its box. A space with

@@ -119,7 +119,7 @@ def _measure(
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """What became of one edge of a case.
+    """The results for one edge of a case.
 
     ``proven``: by backend. ``touches``: by backend, at 0.1 mm; FCL is asked only about what coal's prover certified.
     ``ompl_free``: OMPL's rule finds no contact. ``looks``: configurations sampled every 0.1 mm.

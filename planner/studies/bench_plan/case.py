@@ -1,4 +1,4 @@
-"""One run of ``planner bench plan``, in a process of its own: plan, measure the path, write what came out.
+"""One run of ``planner bench plan``, in a process of its own: plan, measure the path, write the results.
 
 python -m planner.studies.bench_plan.case out.json '{"robot": "panda", "scene": "shelf", "seed": 1}'
 """

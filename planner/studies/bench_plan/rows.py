@@ -10,7 +10,7 @@ SOLVED, NO_PATH, REFUSED, TIMED_OUT, CRASHED = "solved", "no_path", "refused", "
 
 @dataclass(frozen=True)
 class Row:
-    """One run. Until ``software``: what was asked; then what came out, None where there is nothing to say.
+    """One run. Up to ``software``: the settings; then the results, None where there are none.
 
     ``content``: a hash of the problem's files. ``options``: further options of the plan that are not at their
     defaults. ``outcome``: solved, no_path, refused (by the ``message``), timed out or crashed. ``total_s``: seconds of

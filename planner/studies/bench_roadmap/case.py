@@ -1,4 +1,4 @@
-"""One method of ``planner bench roadmap``, in a process of its own: build, ask, look at what was built.
+"""One method of ``planner bench roadmap``, in a process of its own: build a roadmap, query it, check it.
 
 python -m planner.studies.bench_roadmap.case out.json '{"method": "gabf-planner", "robot": "panda", ...}'
 """

@@ -18,7 +18,7 @@ MEASURED, NOT_INSTALLED, TIMED_OUT, CRASHED = "measured", "not installed", "time
 
 @dataclass(frozen=True)
 class Row:
-    """One method in one scene. Until ``software``: what was asked; then what came out.
+    """One method in one scene. Up to ``software``: the settings; then the results.
 
     ``build_s``: seconds to a roadmap of ``nodes`` nodes. ``query_ms``, ``query_worst_ms``: median and longest of the
     ``queries`` new starts and goals put to it one by one, of which ``solved`` were solved. ``many_ms``: milliseconds a

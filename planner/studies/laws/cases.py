@@ -65,7 +65,7 @@ CASES = PRESCRIBED + FREE
 
 @dataclass(frozen=True)
 class Measurement:
-    """What one run of one case on one graph came to.
+    """The results of one run of one case on one graph.
 
     ``settling_tau``, ``settling_time`` (s) and ``log10_remaining`` of :class:`planner.gabf.CostToGo`, +inf where it
     did not settle. ``largest_input``: the largest |u_i(t)| over all nodes and times, km/s; ``first_input`` at t = 0;

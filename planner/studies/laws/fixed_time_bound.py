@@ -11,7 +11,7 @@ from planner import gabf
 from planner.studies.laws.cases import M, P
 
 FAR = 1e40
-"""A start from which the rest of the way in from infinity takes no time to speak of."""
+"""A start so high that the time from infinity down to it is negligible."""
 
 # exponents far from 1, at which even twice the printed T_*, as theorem (fix) has it, is no bound
 EXTREME = ((1, 9), (5, 1))

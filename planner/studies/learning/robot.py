@@ -34,8 +34,10 @@ LOSS = 1e-3
 """K is chosen so that the path of eq. (wb) costs at most 0.1 % more than the cheapest one: K_for_excess."""
 
 PRIORS = ("optimistic", "average", "pessimistic")
-"""What is believed of an edge before it is seen: its least cost, the roadmap's mean cost a rad times its length (which
-takes experience of the place that the planner does not have), or its greatest cost."""
+"""The believed cost of an edge before it is seen.
+
+It is the edge's least cost, the roadmap's mean cost per rad times its length (which takes experience that the planner
+does not have), or its greatest cost."""
 
 TASKS = ("one start", "many starts")
 """Every execution from the scene's start, or each from another node drawn at random."""

@@ -106,18 +106,18 @@ def study_seed(
     roadmap = build_roadmap(query.robot, query.checker, *ends, request.nodes, request.seed, progress, refined=strands)
     if progress.stopped:
         return None
-    fields, ways = [], {}
+    fields, paths = [], {}
     for beta in BETAS:
-        field, way = _solve(query, roadmap, request, beta)
+        field, path = _solve(query, roadmap, request, beta)
         fields.append(field)
-        if way is not None:
-            ways[way.label] = way
+        if path is not None:
+            paths[path.label] = path
     for label, shortcuts in ((RRT, 0), (SHORTENED, GrowthSettings().shortcuts)):
         tree = _tree(query, roadmap, request.seed, shortcuts)
-        way = _solve(query, tree, request, 1.0)[1]
-        if way is not None:
-            ways[label] = replace(way, label=label)
-    return SeedStudy(request.seed, roadmap, tuple(fields), ways if len(ways) == len(BETAS) + 2 else {})
+        path = _solve(query, tree, request, 1.0)[1]
+        if path is not None:
+            paths[label] = replace(path, label=label)
+    return SeedStudy(request.seed, roadmap, tuple(fields), paths if len(paths) == len(BETAS) + 2 else {})
 
 
 def _solve(

@@ -39,5 +39,5 @@ def _cost_figure(cases: Sequence[SeedStudy]) -> Picture:
 
 def _costs(cases: Sequence[SeedStudy], label: str) -> tuple[Floats, Floats]:
     """Omega and D (seeds,) of one path."""
-    ways = [case.ways[label] for case in cases]
-    return np.array([way.manipulability_cost for way in ways]), np.array([way.distance_cost for way in ways])
+    paths = [case.ways[label] for case in cases]
+    return np.array([path.manipulability_cost for path in paths]), np.array([path.distance_cost for path in paths])

@@ -84,7 +84,7 @@ def manipulator_report(
         more={
             "drawn_seed": shown_case(whole).seed if whole else None,
             "roadmaps": [_facts(case) for case in cases],
-            "paths": [_flat(case, way) for case in whole for way in case.ways.values()],
+            "paths": [_flat(case, path) for case in whole for path in case.ways.values()],
         },
         complete=len(cases) == seeds,
     )
@@ -100,9 +100,9 @@ def shown_case(cases: Sequence[SeedStudy]) -> SeedStudy:
 def _row(label: str, cases: Sequence[SeedStudy]) -> Row:
     """One path's medians over the seeds beside the paper's printed costs (no unit); w in m^3."""
     printed = {label_of(beta): costs for beta, costs in PAPER_COSTS.items()}.get(label, (None, None))
-    ways = [case.ways[label] for case in cases]
-    median = {short: float(np.median([getattr(way, name) for way in ways])) for name, short in _COLUMNS.items()}
-    sharp = float(np.median([sharp_turns(way) for way in ways]))
+    paths = [case.ways[label] for case in cases]
+    median = {short: float(np.median([getattr(path, name) for path in paths])) for name, short in _COLUMNS.items()}
+    sharp = float(np.median([sharp_turns(path) for path in paths]))
     return {"path": label, "paper_omega": printed[0], "paper_D": printed[1], **median, "sharp_turns": sharp}
 
 
@@ -119,9 +119,9 @@ def _facts(case: SeedStudy) -> dict[str, Any]:
     }
 
 
-def _flat(case: SeedStudy, way: MeasuredPath) -> Row:
-    scalars = {name: getattr(way, name) for name in _COLUMNS}
-    return {"seed": case.seed, "path": way.label, **scalars, "contact": way.contact, "q": way.q.tolist()}
+def _flat(case: SeedStudy, path: MeasuredPath) -> Row:
+    scalars = {name: getattr(path, name) for name in _COLUMNS}
+    return {"seed": case.seed, "path": path.label, **scalars, "contact": path.contact, "q": path.q.tolist()}
 
 
 def _figures(query: Query, cases: Sequence[SeedStudy]) -> dict[str, Picture]:

@@ -178,7 +178,7 @@ def _shape_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
 
 
 def _zigzag_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
-    sharp = {name: [sharp_turns(way) for way in ways] for name, ways in _named(cases).items()}
+    sharp = {name: [sharp_turns(path) for path in paths] for name, paths in _named(cases).items()}
     yield tally(
         f"The blue path exhibits a zigzag pattern [the tool turns by more than 45 degrees at {ZIGZAG} or more "
         "waypoints].",
@@ -202,7 +202,7 @@ def _objective_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     )
     yield tally(
         sentence + "0.5, 0.7 and 1.",
-        (_consistent(lambda way, beta: way.total(beta), *pair) for pair in zip(*_ends(cases), strict=True)),
+        (_consistent(lambda path, beta: path.total(beta), *pair) for pair in zip(*_ends(cases), strict=True)),
         f"the two costs are equal at beta = {spread(b for b in map(_crossing, *_ends(cases)) if b is not None)}",
     )
     red, blue = PAPER_COSTS[0.0], PAPER_COSTS[1.0]
@@ -211,10 +211,10 @@ def _objective_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
         [_consistent(lambda cost, beta: (1 - beta) * cost[0] + beta * cost[1], red, blue)],
         f"the two printed costs are equal at beta = {(blue[0] - red[0]) / (blue[0] - red[0] + red[1] - blue[1]):.4f}",
     )
-    touching = [way.contact for case in cases for way in case.ways.values() if way.contact]
+    touching = [path.contact for case in cases for path in case.ways.values() if path.contact]
     yield tally(
         "(ours) Every path is free of collision when sampled every millimetre of motion.",
-        (all(way.contact is None for way in case.ways.values()) for case in cases),
+        (all(path.contact is None for path in case.ways.values()) for case in cases),
         f"{sum(len(case.ways) for case in cases)} paths" + "".join(f"; {contact} touch" for contact in touching),
     )
 
@@ -242,8 +242,8 @@ def _all_closer(near: Mapping[float, Sequence[float]]) -> int:
     return int((farthest < nearest).sum())
 
 
-def _distance_share(way: MeasuredPath, beta: float) -> float:
-    return beta * way.distance_cost / way.total(beta)
+def _distance_share(path: MeasuredPath, beta: float) -> float:
+    return beta * path.distance_cost / path.total(beta)
 
 
 def _between(rrt: MeasuredPath, red: MeasuredPath) -> bool:
@@ -272,9 +272,9 @@ def _ordered(case: SeedStudy) -> bool:
     )
 
 
-def sharp_turns(way: MeasuredPath) -> int:
+def sharp_turns(path: MeasuredPath) -> int:
     """At how many waypoints the tool changes direction by more than 45 degrees."""
-    return int((way.kinks > KINK).sum())
+    return int((path.kinks > KINK).sum())
 
 
 def _consistent(total: Callable[..., float], red, blue) -> bool:
