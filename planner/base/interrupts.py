@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import threading
@@ -21,10 +22,8 @@ def tell_at_once(sentence: str, lines: int = 1) -> None:
     """
     on_terminal = os.isatty(2)
     text = f"\r\x1b[2Kplanner: {sentence}" + "\n" * max(lines, 1) if on_terminal else f"planner: {sentence}\n"
-    try:
+    with contextlib.suppress(OSError):  # closed, or a full disk behind it: there is nobody left to tell
         os.write(2, text.encode())
-    except OSError:
-        pass  # closed, or a full disk behind it: there is nobody left to tell
 
 
 def leave(sentence: str = NOTHING_TO_SAVE) -> None:

@@ -56,8 +56,8 @@ class EdgeProver:
         proofs = prover.prove(a, robot.difference(a, b))     # (m, dof) each
         proofs.free                                          # (m,) True where proven
 
-    A segment that it cannot decide is ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop,
-    everything that is still open is undecided.
+    A segment that it cannot decide is ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to
+    stop, everything that is still open is undecided.
     """
 
     def __init__(self, checker: CollisionChecker, progress: Progress = QUIET) -> None:
