@@ -56,7 +56,7 @@ def faster(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: 
 
 
 def dearer(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: bool) -> list[Verdict]:
-    """That the ``smaller`` (or else the larger) of two neighbouring values takes more effort, one verdict each."""
+    """That the ``smaller`` (or else the larger) of two neighbours takes more effort: one verdict per reading."""
     return [_dearer(f"{sentence} ({name})", runs, parameter, smaller, effort) for name, effort in EFFORTS.items()]
 
 
