@@ -14,6 +14,8 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.world.robot import Robot
 
+_ROWS = 2048  # configurations at a time: what is worked on stays in cache, which takes a quarter of the time
+
 
 @dataclass(frozen=True, eq=False)
 class Chain:
@@ -74,7 +76,13 @@ def joint_placements(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
 def tool_positions(robot: Robot, q: Floats, chain: Chain | None = None) -> Floats:
     """Positions (n, 3) of the tool frame in the world (m) for configurations (n, dof)."""
-    chain, q, frame = chain or Chain.of(robot), np.atleast_2d(q), robot.model.frames[robot.tool_id]
+    chain, q = chain or Chain.of(robot), np.atleast_2d(q)
+    parts = np.array_split(q, max(1, len(q) // _ROWS))
+    return np.concatenate([_tool_positions(robot, part, chain) for part in parts])
+
+
+def _tool_positions(robot: Robot, q: Floats, chain: Chain) -> Floats:
+    frame = robot.model.frames[robot.tool_id]
     point = np.tile(frame.placement.translation, (len(q), 1))
     joint = int(frame.parentJoint)
     while joint > 0:  # from the tool to the base, so that only a point is turned, never a frame

@@ -95,8 +95,8 @@ def test_ctrl_c_saves_and_resume_goes_on(
     code, text, error = run("sweep", *arguments, "--out", str(out))
     assert code == 130, error
     assert "Interrupted" in text
-    assert "--resume goes on from there" in text
-    assert {path.name for path in out.iterdir()} == FILES
+    assert "--resume goes on from there" in " ".join(text.split())
+    assert {path.name for path in out.iterdir()} == FILES - {"sweep.html"}
     assert (read(out)["outcome"], read(out)["complete"], read(out)["front"]) == ("interrupted", False, None)
     code, _, error = run("sweep", *arguments, "--out", str(out), "--resume")
     assert code == 0, error

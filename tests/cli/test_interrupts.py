@@ -1,0 +1,134 @@
+"""Ctrl-C at any moment: how the process ends, what it says, and that no finished result is lost."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from planner.base.progress import StopRequest
+from planner.cli.interrupted import file_for_interrupted, folder_for_interrupted, kept
+from tests.command_line import Run, command
+
+LIMIT = 30  # s: machines that run tests are busy
+
+# Python itself takes a while before any of our lines is read: signals are sent from there on
+_ANNOUNCED = """
+import planner.__main__ as program
+program.leave_on_interrupt()
+print("ready", flush=True)
+program.main()
+"""
+
+
+def started(*arguments: str, cwd: Path) -> subprocess.Popen[str]:
+    process = subprocess.Popen(
+        [sys.executable, "-c", _ANNOUNCED, *arguments],
+        cwd=cwd,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def interrupted(process: subprocess.Popen[str]) -> str:
+    """Standard error of a process that ends as one does on Ctrl-C."""
+    begin = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=LIMIT)
+    assert time.monotonic() - begin < LIMIT
+    assert process.returncode == 130, err
+    assert "Traceback" not in err
+    assert "Exception ignored" not in err
+    assert "planner: stopping" in err
+    return err
+
+
+@pytest.mark.parametrize("after", [0.0, 0.03, 0.1, 0.2, 0.3, 0.4, 0.5])
+def test_the_first_half_second(tmp_path: Path, after: float) -> None:
+    process = started("plan", "--nodes", "20000", "--out", "o", cwd=tmp_path)
+    time.sleep(after)
+    interrupted(process)
+
+
+@pytest.mark.parametrize("command_name", ["robots", "view"])
+def test_commands_with_nothing_to_save(tmp_path: Path, command_name: str) -> None:
+    err = interrupted(started(command_name, cwd=tmp_path))
+    assert "there is nothing to save" in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_solved_plan_is_kept(tmp_path: Path) -> None:
+    out = tmp_path / "o"
+    first = command("plan", "--nodes", "60", "--out", "o", cwd=tmp_path)
+    assert first.wait(timeout=120) == 0
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    process = started("plan", "--nodes", "200000", "--out", "o", cwd=tmp_path)
+    time.sleep(5)
+    process.send_signal(signal.SIGINT)
+    text, err = process.communicate(timeout=LIMIT)
+    assert process.returncode == 130, err
+    assert {path.name: path.read_bytes() for path in out.iterdir() if path.is_file()} == before
+    if "saving what there is" in err:  # it had begun to grow
+        assert "What was in o is kept; this is in o/interrupted" in text
+        record = json.loads((out / "interrupted" / "plan.json").read_text())
+        assert record["outcome"] == "interrupted"
+        assert {path.name for path in (out / "interrupted").iterdir()} == {"plan.json", "roadmap.npz"}
+
+
+def test_where_an_interrupted_result_goes(tmp_path: Path) -> None:
+    names = ("plan.json", "plan.html", "roadmap.npz")
+    assert folder_for_interrupted(tmp_path / "new", names) == tmp_path / "new"
+    assert folder_for_interrupted(tmp_path, names) == tmp_path
+    (tmp_path / "roadmap.npz").touch()  # perhaps of hours of work
+    assert folder_for_interrupted(tmp_path, names) == tmp_path / "interrupted"
+    record = tmp_path / "plan.json"
+    for text in ('{"outcome": "solved"}', '{"outcome": "no_path"}', "[]", "{", "\udcff"):
+        record.write_text(text, errors="surrogateescape")
+        assert folder_for_interrupted(tmp_path, names) == tmp_path / "interrupted"
+    record.write_text('{"outcome": "interrupted"}')
+    assert folder_for_interrupted(tmp_path, names) == tmp_path
+    assert file_for_interrupted(tmp_path / "roadmap.npz") == tmp_path / "roadmap.interrupted.npz"
+    assert file_for_interrupted(tmp_path / "none.npz") == tmp_path / "none.npz"
+    assert kept(tmp_path, tmp_path) == ""
+
+
+def test_an_interrupted_build_keeps_the_roadmap_there(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "r.npz"
+    assert run("roadmap", "build", str(file), "--robot", "planar_2r", "--nodes", "40")[0] == 0
+    before = file.read_bytes()
+    monkeypatch.setattr(StopRequest, "__call__", lambda self: True)
+    code, out, err = run("roadmap", "build", str(file), "--robot", "planar_2r", "--nodes", "500")
+    assert code == 130, err
+    assert f"What was in {file} is kept" in " ".join(out.split())
+    assert file.read_bytes() == before
+    assert (tmp_path / "r.interrupted.npz").is_file()
+
+
+def test_presses(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    left: list[str] = []
+    monkeypatch.setattr("planner.base.progress.leave", left.append)
+    with StopRequest() as stop:
+        with pytest.raises(KeyboardInterrupt):  # nobody has asked yet: as it was before
+            signal.raise_signal(signal.SIGINT)
+        assert not stop()
+        signal.raise_signal(signal.SIGINT)
+        assert stop()
+        assert capfd.readouterr().err.startswith("planner: stopping, saving what there is")
+        signal.raise_signal(signal.SIGINT)
+        assert "still saving" in capfd.readouterr().err
+        assert not left
+        monkeypatch.setattr("planner.base.progress.tell_at_once", lambda *_: None)
+        monkeypatch.setattr("planner.base.progress._SAVING", ("", "", ""))
+        signal.raise_signal(signal.SIGINT)
+        assert left == ["left without saving."]
