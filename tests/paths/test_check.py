@@ -120,7 +120,7 @@ def test_a_path_that_grazes_is_undecided_not_proven() -> None:
     path = np.array([[0.3, 0.0], [0.6, 0.0]])
     found = smallest_clearance(checker, path)
     assert found is not None
-    tight = make_checker(load("planar_2r"), checker.world.scene, margin=found.value - 2e-5)
+    tight = make_checker(load("planar_2r"), checker.world.scene, margin=found.value - 5e-6)
     report = check_path(tight, path)
     assert report.ok
     assert report.proven.count(Verdict.UNDECIDED) == 1
