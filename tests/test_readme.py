@@ -17,16 +17,18 @@ ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
 
 
-def block(language: str) -> str:
-    found = re.search(rf"```{language}\n(.*?)```", README, re.DOTALL)
-    assert found
-    return found.group(1)
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
 
 
-def test_the_library_example_runs_and_is_short() -> None:
-    code = block("python")
+def test_the_library_examples_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     names: dict = {}
-    exec(code, names)
+    short, steps = blocks("python")
+    exec(short.replace("beta=0.2)", "beta=0.2, nodes=60)"), names)
+    assert len(names["found"].path) >= 2
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.json", "plan.html", "roadmap.npz"}
+    exec(steps, names)
     path = names["path"]
     assert np.allclose(path[0], [0, 0.5, 0, -1.2, 0, 0.8, 0])
     assert np.allclose(path[-1], [-2, 0.5, 0, -1.2, 0, 0.8, 0])
@@ -35,7 +37,7 @@ def test_the_library_example_runs_and_is_short() -> None:
 def test_the_scene_example_is_a_scene(tmp_path: Path) -> None:
     from planner.world.scene import SceneFile
 
-    scene = SceneFile.model_validate(yaml.safe_load(block("yaml")))
+    scene = SceneFile.model_validate(yaml.safe_load(blocks("yaml")[0]))
     assert {obstacle.type for obstacle in scene.obstacles} == {"box", "cylinder", "sphere", "capsule", "mesh"}
 
 
