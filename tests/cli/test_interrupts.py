@@ -118,6 +118,14 @@ def test_an_interrupted_build_keeps_the_roadmap_there(
 def test_presses(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     left: list[str] = []
     monkeypatch.setattr("planner.base.progress.leave", left.append)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it for what runs behind it
+    try:
+        _press(capfd, monkeypatch, left)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _press(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, left: list[str]) -> None:
     with StopRequest() as stop:
         with pytest.raises(KeyboardInterrupt):  # nobody has asked yet: as it was before
             signal.raise_signal(signal.SIGINT)
