@@ -135,7 +135,8 @@ class CoalChecker(CollisionChecker):
         return first, second + len(self._local) * self.world.is_scene_pair(pair)
 
     def error(self, distance: float) -> float:
-        # its GJK stops at 1e-6 m; ten times that for the rounding of placements far from the origin
+        # its GJK stops at 1e-6 m; of 50,000 pairs in `planner bench attack`, some a kilometre from the origin, it put
+        # none farther apart than 4.3e-6 m beyond the truth, curved shapes most
         return 1e-5
 
 

@@ -275,12 +275,12 @@ class FclChecker(CollisionChecker):
 
     def error(self, distance: float) -> float:
         # planes prove the distances, formulas are exact: in 30,000 attacked pairs, some a kilometre from the origin, no
-        # more than 2e-13 m, see `planner bench attack`; a micrometre leaves room for rounding farther away
+        # more than 4e-13 m, see `planner bench attack`; a micrometre leaves room for rounding farther away
         return 1e-6
 
 
 def _has_formula(a: Shape, b: Shape) -> bool:
-    """Whether FCL computes a distance in closed form: exact to 2e-13 m in all cases of `planner bench attack`."""
+    """Whether FCL computes a distance in closed form: exact to 4e-13 m in all cases of `planner bench attack`."""
     return isinstance(a, Sphere) or isinstance(b, Sphere) or (isinstance(a, Capsule) and isinstance(b, Capsule))
 
 
