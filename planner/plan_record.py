@@ -11,10 +11,10 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.files import make_folder, remove, write_json, write_whole
+from planner.base.files import make_folder, remove, write_json
 from planner.base.html import html_table
 from planner.base.outcome import Outcome
-from planner.base.progress import Stopwatch, rounded
+from planner.base.progress import rounded
 from planner.base.request import PlanRequest
 from planner.collision.checker import CollisionChecker
 from planner.costs.manipulability_floor import LayeredNetwork, first_violation
@@ -24,7 +24,7 @@ from planner.paths.measure import measure_path, path_manipulability
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
-from planner.view.page import Content, page
+from planner.view.page import Content, page, save_page
 from planner.view.shown_path import ShownPath, on_roadmap, path_rows
 from planner.world.robot import Robot
 from planner.world.run_record import run_record
@@ -123,12 +123,7 @@ def save_plan_without_page(plan: Plan, folder: Path, timings: dict[str, float] |
 
 def save_plan_page(plan: Plan, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
     """Write ``plan.html``, and the record again with the seconds that took."""
-    clock = Stopwatch()
-    with clock("page"):
-        write_whole(folder / PAGE_NAME, plan_page(plan).encode())
-    record = {**record, "timings_s": record["timings_s"] | rounded(clock.seconds)}
-    write_json(folder / JSON_NAME, record)
-    return record
+    return save_page(lambda: plan_page(plan), folder / PAGE_NAME, record, folder / JSON_NAME)
 
 
 def plan_page(plan: Plan) -> str:

@@ -15,7 +15,7 @@ import pydantic
 from planner.base.errors import FileError
 from planner.base.files import is_file, make_folder, remove, write_json, write_whole
 from planner.base.html import html_table
-from planner.base.progress import Stopwatch, rounded
+from planner.base.progress import rounded
 from planner.base.request import SweepRequest
 from planner.base.yamlfile import Strict, read_text, validate
 from planner.roadmap.storage import load_roadmap, save_roadmap
@@ -23,6 +23,7 @@ from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.tradeoff.nondominated import Front
 from planner.tradeoff.page import sweep_page
 from planner.tradeoff.sweep import Checkpoint, Interval, Tradeoff, range_text, reached_by_beta
+from planner.view.page import save_page
 from planner.world.run_record import run_record
 
 JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "sweep.html", "roadmap.npz"
@@ -78,12 +79,7 @@ def save_sweep_without_page(
 
 def save_sweep_page(tradeoff: Tradeoff, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
     """Write ``sweep.html``, and the record again with the seconds that took."""
-    clock = Stopwatch()
-    with clock("page"):
-        write_whole(folder / PAGE_NAME, sweep_page(tradeoff).encode())
-    record = {**record, "timings_s": record["timings_s"] | rounded(clock.seconds)}
-    write_json(folder / JSON_NAME, record)
-    return record
+    return save_page(lambda: sweep_page(tradeoff), folder / PAGE_NAME, record, folder / JSON_NAME)
 
 
 def sweep_table(tradeoff: Tradeoff) -> str:

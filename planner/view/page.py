@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.files import write_json, write_whole
+from planner.base.progress import Stopwatch, rounded
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
 from planner.roadmap.roadmap import Roadmap
@@ -56,6 +59,16 @@ def roadmap_page(roadmap: Roadmap, checker: CollisionChecker) -> str:
     message = f"A roadmap of {len(roadmap.nodes)} configurations."
     configuration = roadmap.nodes[roadmap.starts[0] if len(roadmap.starts) else 0]
     return page(Content(world.robot, world.scene, message, configuration, details=details, roadmap=roadmap))
+
+
+def save_page(draw: Callable[[], str], page_file: Path, record: dict[str, Any], record_file: Path) -> dict[str, Any]:
+    """Write the page, and the record again with the seconds that took; returns that record."""
+    clock = Stopwatch()
+    with clock("page"):
+        write_whole(page_file, draw().encode())
+    record = {**record, "timings_s": record["timings_s"] | rounded(clock.seconds)}
+    write_json(record_file, record)
+    return record
 
 
 def page(content: Content) -> str:
