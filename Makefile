@@ -16,12 +16,15 @@ test: .venv/ready
 	$(BIN)/pyright
 	$(BIN)/pytest
 
-.venv/ready: requirements.lock pyproject.toml
+.venv/ready: requirements.lock compiler.lock pyproject.toml hatch_build.py $(wildcard planner/native/source/*)
 	@test -n "$(PYTHON)" || { echo "planner needs Python 3.11, 3.12 or 3.13: install one, or run 'make PYTHON=/path/to/python3.12'."; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
 		|| { echo "planner needs Python 3.11, 3.12 or 3.13, and $(PYTHON) is none of them."; exit 1; }
 	"$(PYTHON)" -m venv --clear .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
+	@command -v c++ >/dev/null || command -v g++ >/dev/null || command -v clang++ >/dev/null || { \
+		echo "no C++ compiler here: one comes as a Python package, and takes a minute the first time"; \
+		$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r compiler.lock; }
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
 	touch .venv/ready
 
@@ -29,6 +32,8 @@ test: .venv/ready
 lock:
 	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
 		--custom-compile-command "make lock" --extra figures --extra notebooks --group dev pyproject.toml -o requirements.lock
+	echo 'ziglang>=0.13' | uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+		--no-annotate --custom-compile-command "make lock" - -o compiler.lock
 
 clean:
 	rm -rf .venv out build dist

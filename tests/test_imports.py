@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "planner"
 # the rooms of the house, floor by floor: a room sees itself and the floors below
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("base",),
-    ("world", "gabf"),  # gabf sees base only: it knows no robot
+    ("world", "gabf", "native"),  # gabf sees base only: it knows no robot
     ("kinematics",),
     ("collision",),
     ("query",),
@@ -46,6 +46,7 @@ DOORS = {
     "eigenpy": {"planner.kinematics.inverse"},
     "meshcat": {"planner.view.canvas"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")},
+    "ctypes": {"planner.native.library", "planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli")},
 }

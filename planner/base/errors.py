@@ -38,6 +38,10 @@ class AssumptionError(PlannerError):
     """An assumption of the paper that the given data breaks: the theorem would not hold."""
 
 
+class InstallationError(PlannerError):
+    """A part of the planner itself that is missing or of another version."""
+
+
 def choices(names) -> str:
     """The valid choices as they stand in an error message: "a, b, c"; of very long names their beginning."""
     return ", ".join(str(name)[:_LONGEST_NAME] for name in names) or "none"

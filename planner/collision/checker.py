@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 from typing import Protocol
@@ -58,25 +57,10 @@ class CollisionChecker(Protocol):
         """As :meth:`first_contact`, for surfaces: what is wholly inside a mesh touches nothing."""
         ...
 
-    def all_free(self, q: Floats) -> bool:
-        """Whether no surfaces touch in any configuration (n, dof).
-
-        Quicker than :meth:`first_touch`, as it names no pair. Use it only before a proof: it misses a body that is
-        wholly inside a mesh.
-        """
-        ...
-
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         """Distances (k,) in metres of numbered pairs at one placement of the joints; 0 or less where they touch.
 
         ``rotation`` (joints + 1, 3, 3), ``position`` (joints + 1, 3). May exceed the truth by :meth:`error`.
-        """
-        ...
-
-    def bounding_distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Iterator[float]:
-        """As :meth:`distances`, one after the other as they are asked for, and where much is left less may be reported.
-
-        What is no farther apart than ``world.margin`` by this is so by :meth:`distances`.
         """
         ...
 

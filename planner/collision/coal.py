@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 
 import coal
 import numpy as np
@@ -24,10 +21,7 @@ from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 _WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
 
 
-_SOLID = 0.995  # a mesh that fills so much of its convex hull has shallow dents only
-_FLAT = 1e-4  # m: a mesh no thicker has no hull
 _BEND = 1e-6  # m
-_DENTS, _DENTED = 1e-3, 2e-2  # m: so near a hull the mesh is asked instead, where its dents are shallow and where not
 
 
 class CoalChecker(CollisionChecker):
@@ -77,11 +71,6 @@ class CoalChecker(CollisionChecker):
             numbers.append(pair)
         return model, numbers
 
-    @cached_property
-    def _hulls(self) -> list[_Hull]:
-        items = *self.world.bodies, *self.world.obstacles
-        return [_hull(item.shape, geometry) for item, geometry in zip(items, self._geometries, strict=True)]
-
     @property
     def geometry_model(self) -> pin.GeometryModel:
         """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
@@ -91,21 +80,15 @@ class CoalChecker(CollisionChecker):
         """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
         self.queries += len(q)
-        hits = np.nonzero(self._touching(q, False))[0]
+        hits = np.nonzero(self._touching(q))[0]
         return (int(hits[0]), self.world.contact(self._touching_pair(q[hits[0]]))) if len(hits) else None
 
-    def all_free(self, q: Floats) -> bool:
-        """See :class:`planner.collision.checker.CollisionChecker`."""
-        q = np.atleast_2d(np.asarray(q, dtype=float))
-        self.queries += len(q)
-        return not self._touching(q, True).any()
-
-    def _touching(self, q: Floats, stop_at_first: bool) -> Bools:
-        """(n,) which configurations touch something; those after the first may be left out."""
+    def _touching(self, q: Floats) -> Bools:
+        """(n,) which configurations touch something."""
         if not self._pairs:
             return np.zeros(len(q), dtype=bool)
         threads = self._threads if len(q) >= _WORTH_THREADS else 1
-        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, stop_at_first)
+        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
         return np.asarray(hits).ravel().astype(bool)
 
     def _touching_pair(self, q: Floats) -> int:
@@ -118,16 +101,7 @@ class CoalChecker(CollisionChecker):
         """See :class:`planner.collision.checker.CollisionChecker`."""
         self.queries += len(pairs)
         placed = _Placed(self, rotation, position)
-        return np.array([placed.distance(int(pair), self._geometries) for pair in pairs], dtype=float)
-
-    def bounding_distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Iterator[float]:
-        """See :class:`planner.collision.checker.CollisionChecker`: of a mesh's hull, as long as that is far enough."""
-        placed, shapes = _Placed(self, rotation, position), [hull.shape for hull in self._hulls]
-        for pair in pairs.tolist():
-            self.queries += 1
-            distance = placed.distance(pair, shapes)
-            far = self.world.margin + sum(self._hulls[k].depth for k in self._members(pair))
-            yield distance if distance > far else placed.distance(pair, self._geometries)
+        return np.array([placed.distance(pair) for pair in pairs.tolist()], dtype=float)
 
     def _members(self, pair: int) -> tuple[int, int]:
         """The numbers of a pair's shapes in our lists, bodies first."""
@@ -147,8 +121,9 @@ class _Placed:
         self._checker, self._rotation, self._position = checker, rotation, position
         self._transforms: dict[int, coal.Transform3s] = {}
 
-    def distance(self, pair: int, shapes: Sequence[coal.CollisionGeometry]) -> float:
-        """The distance (m) of a numbered pair, if its members have these shapes."""
+    def distance(self, pair: int) -> float:
+        """The distance (m) of a numbered pair."""
+        shapes = self._checker._geometries
         a, b = self._checker._members(pair)
         found = coal.DistanceResult()
         return coal.distance(shapes[a], self._at(a), shapes[b], self._at(b), self._checker._request, found)
@@ -162,29 +137,6 @@ class _Placed:
             moved = coal.Transform3s(self._rotation[joint], self._position[joint])
             self._transforms[k] = moved * self._checker._local[k]
         return self._transforms[k]
-
-
-@dataclass(frozen=True)
-class _Hull:
-    """A convex shape that holds another; where no more than ``depth`` (m) is left to it, the other has to be asked."""
-
-    shape: coal.CollisionGeometry
-    depth: float
-
-
-def _hull(shape: Shape, geometry: coal.CollisionGeometry) -> _Hull:
-    """A mesh's convex hull, distances of which take a tenth of the time; a primitive or a flat mesh is its own."""
-    if not isinstance(shape, Mesh) or _is_flat(shape.vertices):
-        return _Hull(geometry, 0.0)
-    geometry.buildConvexHull(True, "Qt")
-    dented = geometry.computeVolume() < _SOLID * geometry.convex.computeVolume()
-    return _Hull(geometry.convex, _DENTED if dented else _DENTS)
-
-
-def _is_flat(points: Floats) -> bool:
-    """Whether points (n, 3) lie in a plane or nearly so: coal's hull of them would crash."""
-    extents, _ = _principal(points)
-    return len(points) < 4 or float(extents.min()) < max(_FLAT, 1e-5 * float(extents.max()))
 
 
 def _bent(vertices: Floats, triangles: Ints) -> Floats:

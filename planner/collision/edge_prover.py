@@ -1,9 +1,9 @@
-"""Proofs that a straight joint-space segment is free: adaptive sampling with clearance (Schwarzer, Saha, Latombe 2005).
+"""Proofs that joint paths are free between samples: adaptive sampling with clearance (Schwarzer, Saha, Latombe 2005).
 
 Where a pair of bodies is d apart, no motion that moves them against each other by less than d can make them touch.
-A joint's motion dq moves no point further than its reach times |dq|, so every look at one configuration
-clears an interval of the segment; when the intervals of every pair cover it, the segment is proven, for all
-the configurations on it and not just for those that were sampled.
+A joint's motion dq moves no point further than its reach times |dq|, so every sample clears an interval of the path;
+when the intervals of every pair cover it, the path is proven, for all the configurations on it and not just for those
+that were sampled. The loop is compiled: ``native/source/prover.hpp``.
 """
 
 from __future__ import annotations
@@ -14,16 +14,13 @@ from enum import IntEnum
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
 
-_REFINE = 0.08  # m: pairs that a coarse bound puts nearer than this get a closer look where it falls short
-_EXACT = 0.02  # m: and nearer than this the exact distance
-_PIECE = 0.35  # m: first intervals move no point further than this
+_BATCH = 256  # pieces between two looks whether to stop
 
 
 class Verdict(IntEnum):
@@ -50,37 +47,41 @@ class Proofs:
 
 
 class EdgeProver:
-    """Proves segments in one world with one exact checker; one implementation whatever the backend.
+    """Proves motions in one world with one exact checker; one implementation whatever the backend.
 
         prover = EdgeProver(checker)
-        proofs = prover.prove(a, robot.difference(a, b))     # (m, dof) each
+        proofs = prover.prove(a, robot.difference(a, b))     # straight ones, (m, dof) each
         proofs.free                                          # (m,) True where proven
 
-    A segment that it cannot decide is ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to
-    stop, everything that is still open is undecided.
+    Planes between the shapes prove; the checker says what touches where they cannot. A motion that is not decided is
+    ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop, everything that is still open
+    is undecided.
     """
 
     def __init__(self, checker: CollisionChecker, progress: Progress = QUIET) -> None:
         self.checker, self.progress = checker, progress
         self.world: World = checker.world
         self.robot = checker.robot
-        self.bound = checker.bound
-        self._reach_T = np.ascontiguousarray(self.world.pair_reach.T)
-        self._static = np.nonzero(~self.world.pair_reach.any(axis=1))[0]
-        self._refinable = np.array([self.bound.can_refine(p) for p in range(len(self.world.pair_reach))], dtype=bool)
+        self._reach = np.ascontiguousarray(self.world.pair_reach)
+        self._is_static: Bools = ~np.any(self.world.pair_reach, axis=1)
         self.static_contact = self._find_static_contact()
 
     def _find_static_contact(self) -> Contact | None:
         """A pair that no joint can move (the base and an obstacle), if it touches."""
-        rotation, position = joint_placements(self.checker.chain, np.zeros((1, self.world.robot.dof)))
-        pairs = np.array([p for p in self._static if self._is_checked(int(p))], dtype=np.int64)
-        gaps = self.checker.distances(rotation[:, 0], position[:, 0], pairs) if len(pairs) else np.zeros(0)
-        touching = pairs[gaps <= self.world.margin]
-        return self.world.contact(int(touching[0])) if len(touching) else None
+        placed = joint_placements(self.checker.chain, np.zeros((1, self.world.robot.dof)))
+        pairs = np.array([p for p in np.flatnonzero(self._is_static) if self._is_checked(int(p))], dtype=np.int64)
+        touching = self._touching(placed[0][:, 0], placed[1][:, 0], pairs)
+        return None if touching is None else self.world.contact(touching)
 
     def _is_checked(self, pair: int) -> bool:
         first, second = self.world.members(pair)
         return not self.world.is_scene_pair(pair) or bool(self.world.checked[first, second])
+
+    def _touching(self, rotation: Floats, position: Floats, pairs: Ints) -> int | None:
+        """The first of ``pairs`` that the checker finds within the margin at one placement of the joints."""
+        gaps = self.checker.distances(rotation, position, pairs) if len(pairs) else np.zeros(0)
+        touching = pairs[gaps <= self.world.margin]
+        return int(touching[0]) if len(touching) else None
 
     def prove(self, start: Floats, delta: Floats, room: float = PROOF) -> Proofs:
         """Verdicts on the segments start + s delta, s in [0, 1]; arrays (m, dof).
@@ -88,116 +89,46 @@ class EdgeProver:
         A segment is undecided where a sample has less than ``room`` (m) of clearance beyond the margin. A smaller
         ``room`` proves more of the tight segments, and takes longer on each of them.
         """
-        start = np.atleast_2d(start)
-        proofs = _Run(self, start, np.atleast_2d(delta), room).finish()
-        free = np.flatnonzero(proofs.free)
-        inside = self.checker.inside.pairs(start[free])  # where no surface is crossed, that holds for the whole segment
-        proofs.verdict[free[inside >= 0]] = Verdict.COLLIDES
-        proofs.pair[free[inside >= 0]] = inside[inside >= 0]
+        return self.prove_curves(np.stack([np.atleast_2d(start), np.atleast_2d(delta)], axis=1), room)
+
+    def prove_curves(self, coefficients: Floats, room: float = PROOF) -> Proofs:
+        """Verdicts on polynomial pieces q(s) = sum_k c_k s^k, s in [0, 1]; ``coefficients`` (m, degree + 1, dof).
+
+        As :meth:`prove`, with the largest |q'| on an interval in place of |delta|, bounded by Bernstein coefficients.
+        Joint limits are not looked at.
+        """
+        m = len(coefficients)
+        verdict, pair = np.full(m, Verdict.UNDECIDED, dtype=np.int64), np.full(m, -1, dtype=np.int64)
+        samples, clearance, where = np.zeros(m, dtype=np.int64), np.full(m, np.inf), np.zeros(m)
+        if self.static_contact is not None:
+            return Proofs(np.full(m, Verdict.COLLIDES, dtype=np.int64), pair, samples, clearance)
+        for first in range(0, m, _BATCH):
+            if first and self.progress.stopped:  # the first ones take no time, and keep what was searched before
+                break
+            rows = slice(first, first + _BATCH)
+            verdict[rows], pair[rows], samples[rows], clearance[rows], where[rows] = self.checker.bound.native.prove(
+                self._reach, self._is_static, coefficients[rows], room
+            )
+        proofs = Proofs(verdict, pair, samples, clearance)
+        self._find_contacts(proofs, coefficients, where)
         return proofs
 
-
-class _Run:
-    """One batch: in each round every open interval is sampled in its middle."""
-
-    def __init__(self, prover: EdgeProver, start: Floats, delta: Floats, room: float) -> None:
-        self.prover, self.start, self.delta, self.room = prover, start, delta, room
-        m = len(start)
-        self.verdict = np.full(m, Verdict.FREE, dtype=np.int64)
-        self.pair = np.full(m, -1, dtype=np.int64)
-        self.samples = np.zeros(m, dtype=np.int64)
-        self.clearance = np.full(m, np.inf)
-        # (m, pairs): metres by which a pair's distance can change along the whole segment
-        self.rate = product(np.abs(delta), prover._reach_T)
-        self.rate[:, prover._static] = 0.0
-        self.contact_is_static = prover.static_contact is not None
-
-    def finish(self) -> Proofs:
-        """Sample until every interval is cleared or its segment is decided otherwise."""
-        if self.contact_is_static:
-            self.verdict[:] = Verdict.COLLIDES
-        elif self.rate.shape[1]:  # with no pair to check everything is free
-            edge, low, high = self._first_intervals()
-            while len(edge):
-                edge, low, high = self._round(edge, low, high)
-                if self.prover.progress.stopped:
-                    self.verdict[edge] = Verdict.UNDECIDED
-                    break
-        return Proofs(self.verdict, self.pair, self.samples, self.clearance)
-
-    def _first_intervals(self) -> tuple[Ints, Floats, Floats]:
-        motion = self.rate.max(axis=1, initial=0.0)
-        pieces = np.maximum(1, np.ceil(motion / _PIECE)).astype(np.int64)
-        edge = np.repeat(np.arange(len(pieces)), pieces)
-        first = np.repeat(np.cumsum(pieces) - pieces, pieces)
-        low = (np.arange(len(edge)) - first) / pieces[edge]
-        return edge, low, low + 1.0 / pieces[edge]
-
-    def _round(self, edge: Ints, low: Floats, high: Floats) -> tuple[Ints, Floats, Floats]:
-        middle, need = 0.5 * (low + high), 0.5 * (high - low)
-        np.add.at(self.samples, edge, 1)
-        q = self.start[edge] + middle[:, None] * self.delta[edge]
-        placements = joint_placements(self.prover.checker.chain, q)
-        rate = self.rate[edge]
-        gap = self._gaps(edge, rate, need, *placements)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            cleared = np.where(rate > 0, gap / rate, np.inf)
-        limit, rows = cleared.argmin(axis=1), np.arange(len(edge))
-        reach = cleared[rows, limit]
-        stuck = (reach < need) & (gap[rows, limit] < self.room)
-        self._note_clearance(edge, gap, rate, np.minimum(reach, need))
-        for k in np.nonzero(stuck)[0]:
-            self._stop(int(edge[k]), int(limit[k]), Verdict.UNDECIDED)
-        open_ = (reach < need) & (self.verdict[edge] == Verdict.FREE)
-        e, lo, hi, mid, r = edge[open_], low[open_], high[open_], middle[open_], reach[open_]
-        return np.concatenate([e, e]), np.concatenate([lo, mid + r]), np.concatenate([mid - r, hi])
-
-    def _note_clearance(self, edge: Ints, gap: Floats, rate: Floats, covered: Floats) -> None:
-        left = gap - rate * covered[:, None]
-        np.minimum.at(self.clearance, edge, left.min(axis=1))
-
-    def _stop(self, edge: int, pair: int, verdict: Verdict) -> None:
-        if self.verdict[edge] != Verdict.COLLIDES:
-            self.verdict[edge], self.pair[edge] = verdict, pair
-
-    def _gaps(self, edge: Ints, rate: Floats, need: Floats, rotation: Floats, position: Floats) -> Floats:
-        """Lower bounds (n, pairs) on the distance beyond the margin, as close as it takes to cover ``need``."""
-        prover, margin = self.prover, self.prover.world.margin
-        gap = prover.bound.coarse(rotation, position) - margin
-        gap[:, prover._static] = np.inf
-        wanted = rate * need[:, None]
-        rows, pairs = np.nonzero((gap < wanted) & (gap < _REFINE) & prover._refinable)
-        if len(rows):
-            closer = prover.bound.refine(rotation, position, rows, pairs) - margin
-            gap[rows, pairs] = np.maximum(gap[rows, pairs], closer)
-        # a pair that this segment does not move needs a look only where the bound cannot clear it
-        short = (gap < np.minimum(wanted, _EXACT)) | ((wanted == 0) & (gap <= 0))
-        for row in np.nonzero(short.any(axis=1))[0]:
-            if prover.progress.stopped:
-                break  # what is there bounds the distance too
-            self._look_exactly(
-                int(edge[row]),
-                gap[row],
-                np.nonzero(short[row])[0],
-                rate[row],
-                rotation[:, row],
-                position[:, row],
-            )
-        return gap
-
-    def _look_exactly(
-        self, edge: int, gap: Floats, pairs: Ints, rate: Floats, rotation: Floats, position: Floats
-    ) -> None:
-        """Replace one configuration's bounds by distances less their error; the likeliest contact first."""
-        if self.verdict[edge] != Verdict.FREE:
-            return
-        checker, margin = self.prover.checker, self.prover.world.margin
-        pairs = pairs[np.argsort(gap[pairs], kind="stable")]
-        for pair, distance in zip(pairs, checker.bounding_distances(rotation, position, pairs), strict=True):
-            if distance <= margin:
-                self._stop(edge, int(pair), Verdict.COLLIDES)
-                return
-            gap[pair] = max(gap[pair], distance - checker.error(distance) - margin, 0.0 if rate[pair] == 0 else -np.inf)
+    def _find_contacts(self, proofs: Proofs, coefficients: Floats, where: Floats) -> None:
+        """Which undecided pieces collide, by the checker; and which free ones do, as a body lies inside another."""
+        stopped = np.flatnonzero(proofs.pair >= 0)
+        powers = where[stopped, None] ** np.arange(coefficients.shape[1])
+        q = np.einsum("mk,mkd->md", powers, coefficients[stopped])
+        rotation, position = joint_placements(self.checker.chain, q)
+        for k, row in enumerate(stopped):
+            pair = proofs.pair[row : row + 1]
+            if self._touching(rotation[:, k], position[:, k], pair) is not None:
+                proofs.verdict[row] = Verdict.COLLIDES
+        free = np.flatnonzero(proofs.free)
+        # where no surface is crossed, what is inside at the beginning is so throughout
+        for rows, states in ((stopped, q), (free, coefficients[free, 0])):
+            inside = self.checker.inside.pairs(states)
+            proofs.verdict[rows[inside >= 0]] = Verdict.COLLIDES
+            proofs.pair[rows[inside >= 0]] = inside[inside >= 0]
 
 
 def states_along(start: Floats, delta: Floats, motion: float, step: float) -> Floats:

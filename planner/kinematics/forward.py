@@ -1,20 +1,20 @@
-"""Forward kinematics of many configurations at once, in NumPy.
+"""Forward kinematics of many configurations at once.
 
 Pinocchio answers one configuration a call; proving edges asks for thousands, so the chain's placements are
-evaluated for a whole batch here. The tests hold it against Pinocchio.
+evaluated for a whole batch by compiled code. The tests hold it against Pinocchio.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.native.library import NativeChain
 from planner.world.robot import Robot
-
-_ROWS = 2048  # configurations at a time: what is worked on stays in cache, which takes a quarter of the time
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,13 @@ class Chain:
     slide: Floats  # (dof, 3), in the parent's frame
     prismatic: Bools  # (dof,)
 
+    @cached_property
+    def native(self) -> NativeChain:
+        """The same tree in the compiled library."""
+        return NativeChain(self.parent, self.prismatic, self.rotations, self.offset, self.slide, self.axis)
+
     @staticmethod
+    @lru_cache(maxsize=16)
     def of(robot: Robot) -> Chain:
         """The joint tree of ``robot``, its base placement included."""
         model = robot.model
@@ -56,45 +62,14 @@ def joint_placements(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
     ``q`` is (n, dof).
     """
-    n, dof = q.shape
-    rotation = np.empty((dof + 1, n, 3, 3))
-    position = np.zeros((dof + 1, n, 3))
-    rotation[0] = np.eye(3)
-    sine, versine = np.sin(q), 1.0 - np.cos(q)
-    for j in range(dof):
-        parent = chain.parent[j]
-        position[j + 1] = position[parent] + rotation[parent] @ chain.offset[j]
-        if chain.prismatic[j]:
-            position[j + 1] += (rotation[parent] @ chain.slide[j]) * q[:, j, None]
-            rotation[j + 1] = rotation[parent] @ chain.rotations[j, 0]
-            continue
-        c0, c1, c2 = chain.rotations[j]
-        local = c0 + sine[:, j, None, None] * c1 + versine[:, j, None, None] * c2
-        np.matmul(rotation[parent], local, out=rotation[j + 1])
-    return rotation, position
+    return chain.native.placements(q)
 
 
 def tool_positions(robot: Robot, q: Floats, chain: Chain | None = None) -> Floats:
     """Positions (n, 3) of the tool frame in the world (m) for configurations (n, dof)."""
-    chain, q = chain or Chain.of(robot), np.atleast_2d(q)
-    parts = np.array_split(q, max(1, len(q) // _ROWS))
-    return np.concatenate([_tool_positions(robot, part, chain) for part in parts])
-
-
-def _tool_positions(robot: Robot, q: Floats, chain: Chain) -> Floats:
     frame = robot.model.frames[robot.tool_id]
-    point = np.tile(frame.placement.translation, (len(q), 1))
-    joint = int(frame.parentJoint)
-    while joint > 0:  # from the tool to the base, so that only a point is turned, never a frame
-        row, joint = joint - 1, int(chain.parent[joint - 1])
-        if chain.prismatic[row]:
-            point = point @ chain.rotations[row, 0].T + chain.slide[row] * q[:, row, None]
-        else:
-            turned = (point @ chain.rotations[row].reshape(9, 3).T).reshape(-1, 3, 3)
-            point = turned[:, 0] + np.sin(q[:, row, None]) * turned[:, 1]
-            point += (1.0 - np.cos(q[:, row, None])) * turned[:, 2]
-        point += chain.offset[row]
-    return point
+    native = (chain or Chain.of(robot)).native
+    return native.points(np.atleast_2d(q), int(frame.parentJoint), frame.placement.translation)
 
 
 def tool_pose(robot: Robot, q: Floats) -> pin.SE3:

@@ -2,49 +2,40 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
-from planner.world.robot import Robot, shorter_way
+from planner.native.library import detours, threads
+from planner.world.robot import Robot
 
 NEIGHBOURS = 20
 _BATCH = 256  # candidates proven at a time
 _MEASURED = 8 * _BATCH  # candidates whose detour is measured before: with fewer the longest ones go unseen
-_SOURCES = 128  # nodes whose ways to all others are searched at a time
-_ROWS = 512  # rows of the distance matrix at a time
+_LONGEST = 8.0  # times the direct distance: detours that are longer are all as good, and cost more to measure
 
 
-def nearest_neighbours(robot: Robot, nodes: Floats, count: int, progress: Progress = QUIET) -> tuple[Ints, Floats]:
-    """The ``count`` nearest others of every node, nearest first: indices and joint distances, (n, count).
+def nearest_neighbours(robot: Robot, nodes: Floats, count: int) -> tuple[Ints, Floats]:
+    """The ``count`` nearest others of every node (n, dof), nearest first: indices and joint distances, (n, count)."""
+    from scipy.spatial import KDTree  # 0.1 s to load: only where a roadmap is linked
 
-    None, (n, 0), once ``progress`` is asked to stop.
-    """
     n = len(nodes)
     count = max(min(count, n - 1), 0)
-    order, length = np.empty((n, count), dtype=np.int64), np.empty((n, count))
-    if not count:
-        return order, length
-    for first in range(0, n, _ROWS):
-        if progress.stopped:
-            return order[:, :0], length[:, :0]
-        rows = np.arange(first, min(first + _ROWS, n))
-        apart = np.zeros((len(rows), n))
-        for k, joint in enumerate(nodes.T):  # one by one: small arrays stay in cache
-            apart += np.square(shorter_way(joint - joint[rows, None], robot.continuous[k : k + 1]))
-        apart[np.arange(len(rows)), rows] = np.inf
-        near = np.argpartition(apart, count - 1, axis=1)[:, :count]
-        near = np.take_along_axis(near, np.lexsort((near, np.take_along_axis(apart, near, axis=1)), axis=1), axis=1)
-        order[rows], length[rows] = near, np.sqrt(np.take_along_axis(apart, near, axis=1))
-    return order, length
+    period = np.where(robot.continuous, 2 * np.pi, 0.0)
+    tree = KDTree(np.where(robot.continuous, np.mod(nodes, 2 * np.pi), nodes), boxsize=period)
+    nearest: Any = [*range(1, count + 2)]  # a list keeps the second axis where it has one entry
+    length, order = tree.query(tree.data, k=nearest, workers=threads())
+    # a node is its own nearest, but for others that coincide with it
+    keep = np.argsort(order == np.arange(n)[:, None], axis=1, kind="stable")[:, :count]
+    return np.take_along_axis(order, keep, axis=1), np.take_along_axis(length, keep, axis=1)
 
 
-def candidate_links(
-    robot: Robot, nodes: Floats, edges: Ints, neighbours: int = NEIGHBOURS, progress: Progress = QUIET
-) -> Ints:
+def candidate_links(robot: Robot, nodes: Floats, edges: Ints, neighbours: int = NEIGHBOURS) -> Ints:
     """Pairs (k, 2) worth proving, in order: everyone's nearest neighbour first, then everyone's second nearest."""
-    order, _ = nearest_neighbours(robot, nodes, neighbours, progress)
+    order, _ = nearest_neighbours(robot, nodes, neighbours)
     n = len(nodes)
     rank_major = np.column_stack([np.tile(np.arange(n), order.shape[1]), order.T.ravel()])
     pairs = np.sort(rank_major, axis=1)
@@ -68,15 +59,16 @@ def connect(
     between siblings of a tree adds an edge and no choice.
     """
     robot, accepted = prover.robot, edges.reshape(-1, 2)
-    candidates = candidate_links(robot, nodes, accepted, progress=progress)
+    candidates = candidate_links(robot, nodes, accepted)
     direct = _lengths(robot, nodes, candidates)
     # links only shorten paths, so a detour measured earlier is never too small: measure again only those on top
     detour = np.full(len(candidates), np.inf)
     while len(accepted) < target and len(candidates) and not progress.stopped:
         top = np.argsort(-detour, kind="stable")[:_MEASURED]
         if len(accepted):
-            around = _path_lengths(robot, nodes, accepted, candidates[top], progress)
-            detour[top] = around / np.maximum(direct[top], 1e-12)
+            known = _lengths(robot, nodes, accepted)
+            around = detours(len(nodes), accepted, known, candidates[top], _LONGEST * direct[top])
+            detour[top] = np.minimum(around / np.maximum(direct[top], 1e-12), _LONGEST)
         top = top[np.argsort(-detour[top], kind="stable")]
         batch = top[_one_per_node(candidates[top])][:_BATCH]
         pairs = candidates[batch]
@@ -103,26 +95,3 @@ def _one_per_node(pairs: Ints) -> Ints:
 
 def _lengths(robot: Robot, nodes: Floats, pairs: Ints) -> Floats:
     return np.linalg.norm(robot.difference(nodes[pairs[:, 0]], nodes[pairs[:, 1]]), axis=1)
-
-
-def _path_lengths(robot: Robot, nodes: Floats, edges: Ints, pairs: Ints, progress: Progress) -> Floats:
-    """Length of the shortest path through ``edges`` between the two nodes of each pair; inf where there is none.
-
-    Once ``progress`` is asked to stop what is left is inf too.
-    """
-    from scipy.sparse import csr_matrix  # 0.4 s to load: only where a roadmap is linked
-    from scipy.sparse.csgraph import dijkstra
-
-    n = len(nodes)
-    graph = csr_matrix((_lengths(robot, nodes, edges), (edges[:, 0], edges[:, 1])), shape=(n, n))
-    sources, row = np.unique(pairs[:, 0], return_inverse=True)
-    lengths = np.full(len(pairs), np.inf)
-    order = np.argsort(row, kind="stable")
-    for first in range(0, len(sources), _SOURCES):
-        if progress.stopped:
-            break
-        last = min(first + _SOURCES, len(sources))
-        here = order[np.searchsorted(row[order], first) : np.searchsorted(row[order], last)]
-        away = dijkstra(graph, directed=False, indices=sources[first:last])
-        lengths[here] = away[row[here] - first, pairs[here, 1]]
-    return lengths

@@ -9,7 +9,6 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.products import length, product
 from planner.base.resolutions import PROOF, W_IN_GROWTH
-from planner.collision import second_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.ompl_planners import MotionCheck
@@ -35,7 +34,7 @@ class Motions:
 
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
         self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
-        self._scout = second_checker(prover.checker)
+        self._bound = prover.checker.bound
         self._reach_T = np.ascontiguousarray(prover.world.reach.bodies.T)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
@@ -50,12 +49,12 @@ class Motions:
             if not (self._quick_look(first, delta) and self._well_conditioned(first, delta)):
                 return False
             shares = _between(int(np.ceil(product(np.abs(delta), self._reach_T).max(initial=0.0) / step)))
-            return not len(shares) or self._scout.all_free(first + shares * delta)
+            return not len(shares) or self._bound.looks_free(first + shares * delta)
 
         return check
 
     def _quick_look(self, first: Floats, delta: Floats) -> bool:
-        return self._scout.all_free(first + np.outer(_QUICK_LOOKS, delta))
+        return self._bound.looks_free(first + np.outer(_QUICK_LOOKS, delta))
 
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
         if self.floor <= 0:

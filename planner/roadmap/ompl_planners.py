@@ -63,6 +63,7 @@ class TreePlanners:
         self.checked = self.accepted = 0
         self.on_accept: Callable[[int], None] = lambda accepted: None
         self._space, self._check, self._progress = space, check, progress
+        self._joints, self._wraps = range(len(space.lower)), space.wrap.tolist() if space.wrap.any() else None
         self._ompl_space = _ompl_space(space)
         self._info = ob.SpaceInformation(self._ompl_space)
         self._state_check = _EveryState(self._info)
@@ -133,19 +134,19 @@ class TreePlanners:
         return free
 
     def _read(self, state: Any) -> Floats:
-        if not self._space.wrap.any():
-            return np.array([state[k] for k in range(len(self._space.lower))])
-        return np.array([state[k].value if wraps else state[k][0] for k, wraps in enumerate(self._space.wrap)])
+        if self._wraps is None:
+            return np.array([state[k] for k in self._joints])
+        return np.array([state[k].value if wraps else state[k][0] for k, wraps in enumerate(self._wraps)])
 
     def _state(self, q: Floats) -> Any:
         state = self._info.allocState()
-        for k, value in enumerate(q):
-            if not self._space.wrap.any():
-                state[k] = float(value)
-            elif self._space.wrap[k]:
-                state[k].value = float(value)
+        for k, value in enumerate(q.tolist()):
+            if self._wraps is None:
+                state[k] = value
+            elif self._wraps[k]:
+                state[k].value = value
             else:
-                state[k][0] = float(value)
+                state[k][0] = value
         return state
 
     def _configurations(self, path: Any) -> Floats:

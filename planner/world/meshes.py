@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.base.errors import FileError
 from planner.base.files import is_file
-from planner.base.native import Silenced
+from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST
 from planner.world.dae import dae_fault
 from planner.world.ply import ply_fault

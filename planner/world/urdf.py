@@ -16,8 +16,8 @@ import pinocchio as pin
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import RobotError, choices
 from planner.base.files import is_file
-from planner.base.native import Silenced
 from planner.base.resources import robots_folder
+from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, read_text, shown
 from planner.world.meshes import fault, reason, require_readable_mesh, shape_of
 from planner.world.poses import se3

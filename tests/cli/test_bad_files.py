@@ -10,7 +10,7 @@ import pytest
 
 from planner.base.errors import FileError, PlannerError, RobotError, SceneError
 from planner.base.files import is_file, require_writable_file, require_writable_folder
-from planner.base.native import Silenced
+from planner.base.silenced import Silenced
 from planner.base.yamlfile import parse_yaml, shown
 from planner.world.dae import dae_fault
 from planner.world.meshes import read_mesh

@@ -31,12 +31,12 @@ def random_scene(seed: int, count: int = 6) -> Scene:
 
 
 def both_bounds(world: World, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, pairs) coarse and refined."""
+    """(n, pairs) coarse and close."""
     bound = ClearanceBound(world)
     rotation, position = joint_placements(Chain.of(world.robot), q)
     coarse = bound.coarse(rotation, position)
     rows, pairs = (grid.ravel() for grid in np.indices(coarse.shape))
-    return coarse, bound.refine(rotation, position, rows, pairs).reshape(coarse.shape)
+    return coarse, bound.close(rotation, position, rows, pairs).reshape(coarse.shape)
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "panda", "ur5", "kinova", "planar_2r"])

@@ -234,22 +234,6 @@ def test_clearance_counts_pairs_that_stand_still():
     assert proofs.clearance[0] <= 0.01 + 1e-6
 
 
-def test_clearance_allows_for_the_error_of_pairs_that_stand_still(monkeypatch):
-    """A library may report too much, by its error, whether or not the pair moves."""
-    honest = CoalChecker.bounding_distances
-    generous = lambda self, *asked: (d + 0.9 * self.error(d) for d in honest(self, *asked))  # noqa: E731
-    monkeypatch.setattr(CoalChecker, "bounding_distances", generous)
-    checker = make_checker(load("planar_2r"), scene_of((Box((0.1, 0.1, 0.1)), pose([0.25, -0.09, 0]))), "coal")
-    pair = next(p for p in range(4) if checker.world.contact(p).first == "link_1")
-    true = CoalWorld(checker.world).distances(np.zeros(2))[pair]
-    monkeypatch.setattr(checker.bound, "coarse", lambda r, p: np.full((p.shape[1], 4), -1.0))  # they cannot tell
-    monkeypatch.setattr(checker.bound, "can_refine", lambda pair: False)
-    proofs = EdgeProver(checker).prove(np.zeros((1, 2)), np.array([[0.0, 1e-5]]))
-    assert true == pytest.approx(0.01, abs=1e-6)
-    assert proofs.free[0]
-    assert true - 2e-5 <= proofs.clearance[0] <= true
-
-
 def test_free_space_costs_few_looks(paper_prover):
     """Most of an edge is far from everything: far fewer looks than a state every 2 cm, as none would be FCL's."""
     start, delta = edges_of(load("iiwa14"), 100, 10, 0.8)

@@ -151,7 +151,7 @@ def test_climbing_rises_all_the_way(name: str) -> None:
     rng, done = np.random.default_rng(2), 0
     for q in rng.uniform(robot.lower, robot.upper, (12, robot.dof)):
         start = float(manipulability(robot, q[None])[0])
-        if not checker.all_free(q[None]) or start > 0.02:
+        if not checker.bound.looks_free(q[None]) or start > 0.02:
             continue
         way = ascend_manipulability(EdgeProver(checker), q, 0.03)
         share = np.linspace(0, 1, 12)[:, None]

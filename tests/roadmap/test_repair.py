@@ -139,17 +139,16 @@ def test_only_pairs_with_what_is_new_are_looked_at():
     assert not scene[:, 0].any()
     np.testing.assert_array_equal(scene[:, 1], checker.world.checked[:, 1])
     seen = []
-    real = type(checker).bounding_distances
+    real = EdgeProver.prove_curves
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            type(checker),
-            "bounding_distances",
-            lambda self, r, p, pairs: seen.append(len(self.world.obstacles)) or real(self, r, p, pairs),
+            EdgeProver,
+            "prove_curves",
+            lambda self, *asked: seen.append(len(self.world.obstacles)) or real(self, *asked),
         )
         repair(OLD, checker)
-    # besides the base's look at the whole scene, no exact distance is asked of a world of both obstacles
-    assert seen.count(2) <= 1
-    assert seen.count(1) > 1
+    assert 2 not in seen  # no proof is made in a world of both obstacles
+    assert seen.count(1) >= 1
 
 
 def test_a_certificate_that_leaves_room_for_the_margin_is_enough():

@@ -68,7 +68,7 @@ def free_edges(checkers: Sequence[CollisionChecker], free: Floats, most: int = 2
         motion = float(world.reach.motion(delta[None]).max(initial=0.0))
         share = min(1.0, _EDGE_MOTION / motion) if motion > 0 else 1.0
         states = states_along(a, share * delta, share * motion, _EDGE_STEP)
-        if all(checker.all_free(states) for checker in checkers):
+        if all(checker.first_touch(states) is None for checker in checkers):
             edges.append(states)
         if len(edges) == most:
             break
@@ -81,12 +81,12 @@ def _each(checker: CollisionChecker, q: Floats) -> None:
 
 
 def _all_at_once(checker: CollisionChecker, q: Floats) -> None:
-    checker.all_free(q)
+    checker.first_touch(q)
 
 
 def _edge_by_edge(checker: CollisionChecker, edges: Sequence[Floats]) -> None:
     for states in edges:
-        checker.all_free(states)
+        checker.first_touch(states)
 
 
 def _microseconds(seconds: Sequence[float]) -> float | None:

@@ -125,12 +125,12 @@ def _outside(around: Sequence[Disagreement]) -> list[Disagreement]:
 
 def batch_differences(checker: CollisionChecker, free: Floats, touching: Floats) -> int:
     """Configurations on which a checker changes its verdict when it is asked about them together with others."""
-    wrong = 0 if not len(free) or checker.all_free(free) else 1
+    wrong = 0 if not len(free) or checker.bound.looks_free(free) else 1
     beside = free[:1] if len(free) else touching[:0]
     for q in touching:
         batch = np.vstack([beside, q, beside])
         found = checker.first_contact(batch)
-        wrong += found is None or found[0] != len(beside) or checker.all_free(batch)
+        wrong += found is None or found[0] != len(beside) or checker.bound.looks_free(batch)
     return wrong
 
 

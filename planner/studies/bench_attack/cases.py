@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.collision.separating_plane import core_of
 from planner.world.poses import pose
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, corners
 
 KINDS = ("box", "sphere", "cylinder", "capsule", "mesh")
 
@@ -90,10 +89,20 @@ def beside(first: Shape, place: Floats, second: Shape, turn: Floats, rng: np.ran
     if rng.random() < 0.3:
         at, to = place[:3, :3] @ point_on(first, rng) + place[:3, 3], turn @ point_on(second, rng)
         return _placement(turn, at + gap * away - to)
-    at = core_of((first, place[:3, :3], place[:3, 3])).extreme(away)
-    to = core_of((second, turn, np.zeros(3))).extreme(-away)
+    at = _farthest(first, place[:3, :3], away) + place[:3, 3]
+    to = _farthest(second, turn, -away)
     shift = 10.0 ** rng.uniform(*_SIZES) * rng.normal(size=3) * (rng.random() < 0.7)
     return _placement(turn, at + gap * away - to + shift - (shift @ away) * away)
+
+
+def _farthest(shape: Shape, turn: Floats, direction: Floats) -> Floats:
+    """The point (3,) of a turned shape farthest along a unit vector."""
+    local = direction @ turn
+    if isinstance(shape, Cylinder):
+        across = local[:2] / max(float(np.hypot(*local[:2])), 1e-300)
+        return turn @ np.array([*(shape.radius * across), np.copysign(0.5 * shape.length, local[2])])
+    points, radius = corners(shape)
+    return turn @ points[(points @ local).argmax()] + radius * direction
 
 
 def random_turn(rng: np.random.Generator) -> Floats:

@@ -35,9 +35,8 @@ class Row:
     free: int | None
     false_free: int | None
     distances_m: float | None
-    bounding_m: float | None
     coarse_m: float | None
-    refine_m: float | None
+    close_m: float | None
     verdict_m: float | None
     clearance_m: float | None
     reach_m: float | None
@@ -99,9 +98,8 @@ _COLUMNS = {
         "tried",
         "apart",
         "distances_m",
-        "bounding_m",
         "coarse_m",
-        "refine_m",
+        "close_m",
         "verdict_m",
         "beyond_m",
         "short_m",
@@ -124,12 +122,12 @@ def _table(rows: Sequence[Row], columns: Sequence[str]) -> list[str]:
 _METHOD = """How. Hill climbing from random starts, stopped on counts, looks for the largest claim minus truth. Claims:
 two random shapes (1 mm to 3 m, meshes of plates, loose and degenerate triangles, boxes and strips) beside each other,
 up to a kilometre from the origin, one carried by an arm and the other an obstacle or carried too. Asked are
-`distances` and `bounding_distances` of the checker, `coarse` and `refine` of the cheap bounds, and for one pair in
-twelve the verdict on the state with a margin that is not kept, or on an overlap. Segments: one that an arm of two
-joints, or a robot, moves past one shape, put to the prover; where that says free the true distance along it is
-minimised. Reach: how far points of every body of a robot really move. The truth is computed by Wolfe's algorithm
-between convex parts, triangle by triangle: two points bound it from above, a plane from below ("open" in the table as
-CSV is the widest gap between both), and touching is 0. "Short" is truth minus claim: safe, but such edges are left
-unproven. Limitations. A search finds what it finds: no claim above the truth is no proof that there is none. The true
-distance along a segment is that at places, the nearest refined: a contact may be missed, never invented. Verdicts on
-overlaps of two meshes are not attacked, nor meshes of many triangles."""
+`distances` of the checker, `coarse` and `close` of the bounds that prove, and for one pair in twelve the verdict on
+the state with a margin that is not kept, or on an overlap. Segments: one that an arm of two joints, or a robot, moves
+past one shape, put to the prover; where that says free the true distance along it is minimised. Reach: how far points
+of every body of a robot really move. The truth is computed by Wolfe's algorithm between convex parts, triangle by
+triangle: two points bound it from above, a plane from below ("open" in the table as CSV is the widest gap between
+both), and touching is 0. "Short" is truth minus claim: safe, but such edges are left unproven. Limitations. A search
+finds what it finds: no claim above the truth is no proof that there is none. The true distance along a segment is that
+at places, the nearest refined: a contact may be missed, never invented. Verdicts on overlaps of two meshes are not
+attacked, nor meshes of many triangles."""

@@ -21,9 +21,9 @@ import numpy as np
 
 from planner.base.errors import OptionError, PlannerError, choices
 from planner.base.files import make_folder, write_whole
-from planner.base.native import Silenced
 from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
+from planner.base.silenced import Silenced
 from planner.studies.bench_fuzz.cases import FileKind, kinds
 from planner.studies.process import Ended, run_module
 from planner.studies.table import markdown_table

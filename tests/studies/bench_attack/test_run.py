@@ -17,6 +17,7 @@ from planner.collision.bounds import ClearanceBound
 from planner.collision.coal import CoalChecker
 from planner.collision.fcl import FclChecker, _geometry
 from planner.kinematics.reach import Reach
+from planner.native.library import NativeWorld
 from planner.studies.bench_attack.cases import KINDS, Case, random_case
 from planner.studies.bench_attack.claims import attack_claims, claims, world_of
 from planner.studies.bench_attack.reach import attack_reach
@@ -85,14 +86,17 @@ def test_the_climb_keeps_shapes_and_placements_usable(kind: str) -> None:
 # claims that are wrong are found: FCL as it measures meshes itself, bounds and a reach that are a little too large
 
 
-def believed(self: FclChecker, first: int, second: int, quick: bool = False) -> float:
+def believed(self: FclChecker, pair: int, rotation: np.ndarray, position: np.ndarray) -> float:
     """FCL's own distance of a mesh, as it was once believed."""
-    gap = fcl.distance(self._placed(first), self._placed(second), fcl.DistanceRequest(), fcl.DistanceResult())
+    first, second = self.world.members(pair)
+    is_scene = self.world.is_scene_pair(pair)
+    other = self._obstacles[second] if is_scene else self._moved(second, rotation, position)
+    gap = fcl.distance(self._moved(first, rotation, position), other, fcl.DistanceRequest(), fcl.DistanceResult())
     return gap if gap > 1e-12 else -1.0
 
 
 def test_fcls_own_distances_of_meshes_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(FclChecker, "_mesh_distance", believed)
+    monkeypatch.setattr(FclChecker, "_distance", believed)
     worst = attack_claims(("cylinder", "mesh"), "fcl", 240, np.random.default_rng(0), QUIET)
     assert worst is not None
     assert worst.over["distances"] > 1e-4
@@ -116,7 +120,8 @@ def test_a_verdict_that_is_too_kind_is_found_out(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_prover_that_looks_away_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(FclChecker, "bounding_distances", lambda self, r, p, pairs: iter([1.0] * len(pairs)))
+    honest = NativeWorld.prove
+    monkeypatch.setattr(NativeWorld, "prove", lambda self, reach, *asked: honest(self, 0.3 * reach, *asked))
     proven = attack_segments(("box", "sphere"), "fcl", 24, np.random.default_rng(0), QUIET)
     assert proven is not None
     assert proven.false_free > 0
@@ -200,7 +205,7 @@ def test_the_worst_claims_stay_mended(
         kept, _ = world_of([case], backend, load("planar_2r"), margin)
         q = np.array([[0.7, -0.4]])
         assert (kept.first_contact(q) is None) is free
-        assert kept.all_free(q) is free
+        assert kept.bound.looks_free(q) is free
 
 
 @pytest.mark.parametrize(("first", "at", "second", "place", "believed_m"), WORST_CLAIMS)

@@ -1,0 +1,221 @@
+"""The door to the compiled library: one function or class for each thing it does, over NumPy arrays.
+
+Arrays are float64 in C order, angles rad, lengths m. Every call leaves other Python threads running.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import weakref
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import InstallationError
+
+_VERSION = 1  # of the functions' arguments: what planner_version() says
+_NAME = "libplanner.so"
+_Pointer = ctypes.c_void_p
+_int, _double = ctypes.c_int, ctypes.c_double
+
+# arguments of every function; all but those that make or count something return nothing
+_ARGUMENTS: dict[str, Sequence[Any]] = {
+    "chain_free": (_Pointer,),
+    "chain_placements": (_Pointer, _int, *3 * [_Pointer]),
+    "chain_points": (_Pointer, _int, _Pointer, _int, *2 * [_Pointer]),
+    "chain_manipulability": (_Pointer, _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
+    "world_free": (_Pointer,),
+    "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
+    "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
+    "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
+    "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
+    "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _double, _Pointer),
+    "world_prove": (_Pointer, *3 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
+    "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
+}
+_RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
+    "planner_version": (_int, ()),
+    "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
+    "world_new": (_Pointer, (_Pointer, _double)),
+    "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer)),
+    "world_first_near": (_int, (_Pointer, _int, _Pointer, _double)),
+}
+
+
+def threads() -> int:
+    """How many threads work is shared among; the results are the same for any number."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _load() -> ctypes.CDLL:
+    path = Path(__file__).parent / _NAME
+    remedy = "install the package again ('make' or 'pip install .'), which compiles it."
+    try:
+        library = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise InstallationError(f"the compiled library {path} cannot be loaded ({error}): {remedy}") from None
+    for name, arguments in _ARGUMENTS.items():
+        function = getattr(library, name)
+        function.argtypes, function.restype = arguments, None
+    for name, (result, arguments) in _RESULTS.items():
+        function = getattr(library, name)
+        function.argtypes, function.restype = arguments, result
+    if library.planner_version() != _VERSION:
+        raise InstallationError(f"the compiled library {path} is of another version of the planner: {remedy}")
+    return library
+
+
+_library = _load()
+
+
+def _floats(array: Any) -> Floats:
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _ints(array: Any) -> Ints:
+    return np.ascontiguousarray(array, dtype=np.int64)
+
+
+def _bytes(array: Any) -> Any:
+    return np.ascontiguousarray(array, dtype=np.uint8)
+
+
+def _at(array: Any) -> int:
+    return array.ctypes.data
+
+
+class NativeChain:
+    """The joint tree of a robot; arrays as in :class:`planner.kinematics.forward.Chain`."""
+
+    def __init__(
+        self, parent: Ints, prismatic: Bools, rotations: Floats, offset: Floats, slide: Floats, axis: Floats
+    ) -> None:
+        self.dof = len(parent)
+        arrays = _ints(parent), _bytes(prismatic), *(_floats(a) for a in (rotations, offset, slide, axis))
+        self.handle = _library.chain_new(self.dof, *(_at(a) for a in arrays))
+        weakref.finalize(self, _library.chain_free, self.handle)
+
+    def placements(self, q: Floats) -> tuple[Floats, Floats]:
+        """World rotations (dof + 1, n, 3, 3) and positions (dof + 1, n, 3) of the base and all joints."""
+        q, n = _floats(q), len(q)
+        rotation, position = np.empty((self.dof + 1, n, 3, 3)), np.empty((self.dof + 1, n, 3))
+        _library.chain_placements(self.handle, n, _at(q), _at(rotation), _at(position))
+        return rotation, position
+
+    def points(self, q: Floats, joint: int, point: Floats) -> Floats:
+        """Positions (n, 3) of a ``point`` (3,) that ``joint`` (0: the base) carries."""
+        q, point, positions = _floats(q), _floats(point), np.empty((len(q), 3))
+        _library.chain_points(self.handle, len(q), _at(q), joint, _at(point), _at(positions))
+        return positions
+
+    def manipulability(self, q: Floats, joint: int, point: Floats, rows: int) -> Floats:
+        """The volume (n,) that the first ``rows`` rows of the Jacobian of a point span; columns, where fewer."""
+        q, point, w = _floats(q), _floats(point), np.empty(len(q))
+        _library.chain_manipulability(self.handle, len(q), _at(q), joint, _at(point), rows, threads(), _at(w))
+        return w
+
+
+class NativeWorld:
+    """Bodies of a robot and obstacles, added one after the other, bodies first; then the pairs that are checked."""
+
+    def __init__(self, chain: NativeChain, margin: float) -> None:
+        self._chain, self._items, self._pairs = chain, 0, 0
+        self.handle = _library.world_new(chain.handle, margin)
+        weakref.finalize(self, _library.world_free, self.handle)
+
+    def add_hull(self, joint: int, points: Floats, radius: float) -> int:
+        """The convex hull of ``points`` (k, 3), rounded by ``radius``; ``joint`` -1: an obstacle. Its number."""
+        points = _floats(points)
+        return _library.world_add(self.handle, joint, 0, len(points), _at(points), radius, 0, None)
+
+    def add_cylinder(self, joint: int, middle: Floats, half: Floats, across: Floats) -> int:
+        """A cylinder: its ``middle`` (3,), from there to a disc ``half`` (3,), two radii ``across`` (2, 3)."""
+        points = _floats(np.concatenate([[middle, half], across]))
+        return _library.world_add(self.handle, joint, 1, len(points), _at(points), 0.0, 0, None)
+
+    def add_surface(self, joint: int, hull: Floats, triangles: Floats, depth: float) -> int:
+        """The surface of ``triangles`` (m, 3, 3), with points (k, 3) of its ``hull``, no deeper than ``depth`` below.
+
+        The hull stands for it where that is more than ``depth`` (m) away.
+        """
+        hull, triangles = _floats(hull), _floats(triangles)
+        return _library.world_add(self.handle, joint, 2, len(hull), _at(hull), depth, len(triangles), _at(triangles))
+
+    def add_spheres(self, item: int, centres: Floats, radii: Floats) -> None:
+        """Spheres (k, 3), (k,) that together hold body ``item``, in its joint's frame."""
+        centres, radii = _floats(centres), _floats(radii)
+        _library.world_add_spheres(self.handle, item, len(radii), _at(centres), _at(radii))
+
+    def add_target(
+        self, item: int, turn: Floats, shift: Floats, half: Floats, radius: float, is_cylinder: bool
+    ) -> None:
+        """A box of half sizes ``half`` (3,), rounded by ``radius``, that holds a part of obstacle ``item``.
+
+        Placed by ``turn`` (3, 3) and ``shift`` (3,). A cylinder has its radius and half length in ``half[0]``, ``[2]``.
+        """
+        turn, shift, half = _floats(turn), _floats(shift), _floats(half)
+        _library.world_add_target(self.handle, item, is_cylinder, _at(turn), _at(shift), _at(half), radius)
+
+    def set_pairs(self, pairs: Ints, checked: Bools) -> None:
+        """Pairs (n, 2) of items in the order of their numbers, and which of them are checked."""
+        pairs, checked, self._pairs = _ints(pairs), _bytes(checked), len(pairs)
+        _library.world_set_pairs(self.handle, self._pairs, _at(pairs), _at(checked))
+
+    def coarse(self, rotation: Floats, position: Floats) -> Floats:
+        """Lower bounds (n, pairs) on distances by spheres, for placements; inf for pairs that are not checked."""
+        rotation, position = _floats(rotation), _floats(position)
+        bounds = np.empty((position.shape[1], self._pairs))
+        _library.world_coarse(self.handle, len(bounds), _at(rotation), _at(position), _at(bounds))
+        return bounds
+
+    def close(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: float = np.inf) -> Floats:
+        """Lower bounds (k,) on the distances of ``pairs`` (k,) in configurations ``rows`` (k,), by planes.
+
+        A micrometre from the distance, or at least ``enough``; 0 where they touch.
+        """
+        rotation, position, rows, pairs = _floats(rotation), _floats(position), _ints(rows), _ints(pairs)
+        bounds, n = np.empty(len(rows)), position.shape[1]
+        _library.world_close(
+            self.handle, n, _at(rotation), _at(position), len(rows), _at(rows), _at(pairs), enough, _at(bounds)
+        )
+        return bounds
+
+    def first_near(self, q: Floats, doubt: float) -> int:
+        """The first configuration of (n, dof) where a pair is within ``doubt`` (m) of the margin; n where none is."""
+        q = _floats(q)
+        return _library.world_first_near(self.handle, len(q), _at(q), doubt)
+
+    def prove(
+        self, reach: Floats, is_static: Bools, coefficients: Floats, room: float
+    ) -> tuple[Ints, Ints, Ints, Floats, Floats]:
+        """Proofs of pieces q(s) = sum_k c_k s^k, ``coefficients`` (m, degree + 1, dof), s in [0, 1].
+
+        ``reach`` (pairs, dof) bounds how fast a joint's motion changes a pair's distance; pairs that are ``is_static``
+        (pairs,) are left out. Verdicts (m,), the pairs that stopped them, samples, clearances and where they stopped.
+        """
+        reach, is_static, coefficients = _floats(reach), _bytes(is_static), _floats(coefficients)
+        m = len(coefficients)
+        verdict, pair, samples = (np.empty(m, dtype=np.int64) for _ in range(3))
+        clearance, where = np.empty(m), np.empty(m)
+        _library.world_prove(
+            self.handle, _at(reach), _at(is_static), _at(coefficients), m, coefficients.shape[1] - 1, room, threads(),
+            *(_at(array) for array in (verdict, pair, samples, clearance, where)),
+        )  # fmt: skip
+        return verdict, pair, samples, clearance, where
+
+
+def detours(nodes: int, edges: Ints, lengths: Floats, pairs: Ints, limits: Floats) -> Floats:
+    """Lengths (k,) of the shortest paths between ``pairs`` (k, 2) in a graph of undirected ``edges`` (m, 2).
+
+    inf where a path is longer than its limit (k,), or there is none.
+    """
+    edges, lengths, pairs, limits = _ints(edges), _floats(lengths), _ints(pairs), _floats(limits)
+    found = np.empty(len(pairs))
+    _library.graph_detours(
+        nodes, len(edges), _at(edges), _at(lengths), len(pairs), _at(pairs), _at(limits), threads(), _at(found)
+    )
+    return found

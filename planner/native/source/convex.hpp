@@ -1,0 +1,167 @@
+// How far apart two convex sets are for certain: any plane between them is a proof, however it was found.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "vector.hpp"
+
+namespace planner {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// A convex set in the frame of what carries it: the hull of points, or a cylinder; and all that is no farther than
+// `radius` from that.
+struct Convex {
+    const double* points = nullptr;  // x of all points, then y, then z
+    int count = 0;
+    double radius = 0.0;
+    bool is_cylinder = false;
+    Vec centre, half;          // of a cylinder: its middle, and from there to the middle of a disc
+    Vec across_u, across_v;    // its radius in two directions across the axis
+    Vec only;                  // the point, if count is 1
+
+    Vec farthest(Vec d) const {
+        if (is_cylinder) {
+            Vec end = dot(d, half) > 0.0 ? centre + half : centre - half;
+            double u = dot(d, across_u), v = dot(d, across_v), norm = std::sqrt(u * u + v * v);
+            return norm > 0.0 ? end + (u / norm) * across_u + (v / norm) * across_v : end;
+        }
+        if (count == 1) return only;
+        const double *x = points, *y = points + count, *z = points + 2 * count;
+        int best = 0;
+        double most = -infinity;
+        for (int k = 0; k < count; ++k) {
+            double along = x[k] * d.x + y[k] * d.y + z[k] * d.z;
+            if (along > most) most = along, best = k;
+        }
+        return {x[best], y[best], z[best]};
+    }
+};
+
+// A convex set somewhere in the world.
+struct Placed {
+    const Convex* set;
+    const Frame* frame;  // nullptr: it stands in the world as it is
+
+    Vec farthest(Vec d) const {
+        return frame ? *frame * set->farthest(turned_back(frame->turn, d)) : set->farthest(d);
+    }
+};
+
+// A corner of the difference of two sets, and its share in the point nearest the origin.
+struct Simplex {
+    Vec corner[5];
+    double weight[5];
+    int count = 0;
+
+    bool has(Vec c) const {
+        for (int k = 0; k < count; ++k)
+            if (corner[k] == c) return true;
+        return false;
+    }
+    Vec point() const {
+        Vec sum;
+        for (int k = 0; k < count; ++k) sum = sum + weight[k] * corner[k];
+        return sum;
+    }
+};
+
+// Weights, summing to 1, of the point nearest the origin in the flat through the corners, by Gram and Schmidt; a corner
+// that opens no new direction gets no weight.
+inline void nearest_in_flat(const Simplex& s, double* weights) {
+    constexpr double thin = 1e-20;  // squared sine below which three corners are taken to lie in a line
+    Vec fresh[4];
+    double square[4], shares[4][4], along[4];
+    int side_of[4], rows = 0;
+    for (int k = 1; k < s.count; ++k) {
+        Vec side = s.corner[k] - s.corner[0], rest = side;
+        double share[4];
+        for (int r = 0; r < rows; ++r) {
+            share[r] = dot(fresh[r], side) / square[r];
+            rest = rest - share[r] * fresh[r];
+        }
+        double size = dot(rest, rest);
+        weights[k] = 0.0;
+        if (rows < 3 && size > thin * dot(side, side)) {
+            fresh[rows] = rest, square[rows] = size, side_of[rows] = k;
+            std::copy(share, share + rows, shares[rows]);
+            ++rows;
+        }
+    }
+    for (int r = 0; r < rows; ++r) along[r] = -dot(s.corner[0], fresh[r]) / square[r];
+    for (int r = rows - 1; r >= 0; --r) {
+        weights[side_of[r]] = along[r];
+        for (int i = 0; i < r; ++i) along[i] -= shares[r][i] * along[r];
+    }
+    weights[0] = 1.0;
+    for (int k = 1; k < s.count; ++k) weights[0] -= weights[k];
+}
+
+// From the point of the simplex to the one nearest the origin in the hull of its corners; only those corners stay that
+// this rests on. Wolfe (1976): to the nearest point in the flat through the corners, or as far as the hull goes; then
+// without the corner that is left behind there.
+inline void move_towards_origin(Simplex& s) {
+    while (s.count > 1) {
+        double best[5];
+        nearest_in_flat(s, best);
+        if (*std::min_element(best, best + s.count) > 0.0) {
+            std::copy(best, best + s.count, s.weight);
+            return;
+        }
+        double share = infinity;
+        int dropped = 0;
+        for (int k = 0; k < s.count; ++k) {
+            if (best[k] > 0.0) continue;
+            double here = s.weight[k] > 0.0 ? s.weight[k] / (s.weight[k] - best[k]) : 0.0;
+            if (here < share) share = here, dropped = k;
+        }
+        double total = 0.0;
+        int kept = 0;
+        for (int k = 0; k < s.count; ++k) {
+            if (k == dropped) continue;
+            double weight = std::max(0.0, s.weight[k] + share * (best[k] - s.weight[k]));
+            s.corner[kept] = s.corner[k], s.weight[kept] = weight, total += weight, ++kept;
+        }
+        s.count = kept;
+        for (int k = 0; k < kept; ++k) s.weight[k] /= total;
+    }
+    s.weight[0] = 1.0;
+}
+
+// What is known of the distance of two sets (m): at least `low`, as two parallel planes prove, at most `high`.
+struct Gap {
+    double low, high;
+};
+
+// Bounds on the distance of two convex sets: a micrometre apart, or wide enough to show that it is `enough`.
+//
+// `apart` is a guess of the vector from the first to the second; it is left at the normal of the best planes. The point
+// nearest the origin in a simplex of differences of the sets' points gives the next pair of planes, and the points that
+// touch these its next corner (Gilbert, Johnson and Keerthi 1988).
+inline Gap convex_gap(Placed a, Placed b, Vec& apart, double enough) {
+    constexpr int rounds = 40;
+    constexpr double close = 1e-6, touching = 1e-12;  // m
+    const double radius = a.set->radius + b.set->radius;
+    double low = 0.0, high = infinity;
+    Vec direction = apart;
+    Simplex simplex;
+    for (int round = 0; round < rounds; ++round) {
+        Vec corner = b.farthest(-direction) - a.farthest(direction);
+        double size = length(direction), along = dot(corner, direction);
+        double between = size > 0.0 ? along / size : 0.0;
+        if (between > low) low = between, apart = direction;
+        if (low - radius >= enough || high - low <= close || simplex.has(corner)) break;
+        simplex.corner[simplex.count] = corner;
+        simplex.weight[simplex.count] = simplex.count ? 0.0 : 1.0;
+        ++simplex.count;
+        move_towards_origin(simplex);
+        direction = simplex.point();
+        high = std::min(high, length(direction));
+        if (high <= radius + touching) return {0.0, 0.0};
+    }
+    return {std::max(0.0, low - radius), std::max(0.0, high - radius)};
+}
+
+}  // namespace planner

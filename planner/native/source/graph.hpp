@@ -1,0 +1,84 @@
+// Lengths of detours in a graph: how far it is between two nodes, as long as that is not farther than a limit.
+#pragma once
+
+#include <queue>
+#include <vector>
+
+#include "convex.hpp"
+
+namespace planner {
+
+// An undirected graph in compressed rows.
+struct Graph {
+    int nodes;
+    std::vector<int> first, to;
+    std::vector<double> length;
+
+    Graph(int nodes, int edges, const int64_t* ends, const double* lengths)
+        : nodes(nodes), first(nodes + 1), to(2 * edges), length(2 * edges) {
+        for (int e = 0; e < 2 * edges; ++e) ++first[ends[e] + 1];
+        for (int n = 0; n < nodes; ++n) first[n + 1] += first[n];
+        std::vector<int> next(first.begin(), first.end() - 1);
+        for (int e = 0; e < edges; ++e)
+            for (int side = 0; side < 2; ++side) {
+                int here = next[ends[2 * e + side]]++;
+                to[here] = static_cast<int>(ends[2 * e + 1 - side]), length[here] = lengths[e];
+            }
+    }
+};
+
+// Searches from both ends (Pohl 1971); what it works in is cleared of what it touched, so that a short search is cheap.
+class DetourSearch {
+   public:
+    explicit DetourSearch(const Graph& graph) : graph_(graph) {
+        for (Side& side : sides_) side.away.assign(graph.nodes, infinity);
+    }
+
+    // The length of the shortest path between two nodes; infinite where it is longer than `limit`.
+    double length(int a, int b, double limit) {
+        if (a == b) return 0.0;
+        sides_[0].begin(a), sides_[1].begin(b);
+        double best = infinity;
+        while (!sides_[0].open.empty() && !sides_[1].open.empty()) {
+            const double first = sides_[0].open.top().first, second = sides_[1].open.top().first;
+            if (first + second >= best || first + second > limit) break;
+            Side &here = sides_[first <= second ? 0 : 1], &other = sides_[first <= second ? 1 : 0];
+            const auto [away, node] = here.open.top();
+            here.open.pop();
+            if (away > here.away[node]) continue;
+            for (int e = graph_.first[node]; e < graph_.first[node + 1]; ++e) {
+                const double longer = away + graph_.length[e];
+                if (longer >= here.away[graph_.to[e]]) continue;
+                here.reach(graph_.to[e], longer);
+                best = std::min(best, longer + other.away[graph_.to[e]]);
+            }
+        }
+        for (Side& side : sides_) side.clear();
+        return best <= limit ? best : infinity;
+    }
+
+   private:
+    using Entry = std::pair<double, int>;
+    struct Side {
+        std::vector<double> away;
+        std::vector<int> touched;
+        std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> open;
+
+        void begin(int node) { reach(node, 0.0); }
+        void reach(int node, double distance) {
+            if (away[node] == infinity) touched.push_back(node);
+            away[node] = distance;
+            open.push({distance, node});
+        }
+        void clear() {
+            for (int node : touched) away[node] = infinity;
+            touched.clear();
+            open = {};
+        }
+    };
+
+    const Graph& graph_;
+    Side sides_[2];
+};
+
+}  // namespace planner

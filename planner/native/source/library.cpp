@@ -1,0 +1,244 @@
+// What Python calls: plain C functions over arrays of doubles; see ../library.py for shapes and units.
+
+#include <atomic>
+#include <cstdint>
+#include <system_error>
+#include <thread>
+
+#include "graph.hpp"
+#include "prover.hpp"
+
+using namespace planner;
+
+namespace {
+
+// Do `work(k, worker)` for k in [0, count) on up to `threads` threads; `make` makes what each of them works in.
+// Whatever the threads, every k is worked on alone: the results are the same.
+template <class Make, class Work>
+void share_out(int count, int threads, int least, Make make, Work work) {
+    std::atomic<int> next{0};
+    auto run = [&] {
+        auto worker = make();
+        for (int k = next++; k < count; k = next++) work(k, worker);
+    };
+    std::vector<std::thread> helpers;
+    try {
+        for (int t = 1; t < threads && t * least < count; ++t) helpers.emplace_back(run);
+    } catch (const std::system_error&) {
+        // no more threads are to be had: those that there are do it
+    }
+    run();
+    for (std::thread& helper : helpers) helper.join();
+}
+
+Mat mat_at(const double* p) {
+    Mat m;
+    std::copy(p, p + 9, m.m);
+    return m;
+}
+
+}  // namespace
+
+extern "C" {
+
+int planner_version() { return 1; }
+
+Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns, const double* offset,
+                 const double* slide, const double* axis) {
+    auto* chain = new Chain;
+    for (int j = 0; j < dof; ++j) {
+        Joint joint;
+        joint.parent = static_cast<int>(parent[j]), joint.prismatic = prismatic[j];
+        for (int k = 0; k < 3; ++k) joint.turns[k] = mat_at(turns + 27 * j + 9 * k);
+        joint.offset = vec_at(offset + 3 * j), joint.slide = vec_at(slide + 3 * j), joint.axis = vec_at(axis + 3 * j);
+        chain->joints.push_back(joint);
+    }
+    return chain;
+}
+
+void chain_free(Chain* chain) { delete chain; }
+
+// rotation (dof + 1, n, 3, 3), position (dof + 1, n, 3)
+void chain_placements(const Chain* chain, int n, const double* q, double* rotation, double* position) {
+    std::vector<Frame> frames(chain->dof() + 1);
+    for (int k = 0; k < n; ++k) {
+        chain->place(q + static_cast<size_t>(k) * chain->dof(), frames.data());
+        for (int j = 0; j <= chain->dof(); ++j) {
+            const size_t row = static_cast<size_t>(j) * n + k;
+            std::copy(frames[j].turn.m, frames[j].turn.m + 9, rotation + 9 * row);
+            position[3 * row] = frames[j].shift.x, position[3 * row + 1] = frames[j].shift.y;
+            position[3 * row + 2] = frames[j].shift.z;
+        }
+    }
+}
+
+// positions (n, 3) of a point that joint `last` carries
+void chain_points(const Chain* chain, int n, const double* q, int last, const double* point, double* positions) {
+    std::vector<Frame> frames(chain->dof() + 1);
+    for (int k = 0; k < n; ++k) {
+        chain->place(q + static_cast<size_t>(k) * chain->dof(), frames.data());
+        const Vec there = frames[last] * vec_at(point);
+        positions[3 * k] = there.x, positions[3 * k + 1] = there.y, positions[3 * k + 2] = there.z;
+    }
+}
+
+// w (n,): the volume that the first `rows` rows of the Jacobian of a point span, or its columns where these are fewer
+void chain_manipulability(const Chain* chain, int n, const double* q, int last, const double* point, int rows,
+                          int threads, double* w) {
+    const int dof = chain->dof();
+    struct Worker {
+        std::vector<Frame> frames;
+        std::vector<Vec> linear, angular;
+        std::vector<double> vectors;
+    };
+    auto make = [&] {
+        return Worker{std::vector<Frame>(dof + 1), std::vector<Vec>(dof), std::vector<Vec>(dof),
+                      std::vector<double>(6 * dof)};
+    };
+    constexpr int at_a_time = 64;
+    share_out((n + at_a_time - 1) / at_a_time, threads, 4, make, [&](int part, Worker& worker) {
+        for (int k = part * at_a_time; k < std::min(n, (part + 1) * at_a_time); ++k) {
+            chain->place(q + static_cast<size_t>(k) * dof, worker.frames.data());
+            chain->jacobian(worker.frames.data(), last, vec_at(point), worker.linear.data(), worker.angular.data());
+            const bool by_row = rows <= dof;
+            for (int j = 0; j < dof; ++j) {
+                const Vec l = worker.linear[j], a = worker.angular[j];
+                const double column[6] = {l.x, l.y, l.z, a.x, a.y, a.z};
+                for (int r = 0; r < rows; ++r) worker.vectors[by_row ? r * dof + j : j * rows + r] = column[r];
+            }
+            w[k] = by_row ? spanned_volume(worker.vectors.data(), rows, dof)
+                          : spanned_volume(worker.vectors.data(), dof, rows);
+        }
+    });
+}
+
+World* world_new(const Chain* chain, double margin) {
+    auto* world = new World;
+    world->chain = *chain, world->margin = margin;
+    return world;
+}
+
+void world_free(World* world) { delete world; }
+
+// The shape is given in the frame of what carries it: `joint`, or the world where that is negative.
+// kind 0: the convex hull of points (n, 3), rounded by radius; 1: a cylinder by its middle, the vector to a disc's
+// middle, and two radii across; 2: the surface of triangles (m, 3, 3) `radius` deep below the hull of points (n, 3)
+int world_add(World* world, int joint, int kind, int n, const double* points, double radius, int m,
+              const double* triangles) {
+    Item item;
+    item.joint = joint;
+    if (kind == 0) item.solid = Solid::of_points(points, n, radius);
+    if (kind == 1)
+        item.solid = Solid::of_cylinder(vec_at(points), vec_at(points + 3), vec_at(points + 6), vec_at(points + 9));
+    if (kind == 2) item.solid = Solid::of_triangles(points, n, triangles, m, radius);
+    if (joint >= 0) ++world->bodies;
+    world->items.push_back(std::move(item));
+    return static_cast<int>(world->items.size()) - 1;
+}
+
+// Spheres (n,) that together hold body `item`, in its joint's frame; bodies in order.
+void world_add_spheres(World* world, int item, int n, const double* centres, const double* radii) {
+    world->items[item].first_sphere = static_cast<int>(world->radii.size()), world->items[item].spheres = n;
+    for (int k = 0; k < n; ++k) {
+        world->sphere_x.push_back(centres[3 * k]), world->sphere_y.push_back(centres[3 * k + 1]);
+        world->sphere_z.push_back(centres[3 * k + 2]), world->radii.push_back(radii[k]);
+    }
+}
+
+// A rounded box or a cylinder that holds a part of obstacle `item`; placement (3, 3) and (3,) in the world.
+void world_add_target(World* world, int item, int is_cylinder, const double* turn, const double* shift,
+                      const double* half, double radius) {
+    Target target;
+    Mat t = mat_at(turn);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) target.to_local.turn.m[3 * i + j] = t.m[3 * j + i];
+    target.to_local.shift = -(target.to_local.turn * vec_at(shift));
+    target.half = vec_at(half), target.radius = radius, target.is_cylinder = is_cylinder;
+    world->items[item].targets.push_back(target);
+}
+
+// pairs (n, 2) of items, in the order of their numbers
+void world_set_pairs(World* world, int n, const int64_t* pairs, const uint8_t* checked) {
+    for (int p = 0; p < n; ++p) {
+        Pair pair{static_cast<int>(pairs[2 * p]), static_cast<int>(pairs[2 * p + 1]), false, checked[p] != 0};
+        pair.is_scene = pair.second >= world->bodies;
+        world->pairs.push_back(pair);
+    }
+}
+
+// bounds (n, pairs) for placements as chain_placements gives them
+void world_coarse(const World* world, int n, const double* rotation, const double* position, double* bounds) {
+    Scratch scratch = world->scratch();
+    for (int k = 0; k < n; ++k) {
+        for (int j = 0; j <= world->chain.dof(); ++j) {
+            const size_t row = static_cast<size_t>(j) * n + k;
+            scratch.frames[j] = {mat_at(rotation + 9 * row), vec_at(position + 3 * row)};
+        }
+        world->coarse(scratch.frames.data(), scratch, bounds + static_cast<size_t>(k) * world->pair_count());
+    }
+}
+
+// close lower bounds (count,) of numbered pairs in configurations `rows` of n; `enough` (m) is close enough
+void world_close(const World* world, int n, const double* rotation, const double* position, int count,
+                 const int64_t* rows, const int64_t* pairs, double enough, double* bounds) {
+    std::vector<Frame> frames(world->chain.dof() + 1);
+    int64_t placed = -1;
+    for (int k = 0; k < count; ++k) {
+        if (rows[k] != placed) {
+            placed = rows[k];
+            for (int j = 0; j <= world->chain.dof(); ++j) {
+                const size_t row = static_cast<size_t>(j) * n + placed;
+                frames[j] = {mat_at(rotation + 9 * row), vec_at(position + 3 * row)};
+            }
+        }
+        const int pair = static_cast<int>(pairs[k]);
+        Vec apart = world->between_middles(pair, frames.data());
+        bounds[k] = world->close(pair, frames.data(), apart, {enough});
+    }
+}
+
+// Proofs of polynomial pieces (count, degree + 1, dof); reach (pairs, dof), is_static (pairs,).
+void world_prove(const World* world, const double* reach, const uint8_t* is_static, const double* coefficients,
+                 int count, int degree, double room, int threads, int64_t* verdict, int64_t* pair, int64_t* samples,
+                 double* clearance, double* where) {
+    const Pieces pieces{coefficients, count, degree, world->chain.dof()};
+    share_out(
+        count, threads, 4, [&] { return Prover(*world, reach, is_static); },
+        [&](int k, Prover& prover) {
+            const Proof proof = prover.prove(pieces, k, room);
+            verdict[k] = proof.verdict, pair[k] = proof.pair, samples[k] = proof.samples;
+            clearance[k] = proof.clearance, where[k] = proof.where;
+        });
+}
+
+// The first of configurations (n, dof) in which a pair is not farther apart than the margin, or n. What is no farther
+// apart than `doubt` (m) beyond that counts too.
+int world_first_near(const World* world, int n, const double* q, double doubt) {
+    Scratch scratch = world->scratch();
+    std::vector<double> bounds(world->pair_count());
+    const double enough = world->margin + doubt;
+    for (int k = 0; k < n; ++k) {
+        world->chain.place(q + static_cast<size_t>(k) * world->chain.dof(), scratch.frames.data());
+        world->coarse(scratch.frames.data(), scratch, bounds.data());
+        for (int p = 0; p < world->pair_count(); ++p) {
+            if (bounds[p] > enough) continue;
+            Vec apart = world->between_middles(p, scratch.frames.data());
+            if (world->close(p, scratch.frames.data(), apart, {enough + rounding}) <= enough) return k;
+        }
+    }
+    return n;
+}
+
+// Lengths (count,) of the shortest paths between pairs (count, 2) of nodes; infinite beyond limits (count,)
+void graph_detours(int nodes, int edges, const int64_t* ends, const double* lengths, int count, const int64_t* pairs,
+                   const double* limits, int threads, double* detours) {
+    const Graph graph(nodes, edges, ends, lengths);
+    share_out(
+        count, threads, 64, [&] { return DetourSearch(graph); },
+        [&](int k, DetourSearch& search) {
+            detours[k] =
+                search.length(static_cast<int>(pairs[2 * k]), static_cast<int>(pairs[2 * k + 1]), limits[k]);
+        });
+}
+
+}  // extern "C"

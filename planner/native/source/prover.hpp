@@ -1,0 +1,178 @@
+// Proofs that a piece of a joint path is free: adaptive sampling with clearance (Schwarzer, Saha and Latombe 2005).
+//
+// Where a pair of bodies is d apart, no motion that moves them against each other by less than d can make them touch.
+// A joint's motion dq moves no point further than its reach times |dq|, so every sample clears an interval of the
+// piece; when the intervals of every pair cover it, it is proven for all its configurations.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <deque>
+
+#include "world.hpp"
+
+namespace planner {
+
+constexpr double first_motion = 0.35;    // m: first intervals move no point further than this
+constexpr double always_close = 0.03;    // m: pairs that a coarse bound puts nearer get a closer look where it is short
+constexpr int close_looks = 8;           // per sample, for pairs that are farther apart: more cost more than halving
+constexpr double reported = 5e-3;        // m beyond what covers an interval, so that the clearance reported is worth it
+constexpr double hull_is_enough = 0.01;  // m: where hulls are so far apart, dents below them are not looked into
+constexpr double rounding = 1e-9;        // m by which a computed distance may exceed the true one
+
+enum Verdict : int64_t { proven_free = 0, collides = 1, undecided = 2 };
+
+// Polynomial joint paths: q(s) = sum_k c_k s^k, s in [0, 1].
+struct Pieces {
+    const double* coefficients;  // (count, degree + 1, dof)
+    int count, degree, dof;
+
+    const double* of(int piece) const { return coefficients + static_cast<size_t>(piece) * (degree + 1) * dof; }
+    void at(int piece, double s, double* q) const {
+        const double* c = of(piece);
+        for (int j = 0; j < dof; ++j) {
+            double value = c[degree * dof + j];
+            for (int k = degree - 1; k >= 0; --k) value = value * s + c[k * dof + j];
+            q[j] = value;
+        }
+    }
+    // Bounds on |dq_j / ds| over [low, high]: the largest of the derivative's Bernstein coefficients there.
+    void rates(int piece, double low, double high, double* rates) const {
+        const double* c = of(piece);
+        for (int j = 0; j < dof; ++j) {
+            if (degree < 2) {
+                rates[j] = degree ? std::fabs(c[dof + j]) : 0.0;
+                continue;
+            }
+            double power[16];  // of the derivative, in t from 0 at low to 1 at high
+            const int n = degree - 1;
+            for (int k = 0; k <= n; ++k) power[k] = (k + 1) * c[(k + 1) * dof + j];
+            for (int i = 0; i < n; ++i)
+                for (int k = n - 1; k >= i; --k) power[k] += low * power[k + 1];
+            double width = 1.0;
+            for (int k = 0; k <= n; ++k, width *= high - low) power[k] *= width;
+            double most = 0.0, size = 0.0;
+            for (int i = 0; i <= n; ++i) {
+                double value = 0.0, share = 1.0;  // share: binomial(i, k) / binomial(n, k)
+                for (int k = 0; k <= i; ++k) {
+                    value += share * power[k];
+                    share *= static_cast<double>(i - k) / (n - k > 0 ? n - k : 1);
+                }
+                most = std::max(most, std::fabs(value));
+                size += std::fabs(power[i]);
+            }
+            rates[j] = most + 1e-14 * size;
+        }
+    }
+};
+
+// What came of one piece.
+struct Proof {
+    int64_t verdict = proven_free, pair = -1, samples = 0;
+    double clearance = infinity;  // m beyond the margin, of the pairs that the piece can move
+    double where = 0.0;           // s at which it stopped
+};
+
+class Prover {
+   public:
+    Prover(const World& world, const double* reach, const uint8_t* is_static)
+        : world_(world), reach_(reach), static_(is_static), scratch_(world.scratch()), gap_(world.pair_count()),
+          rate_(world.pair_count()), joint_rate_(world.chain.dof()), q_(world.chain.dof()),
+          apart_(world.pair_count()), guessed_(world.pair_count()) {}
+
+    // Sample until every interval is cleared, or a pair is left with less than `room` (m) of clearance.
+    Proof prove(const Pieces& pieces, int piece, double room) {
+        Proof proof;
+        std::fill(guessed_.begin(), guessed_.end(), 0);
+        rates(pieces, piece, 0.0, 1.0);
+        double motion = 0.0;
+        for (double rate : rate_) motion = std::max(motion, rate);
+        int count = std::max(1, static_cast<int>(std::ceil(motion / first_motion)));
+        open_.clear();
+        for (int k = 0; k < count; ++k) open_.push_back({k / double(count), (k + 1) / double(count)});
+        while (!open_.empty() && proof.verdict == proven_free) {
+            Interval here = open_.front();
+            open_.pop_front();  // the ends of a piece in turn with its middle: contacts are met sooner
+            if (pieces.degree > 1) rates(pieces, piece, here.low, here.high);
+            sample(pieces, piece, here, room, proof);
+        }
+        return proof;
+    }
+
+   private:
+    struct Interval {
+        double low, high;
+    };
+
+    // Metres by which each pair's distance can change per unit of s.
+    void rates(const Pieces& pieces, int piece, double low, double high) {
+        pieces.rates(piece, low, high, joint_rate_.data());
+        const int dof = pieces.dof;
+        for (int p = 0; p < world_.pair_count(); ++p) {
+            double rate = 0.0;
+            if (!static_[p])
+                for (int j = 0; j < dof; ++j) rate += reach_[p * dof + j] * joint_rate_[j];
+            rate_[p] = rate;
+        }
+    }
+
+    void sample(const Pieces& pieces, int piece, Interval here, double room, Proof& proof) {
+        const double middle = 0.5 * (here.low + here.high), need = 0.5 * (here.high - here.low);
+        pieces.at(piece, middle, q_.data());
+        world_.chain.place(q_.data(), scratch_.frames.data());
+        world_.coarse(scratch_.frames.data(), scratch_, gap_.data());
+        ++proof.samples;
+        look_closer(need);
+        double reach = infinity;
+        int limit = -1;
+        for (int p = 0; p < world_.pair_count(); ++p) {
+            if (static_[p]) continue;
+            if (rate_[p] <= 0.0) {
+                if (gap_[p] <= 0.0) reach = -1.0, limit = p;  // nothing in this piece moves them apart
+            } else if (gap_[p] / rate_[p] < reach) {
+                reach = gap_[p] / rate_[p], limit = p;
+            }
+        }
+        const double covered = std::min(reach, need);
+        for (int p = 0; p < world_.pair_count(); ++p)
+            if (!static_[p]) proof.clearance = std::min(proof.clearance, gap_[p] - rate_[p] * covered);
+        if (reach >= need) return;
+        if (gap_[limit] < room) {
+            proof.verdict = undecided, proof.pair = limit, proof.where = middle;
+            return;
+        }
+        open_.push_back({here.low, middle - reach});
+        open_.push_back({middle + reach, here.high});
+    }
+
+    // Make bounds that do not cover `need` better where that is likely to pay; all of them less the margin.
+    void look_closer(double need) {
+        short_.clear();
+        for (int p = 0; p < world_.pair_count(); ++p) {
+            gap_[p] -= world_.margin;
+            if (static_[p]) gap_[p] = infinity;
+            else if (gap_[p] < rate_[p] * need || gap_[p] <= 0.0) short_.push_back(p);
+        }
+        const bool all = static_cast<int>(short_.size()) <= close_looks;
+        for (int p : short_) {
+            const double wanted = rate_[p] * need;
+            if (!all && gap_[p] >= std::max(always_close, 0.25 * wanted)) continue;
+            if (!guessed_[p]) apart_[p] = world_.between_middles(p, scratch_.frames.data()), guessed_[p] = 1;
+            const Closeness closeness{wanted + reported + world_.margin, hull_is_enough + world_.margin};
+            const double closer = world_.close(p, scratch_.frames.data(), apart_[p], closeness);
+            gap_[p] = std::max(gap_[p], closer - world_.margin - rounding);
+        }
+    }
+
+    const World& world_;
+    const double* reach_;
+    const uint8_t* static_;
+    Scratch scratch_;
+    std::vector<double> gap_, rate_, joint_rate_, q_;
+    std::vector<Vec> apart_;
+    std::vector<char> guessed_;
+    std::vector<int> short_;
+    std::deque<Interval> open_;
+};
+
+}  // namespace planner

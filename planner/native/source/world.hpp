@@ -1,0 +1,159 @@
+// A robot among obstacles, and lower bounds on the distances of all pairs that are checked.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "kinematics.hpp"
+#include "solid.hpp"
+
+#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
+// the same bits with wider registers: no sum is taken in another order, and nothing is fused
+#define FOR_THIS_PROCESSOR __attribute__((target_clones("avx2", "default")))
+#else
+#define FOR_THIS_PROCESSOR
+#endif
+
+namespace planner {
+
+// A box with rounded edges, or a cylinder along its z; `to_local` takes world coordinates to its own.
+struct Target {
+    Frame to_local;
+    Vec half;       // of a cylinder: its radius in x, half its length in z
+    double radius;  // of the rounding
+    bool is_cylinder;
+};
+
+// Distances (m) of `count` spheres from a target: below zero where the middle lies within the rounding or the radius.
+FOR_THIS_PROCESSOR inline void distances_to(const Target& target, const double* x, const double* y, const double* z,
+                                            const double* radii, int count, double* gaps) {
+    const double* m = target.to_local.turn.m;
+    const Vec shift = target.to_local.shift, half = target.half;
+    if (target.is_cylinder) {
+        for (int k = 0; k < count; ++k) {
+            double u = m[0] * x[k] + m[1] * y[k] + m[2] * z[k] + shift.x;
+            double v = m[3] * x[k] + m[4] * y[k] + m[5] * z[k] + shift.y;
+            double w = std::fabs(m[6] * x[k] + m[7] * y[k] + m[8] * z[k] + shift.z) - half.z;
+            double across = std::sqrt(u * u + v * v) - half.x;
+            w = w > 0.0 ? w : 0.0, across = across > 0.0 ? across : 0.0;
+            gaps[k] = std::sqrt(w * w + across * across) - radii[k];
+        }
+        return;
+    }
+    for (int k = 0; k < count; ++k) {
+        double u = std::fabs(m[0] * x[k] + m[1] * y[k] + m[2] * z[k] + shift.x) - half.x;
+        double v = std::fabs(m[3] * x[k] + m[4] * y[k] + m[5] * z[k] + shift.y) - half.y;
+        double w = std::fabs(m[6] * x[k] + m[7] * y[k] + m[8] * z[k] + shift.z) - half.z;
+        u = u > 0.0 ? u : 0.0, v = v > 0.0 ? v : 0.0, w = w > 0.0 ? w : 0.0;
+        gaps[k] = std::sqrt(u * u + v * v + w * w) - target.radius - radii[k];
+    }
+}
+
+struct Item {
+    int joint = -1;  // of a body; -1: an obstacle, in world coordinates
+    Solid solid;
+    int first_sphere = 0, spheres = 0;  // of a body
+    std::vector<Target> targets;        // of an obstacle: together they hold it
+};
+
+struct Pair {
+    int first, second;  // numbers of items
+    bool is_scene, checked;
+};
+
+// What one thread works in.
+struct Scratch {
+    std::vector<Frame> frames;
+    std::vector<double> x, y, z, gaps, least;
+};
+
+class World {
+   public:
+    Chain chain;
+    std::vector<Item> items;  // bodies, then obstacles
+    std::vector<Pair> pairs;  // every body against every obstacle, then self-collision pairs
+    std::vector<double> radii, sphere_x, sphere_y, sphere_z;  // of all bodies, in their joints' frames
+    int bodies = 0;
+    double margin = 0.0;
+
+    int obstacles() const { return static_cast<int>(items.size()) - bodies; }
+    int pair_count() const { return static_cast<int>(pairs.size()); }
+
+    const Frame* frame_of(int item, const Frame* frames) const {
+        return items[item].joint < 0 ? nullptr : frames + items[item].joint;
+    }
+
+    Scratch scratch() const {
+        size_t n = radii.size();
+        return {std::vector<Frame>(chain.dof() + 1), std::vector<double>(n), std::vector<double>(n),
+                std::vector<double>(n), std::vector<double>(n), std::vector<double>(bodies)};
+    }
+
+    // Lower bounds (pairs,) on the distances at placed joints: each body by a few spheres; infinite where not checked.
+    void coarse(const Frame* frames, Scratch& scratch, double* bounds) const {
+        const int count = static_cast<int>(radii.size());
+        place_spheres(frames, scratch);
+        for (int o = 0; o < obstacles(); ++o) {
+            std::fill(scratch.least.begin(), scratch.least.end(), infinity);
+            for (const Target& target : items[bodies + o].targets) {
+                distances_to(target, scratch.x.data(), scratch.y.data(), scratch.z.data(), radii.data(), count,
+                             scratch.gaps.data());
+                for (int b = 0; b < bodies; ++b) {
+                    const double* gaps = scratch.gaps.data() + items[b].first_sphere;
+                    for (int k = 0; k < items[b].spheres; ++k)
+                        scratch.least[b] = std::min(scratch.least[b], gaps[k]);
+                }
+            }
+            for (int b = 0; b < bodies; ++b) bounds[b * obstacles() + o] = scratch.least[b];
+        }
+        for (int p = bodies * obstacles(); p < pair_count(); ++p) bounds[p] = between_spheres(pairs[p], scratch);
+        for (int p = 0; p < pair_count(); ++p)
+            if (!pairs[p].checked) bounds[p] = infinity;
+    }
+
+    // A lower bound (m) on the distance of one pair, see solid_gap. `apart` is a guess of the vector between the two and
+    // is made better.
+    double close(int pair, const Frame* frames, Vec& apart, Closeness closeness) const {
+        const Pair& p = pairs[pair];
+        const Item &a = items[p.first], &b = items[p.second];
+        return solid_gap(a.solid, frame_of(p.first, frames), b.solid, frame_of(p.second, frames), apart,
+                         closeness);
+    }
+
+    // A guess of the vector between a pair's two solids.
+    Vec between_middles(int pair, const Frame* frames) const {
+        auto middle = [&](int item) {
+            Vec own = items[item].solid.parts[0].middle();
+            const Frame* frame = frame_of(item, frames);
+            return frame ? *frame * own : own;
+        };
+        return middle(pairs[pair].second) - middle(pairs[pair].first);
+    }
+
+   private:
+    void place_spheres(const Frame* frames, Scratch& s) const {
+        for (int b = 0; b < bodies; ++b) {
+            const Frame& frame = frames[items[b].joint];
+            const double* m = frame.turn.m;
+            const Vec shift = frame.shift;
+            for (int k = items[b].first_sphere; k < items[b].first_sphere + items[b].spheres; ++k) {
+                s.x[k] = m[0] * sphere_x[k] + m[1] * sphere_y[k] + m[2] * sphere_z[k] + shift.x;
+                s.y[k] = m[3] * sphere_x[k] + m[4] * sphere_y[k] + m[5] * sphere_z[k] + shift.y;
+                s.z[k] = m[6] * sphere_x[k] + m[7] * sphere_y[k] + m[8] * sphere_z[k] + shift.z;
+            }
+        }
+    }
+
+    double between_spheres(const Pair& pair, const Scratch& s) const {
+        const Item &a = items[pair.first], &b = items[pair.second];
+        double least = infinity;
+        for (int i = a.first_sphere; i < a.first_sphere + a.spheres; ++i)
+            for (int k = b.first_sphere; k < b.first_sphere + b.spheres; ++k) {
+                double x = s.x[i] - s.x[k], y = s.y[i] - s.y[k], z = s.z[i] - s.z[k];
+                least = std::min(least, std::sqrt(x * x + y * y + z * z) - (radii[i] + radii[k]));
+            }
+        return least;
+    }
+};
+
+}  // namespace planner
