@@ -76,7 +76,7 @@ def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> in
     if isinstance(shape, Mesh):
         triangles = shape.vertices[shape.triangles] @ turn.T + shift
         hull = hull_corners(triangles.reshape(-1, 3))
-        depth = dent(triangles)
+        depth = dent(shape)
         if depth < _CONVEX:
             return native.add_hull(joint, hull, 0.0)
         return native.add_surface(joint, hull, triangles, depth)

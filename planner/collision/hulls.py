@@ -3,36 +3,43 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from planner.base.arrays import Floats
+from planner.base.products import product
+from planner.world.shapes import Mesh
+from planner.world.solids import solid_of
 
-_MANY = 40  # points: of more only the corners of their hull are kept
-_CLOSED = 0.95  # share of its hull that a mesh with mere dents fills
+_MANY = 200  # points: of more only the corners of their hull are kept
+_MOST = 4_000_000  # distances of corners from planes: larger meshes are taken to have dents
 
 
 def hull_corners(points: Floats) -> Floats:
     """Of ``points`` (n, 3) fewer (k, 3) with the same convex hull, where there are many."""
+    points = np.unique(points, axis=0)
     if len(points) < _MANY:
         return points
+    from scipy.spatial import ConvexHull, QhullError  # 0.3 s to load
+
     try:
         return points[ConvexHull(points).vertices]
     except QhullError:  # they lie in a plane
-        return np.unique(points, axis=0)
+        return points
 
 
-def dent(triangles: Floats) -> float:
-    """How deep (m) the surface of closed ``triangles`` (m, 3, 3) lies below their convex hull; inf where it is open.
+def dent(mesh: Mesh) -> float:
+    """How deep (m) the surface of a mesh lies below its convex hull at most, roughly; inf where it is not closed.
 
-    0 where it is convex. At corners and middles of sides: it says where the hull is good enough a bound, no more.
+    0 where it is convex: how far any corner rises above any triangle. It says where the hull is good enough a bound.
     """
-    try:
-        hull = ConvexHull(triangles.reshape(-1, 3))
-    except QhullError:
+    solid = solid_of(mesh)
+    if solid is None or len(solid.corners) < len(mesh.triangles):
         return np.inf
-    a, b, c = (triangles[:, k] - triangles[0, 0] for k in range(3))
-    if abs(float(np.einsum("ij,ij->", a, np.cross(b, c)))) / 6.0 < _CLOSED * hull.volume:
+    corners, points = solid.corners, np.unique(mesh.vertices[mesh.triangles].reshape(-1, 3), axis=0)
+    if len(corners) * len(points) > _MOST:
         return np.inf
-    points = np.concatenate([triangles, 0.5 * (triangles + np.roll(triangles, 1, axis=1))]).reshape(-1, 3)
-    above = points @ hull.equations[:, :3].T + hull.equations[:, 3]
-    return max(0.0, -float(above.max(axis=1).min()))
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    offset = np.einsum("ij,ij->i", normal, corners[:, 0])
+    outwards = np.where(product(normal, points.mean(axis=0)) > offset, -1.0, 1.0)
+    above = (product(points, np.ascontiguousarray(normal.T)) - offset) * outwards
+    return max(0.0, float(above.max()))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 
 _DEEPEST = 200  # levels of elements
 _WHOLE = ("p", "vcount", "v", "h")  # elements that hold whole numbers
+_DIGITS, _TOO_LONG = re.compile(r"[0-9\s]*"), re.compile(r"[0-9]{12}")
 _COUNTS = ("count", "stride", "offset", "set")  # attributes
 
 
@@ -28,10 +30,10 @@ def dae_fault(content: bytes) -> str | None:
 
 def _element_fault(element: ET.Element, most: int) -> str | None:
     """No count and no index is larger than the file itself: ``most`` bytes."""
-    name, words = element.tag.rpartition("}")[2], (element.text or "").split()
-    if name in _WHOLE and not all(_is_count(word, most) for word in words):
+    name, text = element.tag.rpartition("}")[2], element.text or ""
+    if name in _WHOLE and not _are_counts(text, most):
         return f"has a <{name}> that holds more than whole numbers"
-    if name == "float_array" and not all(map(_is_number, words)):
+    if name == "float_array" and not _are_numbers(text):
         return "has a <float_array> that holds more than numbers"
     for attribute in _COUNTS:
         value = element.get(attribute)
@@ -44,9 +46,16 @@ def _is_count(word: str, most: int) -> bool:
     return word.isascii() and word.isdecimal() and len(word) < 12 and int(word) <= most
 
 
-def _is_number(word: str) -> bool:
+def _are_counts(text: str, most: int) -> bool:
+    if not _DIGITS.fullmatch(text) or _TOO_LONG.search(text):
+        return False
+    return max(map(int, text.split()), default=0) <= most
+
+
+def _are_numbers(text: str) -> bool:
     try:
-        float(word)
+        for _ in map(float, text.split()):
+            pass
     except ValueError:
         return False
     return True

@@ -132,7 +132,7 @@ def read_bodies(
     description: Description, model: pin.Model, kind: pin.GeometryType
 ) -> tuple[pin.GeometryModel, dict[str, str]]:
     """Pinocchio's geometry of one ``kind`` and the link each geometry hangs on."""
-    for file in _mesh_files(description):
+    for file in _mesh_files(description, kind):
         require_readable_mesh(file)
     printed = Silenced()
     try:
@@ -152,9 +152,10 @@ def read_bodies(
     return geometry, links
 
 
-def _mesh_files(description: Description) -> Iterator[Path]:
-    """Where the meshes of the URDF may be, as far as there is a file."""
-    names = {mesh.get("filename", "") for mesh in ET.fromstring(description.xml).iter("mesh")}
+def _mesh_files(description: Description, kind: pin.GeometryType) -> Iterator[Path]:
+    """Where the meshes of one ``kind`` that the URDF names may be, as far as there is a file."""
+    elements = ET.fromstring(description.xml).iter("collision" if kind is pin.GeometryType.COLLISION else "visual")
+    names = {mesh.get("filename", "") for element in elements for mesh in element.iter("mesh")}
     for name in sorted(names):
         place = name.removeprefix("package://").removeprefix("model://").removeprefix("file://")
         found = (Path(folder) / place for folder in description.package_dirs)
