@@ -190,12 +190,12 @@ class LargeK:
     below: bool | None
 
 
-def large_k(graph: GridGraph, found: Threshold, margin: float = PRECISION) -> LargeK:
+def large_k(graph: GridGraph, found: Threshold) -> LargeK:
     """Run GABF at the two ends that :func:`threshold` found by other means."""
-    low = found.smallest * (1.0 - margin)
+    low = found.smallest * (1.0 - PRECISION)
     return LargeK(
         at_bound=_shortest_at(graph, found.bound * (1.0 + 1e-9)),
-        above=_shortest_at(graph, found.smallest * (1.0 + margin)),
+        above=_shortest_at(graph, found.smallest * (1.0 + PRECISION)),
         below=_shortest_at(graph, low) if low > found.longest else None,
     )
 
