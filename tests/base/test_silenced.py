@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from planner.base.native import Silenced
+from planner.base.silenced import Silenced
 
 C = ctypes.CDLL(None)
 
