@@ -1,10 +1,11 @@
 # make plan   plan the paper's manipulator scenario
-# make test   run every check: ruff, pyright, pytest, notebooks, the page in a browser
+# make test   run every check: ruff, pyright, pytest, notebooks, the page in a browser; WORKERS=8 for more processes
 # Both set .venv up from the lock file if that has not been done.
 
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null && { echo "$$p"; break; }; done)
 BIN := .venv/bin
+WORKERS ?= 2
 
 .PHONY: plan test lock clean
 plan: .venv/ready
@@ -14,7 +15,7 @@ test: .venv/ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
-	$(BIN)/pytest
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal
 
 .venv/ready: requirements.lock compiler.lock pyproject.toml hatch_build.py $(wildcard planner/native/source/*)
 	@test -n "$(PYTHON)" || { echo "planner needs Python 3.11, 3.12 or 3.13: install one, or run 'make PYTHON=/path/to/python3.12'."; exit 1; }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ import pytest
 import yaml
 
 from planner.world.scene import Scene
+from tests.command_line import Run
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
@@ -48,9 +48,7 @@ GROUPS = ("roadmap", "reproduce", "bench")
 
 
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
-def test_every_command_and_option_of_the_readme_is_in_the_help(
-    words: list[str], run: Callable[..., tuple[int, str, str]]
-) -> None:
+def test_every_command_and_option_of_the_readme_is_in_the_help(words: list[str], run: Run) -> None:
     names = words[1 : 3 if words[1] in GROUPS else 2]
     code, out, _ = run(*names, "--help")
     assert code == 0
@@ -65,27 +63,20 @@ def quicker(words: list[str]) -> list[str]:
     return ["20" if before == "--nodes" else word for before, word in zip(["", *words], words, strict=False)]
 
 
-@pytest.fixture(scope="module")
-def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the robots and scenes of the repository, to run one command after the other in."""
-    folder = tmp_path_factory.mktemp("checkout")
-    for name in ("robots", "scenes"):
-        (folder / name).symlink_to(ROOT / name)
-    return folder
-
-
-@pytest.mark.parametrize("words", [words for words in COMMANDS if words[1] not in SLOW], ids=" ".join)
-def test_the_commands_run_as_they_stand(
-    words: list[str], run: Callable[..., tuple[int, str, str]], checkout: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_commands_run_as_they_stand(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One after the other, as they use each other's files; with fewer nodes, and pages are not served."""
+    for name in ("robots", "scenes"):
+        (tmp_path / name).symlink_to(ROOT / name)
     served: list[str] = []
     monkeypatch.setattr("planner.view.serve.serve", lambda page, *_, **__: served.append(str(page)[:80]))
-    monkeypatch.chdir(checkout)
-    code, out, err = run(*quicker(words)[1:])
-    assert code == 0, err
-    assert out or served
-    assert len(served) == (words[1] == "view" or "--view" in words)
+    monkeypatch.chdir(tmp_path)
+    for words in COMMANDS:
+        if words[1] not in SLOW:
+            served.clear()
+            code, out, err = run(*quicker(words)[1:])
+            assert code == 0, (words, err)
+            assert out or served, words
+            assert len(served) == (words[1] == "view" or "--view" in words), words
 
 
 def test_the_changed_shelf_is_the_shelf_with_one_thing_more() -> None:
@@ -98,7 +89,7 @@ def test_the_changed_shelf_is_the_shelf_with_one_thing_more() -> None:
     assert today.states == then.states
 
 
-def test_the_readme_shows_every_command(run: Callable[..., tuple[int, str, str]]) -> None:
+def test_the_readme_shows_every_command(run: Run) -> None:
     _, out, _ = run("--help")
     shown = {words[1] for words in COMMANDS}
     assert shown == set(re.search(r"\{([a-z,]+)\}", out).group(1).split(","))  # type: ignore[union-attr]

@@ -1,4 +1,8 @@
-"""Writing files so that a crash at any moment leaves either the old file or the new one, whole."""
+"""Writing files so that a crash at any moment leaves either the old file or the new one, whole.
+
+Windows is not supported, here or elsewhere in this package: it has no ``fcntl``, whose lock tells a living writer from
+a dead one, and OMPL has no wheels for it.
+"""
 
 from __future__ import annotations
 

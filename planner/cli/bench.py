@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Protocol, TypeVar
 
 import tyro
 
 from planner.base.progress import Progress
 from planner.base.request import PAPER_NODES, Backend, Charge, PlanRequest, WorldRequest
 from planner.cli.common import Flag
-from planner.cli.terminal import say, working
+from planner.cli.terminal import run_into, say
 
 bench = tyro.extras.SubcommandApp()
 bench.__doc__ = """Measure success, safety and speed; speed as ratios within one run.
@@ -35,14 +36,9 @@ def gabf(
         debug: Show tracebacks of errors.
     """
 
-    def run(progress: Progress) -> tuple[str, bool]:
-        from planner.studies.bench_gabf.report import to_markdown
-        from planner.studies.bench_gabf.run import bench_gabf
+    from planner.studies.bench_gabf.run import bench_gabf
 
-        result = bench_gabf(out, sizes, seed=seed, progress=progress)
-        return to_markdown(result), result.complete
-
-    return measure(run, out)
+    return measure(out, lambda progress: bench_gabf(out, sizes, seed=seed, progress=progress))
 
 
 @bench.command
@@ -84,23 +80,19 @@ def plan(
         debug: Show tracebacks of errors.
     """
 
-    def run(progress: Progress) -> tuple[str, bool]:
-        from planner.studies.bench_plan.run import bench_plan
+    from planner.studies.bench_plan.run import bench_plan
 
-        plain = PlanRequest(
-            robot,
-            collision=collision,
-            margin=margin,
-            widen_limits=widen_limits,
-            nodes=nodes,
-            min_manipulability=min_manipulability,
-            charge=charge,
-            beta=beta,
-        )
-        result = bench_plan(folder, out, plain, seeds, time_limit, progress)
-        return result.report, result.complete
-
-    return measure(run, out)
+    plain = PlanRequest(
+        robot,
+        collision=collision,
+        margin=margin,
+        widen_limits=widen_limits,
+        nodes=nodes,
+        min_manipulability=min_manipulability,
+        charge=charge,
+        beta=beta,
+    )
+    return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress))
 
 
 @bench.command
@@ -126,14 +118,9 @@ def misses(
         debug: Show tracebacks of errors.
     """
 
-    def run(progress: Progress) -> tuple[str, bool]:
-        from planner.studies.bench_misses.report import to_markdown
-        from planner.studies.bench_misses.run import bench_misses
+    from planner.studies.bench_misses.run import bench_misses
 
-        result = bench_misses(out, edges, robots, thicknesses, seed, progress)
-        return to_markdown(result.rows, result.complete), result.complete
-
-    return measure(run, out)
+    return measure(out, lambda progress: bench_misses(out, edges, robots, thicknesses, seed, progress))
 
 
 @bench.command
@@ -162,14 +149,9 @@ def attack(
         debug: Show tracebacks of errors.
     """
 
-    def run(progress: Progress) -> tuple[str, bool]:
-        from planner.studies.bench_attack.report import to_markdown
-        from planner.studies.bench_attack.run import bench_attack
+    from planner.studies.bench_attack.run import bench_attack
 
-        result = bench_attack(out, tries, segments, robots, libraries, seed, progress)
-        return to_markdown(result.rows, result.complete), result.complete
-
-    return measure(run, out)
+    return measure(out, lambda progress: bench_attack(out, tries, segments, robots, libraries, seed, progress))
 
 
 @bench.command
@@ -198,14 +180,9 @@ def agreement(
         debug: Show tracebacks of errors.
     """
 
-    def run(progress: Progress) -> tuple[str, bool]:
-        from planner.studies.bench_agreement.report import to_markdown
-        from planner.studies.bench_agreement.run import bench_agreement
+    from planner.studies.bench_agreement.run import bench_agreement
 
-        result = bench_agreement(out, states, robots, scenes, margin, seed, progress)
-        return to_markdown(result.rows, result.complete), result.complete
-
-    return measure(run, out)
+    return measure(out, lambda progress: bench_agreement(out, states, robots, scenes, margin, seed, progress))
 
 
 @bench.command
@@ -229,17 +206,10 @@ def fuzz(
         kinds: Kinds of files to try, as the report names them; all where none is given.
         debug: Show tracebacks of errors.
     """
-    failed = False
+    from planner.studies.bench_fuzz.run import bench_fuzz
 
-    def run(progress: Progress) -> tuple[str, bool]:
-        from planner.studies.bench_fuzz.run import bench_fuzz, to_markdown
-
-        nonlocal failed
-        result = bench_fuzz(out, cases, seed, kinds, progress)
-        failed = bool(result.failures)
-        return to_markdown(result, seed), result.complete
-
-    return measure(run, out) or 4 * failed
+    result = measured(out, lambda progress: bench_fuzz(out, cases, seed, kinds, progress))
+    return 130 if not result.complete else 4 * bool(result.failures)
 
 
 @bench.command
@@ -270,23 +240,31 @@ def roadmap(
         debug: Show tracebacks of errors.
     """
 
-    def run(progress: Progress) -> tuple[str, bool]:
-        from planner.studies.bench_roadmap.report import to_markdown
-        from planner.studies.bench_roadmap.run import bench_roadmap
+    from planner.studies.bench_roadmap.run import bench_roadmap
 
-        world = WorldRequest(robot, scene, collision=collision)
-        result = bench_roadmap(out, world, nodes, queries, seed, time_limit, progress)
-        return to_markdown(result.rows, result.complete), result.complete
-
-    return measure(run, out)
+    world = WorldRequest(robot, scene, collision=collision)
+    return measure(out, lambda progress: bench_roadmap(out, world, nodes, queries, seed, time_limit, progress))
 
 
-def measure(run: Callable[[Progress], tuple[str, bool]], out: Path) -> int:
-    """Run a benchmark with a progress bar and say its report; the exit code tells whether it is complete."""
-    from planner.base.files import require_writable_folder
+class Measured(Protocol):
+    """What a benchmark returns: its report, Markdown, and whether that is all that was asked for."""
 
-    require_writable_folder(out)
-    with working() as progress:
-        report, complete = run(progress)
-    say(report)
-    return 0 if complete else 130
+    @property
+    def report(self) -> str: ...
+    @property
+    def complete(self) -> bool: ...
+
+
+M = TypeVar("M", bound=Measured)
+
+
+def measured(folder: Path, run: Callable[[Progress], M]) -> M:
+    """The result of a benchmark that writes into ``folder``; its report is shown."""
+    result = run_into(folder, run)
+    say(result.report)
+    return result
+
+
+def measure(folder: Path, run: Callable[[Progress], Measured]) -> int:
+    """Run a benchmark and show its report; the exit code tells whether it is complete."""
+    return 0 if measured(folder, run).complete else 130

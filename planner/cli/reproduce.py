@@ -12,7 +12,7 @@ from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.base.request import PAPER_NODES, Backend
 from planner.cli.common import Flag
-from planner.cli.terminal import report_table, say, show, verdict_table, working
+from planner.cli.terminal import report_table, run_into, say, show, verdict_table
 
 if TYPE_CHECKING:
     from planner.studies.report import Report
@@ -34,12 +34,9 @@ def example(out: Path = Path("reproduce-example"), seed: int = 0, debug: Flag = 
         debug: Show tracebacks of errors.
     """
 
-    def run(progress: Progress) -> Report:
-        from planner.studies.example import run_example
+    from planner.studies.example import run_example
 
-        return run_example(seed)
-
-    return run_experiment(run, out)
+    return reproduced(out, lambda _: run_example(seed))
 
 
 @reproduce.command
@@ -53,12 +50,9 @@ def laws(out: Path = Path("reproduce-laws"), seed: int = 0, graphs: int = 20, de
         debug: Show tracebacks of errors.
     """
 
-    def run(progress: Progress) -> Report:
-        from planner.studies.laws.run import run_laws
+    from planner.studies.laws.run import run_laws
 
-        return run_laws(graphs, seed=seed, progress=progress)
-
-    return run_experiment(run, out)
+    return reproduced(out, lambda progress: run_laws(graphs, seed=seed, progress=progress))
 
 
 @reproduce.command
@@ -84,12 +78,9 @@ def manipulator(
         debug: Show tracebacks of errors.
     """
 
-    def run(progress: Progress) -> Report:
-        from planner.studies.manipulator.run import run_manipulator
+    from planner.studies.manipulator.run import run_manipulator
 
-        return run_manipulator(seeds, nodes, collision, seed, strands, progress)
-
-    return run_experiment(run, out)
+    return reproduced(out, lambda progress: run_manipulator(seeds, nodes, collision, seed, strands, progress))
 
 
 @reproduce.command
@@ -132,25 +123,18 @@ def learning(
     if robot is None and given:
         raise OptionError(f"{', '.join('--' + name for name in given)} asks for a robot's roadmaps: give --robot too.")
 
-    def run(progress: Progress) -> Report:
-        from planner.studies.learning.robot import RobotSettings
-        from planner.studies.learning.run import run_learning
+    from planner.studies.learning.robot import RobotSettings
+    from planner.studies.learning.run import run_learning
 
-        settings = RobotSettings(robot, **given) if robot else None
-        return run_learning(graphs, iterations, seed, settings, progress=progress)
-
-    return run_experiment(run, out)
+    settings = RobotSettings(robot, **given) if robot else None
+    return reproduced(out, lambda progress: run_learning(graphs, iterations, seed, settings, progress=progress))
 
 
-def run_experiment(run: Callable[[Progress], Report], folder: Path) -> int:
-    """Run an experiment with a progress bar, write its report, print its table and verdicts; the exit code."""
-    from planner.base.files import require_writable_folder
-
-    require_writable_folder(folder)
+def reproduced(folder: Path, run: Callable[[Progress], Report]) -> int:
+    """Run an experiment, write its report, show its table and verdicts; the exit code."""
     from planner.studies.report import write_report
 
-    with working() as progress:
-        report = run(progress)
+    report = run_into(folder, run)
     written = write_report(report, folder)
     show(report_table(report.table))
     show(verdict_table(report.verdicts))

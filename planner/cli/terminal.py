@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from planner.base.progress import Progress, Report, StopRequest
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from planner.studies.report import Verdict
+
+T = TypeVar("T")
 
 
 def say(text: str) -> None:
@@ -56,6 +59,15 @@ def working() -> Iterator[Progress]:
     tasks: dict[str, Any] = {}
     with StopRequest(drawn=lambda: len(tasks)) as stop, _bars() as bars:
         yield Progress(_reporter(bars, tasks), stop)
+
+
+def run_into(folder: Path, run: Callable[[Progress], T]) -> T:
+    """The result of long work that is to be written into ``folder``, which is refused before the work begins."""
+    from planner.base.files import require_writable_folder
+
+    require_writable_folder(folder)
+    with working() as progress:
+        return run(progress)
 
 
 @contextmanager

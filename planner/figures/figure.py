@@ -4,7 +4,7 @@ Lines are told apart by dash and marker as well as by shade, so that a black and
 """
 
 from planner.figures.convergence import convergence, error_decay
-from planner.figures.laws import near_deadline, node_courses
+from planner.figures.laws import near_deadline, node_histories
 from planner.figures.profiles import clearance_bounds, path_profiles
 from planner.figures.space import configuration_space
 from planner.figures.tradeoff import beta_costs, cost_envelope, tradeoff_front
@@ -18,7 +18,7 @@ __all__ = [
     "cost_envelope",
     "error_decay",
     "near_deadline",
-    "node_courses",
+    "node_histories",
     "path_profiles",
     "tool_paths",
     "tradeoff_front",

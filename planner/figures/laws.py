@@ -20,10 +20,10 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.figures.strokes import MARKS, SHADES, stroke
 
-NodeCourse: TypeAlias = tuple[Floats, Floats, Floats]
+NodeHistory: TypeAlias = tuple[Floats, Floats, Floats]
 """t (k,) s, state error x - x* (k,) km, control input (k,) km/s of one node."""
 
-ErrorCourse: TypeAlias = tuple[Floats, Floats]
+ErrorHistory: TypeAlias = tuple[Floats, Floats]
 """t (k,) s and largest state error (k,) km."""
 
 Grid: TypeAlias = Mapping[tuple[str, str], Sequence[tuple[float, float]]]
@@ -42,19 +42,19 @@ _LABEL_BOX: dict[str, Any] = {"boxstyle": "round,pad=0.12", "facecolor": "white"
 _FLOOR = 1e-10  # km: smaller errors are drawn here, as a log axis has no zero
 
 
-def node_courses(rows: Sequence[tuple[str, Mapping[str, NodeCourse]]], node: int, T_p: float) -> Figure:
+def node_histories(rows: Sequence[tuple[str, Mapping[str, NodeHistory]]], node: int, T_p: float) -> Figure:
     """State error (linear, and its size on a log axis) and control input of one node against t, as fig. (comparison).
 
     Each row of panels is a title and its curves by label. The time axis ends soon after the last curve has settled,
     at T_p at the latest.
     """
     figure = Figure(figsize=(10.5, 3.2 * len(rows)), layout="constrained")
-    end = min(T_p, 1.1 * max(course[0][-1] for _, curves in rows for course in curves.values()))
+    end = min(T_p, 1.1 * max(history[0][-1] for _, curves in rows for history in curves.values()))
     parts: Any = figure.subfigures(len(rows), 1, squeeze=False)
     for part, (title, curves) in zip(parts[:, 0], rows, strict=True):
         panels = part.subplots(1, 3)
-        for k, (label, course) in enumerate(curves.items()):
-            _node_curve(panels, label, _at_rest_until(T_p, course), stroke(k))
+        for k, (label, history) in enumerate(curves.items()):
+            _node_curve(panels, label, _at_rest_until(T_p, history), stroke(k))
         for axes, name in zip(panels, _node_labels(node), strict=True):
             axes.set_ylabel(name)
             axes.set_xlabel(f"time $t$ (s), $T_p = {T_p:g}$ s")
@@ -72,8 +72,8 @@ def _node_labels(node: int) -> tuple[str, str, str]:
     return f"state error ${error}$ (km)", f"$|{error}|$ (km)", f"control input $u_{{{node}}}$ (km/s)"
 
 
-def _node_curve(panels: Sequence[Axes], label: str, course: NodeCourse, style: dict[str, Any]) -> None:
-    t, error, u = course
+def _node_curve(panels: Sequence[Axes], label: str, history: NodeHistory, style: dict[str, Any]) -> None:
+    t, error, u = history
     panels[0].plot(t, error, label=label, **style)
     panels[1].semilogy(t, np.maximum(np.abs(error), _FLOOR), **style)
     panels[2].plot(t, u, **style)
@@ -98,11 +98,11 @@ def exponent_summary(grids: Mapping[str, Grid]) -> Figure:
     return figure
 
 
-def near_deadline(courses: Mapping[str, ErrorCourse], T_p: float, title: str = "") -> Figure:
+def near_deadline(histories: Mapping[str, ErrorHistory], T_p: float, title: str = "") -> Figure:
     """Largest error against the time left before T_p, both on log axes; T_p is infinitely far to the right."""
     figure = Figure(figsize=(7.2, 4.4), layout="constrained")
     axes = figure.add_subplot()
-    for k, (label, (t, error)) in enumerate(courses.items()):
+    for k, (label, (t, error)) in enumerate(histories.items()):
         left = T_p - t
         shown = left > 1e-9
         axes.loglog(left[shown], np.maximum(error[shown], _FLOOR), label=label, **stroke(k))
@@ -176,9 +176,9 @@ def _draw_arc(axes: Axes, network: gabf.Network, arc: int, thick: bool) -> None:
     axes.text(*middle, f"{network.weight[arc]:g}", fontsize=8.5, zorder=2, bbox=_LABEL_BOX, **_CENTRED)
 
 
-def _at_rest_until(T_p: float, course: NodeCourse) -> NodeCourse:
-    """The course with the rest that a settled node keeps until T_p."""
-    t, e, u = course
+def _at_rest_until(T_p: float, history: NodeHistory) -> NodeHistory:
+    """The history with the rest that a settled node keeps until T_p."""
+    t, e, u = history
     return np.append(t, T_p), np.append(e, e[-1]), np.append(u, 0.0)
 
 

@@ -128,9 +128,9 @@ class CurvePanel:
     last: int | None = None
 
 
-def execution_curves(panels: Sequence[CurvePanel], columns: int = 2) -> Figure:
+def execution_curves(panels: Sequence[CurvePanel]) -> Figure:
     """Quantities against the number of executions."""
-    rows = -(-len(panels) // columns)
+    columns, rows = 2, -(-len(panels) // 2)
     figure = Figure(figsize=(4.7 * columns, 3.2 * rows + 0.4), layout="constrained")
     grid: Any = figure.subplots(rows, columns, squeeze=False)
     for axes, panel in zip(grid.ravel(), panels, strict=False):

@@ -24,16 +24,14 @@ Polygons: TypeAlias = list[Floats]
 """Corners (k, 3) of flat faces."""
 
 _SIDES = 20
+_VIEW = 24.0, -60.0  # elevation and azimuth, degrees
 _BEHIND: dict[str, Any] = {"color": "0.55", "linewidth": 3.0, "solid_capstyle": "round"}
 
 
-def tool_paths(
-    robot: Robot, scene: Scene, paths: Mapping[str, Floats], view: tuple[float, float] = (24, -60)
-) -> Figure:
+def tool_paths(robot: Robot, scene: Scene, paths: Mapping[str, Floats]) -> Figure:
     """The tool's path along joint paths (k, dof) by label, among the obstacles: left with the arm, right enlarged.
 
     Dots are waypoints. The arm is drawn as a line through its joints, at the start and at the end of the first path.
-    ``view``: elevation and azimuth in degrees.
     """
     figure = Figure(figsize=(11.0, 5.4))
     drawn = {label: (tool_positions(robot, dense_path(q)), tool_positions(robot, q)) for label, q in paths.items()}
@@ -42,7 +40,7 @@ def tool_paths(
     whole, near = _limits(np.concatenate([points, *arms, *faces])), _limits(points)
     for place, limits in ((121, whole), (122, near)):
         axes: Any = figure.add_subplot(place, projection="3d", computed_zorder=False)
-        _frame(axes, limits, view)
+        _frame(axes, limits)
         _draw_obstacles(axes, [cut for face in faces if len(cut := clipped(face, *limits))])
         for arm in arms if limits is whole else []:
             axes.plot(*arm.T, zorder=2, **_BEHIND)
@@ -150,7 +148,7 @@ def _limits(points: Floats) -> tuple[Floats, Floats]:
     return low - room, high + room
 
 
-def _frame(axes: Axes3D, limits: tuple[Floats, Floats], view: tuple[float, float]) -> None:
+def _frame(axes: Axes3D, limits: tuple[Floats, Floats]) -> None:
     """Equal scales on the three axes, and ticks that leave room for their numbers."""
     size = limits[1] - limits[0]
     step = 0.1 if size.max() < 0.8 else 0.2 if size.max() < 1.2 else 0.4
@@ -159,4 +157,4 @@ def _frame(axes: Axes3D, limits: tuple[Floats, Floats], view: tuple[float, float
         getattr(axes, f"set_{name}label")(f"{name} (m)")
         getattr(axes, f"{name}axis").set_major_locator(MultipleLocator(step))
     axes.set_box_aspect(size)
-    axes.view_init(*view)
+    axes.view_init(*_VIEW)

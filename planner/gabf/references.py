@@ -79,7 +79,7 @@ class BackwardEuler(Solver):
         while True:
             yield _state(problem, tau, y, count)
             dtau, tau = landing.clip(tau, self.step)
-            y, sweeps = _implicit_step(problem, flow, y, dtau)
+            y, sweeps = implicit_step(problem, flow, y, dtau)
             count += sweeps + 1
 
 
@@ -107,7 +107,11 @@ def _state(problem: Problem, tau: float, y: Floats, count: int) -> State:
     return State(tau, y, disequilibrium(problem, y), count)
 
 
-def _implicit_step(problem: Problem, flow: Flow, y: Floats, dtau: float) -> tuple[Floats, int]:
+def implicit_step(problem: Problem, flow: Flow, y: Floats, dtau: float) -> tuple[Floats, int]:
+    """The packed states after a backward Euler step of ``dtau`` from ``y``, and the sweeps that it took.
+
+    AssumptionError where the parent values do not come to rest.
+    """
     rows, scale = problem.n_rows, max(1.0, float(np.abs(y).max()))
     guess, sweeps = y, 0
     while True:
@@ -117,4 +121,4 @@ def _implicit_step(problem: Problem, flow: Flow, y: Floats, dtau: float) -> tupl
         if change <= 1e-13 * scale:
             return guess, sweeps
         if sweeps >= 10_000:
-            raise AssumptionError(f"a backward Euler step of {dtau:g} does not converge: choose a smaller step")
+            raise AssumptionError(f"a backward Euler step of {dtau:g} in tau does not converge: choose a smaller step")

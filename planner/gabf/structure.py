@@ -11,6 +11,8 @@ from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce
 
+_TIES = 1e-12  # times max(1, |x*|): values this near count as equal, since paths of equal cost differ in rounding
+
 
 @dataclass(frozen=True, eq=False)
 class Structure:
@@ -36,18 +38,17 @@ class Structure:
         return self.values.size - 1
 
 
-def structure(net: Network, x_star: Floats | None = None, ties: float = 1e-12) -> Structure:
+def structure(net: Network, x_star: Floats | None = None) -> Structure:
     """Everything about the optimum of any progressive increasing kernel.
 
-    ``x_star``: the oracle's unless given. Values that differ by at most ``ties`` max(1, |x*|) count as equal,
-    since paths of equal cost differ in rounding; a larger one merges more.
+    ``x_star``: the oracle's unless given. Values that differ by at most 1e-12 max(1, |x*|) count as equal.
     """
     x = oracle(net) if x_star is None else np.asarray(x_star, dtype=np.float64)
     problem = reduce(net)
     y = problem.pack(x)
-    tight = _true_arcs(problem, y, ties)
+    tight = _true_arcs(problem, y)
     longest = _hops(problem, tight, longest=True)
-    level, values = _levels(problem, y, ties)
+    level, values = _levels(problem, y)
     return Structure(
         x_star=x,
         true_arcs=problem.arc_ids[tight],
@@ -66,10 +67,10 @@ def true_parents(net: Network, found: Structure, i: int) -> Ints:
     return np.unique(net.indices[arcs[net.tails[arcs] == i]])
 
 
-def _true_arcs(problem: Problem, y: Floats, ties: float) -> Bools:
+def _true_arcs(problem: Problem, y: Floats) -> Bools:
     """Arcs with f_i(x_j*, w_ij) = x_i*, and x_j* < x_i*, so that no cycle of ties is let in."""
     values, own, head = problem.arcs(y[problem.heads]), y[problem.owners], y[problem.heads]
-    return (values <= own + ties * np.maximum(1.0, np.abs(own))) & (head < own)
+    return (values <= own + _TIES * np.maximum(1.0, np.abs(own))) & (head < own)
 
 
 def _hops(problem: Problem, tight: Bools, longest: bool) -> Ints:
@@ -86,12 +87,12 @@ def _hops(problem: Problem, tight: Bools, longest: bool) -> Ints:
         hops = offered
 
 
-def _levels(problem: Problem, y: Floats, ties: float) -> tuple[Ints, Floats]:
+def _levels(problem: Problem, y: Floats) -> tuple[Ints, Floats]:
     """The l of S_l for every node, and the values; all sources are S_0."""
     rows = y[: problem.n_rows]
     order = np.argsort(rows, kind="stable")
     ascending = rows[order]
-    fresh = np.diff(ascending, prepend=-np.inf) > ties * np.maximum(1.0, np.abs(ascending))
+    fresh = np.diff(ascending, prepend=-np.inf) > _TIES * np.maximum(1.0, np.abs(ascending))
     level = np.zeros(problem.nodes.size, dtype=np.int64)
     level[order] = np.cumsum(fresh)
     return level, np.concatenate(([problem.anchors.min()], ascending[fresh]))

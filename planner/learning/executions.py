@@ -62,14 +62,14 @@ def touching(network: gabf.Network, nodes: Ints) -> Ints:
 
 
 def run_executions(
-    beliefs: gabf.Network, costs: Floats, rule: ErrorDriven, starts: Iterable[int], law: gabf.Law | None = None
+    beliefs: gabf.Network, costs: Floats, rule: ErrorDriven, starts: Iterable[int]
 ) -> Iterator[Execution]:
     """One execution a start, each planned on what the ones before it have taught; x goes on from the last x.
 
     ``beliefs``: a network of :func:`believed`. ``costs`` (n_arcs,) true costs, read at revealed arcs only. No parallel
     arcs: their weights would be trained apart and the path could not say which one it took.
     """
-    stage = planning_stage(beliefs, law=law)
+    stage = planning_stage(beliefs)
     for start in starts:
         done = execute(stage, costs, start)
         yield done

@@ -10,6 +10,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError
+from planner.base.polylines import parts_of
 from planner.base.request import require_share
 from planner.base.resolutions import COST_ALONG_EDGE
 from planner.costs.network import distance_cost
@@ -39,18 +40,16 @@ class SlowZone:
         return np.linalg.norm(positions - self.centre, axis=1) <= self.radius
 
 
-def execution_costs(
-    robot: Robot, roadmap: Roadmap, beta: float, zones: Sequence[SlowZone] = (), step: float = COST_ALONG_EDGE
-) -> Floats:
+def execution_costs(robot: Robot, roadmap: Roadmap, beta: float, zones: Sequence[SlowZone] = ()) -> Floats:
     """(m,) the integral of ((1 - beta) omega(q) + beta) factor(q) dq along every edge, in units of the longest edge.
 
-    What :class:`planner.gabf.EdgeIntegral` trades off, read along the whole edge every ``step`` rad of joint motion
-    (midpoint rule), times the factor of each slow zone that the tool is in.
+    What :class:`planner.gabf.EdgeIntegral` trades off, read along the whole edge every ``COST_ALONG_EDGE`` rad of joint
+    motion (midpoint rule), times the factor of each slow zone that the tool is in.
     """
     require_share(beta)
     start = roadmap.nodes[roadmap.edges[:, 0]]
     delta = robot.difference(start, roadmap.nodes[roadmap.edges[:, 1]])
-    pieces = np.maximum(1, np.ceil(roadmap.joint_length / step)).astype(np.int64)
+    pieces = parts_of(roadmap.joint_length, COST_ALONG_EDGE)
     row, first = np.repeat(np.arange(len(pieces)), pieces), np.cumsum(pieces) - pieces
     share = (np.arange(len(row)) - first[row] + 0.5) / pieces[row]
     rate = _rate(robot, roadmap, start[row] + share[:, None] * delta[row], beta, zones)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.polylines import cut, parts_of
 from planner.base.resolutions import CLEARANCE_ALONG_PATH, RECHECK, W_ALONG_PATH
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
@@ -36,12 +37,8 @@ def dense_path(path: Floats, step: float = W_ALONG_PATH) -> Floats:
 
 def dense_segments(path: Floats, step: float) -> tuple[Floats, Ints]:
     """Configurations (n, dof) as :func:`dense_path` has them, and the segment (n,) that each ends or lies on."""
-    rows, segment = [path[:1]], [0]
-    for k, (a, b) in enumerate(itertools.pairwise(path)):
-        count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
-        rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
-        segment += [k] * count
-    return np.concatenate(rows), np.array(segment)
+    parts = parts_of(np.abs(np.diff(path, axis=0)).max(axis=1, initial=0.0), step)
+    return cut(path, parts), np.concatenate([[0], np.repeat(np.arange(len(parts)), parts)])
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ the space.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.polylines import cut, parts_of
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE
@@ -74,7 +74,9 @@ def refine_path(prover: EdgeProver, path: Floats, cost: MotionCost, progress: Pr
     """
     path = prover.robot.unwound(path)
     for piece in _PIECES:
-        path, size = _cut(path, piece), 0.5 * piece
+        # part of a proven motion is proven
+        path = cut(path, parts_of(np.linalg.norm(np.diff(path, axis=0), axis=1), piece))
+        size = 0.5 * piece
         for sweep in range(_SWEEPS):
             if progress.stopped:
                 return
@@ -87,16 +89,6 @@ def refine_path(prover: EdgeProver, path: Floats, cost: MotionCost, progress: Pr
                 moved = _move(prover, path, inner, cost, size)
                 size *= 1.0 if moved.mean() >= 0.3 else 0.7
         yield path.copy()
-
-
-def _cut(path: Floats, piece: float) -> Floats:
-    """The path with no motion longer than ``piece`` (rad): part of a proven motion is proven."""
-    rows = [path[:1]]
-    for a, b in itertools.pairwise(path):
-        count = max(1, int(np.ceil(np.linalg.norm(b - a, axis=0) / piece)))
-        rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
-        rows[-1][-1] = b
-    return np.concatenate(rows)
 
 
 def _without_needless(prover: EdgeProver, path: Floats, cost: MotionCost, piece: float) -> Floats:

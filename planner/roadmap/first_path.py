@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.polylines import cut, parts_of
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH
@@ -125,10 +126,8 @@ class FirstPathSearch:
 
     def _subdivided(self, path: Floats) -> Floats:
         """The path with no two states further apart than the range: a piece of a proven motion is proven."""
-        rows = [path[:1]]
-        for a, b in itertools.pairwise(path):
-            delta = self._robot.difference(a, b)
-            pieces = max(1, int(np.ceil(length(delta) / self._settings.range)))
-            share = np.arange(1, pieces)[:, None] / pieces
-            rows += [self._robot.normalise(a + share * delta), b[None]]
-        return np.concatenate(rows)
+        delta = self._robot.difference(path[:-1], path[1:])
+        parts = parts_of(np.array([length(motion) for motion in delta]), self._settings.range)
+        rows = self._robot.normalise(cut(path, parts, delta))
+        rows[np.cumsum([0, *parts])] = path
+        return rows

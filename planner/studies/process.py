@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import subprocess
 import sys
 import tempfile
@@ -52,8 +53,8 @@ def run_module(
     return Ended(None if killed else process.returncode, seconds, killed and over, lines[-1] if lines else "")
 
 
-def peak_memory() -> float | None:
-    """The most memory (MiB) this process has held so far, where the system tells.
+def peak_memory() -> float:
+    """The most memory (MiB) this process has held so far.
 
     Linux's VmHWM, since ru_maxrss counts what the parent held before this program was loaded into the process.
     """
@@ -62,10 +63,6 @@ def peak_memory() -> float | None:
         line = next((line for line in status.read_text().splitlines() if line.startswith("VmHWM:")), None)
         if line is not None:
             return int(line.split()[1]) / 1024.0
-    try:
-        import resource
-    except ImportError:  # Windows
-        return None
     per_unit = 2**20 if sys.platform == "darwin" else 2**10
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / per_unit
 

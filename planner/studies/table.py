@@ -5,9 +5,10 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import operator
 import platform
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from functools import cache
 from pathlib import Path
 from types import NoneType
@@ -16,7 +17,7 @@ from typing import Any, Generic, TypeVar, get_args, get_type_hints
 import numpy as np
 
 from planner.base.errors import FileError
-from planner.base.files import write_whole
+from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
 from planner.studies.report import Verdict
 
@@ -32,6 +33,15 @@ _SILENT = (
     "studies/manipulator",
     "studies/learning",
 )  # whose source decides nothing that a benchmark measures
+
+
+@dataclass(frozen=True)
+class Bench(Generic[R]):
+    """The rows that a benchmark was asked for, and its report, Markdown; ``complete``: it was not interrupted."""
+
+    rows: tuple[R, ...]
+    report: str
+    complete: bool
 
 
 class ResultsFile(Generic[R]):
@@ -92,6 +102,31 @@ def measure_missing(
         rows += found
         progress(stage, done, len(cases))
     return rows, True
+
+
+def run_bench(
+    folder: Path,
+    name: str,
+    kind: type[R],
+    cases: Sequence[C],
+    cached: Callable[[ResultsFile[R], C], list[R]],
+    measure: Callable[[C], list[R]],
+    to_markdown: Callable[[Sequence[R], bool], str],
+    stage: str,
+    progress: Progress,
+    order: Callable[[R], Any] | None = None,
+) -> Bench[R]:
+    """:func:`measure_missing` on ``<name>.csv`` of ``folder``, and its rows' report written to ``<name>.md`` beside.
+
+    ``kind`` has a ``key``, what was asked. :class:`FileError` where the folder or the table cannot be used.
+    """
+    make_folder(folder)
+    key: Callable[[Any], Hashable] = operator.attrgetter("key")
+    ledger = ResultsFile(folder / f"{name}.csv", kind, f"planner bench {name}", key, order)
+    rows, complete = measure_missing(ledger, cases, lambda case: cached(ledger, case), measure, stage, progress)
+    report = to_markdown(rows, complete)
+    write_whole(folder / f"{name}.md", report.encode())
+    return Bench(tuple(rows), report, complete)
 
 
 def read_rows(path: Path, kind: type[R], command: str) -> list[R]:

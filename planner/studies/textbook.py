@@ -9,15 +9,13 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.errors import AssumptionError
 from planner.gabf.problem import Problem, reduce
+from planner.gabf.references import implicit_step
 from planner.gabf.solvers import disequilibrium
-
-_MAX_SWEEPS = 10_000
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class SolverRun:
     """A run as one method made it: ``error`` max_i |x_i - x_i*| (k,) after the steps that ended at ``t`` (k,).
 
     ``reached``: the method came to the end of the interval; ``message``: what it said, or "".
@@ -46,7 +44,11 @@ class Course:
 
 @dataclass(frozen=True, eq=False)
 class Initial:
-    """dx/dt = -etabar(t) phi(xhat), eqs. (prespecified) and (fully), from ``x0`` towards ``x_star`` (n,)."""
+    """dx/dt = -etabar(t) phi(xhat), eqs. (prespecified) and (fully), from ``x0`` towards ``x_star`` (n,).
+
+    The same as :func:`planner.gabf.right_side`, but on packed states and with the gain by its formula in t: that one
+    takes it at the clock's tau, by Newton's method, which would be most of what an explicit solver spends.
+    """
 
     network: gabf.Network
     law: gabf.PrescribedTime | gabf.SingularityFree
@@ -78,7 +80,7 @@ class Initial:
         return np.inf if np.isnan(worst) else worst
 
 
-def forward_euler(initial: Initial, steps: int) -> Course:
+def forward_euler(initial: Initial, steps: int) -> SolverRun:
     """x(t + dt) = x(t) + dt u(t), dt = T_p / ``steps``, up to T_p.
 
     k steps before T_p its step is 2 (1 + h) / k in tau, however small dt is: there it leaves the stable range.
@@ -88,44 +90,32 @@ def forward_euler(initial: Initial, steps: int) -> Course:
         for k in range(steps):
             y = y + dt * initial.slope(k * dt, y)
             errors.append(initial.error(y))
-    return Course("forward Euler", _ends(dt, steps), np.array(errors), steps)
+    return SolverRun("forward Euler", _ends(dt, steps), np.array(errors), steps)
 
 
-def backward_euler(initial: Initial, steps: int) -> Course:
+def backward_euler(initial: Initial, steps: int) -> SolverRun:
     """x(t + dt) = x(t) + dt u(t + dt), dt = T_p / ``steps``; the last step, at T_p, has no gain, eq. (ebar).
 
-    Each step is solved exactly: for given parent values a node's equation has one root, and the parent values are
-    iterated to their fixed point.
+    Each step is one of :class:`planner.gabf.BackwardEuler`, of a length in tau that grows as T_p comes near.
     """
     dt, y, count, errors = initial.law.T / steps, initial.y0, 0, []
-    for k in range(1, steps + 1):
-        y, sweeps = _implicit(initial, y, dt * initial.gain(k * dt)) if k < steps else (y, 0)
+    for k in range(1, steps):
+        y, sweeps = implicit_step(initial.problem, initial.law.flow, y, dt * initial.gain(k * dt))
         errors.append(initial.error(y))
         count += sweeps
-    return Course("backward Euler", _ends(dt, steps), np.array(errors), count)
+    errors.append(initial.error(y))
+    return SolverRun("backward Euler", _ends(dt, steps), np.array(errors), count)
 
 
-def runge_kutta(initial: Initial, end: float, rtol: float = 1e-6) -> Course:
+def runge_kutta(initial: Initial, end: float, rtol: float = 1e-6) -> SolverRun:
     """SciPy's RK45, the pair that MATLAB's ode45 uses, from 0 to ``end`` in t."""
     from scipy.integrate import solve_ivp
 
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         run = solve_ivp(initial.slope, (0.0, end), initial.y0, method="RK45", rtol=rtol)
     errors = np.array([initial.error(y) for y in run.y.T])
-    return Course("RK45", run.t, errors, run.nfev, run.status == 0, "" if run.status == 0 else run.message)
+    return SolverRun("RK45", run.t, errors, run.nfev, run.status == 0, "" if run.status == 0 else run.message)
 
 
 def _ends(dt: float, steps: int) -> Floats:
     return np.arange(1, steps + 1, dtype=np.float64) * dt
-
-
-def _implicit(initial: Initial, y: Floats, dtau: float) -> tuple[Floats, int]:
-    problem, flow, guess = initial.problem, initial.law.flow, y
-    size = 1e-13 * max(1.0, float(np.abs(y).max()))
-    for sweep in range(1, _MAX_SWEEPS + 1):
-        m = problem.parent_values(guess)
-        root = np.concatenate((m + flow.resolvent(y[: problem.n_rows] - m, dtau), problem.anchors))
-        change, guess = float(np.abs(root - guess).max()), root
-        if change <= size:
-            return guess, sweep
-    raise AssumptionError(f"a backward Euler step of {dtau:g} in tau does not converge: take more steps")

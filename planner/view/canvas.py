@@ -154,9 +154,9 @@ def _geometry(shape: Shape) -> Any:
             return _triangles(creased(shape))
 
 
-def _capsule(shape: Capsule, rings: int = 8) -> Mesh:
+def _capsule(shape: Capsule) -> Mesh:
     """A tube whose ends are drawn in to half spheres."""
-    angle = np.linspace(-np.pi / 2, np.pi / 2, 2 * rings)
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 16)
     z = shape.radius * np.sin(angle) + np.where(angle < 0, -0.5, 0.5) * shape.length
     radius = np.maximum(shape.radius * np.cos(angle), 1e-6)
     straight = tube(np.column_stack([0 * z, 0 * z, z]), 1.0, 20)

@@ -94,15 +94,15 @@ def ellipsoids(robot: Robot, q: Floats) -> Floats:
     return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
 
 
-def worst_points(robot: Robot, path: Floats, count: int = 2) -> list[WorstPoint]:
-    """The ``count`` lowest local minima of w, densely sampled along a path; the lowest first, ends included."""
+def worst_points(robot: Robot, path: Floats) -> list[WorstPoint]:
+    """The two lowest local minima of w, densely sampled along a path; the lowest first, ends included."""
     dense = dense_path(path)
     w, (shares, _) = manipulability(robot, dense), path_shares(dense)
     chosen: list[int] = []
     for row in _local_minima(w):
         if all(abs(shares[row] - shares[other]) > _APART for other in chosen):
             chosen.append(int(row))
-        if len(chosen) == count:
+        if len(chosen) == 2:
             break
     places = tool_positions(robot, dense[chosen]).tolist()
     return [

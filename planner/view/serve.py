@@ -39,8 +39,7 @@ def serve(
         announce(f"Serving {address} on this machine only; Ctrl-C ends it.")
         if open_browser:
             announce(_open(address))
-        while not asked.wait(0.5):  # without a timeout Ctrl-C would not work on Windows
-            pass
+        asked.wait()
 
 
 def require_port(port: int) -> None:
@@ -146,7 +145,7 @@ def _until_signal(asked: threading.Event) -> Iterator[None]:
 
 def _open(address: str) -> str:
     """Open the page in a browser where there is a screen to show it on; a browser in the terminal would block."""
-    screen = sys.platform in ("darwin", "win32") or any(os.environ.get(k) for k in ("DISPLAY", "WAYLAND_DISPLAY"))
+    screen = sys.platform == "darwin" or any(os.environ.get(k) for k in ("DISPLAY", "WAYLAND_DISPLAY"))
     if screen and webbrowser.open(address):
         return "Opened in the browser."
     return "No browser can be opened from here: open the address yourself."

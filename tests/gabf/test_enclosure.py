@@ -22,7 +22,7 @@ def settled(seed, most_nodes=12, **more):
     return net, law, x0, solve(net, law, x0, **more)
 
 
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize("block", range(2))
 def test_an_independent_integrator_settles_inside_the_bracket(block):
     judged = 0
     for seed in range(25 * block, 25 * block + 25):
@@ -39,7 +39,7 @@ def test_an_independent_integrator_settles_inside_the_bracket(block):
     assert judged > 12
 
 
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize("block", range(2))
 def test_no_run_settles_above_a_certified_bound(block):
     """545 of 1500 such runs did, by up to 14 times, while steps did not fit the law's own pace."""
     for seed in range(1000 + 25 * block, 1025 + 25 * block):
@@ -101,7 +101,7 @@ def test_two_nodes_that_lift_each_other_rise_as_fast_as_the_law_has_it(law, cost
     assert result.settling_tau <= bound
 
 
-@pytest.mark.parametrize("seed", range(300, 312))
+@pytest.mark.parametrize("seed", range(300, 306))
 def test_states_stay_between_the_sides(seed):
     net, law, x0, result = settled(seed)
     problem = reduce(net)

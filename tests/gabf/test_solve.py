@@ -82,7 +82,7 @@ def test_budgets_end_a_run():
         solve(NET, max_steps=-1)
 
 
-def test_self_stabilisation_after_an_arc_is_lost_and_another_gets_dearer():
+def test_self_stabilisation_after_an_arc_is_lost_and_another_gets_costlier():
     before = solve(NET)
     path = gabf.extract_path(NET, before, int(np.argmax(np.where(np.isfinite(before.x), before.x, -1))))
     i, j = int(path[2]), int(path[3])

@@ -48,12 +48,12 @@ def test_both_ends_of_an_arc_need_not_be_visited_for_it_to_be_seen() -> None:
 
 
 def test_optimism_tries_what_pessimism_never_looks_at() -> None:
-    # as the detour, with one more node on the cheap way: its middle arc is beside no node of the dear path
+    # as the detour, with one more node on the cheap path: its middle arc is beside no node of the costly path
     network = network_of([(0, 1), (1, 4), (0, 2), (2, 3), (3, 4)], 5)
-    dear = np.isin(network.tails, [1]) | np.isin(network.indices, [1])
-    costs = np.where(dear, 5.0, 1.0)
+    costly = np.isin(network.tails, [1]) | np.isin(network.indices, [1])
+    costs = np.where(costly, 5.0, 1.0)
     for name, far, expected in (("optimistic", 0.5, [10.0, 3.0, 3.0]), ("pessimistic", 30.0, [10.0, 10.0, 10.0])):
-        beliefs = believed(network, RULE, np.where(dear, 0.1 if name == "optimistic" else 20.0, far))
+        beliefs = believed(network, RULE, np.where(costly, 0.1 if name == "optimistic" else 20.0, far))
         paid = [done.cost for done in run_executions(beliefs, costs, RULE, [4] * 3)]
         assert paid == expected, name
 

@@ -63,7 +63,7 @@ def test_measures_and_scale():
 
 
 def test_the_cost_to_go_only_falls():
-    """More choice, the same costs: nobody's way gets dearer."""
+    """More choice, the same costs: no path gets costlier."""
     from planner import gabf
 
     before, after = (gabf.oracle(build_network(each)) for each in (OLD, NEW))

@@ -63,5 +63,5 @@ def test_runge_kutta_says_whether_it_arrived(graph) -> None:
 
 def test_overflow_counts_as_an_infinite_error(graph) -> None:
     start = initial(graph, gabf.SingularityFree(m=(15, 1)))
-    course = forward_euler(start, 20)
-    assert course.last == np.inf
+    run = forward_euler(start, 20)
+    assert run.last == np.inf

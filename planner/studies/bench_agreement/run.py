@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError
-from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import WorldRequest, require_margin, require_seed
 from planner.base.resources import robot_names, scene_names
@@ -21,19 +20,10 @@ from planner.query.open import open_world
 from planner.studies.bench_agreement.check_speed import Speed, measure_speed
 from planner.studies.bench_agreement.contact_band import Disagreement, crossing, disagreement
 from planner.studies.bench_agreement.report import Row, to_markdown
-from planner.studies.table import ResultsFile, measure_missing, software
+from planner.studies.table import Bench, run_bench, software
 
 CROSSINGS = 40  # contacts of each robot and scene whose surroundings are checked
-CSV_NAME, MARKDOWN_NAME = "agreement.csv", "agreement.md"
 _LISTED = 20  # disagreements of a row that are kept one by one
-
-
-@dataclass(frozen=True)
-class AgreementBench:
-    """The rows asked for; ``complete`` is False where it was interrupted."""
-
-    rows: tuple[Row, ...]
-    complete: bool
 
 
 def bench_agreement(
@@ -44,7 +34,7 @@ def bench_agreement(
     margin: float = 0.0,
     seed: int = 0,
     progress: Progress = QUIET,
-) -> AgreementBench:
+) -> Bench[Row]:
     """Ask both libraries about ``states`` random configurations, shared out among all ``robots`` in all ``scenes``.
 
     All there are where none are named; a scene may be a file. Writes ``agreement.csv`` and ``agreement.md``; rows that
@@ -57,19 +47,18 @@ def bench_agreement(
     if states < 2 * len(pairs):
         raise OptionError(f"{states} states are too few for {len(pairs)} pairs of robot and scene: give more.")
     each = -(-states // len(pairs))
-    make_folder(folder)
-    ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench agreement", lambda row: row.key)
     here = software(versions())
-    rows, complete = measure_missing(
-        ledger,
+    return run_bench(
+        folder,
+        "agreement",
+        Row,
         pairs,
-        lambda pair: ledger.find((*pair, margin, seed, each, here)),
+        lambda table, pair: table.find((*pair, margin, seed, each, here)),
         lambda pair: _measure(*pair, margin, each, seed, progress),
+        to_markdown,
         "worlds",
         progress,
     )
-    write_whole(folder / MARKDOWN_NAME, to_markdown(rows, complete).encode())
-    return AgreementBench(tuple(rows), complete)
 
 
 def _measure(robot: str, scene: str, margin: float, states: int, seed: int, progress: Progress) -> list[Row]:

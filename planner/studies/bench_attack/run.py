@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any
@@ -12,32 +11,22 @@ from typing import Any
 import numpy as np
 
 from planner.base.errors import OptionError
-from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
+from planner.base.versions import versions
 from planner.collision import BACKENDS
-from planner.roadmap.build import versions
 from planner.studies.bench_attack.cases import KINDS
 from planner.studies.bench_attack.claims import attack_claims
 from planner.studies.bench_attack.reach import attack_reach
 from planner.studies.bench_attack.report import Row, to_markdown
 from planner.studies.bench_attack.segments import attack_segments
-from planner.studies.table import ResultsFile, measure_missing, software
+from planner.studies.table import Bench, run_bench, software
 from planner.world.robot import Robot
 
 ROBOTS = ("planar_2r", "iiwa14")
-CSV_NAME, MARKDOWN_NAME = "attack.csv", "attack.md"
 PAIRS = tuple(combinations_with_replacement(KINDS, 2))
 
 _Target = tuple[str, str, str, str, int]  # attack, first, second, library, tries
-
-
-@dataclass(frozen=True)
-class AttackBench:
-    """The rows asked for; ``complete`` is False where it was interrupted."""
-
-    rows: tuple[Row, ...]
-    complete: bool
 
 
 def bench_attack(
@@ -48,7 +37,7 @@ def bench_attack(
     libraries: Sequence[str] = BACKENDS,
     seed: int = 0,
     progress: Progress = QUIET,
-) -> AttackBench:
+) -> Bench[Row]:
     """Attack every pair of kinds of shapes and every robot; write ``attack.csv`` and ``attack.md``.
 
     ``tries``: pairs of shapes for each pair of kinds and library, and segments for the reach of each robot;
@@ -62,19 +51,18 @@ def bench_attack(
         raise OptionError("give at least 1 try and 1 segment.")
     for name in robots:
         Robot.load(name)
-    make_folder(folder)
-    ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench attack", lambda row: row.key)
     here = software(versions())
-    rows, complete = measure_missing(
-        ledger,
+    return run_bench(
+        folder,
+        "attack",
+        Row,
         _targets(tries, segments, robots, libraries),
-        lambda target: ledger.find((*target, seed, here)),
+        lambda table, target: table.find((*target, seed, here)),
         lambda target: _measure(target, seed, progress),
+        to_markdown,
         "attacks",
         progress,
     )
-    write_whole(folder / MARKDOWN_NAME, to_markdown(rows, complete).encode())
-    return AttackBench(tuple(rows), complete)
 
 
 def _targets(tries: int, segments: int, robots: Sequence[str], libraries: Sequence[str]) -> list[_Target]:

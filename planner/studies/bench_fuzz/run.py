@@ -52,12 +52,18 @@ class Case:
 class FuzzBench:
     """All cases; ``complete`` is False where it was interrupted."""
 
+    seed: int
     cases: tuple[Case, ...]
     complete: bool
 
     @property
     def failures(self) -> tuple[Case, ...]:
         return tuple(case for case in self.cases if case.failed)
+
+    @property
+    def report(self) -> str:
+        """Counts of each kind of file, and every failure, as Markdown."""
+        return _to_markdown(self)
 
 
 def bench_fuzz(
@@ -82,13 +88,13 @@ def bench_fuzz(
     while len(found) < cases and not progress.stopped:
         found += _batch(seed, names, len(found), min(cases, len(found) + _BATCH), progress)
         progress("files", len(found), cases)
-    result = FuzzBench(tuple(found), len(found) >= cases)
+    result = FuzzBench(seed, tuple(found), len(found) >= cases)
     for case in result.failures:
         kind = kinds()[case.kind]
         write_whole(
             folder / f"{case.kind.replace(' ', '-')}-{seed}-{case.number}{kind.suffix}", make(seed, case.number, kind)
         )
-    write_whole(folder / "fuzz.md", to_markdown(result, seed).encode())
+    write_whole(folder / "fuzz.md", result.report.encode())
     return result
 
 
@@ -120,8 +126,7 @@ def judge(use: Callable[[Path], object], path: Path) -> tuple[str, str]:
     return ended, text
 
 
-def to_markdown(result: FuzzBench, seed: int) -> str:
-    """Counts of each kind of file, and every failure."""
+def _to_markdown(result: FuzzBench) -> str:
     lines = []
     for name in dict.fromkeys(case.kind for case in result.cases):
         mine = [case for case in result.cases if case.kind == name]
@@ -130,7 +135,7 @@ def to_markdown(result: FuzzBench, seed: int) -> str:
     table = markdown_table(["file", "cases", "loaded", "refused with a sentence", "failures"], lines)
     wrong = [f"- {case.kind} {case.number}: {case.ended}: {case.text!r}" for case in result.failures]
     ending = [] if result.complete else ["", "Interrupted: the cases that were not tried are missing above."]
-    return "\n".join([*table, "", f"Seed {seed}.", *wrong, *ending]) + "\n"
+    return "\n".join([*table, "", f"Seed {result.seed}.", *wrong, *ending]) + "\n"
 
 
 def _batch(seed: int, names: Sequence[str], first: int, last: int, progress: Progress) -> list[Case]:

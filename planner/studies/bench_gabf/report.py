@@ -37,24 +37,10 @@ class Row:
     memory_peak_mib: float | None
     software: str
 
-
-@dataclass(frozen=True)
-class GabfBench:
-    """The rows asked for, the growth exponents fitted to them, and the aims judged by them.
-
-    ``growth``: for each method the slope of log(seconds) against log(nodes). ``complete`` is False where it was
-    interrupted.
-    """
-
-    rows: tuple[Row, ...]
-    growth: dict[str, float]
-    aims: tuple[Verdict, ...]
-    complete: bool
-
-
-def summarise(rows: Sequence[Row], complete: bool = True) -> GabfBench:
-    """Growth exponents and aims from the rows alone."""
-    return GabfBench(tuple(rows), growth_exponents(rows), aims(rows), complete)
+    @property
+    def key(self) -> tuple:
+        """What was asked."""
+        return self.nodes, self.neighbours, self.seed, self.software
 
 
 def growth_exponents(rows: Sequence[Row]) -> dict[str, float]:
@@ -93,11 +79,11 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
     )
 
 
-def to_markdown(bench: GabfBench) -> str:
+def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
     """The table as Markdown: one line per size, with the growth exponents, the aims and what this does not measure."""
-    lines = ["# planner bench gabf", "", *_size_table(bench.rows), ""]
-    lines += [f"Growth of the time with the nodes, fitted: {_growth_text(bench.growth)}.", ""]
-    lines += [*aim_lines(bench.aims), *closing_lines(bench.rows, bench.complete, "sizes", _LIMITATIONS)]
+    lines = ["# planner bench gabf", "", *_size_table(rows), ""]
+    lines += [f"Growth of the time with the nodes, fitted: {_growth_text(growth_exponents(rows))}.", ""]
+    lines += [*aim_lines(aims(rows)), *closing_lines(rows, complete, "sizes", _LIMITATIONS)]
     return "\n".join(lines) + "\n"
 
 

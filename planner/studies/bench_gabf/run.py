@@ -12,17 +12,15 @@ from typing import Any
 import numpy as np
 
 from planner.base.errors import OptionError, PlannerError
-from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
 from planner.studies.bench_gabf.case import geometric_network, save_network
-from planner.studies.bench_gabf.report import GabfBench, Row, summarise, to_markdown
+from planner.studies.bench_gabf.report import Row, to_markdown
 from planner.studies.process import run_module
 from planner.studies.report import versions
-from planner.studies.table import ResultsFile, measure_missing
+from planner.studies.table import Bench, ResultsFile, run_bench
 
 SIZES = (1_000, 10_000, 100_000, 1_000_000)
-CSV_NAME, MARKDOWN_NAME = "gabf.csv", "gabf.md"
 
 
 def bench_gabf(
@@ -32,7 +30,7 @@ def bench_gabf(
     seed: int = 0,
     rk45_up_to: int = 10_000,
     progress: Progress = QUIET,
-) -> GabfBench:
+) -> Bench[Row]:
     """Measure what ``gabf.csv`` under ``folder`` does not hold yet, size by size, and write it and ``gabf.md`` anew.
 
     Each network has ``sizes`` nodes linked to their nearest ``neighbours``, about 9.7 arcs per node at 8. RK45 takes
@@ -47,24 +45,18 @@ def bench_gabf(
     for nodes in sizes:
         if not 1 <= neighbours < nodes or nodes < 10:
             raise OptionError(f"{nodes} nodes with {neighbours} neighbours each: give at least 10, and more nodes.")
-    make_folder(folder)
-    order = operator.attrgetter("neighbours", "seed", "nodes")
-    ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench gabf", _key, order)
-    asked, complete = measure_missing(
-        ledger,
+    return run_bench(
+        folder,
+        "gabf",
+        Row,
         sizes,
-        lambda nodes: _measured(ledger, nodes, neighbours, seed, rk45_up_to),
+        lambda table, nodes: _measured(table, nodes, neighbours, seed, rk45_up_to),
         lambda nodes: _measure(nodes, neighbours, seed, rk45_up_to, progress),
+        to_markdown,
         "sizes",
         progress,
+        order=operator.attrgetter("neighbours", "seed", "nodes"),
     )
-    bench = summarise(asked, complete)
-    write_whole(folder / MARKDOWN_NAME, to_markdown(bench).encode())
-    return bench
-
-
-def _key(row: Row) -> tuple:
-    return row.nodes, row.neighbours, row.seed, row.software
 
 
 def _software() -> str:

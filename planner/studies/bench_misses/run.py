@@ -12,7 +12,6 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
-from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
 from planner.base.versions import versions
@@ -23,22 +22,13 @@ from planner.collision.self_pairs import generate_disabled_pairs
 from planner.studies.bench_misses.report import Row, to_markdown
 from planner.studies.bench_misses.resolution import states_by_ompls_rule
 from planner.studies.bench_misses.thin_obstacles import KINDS, ThinCase, thin_case
-from planner.studies.table import ResultsFile, measure_missing, software
+from planner.studies.table import Bench, run_bench, software
 from planner.world.robot import Robot
 from planner.world.scene import Scene
 
 ROBOTS = ("iiwa14", "panda", "ur5", "planar_2r", "kinova")
 THICKNESSES = (1.0, 2.0, 3.0, 4.0, 5.0)  # mm
 STEP = 1e-4  # m of motion between the states at which an edge is checked again
-CSV_NAME, MARKDOWN_NAME = "misses.csv", "misses.md"
-
-
-@dataclass(frozen=True)
-class MissesBench:
-    """The rows asked for; ``complete`` is False where it was interrupted."""
-
-    rows: tuple[Row, ...]
-    complete: bool
 
 
 def bench_misses(
@@ -48,7 +38,7 @@ def bench_misses(
     thicknesses: Sequence[float] = THICKNESSES,
     seed: int = 0,
     progress: Progress = QUIET,
-) -> MissesBench:
+) -> Bench[Row]:
     """Judge ``edges`` edges for each robot, kind of obstacle and thickness (mm); write ``misses.csv``, ``misses.md``.
 
     Rows of the same robot, obstacle, edges, seed and software that are there already are kept. Once stopped
@@ -59,19 +49,18 @@ def bench_misses(
     if edges < 1 or not all(0.0 < t <= 100.0 for t in thicknesses):
         raise OptionError("give at least 1 edge, and thicknesses above 0 and up to 100 mm.")
     arms = {name: _with_pairs(Robot.load(name)) for name in robots}
-    make_folder(folder)
-    ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench misses", lambda row: row.key)
     here = software(versions())
-    rows, complete = measure_missing(
-        ledger,
+    return run_bench(
+        folder,
+        "misses",
+        Row,
         [(name, kind, float(t)) for name in robots for kind in KINDS for t in thicknesses],
-        lambda case: ledger.find((*case, edges, seed, here)),
+        lambda table, case: table.find((*case, edges, seed, here)),
         lambda case: _measure(arms[case[0]], *case, edges, seed, progress),
+        to_markdown,
         "obstacles",
         progress,
     )
-    write_whole(folder / MARKDOWN_NAME, to_markdown(rows, complete).encode())
-    return MissesBench(tuple(rows), complete)
 
 
 def _with_pairs(robot: Robot) -> Robot:

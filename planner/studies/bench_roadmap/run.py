@@ -4,30 +4,20 @@ from __future__ import annotations
 
 import json
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from planner.base.errors import OptionError
-from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import WorldRequest, require_nodes, require_seed
 from planner.base.versions import versions
 from planner.query.open import open_world
 from planner.studies.bench_roadmap.report import CHECKS, CRASHED, OURS, PEERS, TIMED_OUT, Row, to_markdown
 from planner.studies.process import run_module
-from planner.studies.table import ResultsFile, measure_missing, software
+from planner.studies.table import Bench, ResultsFile, run_bench, software
 
-CSV_NAME, MARKDOWN_NAME = "roadmap.csv", "roadmap.md"
 METHODS = (OURS, *PEERS, CHECKS[0])
 """What is run; the last fills the rows of both checkers."""
-
-
-@dataclass(frozen=True)
-class RoadmapBench:
-    """The rows asked for; ``complete`` is False where it was interrupted."""
-
-    rows: tuple[Row, ...]
-    complete: bool
 
 
 def bench_roadmap(
@@ -38,7 +28,7 @@ def bench_roadmap(
     seed: int = 0,
     time_limit: float = 600.0,
     progress: Progress = QUIET,
-) -> RoadmapBench:
+) -> Bench[Row]:
     """Measure every method on the robot and scene of ``world``; write ``roadmap.csv`` and ``roadmap.md``.
 
     Each method has a process of its own, which is killed and recorded as timed out after ``time_limit`` seconds. Rows
@@ -50,28 +40,19 @@ def bench_roadmap(
     if queries < 1 or not time_limit > 0:
         raise OptionError("give at least one query, and a time limit above 0 s.")
     open_world(world)  # refuses an unknown robot or scene before anything is measured
-    make_folder(folder)
-    ledger = ResultsFile(folder / CSV_NAME, Row, "planner bench roadmap", lambda row: row.key)
-    asked = (
-        str(world.robot),
-        str(world.scene),
-        world.collision,
-        nodes,
-        queries,
-        seed,
-        time_limit,
-        software(versions()),
-    )
-    rows, complete = measure_missing(
-        ledger,
+    place = str(world.robot), str(world.scene), world.collision
+    asked = (*place, nodes, queries, seed, time_limit, software(versions()))
+    return run_bench(
+        folder,
+        "roadmap",
+        Row,
         [Row(method, *asked, CRASHED) for method in METHODS],
-        lambda blank: _kept(ledger, blank),
+        _kept,
         lambda blank: _measure(blank, progress),
+        to_markdown,
         "methods",
         progress,
     )
-    write_whole(folder / MARKDOWN_NAME, to_markdown(rows, complete).encode())
-    return RoadmapBench(tuple(rows), complete)
 
 
 def _kept(ledger: ResultsFile[Row], blank: Row) -> list[Row]:

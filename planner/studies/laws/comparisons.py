@@ -55,12 +55,12 @@ def faster(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: 
     )
 
 
-def dearer(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: bool) -> list[Verdict]:
+def costlier(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: bool) -> list[Verdict]:
     """That the ``smaller`` (or else the larger) of two neighbours takes more effort: one verdict per reading."""
-    return [_dearer(f"{sentence} ({name})", runs, parameter, smaller, effort) for name, effort in EFFORTS.items()]
+    return [_costlier(f"{sentence} ({name})", runs, parameter, smaller, effort) for name, effort in EFFORTS.items()]
 
 
-def _dearer(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: bool, effort: Quantity) -> Verdict:
+def _costlier(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: bool, effort: Quantity) -> Verdict:
     sign = -1.0 if smaller else 1.0
 
     def holds(pair: Pair) -> bool:

@@ -10,16 +10,16 @@ from planner.studies.laws.cases import T_P, M, Measurement, P, Trace
 from planner.studies.laws.fixed_time_bound import ScalarTime
 from planner.studies.laws.near_deadline import ABOVE, Trial
 from planner.studies.report import Picture
-from planner.studies.textbook import Course
+from planner.studies.textbook import SolverRun
 
 
 def law_pictures(
     runs: Sequence[Measurement],
     traces: Sequence[Trace],
-    courses: Sequence[tuple[Trial, Course]],
+    solver_runs: Sequence[tuple[Trial, SolverRun]],
     scalars: Sequence[ScalarTime],
 ) -> dict[str, Picture]:
-    """Every figure by its file name; that of the methods near T_p only if there are ``courses``."""
+    """Every figure by its file name; that of the methods near T_p only if there are ``solver_runs``."""
     figures = {
         "laws_prescribed_time.png": _node_figure(traces, "prescribed-time", "above"),
         "laws_singularity_free_above.png": _node_figure(traces, "singularity-free", "above"),
@@ -27,22 +27,22 @@ def law_pictures(
         "laws_exponents.png": law_figures.exponent_summary(_summary(runs)),
         "laws_fixed_time_bound.png": _bound_figure(scalars),
     }
-    return figures | ({"laws_near_deadline.png": _deadline_figure(courses)} if courses else {})
+    return figures | ({"laws_near_deadline.png": _deadline_figure(solver_runs)} if solver_runs else {})
 
 
 def _node_figure(traces: Sequence[Trace], law: str, start: str) -> Picture:
     chosen = [trace for trace in traces if trace.case.law.name == law and trace.case.start == start]
     curves = {trace.case.label: (trace.t, trace.error, trace.u) for trace in chosen}
     if law == "prescribed-time":
-        return law_figures.node_courses([("", curves)], chosen[0].node, T_P)
+        return law_figures.node_histories([("", curves)], chosen[0].node, T_P)
     rows = [
         (f"m1/m2 = {_text(M[0])}", _with(curves, f"m1/m2 = {_text(M[0])}")),
         (f"p1/p2 = {_text(P[0])}", _with(curves, f"p1/p2 = {_text(P[0])}")),
     ]
-    return law_figures.node_courses(rows, chosen[0].node, T_P)
+    return law_figures.node_histories(rows, chosen[0].node, T_P)
 
 
-def _with(curves: dict[str, law_figures.NodeCourse], fixed: str) -> dict[str, law_figures.NodeCourse]:
+def _with(curves: dict[str, law_figures.NodeHistory], fixed: str) -> dict[str, law_figures.NodeHistory]:
     """The curves that share the parameter ``fixed``, labelled by the other one."""
     return {
         label.replace(fixed, "").strip(", "): curve for label, curve in curves.items() if fixed in label.split(", ")
@@ -59,9 +59,9 @@ def _summary(runs: Sequence[Measurement]) -> dict[str, law_figures.Grid]:
     return dict(cells)
 
 
-def _deadline_figure(courses: Sequence[tuple[Trial, Course]]) -> Picture:
+def _deadline_figure(solver_runs: Sequence[tuple[Trial, SolverRun]]) -> Picture:
     shown = {
-        trial.name.replace("T_p", "$T_p$"): (course.t, course.error) for trial, course in courses if trial.case == ABOVE
+        trial.name.replace("T_p", "$T_p$"): (run.t, run.error) for trial, run in solver_runs if trial.case == ABOVE
     }
     return law_figures.near_deadline(shown, T_P, f"singularity-free law, {ABOVE.label}, start above $x^*$")
 

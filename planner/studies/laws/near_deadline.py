@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from planner import gabf
 from planner.studies.laws.cases import T_P, LawCase
 from planner.studies.random_graphs import RandomGraph
-from planner.studies.textbook import Course, Initial, backward_euler, forward_euler, runge_kutta
+from planner.studies.textbook import Initial, SolverRun, backward_euler, forward_euler, runge_kutta
 
 PRACTICAL_END = 0.9975 * T_P
 """Where a run with ode45 stops short of T_p, s."""
@@ -20,7 +20,7 @@ FIRST = LawCase(gabf.PrescribedTime(T=T_P, h=1.0, gamma=1.0), "above")
 ABOVE = LawCase(gabf.SingularityFree(T=T_P, h=1.0, gamma=10.0), "above")
 BELOW = LawCase(gabf.SingularityFree(T=T_P, h=1.0, gamma=10.0), "below")
 
-Method = Callable[[Initial], Course]
+Method = Callable[[Initial], SolverRun]
 
 TRIALS: tuple[tuple[LawCase, str, Method], ...] = (
     (ABOVE, f"forward Euler, {COARSE} steps", lambda run: forward_euler(run, COARSE)),
@@ -52,9 +52,9 @@ class Trial:
     evaluations: int
 
 
-def run_trials(graph: RandomGraph, index: int) -> Iterator[tuple[Trial, Course]]:
+def run_trials(graph: RandomGraph, index: int) -> Iterator[tuple[Trial, SolverRun]]:
     """Every method of ``TRIALS`` in turn on the graph of number ``index``."""
     for case, name, method in TRIALS:
-        course = method(Initial(graph.network, case.law, case.x0, graph.x_star))
-        practical = course.until(PRACTICAL_END)
-        yield Trial(index, case, name, course.best, course.last, practical, course.reached, course.evaluations), course
+        run = method(Initial(graph.network, case.law, case.x0, graph.x_star))
+        practical = run.until(PRACTICAL_END)
+        yield Trial(index, case, name, run.best, run.last, practical, run.reached, run.evaluations), run

@@ -19,22 +19,22 @@ from planner.studies.laws.remark_verdicts import bound_verdicts, remark_verdicts
 from planner.studies.laws.verdicts import GraphFacts, law_verdicts
 from planner.studies.random_graphs import OUT_DEGREE, START, RandomGraph, draw_graph
 from planner.studies.report import Picture, Report, Row, require_figures
-from planner.studies.textbook import Course
+from planner.studies.textbook import SolverRun
 
 
 @dataclass(frozen=True, eq=False)
 class LawStudy:
-    """Everything measured, graph after graph; ``traces`` and ``courses`` are of the first graph, for the figures."""
+    """Everything measured, graph after graph; ``traces`` and ``solver_runs`` of the first graph, for the figures."""
 
     facts: list[GraphFacts] = field(default_factory=list)
     runs: list[Measurement] = field(default_factory=list)
     trials: list[Trial] = field(default_factory=list)
     traces: list[Trace] = field(default_factory=list)
-    courses: list[tuple[Trial, Course]] = field(default_factory=list)
+    solver_runs: list[tuple[Trial, SolverRun]] = field(default_factory=list)
 
     def extend(self, other: LawStudy) -> None:
         """Take in one more whole graph."""
-        for name in ("facts", "runs", "trials", "traces", "courses"):
+        for name in ("facts", "runs", "trials", "traces", "solver_runs"):
             getattr(self, name).extend(getattr(other, name))
 
 
@@ -108,17 +108,17 @@ def _study_graph(k: int, nodes: int, seed: int, done: Callable[[int], None], pro
     for case in CASES:
         if progress.stopped:
             return None
-        run, course = run_case(graph, optimum, k, case)
+        run, trajectory = run_case(graph, optimum, k, case)
         study.runs.append(run)
         if k == 0:
-            study.traces.append(trace(graph, case, course))
+            study.traces.append(trace(graph, case, trajectory))
         done(len(study.runs))
-    for trial, course in run_trials(graph, k):
+    for trial, solver_run in run_trials(graph, k):
         if progress.stopped:
             return None
         study.trials.append(trial)
         if k == 0:
-            study.courses.append((trial, course))
+            study.solver_runs.append((trial, solver_run))
         done(len(study.runs) + len(study.trials))
     return study
 
@@ -176,4 +176,4 @@ def _scalar_row(scalar: ScalarTime) -> Row:
 def _figures(study: LawStudy, scalars: Sequence[ScalarTime]) -> dict[str, Picture]:
     from planner.studies.laws.figures import law_pictures
 
-    return law_pictures(study.runs, study.traces, study.courses, scalars)
+    return law_pictures(study.runs, study.traces, study.solver_runs, scalars)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.studies.laws.cases import T_P, Measurement
-from planner.studies.laws.comparisons import dearer, faster, per_graph
+from planner.studies.laws.comparisons import costlier, faster, per_graph
 from planner.studies.random_graphs import START
 from planner.studies.report import Verdict, spread, tally
 
@@ -73,7 +73,7 @@ def _first_law(runs: Sequence[Measurement]) -> list[Verdict]:
             "state, and 0 at T_p",
         ),
         faster(f"Larger h leads to faster convergence {where}.", runs, "h", smaller=False),
-        *dearer(f"... as the control effort increases {where}", runs, "h", smaller=False),
+        *costlier(f"... as the control effort increases {where}", runs, "h", smaller=False),
     ]
 
 
@@ -86,7 +86,7 @@ def _free_law(runs: Sequence[Measurement], start: str) -> list[Verdict]:
     found = [_converges(runs, where), _bounded(runs, where), _no_growth(runs, where)]
     for name in ("p1/p2", "m1/m2"):
         found.append(faster(f"Smaller {name} yields faster convergence {where}.", runs, name, smaller=True))
-        found += dearer(
+        found += costlier(
             f"... at the cost of increased control effort, smaller {name} {where}", runs, name, smaller=True
         )
     return found

@@ -70,7 +70,7 @@ class TrainingRun:
         return tuple(stage.path(START) for stage in self.stages)
 
 
-def run_course(graph: GridGraph, rule: LearningRule, iterations: int) -> TrainingRun:
+def train(graph: GridGraph, rule: LearningRule, iterations: int) -> TrainingRun:
     """Learn all arcs at once for ``iterations``, every stage under the singularity-free law."""
     stages = learning.learn(graph.network, rule, graph.d, iterations, law=gabf.SingularityFree(T=T_P))
     return measured(graph, rule, stages)
@@ -190,12 +190,12 @@ class LargeK:
     below: bool | None
 
 
-def large_k(graph: GridGraph, found: Threshold, margin: float = PRECISION) -> LargeK:
+def large_k(graph: GridGraph, found: Threshold) -> LargeK:
     """Run GABF at the two ends that :func:`threshold` found by other means."""
-    low = found.smallest * (1.0 - margin)
+    low = found.smallest * (1.0 - PRECISION)
     return LargeK(
         at_bound=_shortest_at(graph, found.bound * (1.0 + 1e-9)),
-        above=_shortest_at(graph, found.smallest * (1.0 + margin)),
+        above=_shortest_at(graph, found.smallest * (1.0 + PRECISION)),
         below=_shortest_at(graph, low) if low > found.longest else None,
     )
 
@@ -220,21 +220,21 @@ class InTurn:
     solves: int
 
 
-def compare_in_turn(graph: GridGraph, course: TrainingRun) -> InTurn:
-    """Train the arcs one after another as often as ``course`` trained them at once."""
+def compare_in_turn(graph: GridGraph, run: TrainingRun) -> InTurn:
+    """Train the arcs one after another as often as ``run`` trained them at once."""
     network = graph.network
-    nearest_first = np.argsort(-course.stages[0].activity[network.indices], kind="stable")
+    nearest_first = np.argsort(-run.stages[0].activity[network.indices], kind="stable")
     return InTurn(
-        at_once=tuple(facts.optimal for facts in course.facts),
-        by_node=_in_turn(graph, course, np.arange(network.n_arcs)),
-        outwards=_in_turn(graph, course, nearest_first),
+        at_once=tuple(facts.optimal for facts in run.facts),
+        by_node=_in_turn(graph, run, np.arange(network.n_arcs)),
+        outwards=_in_turn(graph, run, nearest_first),
         solves=network.n_arcs,
     )
 
 
-def _in_turn(graph: GridGraph, course: TrainingRun, order: Ints) -> tuple[bool, ...]:
-    iterations, law = len(course.stages) - 1, gabf.SingularityFree(T=T_P)
-    stages = learning.learn_in_turn(graph.network, course.rule, graph.d, iterations, law, order)
+def _in_turn(graph: GridGraph, run: TrainingRun, order: Ints) -> tuple[bool, ...]:
+    iterations, law = len(run.stages) - 1, gabf.SingularityFree(T=T_P)
+    stages = learning.learn_in_turn(graph.network, run.rule, graph.d, iterations, law, order)
     return tuple(bool(np.array_equal(stage.path(START), graph.shortest)) for stage in stages)
 
 

@@ -41,15 +41,15 @@ def learning_pictures(
 
 
 def most_telling(studies: Sequence[GraphStudy]) -> GraphStudy:
-    """The graph whose course is most like the paper's figure under the error-driven rule.
+    """The graph whose training is most like the paper's figure under the error-driven rule.
 
     Those come first whose path is shorter after iteration 3 than after iteration 1 and still not the shortest one, and
     among them the one that is furthest off after iteration 1.
     """
 
     def likeness(study: GraphStudy) -> tuple[bool, float]:
-        course = study.course(ERROR_DRIVEN)
-        first, third = (course[min(k, len(course) - 1)].excess for k in SHOWN[:2])
+        facts = study.facts(ERROR_DRIVEN)
+        first, third = (facts[min(k, len(facts) - 1)].excess for k in SHOWN[:2])
         return first > third > 0.0, first
 
     return max(studies, key=likeness)
@@ -64,7 +64,7 @@ def share_figure(studies: Sequence[GraphStudy]) -> Picture:
     """Share of shortest paths by iteration."""
     curves = {}
     for rule in RULES:
-        curves[rule.label] = shares([[facts.optimal for facts in study.course(rule)] for study in studies])
+        curves[rule.label] = shares([[facts.optimal for facts in study.facts(rule)] for study in studies])
     return learning_figures.share_curves(curves, len(studies))
 
 
@@ -110,19 +110,19 @@ def _name(rule: LearningRule) -> str:
 
 
 def _panels(study: GraphStudy, rule: LearningRule) -> list[GraphPanel]:
-    course, graph = study.courses[rule.name], study.graph
-    last = len(course.stages) - 1
+    run, graph = study.runs[rule.name], study.graph
+    last = len(run.stages) - 1
     chosen = [k for k in SHOWN if k <= last]
     chosen += [last] if last not in chosen else []
     arcs = np.column_stack([graph.network.tails, graph.network.indices])
     return [
         GraphPanel(
             title=f"{_name(rule)}, iteration {k}\n"
-            + ("shortest path" if course.facts[k].optimal else f"{100 * course.facts[k].excess:.1f} % too long"),
+            + ("shortest path" if run.facts[k].optimal else f"{100 * run.facts[k].excess:.1f} % too long"),
             position=graph.position,
             arcs=arcs,
-            wbar=course.stages[k].wbar,
-            path=course.paths[k],
+            wbar=run.stages[k].wbar,
+            path=run.paths[k],
             shortest=graph.shortest,
         )
         for k in chosen

@@ -85,7 +85,7 @@ class Campaign:
     prior: str
     task: str
     steps: tuple[Step, ...]
-    dear: int
+    costly: int
     allowed: int
     """Executions that exceed the optimum by more than K leaves open, and how many the optimistic bound allows."""
 
@@ -193,12 +193,12 @@ def campaign(case: RobotCase, prior: str, task: str, executions: int, seed: int)
     beliefs = believed(case.network, case.rule, case.priors[prior])
     starts = _starts(case, task, executions, np.random.default_rng([seed, case.number, 1]))
     known = np.zeros(case.network.n_arcs, dtype=bool)
-    steps, dear = [], 0
+    steps, costly = [], 0
     for done in run_executions(beliefs, case.costs, case.rule, starts):
         known[done.seen] = True
         steps.append(_step(case, done, float(known.mean())))
-        dear += int(steps[-1].regret > LOSS)
-    return Campaign(case.number, prior, task, tuple(steps), dear, case.network.n_nodes // 2)
+        costly += int(steps[-1].regret > LOSS)
+    return Campaign(case.number, prior, task, tuple(steps), costly, case.network.n_nodes // 2)
 
 
 def _starts(case: RobotCase, task: str, executions: int, rng: np.random.Generator) -> Ints:

@@ -65,8 +65,8 @@ def robot_verdicts(campaigns: Sequence[Campaign]) -> tuple[Verdict, ...]:
         *(_ends_optimal(campaigns, one, prior) for prior in PRIORS),
         tally(
             "(ours) Optimism is bounded: at most n / 2 executions cost more than the optimum, whatever the starts.",
-            (c.dear <= c.allowed for c in campaigns if c.prior == optimistic),
-            "; ".join(f"{task}: {spread(c.dear for c in _of(campaigns, task, optimistic))}" for task in TASKS)
+            (c.costly <= c.allowed for c in campaigns if c.prior == optimistic),
+            "; ".join(f"{task}: {spread(c.costly for c in _of(campaigns, task, optimistic))}" for task in TASKS)
             + f" of {spread(c.allowed for c in campaigns)} allowed",
         ),
         tally(
@@ -91,7 +91,7 @@ def _ends_optimal(campaigns: Sequence[Campaign], task: str, prior: str) -> Verdi
         (c.last_regret <= LOSS for c in chosen),
         (f"{len(stuck)} stay {spread(100.0 * r for r in stuck)} % costlier; " if stuck else "")
         + f"executions costlier than the optimum "
-        f"{spread(c.dear for c in chosen)} of {len(chosen[0].steps)}; sum of regrets "
+        f"{spread(c.costly for c in chosen)} of {len(chosen[0].steps)}; sum of regrets "
         f"{spread(sum(s.regret for s in c.steps) for c in chosen)} optimal costs; edges seen at the end "
         f"{spread(100.0 * c.steps[-1].known for c in chosen)} %",
     )
@@ -99,8 +99,8 @@ def _ends_optimal(campaigns: Sequence[Campaign], task: str, prior: str) -> Verdi
 
 def _approaches(campaign: Campaign) -> bool:
     """The paths from every node have lost nine tenths of the regret they had at worst."""
-    course = [step.field_regret for step in campaign.steps]
-    return course[-1] <= 0.1 * max(course)
+    regret = [step.field_regret for step in campaign.steps]
+    return regret[-1] <= 0.1 * max(regret)
 
 
 def _field(campaigns: Sequence[Campaign], prior: str) -> str:

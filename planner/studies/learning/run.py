@@ -96,7 +96,7 @@ def learning_table(studies: Sequence[GraphStudy]) -> list[Row]:
     """One line a rule and training iteration: the share of optimal paths, and how much longer the others are."""
     rows = []
     for rule in RULES:
-        for k, facts in enumerate(zip(*(study.course(rule) for study in studies), strict=True)):
+        for k, facts in enumerate(zip(*(study.facts(rule) for study in studies), strict=True)):
             excess = [100.0 * f.excess for f in facts]
             rows.append(
                 {
@@ -111,12 +111,12 @@ def learning_table(studies: Sequence[GraphStudy]) -> list[Row]:
 
 
 def _shares(studies: Sequence[GraphStudy], rule: LearningRule) -> list[float]:
-    return shares([[facts.optimal for facts in study.course(rule)] for study in studies])
+    return shares([[facts.optimal for facts in study.facts(rule)] for study in studies])
 
 
 def _flat(k: int, study: GraphStudy, rule: LearningRule) -> Row:
-    """The course of one rule on one graph, quantity by quantity."""
-    facts = study.course(rule)
+    """The training of one rule on one graph, quantity by quantity."""
+    facts = study.facts(rule)
     return {"graph": k, "rule": rule.name, **{name: [getattr(f, name) for f in facts] for name in vars(facts[0])}}
 
 

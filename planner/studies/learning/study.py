@@ -22,7 +22,7 @@ from planner.studies.learning.cases import (
     large_k,
     law_facts,
     rule_facts,
-    run_course,
+    train,
 )
 from planner.studies.learning.graphs import GridGraph, draw_grid
 from planner.studies.learning.threshold import Threshold, threshold
@@ -33,24 +33,24 @@ IN_TURN = 10
 
 @dataclass(frozen=True, eq=False)
 class GraphStudy:
-    """Everything measured on one graph; ``courses`` by the rule's name, ``in_turn`` on the first few graphs only."""
+    """Everything measured on one graph; ``runs`` by the rule's name, ``in_turn`` on the first few graphs only."""
 
     graph: GridGraph
     threshold: Threshold
     large_k: LargeK
-    courses: dict[str, TrainingRun]
+    runs: dict[str, TrainingRun]
     rule: RuleFacts
     law: LawFacts
     in_turn: InTurn | None
 
-    def course(self, rule: LearningRule) -> tuple[StageFacts, ...]:
+    def facts(self, rule: LearningRule) -> tuple[StageFacts, ...]:
         """The stages of one rule, from before the first training iteration on."""
-        return self.courses[rule.name].facts
+        return self.runs[rule.name].facts
 
     @property
     def stages(self) -> list[StageFacts]:
         """All stages of all rules."""
-        return [facts for course in self.courses.values() for facts in course.facts]
+        return [facts for run in self.runs.values() for facts in run.facts]
 
     @property
     def trained(self) -> list[StageFacts]:
@@ -66,13 +66,13 @@ def study_graph(k: int, iterations: int, seed: int) -> GraphStudy:
     """Everything about graph k of a seed."""
     graph = draw_grid(np.random.default_rng([seed, 0, k]))
     found = threshold(graph)
-    courses = {rule.name: run_course(graph, rule, iterations) for rule in RULES}
+    runs = {rule.name: train(graph, rule, iterations) for rule in RULES}
     return GraphStudy(
         graph=graph,
         threshold=found,
         large_k=large_k(graph, found),
-        courses=courses,
+        runs=runs,
         rule=rule_facts(graph, HEBBIAN, iterations),
         law=law_facts(graph.network),
-        in_turn=compare_in_turn(graph, courses[ERROR_DRIVEN.name]) if k < IN_TURN else None,
+        in_turn=compare_in_turn(graph, runs[ERROR_DRIVEN.name]) if k < IN_TURN else None,
     )

@@ -76,7 +76,7 @@ def _at_once(studies: Sequence[GraphStudy]) -> list[Verdict]:
 
 def _simulation(studies: Sequence[GraphStudy], rule: LearningRule) -> list[Verdict]:
     """What the text says of fig. (learning), for one rule; iterations that were not run are not judged."""
-    stages = list(zip(*(study.course(rule) for study in studies), strict=True))
+    stages = list(zip(*(study.facts(rule) for study in studies), strict=True))
     name, first, end = f"({rule.label})", stages[1], stages[-1]
     last = len(stages) - 1
     found = [
@@ -91,7 +91,7 @@ def _simulation(studies: Sequence[GraphStudy], rule: LearningRule) -> list[Verdi
         if k <= last:
             found.append(_improved(f"After {k} training iterations ({who})", name, first, stages[k]))
     sixth = "the sixth" if last == 6 else f"the last ({last})"
-    by_iteration = shares([[facts.optimal for facts in study.course(rule)] for study in studies])
+    by_iteration = shares([[facts.optimal for facts in study.facts(rule)] for study in studies])
     found.append(
         tally(
             f"After {sixth} training iteration, GABF identifies and converges to the shortest path {name}.",

@@ -16,7 +16,7 @@ from planner.query.open import Query
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import Roadmap, path_waypoints
-from planner.studies.manipulator.geometry import kinks, tool_way, turning
+from planner.studies.manipulator.geometry import kinks, sampled_tool_path, turning
 
 BETAS = (0.0, 0.3, 0.5, 0.7, 1.0)
 """The betas of section 4.2."""
@@ -132,13 +132,13 @@ def _solve(
     if not np.isfinite(result.x[start]):
         return field, None
     nodes = gabf.extract_path(network, result, start)
-    return field, measure_way(query, roadmap, label_of(beta), nodes, path_cost(network, nodes))
+    return field, measure_roadmap_path(query, roadmap, label_of(beta), nodes, path_cost(network, nodes))
 
 
-def measure_way(query: Query, roadmap: Roadmap, label: str, nodes: Ints, cost: PathCost) -> MeasuredPath:
+def measure_roadmap_path(query: Query, roadmap: Roadmap, label: str, nodes: Ints, cost: PathCost) -> MeasuredPath:
     """Everything measured along the path over ``nodes`` (k,) of ``roadmap``."""
     q = path_waypoints(roadmap, query.robot, nodes)
-    tool, found = tool_way(query.robot, q), path_contact(query.checker, q)
+    tool, found = sampled_tool_path(query.robot, q), path_contact(query.checker, q)
     return MeasuredPath(
         label=label,
         nodes=roadmap.nodes[nodes],

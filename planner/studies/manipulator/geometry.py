@@ -16,7 +16,7 @@ SPACING = 0.005
 """m between two points of an evenly spaced tool path."""
 
 
-def tool_way(robot: Robot, path: Floats, spacing: float = SPACING) -> Floats:
+def sampled_tool_path(robot: Robot, path: Floats, spacing: float = SPACING) -> Floats:
     """Tool positions (n, 3) m along a joint path (k, dof), about ``spacing`` (m) of travel from each to the next."""
     dense = tool_positions(robot, dense_path(path))
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])

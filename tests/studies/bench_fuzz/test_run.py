@@ -12,7 +12,7 @@ import pytest
 from planner.base.errors import FileError, OptionError
 from planner.studies.bench_fuzz import run as fuzz
 from planner.studies.bench_fuzz.cases import kinds
-from planner.studies.bench_fuzz.run import bench_fuzz, judge, make, to_markdown
+from planner.studies.bench_fuzz.run import bench_fuzz, judge, make
 
 CASES = 320  # about 20 s on a loaded machine; 'planner bench fuzz' goes on
 
@@ -20,7 +20,7 @@ CASES = 320  # about 20 s on a loaded machine; 'planner bench fuzz' goes on
 def test_changed_files_load_or_are_refused_with_a_sentence(tmp_path: Path) -> None:
     result = bench_fuzz(tmp_path, CASES, seed=3)
     assert result.complete
-    assert not result.failures, to_markdown(result, 3)
+    assert not result.failures, result.report
     for kind in kinds():
         ended = {case.ended for case in result.cases if case.kind == kind}
         assert "refused" in ended, f"{kind}: nothing was changed enough to be refused"

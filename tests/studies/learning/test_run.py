@@ -167,10 +167,10 @@ def test_what_must_hold_on_every_graph_holds(report: Report) -> None:
 
 
 def test_doctored_stages_are_not_confirmed(study: GraphStudy) -> None:
-    course = study.courses[ERROR_DRIVEN.name]
-    facts = list(course.facts)
+    run = study.runs[ERROR_DRIVEN.name]
+    facts = list(run.facts)
     facts[-1] = replace(facts[-1], optimal=False, off_target=0.1, product_error=1.0, path_error=1.0, settling_time=9.0)
-    wrong = replace(study, courses={**study.courses, ERROR_DRIVEN.name: replace(course, facts=tuple(facts))})
+    wrong = replace(study, runs={**study.runs, ERROR_DRIVEN.name: replace(run, facts=tuple(facts))})
     before, after = (learning_verdicts([graph]) for graph in (study, wrong))
     changed = {a.sentence.split(" (")[0] for a, b in zip(before, after, strict=True) if a.holds and not b.holds}
     assert {sentence[:32] for sentence in changed} == {
@@ -190,16 +190,16 @@ def test_fewer_iterations_are_not_judged_on_later_ones() -> None:
 
 
 def test_both_rules_start_from_the_same_field(study: GraphStudy) -> None:
-    hebbian, error_driven = (study.courses[rule.name].stages[0].field.x for rule in (HEBBIAN, ERROR_DRIVEN))
+    hebbian, error_driven = (study.runs[rule.name].stages[0].field.x for rule in (HEBBIAN, ERROR_DRIVEN))
     assert hebbian.tolist() == error_driven.tolist()
 
 
 def test_the_graph_that_is_drawn_is_most_like_the_papers_figure(study: GraphStudy) -> None:
-    course = study.courses[ERROR_DRIVEN.name]
+    run = study.runs[ERROR_DRIVEN.name]
 
     def off(*excess: float) -> GraphStudy:
-        facts = tuple(replace(f, excess=e) for f, e in zip(course.facts, excess, strict=False))
-        return replace(study, courses={ERROR_DRIVEN.name: replace(course, facts=facts)})
+        facts = tuple(replace(f, excess=e) for f, e in zip(run.facts, excess, strict=False))
+        return replace(study, runs={ERROR_DRIVEN.name: replace(run, facts=facts)})
 
     at_once, stuck, improved = off(0.3, 0.5, 0.1, 0.0), off(0.3, 0.4, 0.4, 0.4), off(0.3, 0.2, 0.2, 0.1)
     assert most_telling([at_once, stuck, improved]) is improved
@@ -214,7 +214,7 @@ def test_robot_verdicts_say_no_where_regret_stays(report: Report) -> None:
     [case] = [learning_robot.make_case(query_of(settings), settings.nodes, 0, 0)]
     assert case is not None
     good = learning_robot.campaign(case, "optimistic", "one start", 25, 0)
-    stuck = replace(good, steps=(*good.steps[:-1], replace(good.steps[-1], regret=0.5)), dear=99)
+    stuck = replace(good, steps=(*good.steps[:-1], replace(good.steps[-1], regret=0.5)), costly=99)
     others = [replace(good, prior=prior, task=task) for prior in PRIORS for task in TASKS]
     assert robot_verdicts([stuck, *others[1:]])[0].confirmed == 0
     assert not robot_verdicts([stuck, *others[1:]])[3].holds

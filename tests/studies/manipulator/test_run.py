@@ -1,4 +1,4 @@
-"""``planner reproduce manipulator``: the geometry of ways, the verdicts on doctored cases, and a small whole run."""
+"""``planner reproduce manipulator``: the geometry of paths, the verdicts on doctored cases, and a small whole run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from planner.studies.manipulator.case import (
     label_of,
     study_seed,
 )
-from planner.studies.manipulator.geometry import kinks, mean_distance, shared_segments, tool_way, turning
+from planner.studies.manipulator.geometry import kinks, mean_distance, sampled_tool_path, shared_segments, turning
 from planner.studies.manipulator.run import LABELS, run_manipulator, shown_case
 from planner.studies.manipulator.verdicts import PAPER_COSTS, groups_text, manipulator_verdicts
 from planner.studies.report import Report, Verdict, write_report
@@ -39,14 +39,14 @@ from tests.worlds import load, random_q
 SEEDS = 3
 
 
-# the shape of a way
+# the shape of a path
 
 
-def test_a_tool_way_is_even_and_as_long_as_the_tool_travels() -> None:
+def test_a_sampled_tool_path_is_even_and_as_long_as_the_tool_travels() -> None:
     robot, path = load("iiwa14"), random_q(load("iiwa14"), 4)
-    way = tool_way(robot, path, 0.01)
-    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
-    assert way[[0, -1]] == pytest.approx(tool_positions(robot, path[[0, -1]]), abs=1e-12)
+    points = sampled_tool_path(robot, path, 0.01)
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    assert points[[0, -1]] == pytest.approx(tool_positions(robot, path[[0, -1]]), abs=1e-12)
     assert steps.max() < 0.0101
     assert np.median(steps) == pytest.approx(0.01, rel=0.02)
 

@@ -1,0 +1,28 @@
+"""Paths of straight motions, cut into equal parts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+
+
+def cut(path: Floats, parts: Ints, delta: Floats | None = None) -> Floats:
+    """``path`` (k, n) with segment i cut into ``parts[i]`` equal ones; its own rows stay as they are, to the bit.
+
+    Row ``parts[:i].sum()`` of the result is row i of ``path``. ``delta`` (k - 1, n): the motion along each segment,
+    where that is not the difference of its ends, as for joints that turn past pi.
+    """
+    delta = np.diff(path, axis=0) if delta is None else delta
+    segment = np.repeat(np.arange(len(parts)), parts)
+    first = np.concatenate([[0], np.cumsum(parts)])
+    number = np.arange(len(segment)) - first[segment]
+    rows = path[segment] + (number / parts[segment])[:, None] * delta[segment]
+    rows = np.concatenate([rows, path[-1:]])
+    rows[first] = path
+    return rows
+
+
+def parts_of(lengths: Floats, longest: float) -> Ints:
+    """Into how many parts (m,) segments of ``lengths`` (m,) are cut so that none is longer than ``longest``."""
+    return np.maximum(1, np.ceil(lengths / longest)).astype(np.int64)

@@ -1,0 +1,71 @@
+"""Files are there whole or as they were, and folders are tried without a trace."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from pathlib import Path
+
+import pytest
+
+from planner.base.errors import FileError
+from planner.base.files import is_file, is_folder, require_writable_file, require_writable_folder, write_whole
+
+LITTER = ".a.json.abcdefgh.unfinished"
+
+
+def test_a_failing_writer_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "a.json"
+    write_whole(file, b"old")
+
+    def full(handle: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(FileError, match="No space left on device"):
+        write_whole(file, b"new")
+    assert file.read_bytes() == b"old"
+    assert os.listdir(tmp_path) == ["a.json"]
+
+
+def test_colleagues_may_read_what_is_written(tmp_path: Path) -> None:
+    before = os.umask(0o027)
+    try:
+        write_whole(tmp_path / "a.json", b"")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "a.json").stat().st_mode & 0o777 == 0o640
+
+
+def test_only_the_litter_of_dead_writers_is_cleared(tmp_path: Path) -> None:
+    dead, foreign = tmp_path / LITTER, tmp_path / LITTER.replace("a.json", "b.json")
+    living = tmp_path / LITTER.replace("abcdefgh", "ijklmnop")
+    for path in (dead, foreign, living):
+        path.touch()
+    with living.open("rb") as writer:
+        fcntl.flock(writer, fcntl.LOCK_EX)
+        write_whole(tmp_path / "a.json", b"new")
+        assert {path.name for path in tmp_path.iterdir()} == {"a.json", foreign.name, living.name}
+
+
+def test_trying_a_folder_leaves_nothing(tmp_path: Path) -> None:
+    require_writable_folder(tmp_path / "new" / "deeper")
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "file").touch()
+    with pytest.raises(FileError, match="cannot be written"):
+        require_writable_folder(tmp_path / "file" / "below")
+    with pytest.raises(FileError, match="is a folder"):
+        require_writable_file(tmp_path)
+    with pytest.raises(FileError, match="is a device"):
+        require_writable_file(Path("/dev/null"))
+
+
+def test_names_that_cannot_be_looked_up_are_no_files(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert is_file(tmp_path / "file")
+    assert is_folder(tmp_path)
+    assert not is_file(tmp_path)
+    assert not is_file(tmp_path / "file" / "below")
+    for name in ("x" * 300, "a\0b"):
+        with pytest.raises(FileError, match="cannot be looked up"):
+            is_file(tmp_path / name)

@@ -1,0 +1,46 @@
+"""What C prints past Python's own streams is caught, and what Python prints is not."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+
+import pytest
+
+from planner.base.silenced import Silenced
+
+C = ctypes.CDLL(None)
+
+
+def test_what_c_prints_is_caught_and_the_streams_come_back(capfd: pytest.CaptureFixture[str]) -> None:
+    sys.stdout.write("before\n")
+    with Silenced() as printed:
+        C.printf(b"Error:   joint 'j' is not unique. at line 7\n")  # kept in C's own buffer
+        os.write(2, b"to error\n")
+    sys.stdout.write("after\n")
+    sys.stdout.flush()
+    assert sorted(printed.text.splitlines()) == ["Error:   joint 'j' is not unique. at line 7", "to error"]
+    assert printed.complaint() == "joint 'j' is not unique"
+    assert printed.complaint("Warning:") == ""
+    assert tuple(capfd.readouterr()) == ("before\nafter\n", "")
+
+
+def test_an_error_inside_gives_the_streams_back(capfd: pytest.CaptureFixture[str]) -> None:
+    def fail() -> None:
+        raise ValueError("inside")
+
+    with pytest.raises(ValueError, match="inside"), Silenced():
+        fail()
+    os.write(1, b"heard\n")
+    assert capfd.readouterr().out == "heard\n"
+
+
+def test_no_file_stays_open() -> None:
+    with Silenced():
+        pass
+    before = len(os.listdir("/proc/self/fd"))
+    for _ in range(5):
+        with Silenced():
+            pass
+    assert len(os.listdir("/proc/self/fd")) == before
