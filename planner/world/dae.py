@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ET
 
 _DEEPEST = 200  # levels of elements
 _WHOLE = ("p", "vcount", "v", "h")  # elements that hold whole numbers
-_DIGITS, _TOO_LONG = re.compile(r"[0-9\s]*"), re.compile(r"[0-9]{12}")
 _COUNTS = ("count", "stride", "offset", "set")  # attributes
 
 
@@ -47,9 +45,13 @@ def _is_count(word: str, most: int) -> bool:
 
 
 def _are_counts(text: str, most: int) -> bool:
-    if not _DIGITS.fullmatch(text) or _TOO_LONG.search(text):
+    words = text.split()
+    if not words:
+        return True
+    longest = max(map(len, words))
+    if longest > len(str(most)) or not "".join(words).isascii() or not "".join(words).isdecimal():
         return False
-    return max(map(int, text.split()), default=0) <= most
+    return longest < len(str(most)) or max(map(int, words)) <= most
 
 
 def _are_numbers(text: str) -> bool:
