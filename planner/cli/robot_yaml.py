@@ -24,15 +24,15 @@ def robot_yaml(
     joints: str | None = None,
     samples: int = 10000,
     seed: int = 0,
-    proven_only: Flag = False,
+    trust_samples: Flag = False,
     out: Path = Path("robot.yaml"),
     debug: Flag = False,
 ) -> int:
     """Write a robot.yaml for a URDF, with the link pairs that need no collision check.
 
-    Finds pairs of links that are adjacent, that touch in nearly every random configuration, and that never touch: by a
-    proof where one is found, else by the sample, as MoveIt's setup assistant does. Why each needs no check stands in
-    the file as a comment. The same command and seed write the same file. Example:
+    Finds pairs of links that are adjacent, that touch in nearly every random configuration, and that are proven never
+    to touch. Pairs that only never touched in the sample, which MoveIt's setup assistant disables too, are listed as
+    comments and stay checked: a sample is no proof. The same command and seed write the same file. Examples:
 
     planner robot-yaml robots/examples/arm.urdf --tool tip --out mine/robot.yaml
 
@@ -48,7 +48,7 @@ def robot_yaml(
         joints: Joints to plan, with commas between, the others held; those between base and tool where left out.
         samples: Random configurations to look at.
         seed: Seed of these configurations.
-        proven_only: Keep the check of pairs that never touched in the sample where no proof was found.
+        trust_samples: Disable pairs too that never touched in the sample, where no proof was found.
         out: The file to write; what is there is not overwritten.
         debug: Show tracebacks of errors.
     """
@@ -75,19 +75,19 @@ def robot_yaml(
     with watching() as progress:
         survey = survey_pairs(arm, CoalChecker, samples, seed, progress)
     make_folder(out.parent)
-    write_whole(out, text_of(files, arm, survey, out.parent, proven_only).encode())
-    say(_summary(survey, proven_only))
+    write_whole(out, text_of(files, arm, survey, out.parent, trust_samples).encode())
+    say(_summary(survey, trust_samples))
     say(f"Written: {out}. Plan with --robot {out}")
     return 0
 
 
-def _summary(survey: Survey, proven_only: bool) -> str:
+def _summary(survey: Survey, trust_samples: bool) -> str:
     from planner.collision.pair_survey import Reason
 
     count = {reason: len(survey.pairs(reason)) for reason in Reason}
-    checked = count[Reason.SOMETIMES] + (count[Reason.NEVER] if proven_only else 0)
+    checked = count[Reason.SOMETIMES] + (0 if trust_samples else count[Reason.NEVER])
     return (
         f"Of {len(survey.reasons)} pairs of links {count[Reason.ADJACENT]} are adjacent, {count[Reason.ALWAYS]} touch "
         f"nearly always, {count[Reason.APART]} never touch by a proof and {count[Reason.NEVER]} never touched in "
-        f"{survey.samples} random configurations; {checked} are checked."
+        f"{survey.samples} random configurations, which is no proof; {checked} are checked."
     )

@@ -36,8 +36,8 @@ class Reason(Enum):
 
     ADJACENT = "joined by one joint"
     ALWAYS = f"touch in at least {100 * ALWAYS:g} % of the random configurations"
-    APART = "cannot touch within the joint limits: proven"
-    NEVER = "never touched in the random configurations, which is no proof: delete these to have them checked"
+    APART = "cannot touch within the joint limits, the other joints held as they are here: proven"
+    NEVER = "never touched in the random configurations, which is no proof"
     SOMETIMES = "touch in some configurations"
 
 

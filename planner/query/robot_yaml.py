@@ -12,15 +12,15 @@ from planner.world.robot import Robot
 from planner.world.robot_files import RobotFiles
 from planner.world.urdf import example_robot_data
 
-_DISABLED = (Reason.ADJACENT, Reason.ALWAYS, Reason.APART, Reason.NEVER)
+_DISABLED = (Reason.ADJACENT, Reason.ALWAYS, Reason.APART)
 
 
-def robot_yaml(files: RobotFiles, robot: Robot, survey: Survey, folder: Path, proven_only: bool = False) -> str:
+def robot_yaml(files: RobotFiles, robot: Robot, survey: Survey, folder: Path, trust_samples: bool = False) -> str:
     """The text of a robot file that stands in ``folder``: paths in it are relative to that.
 
-    With ``proven_only`` pairs that were only never seen to touch stay checked.
+    Pairs that were only never seen to touch stand there as comments, with ``trust_samples`` as disabled pairs.
     """
-    return "\n".join([*_what(files, robot, folder), *_pairs(robot, survey, proven_only)]) + "\n"
+    return "\n".join([*_what(files, robot, folder), *_pairs(survey, trust_samples)]) + "\n"
 
 
 def _what(files: RobotFiles, robot: Robot, folder: Path) -> Iterator[str]:
@@ -48,10 +48,14 @@ def _source(path: Path, folder: Path) -> str:
     return json.dumps({"file": Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()})
 
 
-def _pairs(robot: Robot, survey: Survey, proven_only: bool) -> Iterator[str]:
+def _pairs(survey: Survey, trust_samples: bool) -> Iterator[str]:
     yield f"# link pairs that need no check, besides the SRDF's; found by {survey.samples} random configurations"
-    listed = [reason for reason in _DISABLED if survey.pairs(reason) and not (proven_only and reason is Reason.NEVER)]
-    yield "disabled_pairs:" if listed else "disabled_pairs: []"
+    listed = [reason for reason in _DISABLED if survey.pairs(reason)]
+    never = survey.pairs(Reason.NEVER)
+    yield "disabled_pairs:" if listed or (never and trust_samples) else "disabled_pairs: []"
     for reason in listed:
         yield f"  # {reason.value}"
         yield from (f"  - {json.dumps(pair)}" for pair in survey.pairs(reason))
+    if never:
+        yield f"  # {Reason.NEVER.value}" + ("" if trust_samples else ": they are checked")
+        yield from (f"  {'' if trust_samples else '# '}- {json.dumps(pair)}" for pair in never)
