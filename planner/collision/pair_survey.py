@@ -28,7 +28,9 @@ from planner.world.scene import Scene
 from planner.world.urdf import Description
 
 _BATCH = 100  # configurations between two looks at which pairs are decided
-_BOXES = 20_000  # boxes of joint values that the proof of one pair may look at
+# boxes of joint values that the proof of one pair may look at: with two joints between the links they suffice for a
+# gap of some millimetres, with more joints for links that are well apart
+_BOXES_OF_TWO, _BOXES = 200_000, 20_000
 
 
 class Reason(Enum):
@@ -133,10 +135,10 @@ def _apart(checker: CollisionChecker) -> Reason:
     centre, width = 0.5 * (robot.lower + robot.upper)[None], robot.upper - robot.lower
     width = np.where(robot.prismatic, width, np.minimum(width, 2 * np.pi))  # one turn is all there is
     half = np.where(reach > 0, 0.5 * width, 0.0)[None]
-    boxes = 0
+    boxes, most = 0, _BOXES_OF_TWO if (reach > 0).sum() <= 2 else _BOXES
     while len(centre):
         boxes += len(centre)
-        if boxes > _BOXES:
+        if boxes > most:
             return Reason.NEVER
         need = product(half, reach[:, None])[:, 0]
         gap = _gaps(checker, centre, need)
