@@ -19,7 +19,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
-from planner.collision.self_pairs import ALWAYS
+from planner.collision.self_pairs import ALWAYS, adjacent_pairs
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.kinematics.reach import pair_reach
@@ -63,7 +63,7 @@ def survey_pairs(
     Configurations are uniform within the limits. A pair of links has the strongest reason that holds for all its
     bodies, except that two links always touch if any two of their bodies do.
     """
-    adjacent = adjacent_links(robot.source, {body.link for body in robot.bodies})
+    adjacent = adjacent_pairs(robot) & adjacent_links(robot.source, {body.link for body in robot.bodies})
     world = World.of(robot, Scene("none"), (robot.disabled_pairs or frozenset()) | robot.touching)
     links = [_links(world, pair) for pair in range(len(world.self_pairs))]
     asked = np.array([pair not in adjacent for pair in links], dtype=bool)
@@ -76,7 +76,7 @@ def survey_pairs(
 
 
 def adjacent_links(description: Description, with_bodies: Iterable[str]) -> frozenset[frozenset[str]]:
-    """Pairs of links joined by one joint, through links without bodies where there are such."""
+    """Pairs of links with nothing but joints and links without bodies between them."""
     above, solid = {child: parent for parent, child in description.joints.values()}, set(with_bodies)
     found = set()
     for link in solid:

@@ -51,6 +51,13 @@ def test_pairs_that_the_robot_disables_are_not_looked_at(arm: Robot) -> None:
     assert frozenset("ad") not in survey_pairs(known, CoalChecker, 100, 0).reasons
 
 
+def test_two_joints_apart_are_no_neighbours_even_with_nothing_between(urdf_file) -> None:
+    links = link_xml("a", BALL) + link_xml("none") + link_xml("b", BIT)
+    joints = joint_xml("j", "a", "none", limit="-3 3", xyz="0.2 0 0") + joint_xml("k", "none", "b", xyz="0.15 0 0")
+    found = survey_pairs(Robot.load(urdf_file(links + joints)), CoalChecker, 100, 0)
+    assert found.pairs(Reason.SOMETIMES) == [("a", "b")]
+
+
 def test_neighbours_are_found_through_links_without_bodies(arm: Robot) -> None:
     assert adjacent_links(arm.source, "ac") == {frozenset("ac")}
 
