@@ -152,8 +152,6 @@ def _gaps(checker: CollisionChecker, q: Floats, need: Floats) -> Floats:
     """Lower bounds (n,) on the pair's distance, as close as it takes to exceed ``need``; below 0 where it touches."""
     rotation, position = joint_placements(checker.chain, q)
     gap, only = np.maximum(checker.bound.coarse(rotation, position)[:, 0], 0.0), np.zeros(1, dtype=np.int64)
-    near = np.flatnonzero(gap <= need)
-    gap[near] = np.maximum(gap[near], checker.bound.refine(rotation, position, near, np.zeros_like(near)))
     for row in np.flatnonzero(gap <= need):
         distance = float(checker.distances(rotation[:, row], position[:, row], only)[0])
         gap[row] = max(gap[row], distance - checker.error(distance)) if distance > 0 else -1.0
