@@ -20,7 +20,7 @@ def robot_yaml(files: RobotFiles, robot: Robot, survey: Survey, folder: Path, tr
 
     Pairs that were only never seen to touch stand there as comments, with ``trust_samples`` as disabled pairs.
     """
-    return "\n".join([*_what(files, robot, folder), *_pairs(survey, trust_samples)]) + "\n"
+    return "\n".join([*_what(files, robot, folder), *_pairs(files, survey, trust_samples)]) + "\n"
 
 
 def _what(files: RobotFiles, robot: Robot, folder: Path) -> Iterator[str]:
@@ -48,11 +48,15 @@ def _source(path: Path, folder: Path) -> str:
     return json.dumps({"file": Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()})
 
 
-def _pairs(survey: Survey, trust_samples: bool) -> Iterator[str]:
+def _pairs(files: RobotFiles, survey: Survey, trust_samples: bool) -> Iterator[str]:
     yield f"# link pairs that need no check, besides the SRDF's; found by {survey.samples} random configurations"
     listed = [reason for reason in _DISABLED if survey.pairs(reason)]
     never = survey.pairs(Reason.NEVER)
-    yield "disabled_pairs:" if listed or (never and trust_samples) else "disabled_pairs: []"
+    known = (files.file.disabled_pairs if files.file else None) or []
+    yield "disabled_pairs:" if known or listed or (never and trust_samples) else "disabled_pairs: []"
+    if known:
+        yield "  # as the robot file has them already"
+        yield from (f"  - {json.dumps(pair)}" for pair in known)
     for reason in listed:
         yield f"  # {reason.value}"
         yield from (f"  - {json.dumps(pair)}" for pair in survey.pairs(reason))

@@ -31,6 +31,9 @@ def test_the_file_loads_is_the_same_again_and_is_not_overwritten(run: Run, made:
     again = tmp_path / "mine" / "again.yaml"
     assert run("robot-yaml", ARM, "--tool", "tip", "--samples", "300", "--out", str(again))[0] == 0
     assert again.read_text() == made.read_text()
+    copy = tmp_path / "mine" / "copy.yaml"
+    assert run("robot-yaml", str(made), "--samples", "300", "--out", str(copy))[0] == 0
+    assert Robot.load(str(copy)).identity == own.identity
     trusting = tmp_path / "mine" / "trusting.yaml"
     assert (
         run("robot-yaml", ARM, "--tool", "tip", "--samples", "300", "--trust-samples", "--out", str(trusting))[0] == 0
