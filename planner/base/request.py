@@ -21,8 +21,9 @@ class Named(Protocol):
 if TYPE_CHECKING:
     Thing: TypeAlias = str | Path | Named
     State: TypeAlias = str | Iterable[float]
-else:  # what the command line gives; from Python a robot, a scene and an array of joint values will do as well
-    Thing = State = str
+    Names: TypeAlias = str | Iterable[str]
+else:  # what the command line gives; from Python a robot, a scene, joint values and lists of names will do as well
+    Thing = State = Names = str
 
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Backend = Literal["fcl", "coal"]
@@ -40,11 +41,20 @@ class WorldRequest:
     """A robot in a scene, and how contacts are found."""
 
     robot: Thing = "iiwa14"
-    """Name of a built-in robot (see 'planner robots') or the path of a URDF."""
+    """Name of a built-in robot (see 'planner robots'), or the path of a URDF or of a robot.yaml ('planner robot-yaml'
+    writes one)."""
     scene: Thing = "paper"
     """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
     tool: str | None = None
-    """Frame of the robot that targets and manipulability speak of; the robot's or the scene's own where left out."""
+    """Frame of the robot that targets and manipulability speak of; the scene's, the robot's or the tip of --group where
+    left out."""
+    srdf: Path | None = None
+    """An SRDF in place of the robot's own: link pairs that need no check, groups, named states."""
+    group: str | None = None
+    """Planning group of the SRDF: only its joints are planned."""
+    joints: Names | None = None
+    """Joints to plan, with commas between; all others are held: at fixed_joints of the scene or robot file, else as the
+    state home has them."""
     collision: Backend = "fcl"
     """Collision library that proves the edges: FCL, or coal, which is faster on meshes."""
     margin: float = 0.0
@@ -55,10 +65,19 @@ class WorldRequest:
         for name in ("robot", "scene"):
             if isinstance(getattr(self, name), Path):
                 object.__setattr__(self, name, str(getattr(self, name)))
+        if self.joints is not None:
+            object.__setattr__(self, "joints", names_text(self.joints))
+        require_one_choice(self.group, self.joints)
+
+    @property
+    def joint_names(self) -> tuple[str, ...] | None:
+        """``joints`` by name; None where nobody has chosen."""
+        return None if self.joints is None else tuple(str(self.joints).split(","))
 
     def to_dict(self) -> dict[str, Any]:
-        """The options as plain data: objects by their names, paths as text."""
-        return {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
+        """The options by their names on the command line, as plain data: objects by their names, paths as text."""
+        values = {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
+        return {"request" if name == "motion_plan_request" else name: value for name, value in values.items()}
 
 
 @dataclass(frozen=True)
@@ -73,7 +92,7 @@ class RoadmapRequest(WorldRequest):
     """Where the arm starts."""
     goal: State = "goal"
     """Where the arm should go; several, with the option repeated or with ';' between them, are alternatives."""
-    request: Path | None = None
+    motion_plan_request: Path | None = None
     """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
     ik_solutions: int = 8
     """Configurations that a position or pose as goal becomes at most; the dynamics picks the best of them."""
@@ -110,16 +129,22 @@ class KeptRequest:
     """The world to check a roadmap in; options left out are taken from the roadmap's file."""
 
     robot: str | None = None
-    """Name of a built-in robot or the path of a URDF; the file's own if that is a built-in one."""
+    """Name of a built-in robot, or the path of a URDF or robot.yaml; the file's own if that is a built-in one."""
     scene: str | None = None
     """Name of a built-in scene or the path of a scene file; the file's own if that is a built-in one."""
     tool: str | None = None
     """Frame of the robot that manipulability speaks of."""
+    srdf: Path | None = None
+    """The SRDF that the roadmap was built with, where it is not the robot's own."""
+    group: str | None = None
+    """The planning group that it was built with."""
+    joints: str | None = None
+    """The joints that it was built with, with commas between, where they were named."""
     collision: Backend = "fcl"
     """Collision library that proves the edges: FCL, or coal, which is faster on meshes."""
     margin: float | None = None
     """Distance in metres to keep from every obstacle, and between links."""
-    request: Path | None = None
+    motion_plan_request: Path | None = None
     """The MoveIt MotionPlanRequest (YAML) of the roadmap, to take the joints that are not planned from."""
     widen_limits: bool = False
     """Widen joint limits to those that the roadmap was grown within."""
@@ -127,6 +152,7 @@ class KeptRequest:
     def __post_init__(self) -> None:
         if self.margin is not None:
             require_margin(self.margin)
+        require_one_choice(self.group, self.joints)
 
 
 @dataclass(frozen=True)
@@ -170,6 +196,20 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Path):
         return str(value)
     return value if isinstance(value, str | int | float | None) else value.name
+
+
+def names_text(names: str | Iterable[str]) -> str:
+    """Names as one text with commas between; :class:`OptionError` where one is missing or stands there twice."""
+    found = [name.strip() for name in (names.split(",") if isinstance(names, str) else names)]
+    if not all(found) or len(set(found)) < len(found):
+        raise OptionError(f"joints '{','.join(found)[:200]}' are not usable: name each once, with commas between.")
+    return ",".join(found)
+
+
+def require_one_choice(group: str | None, joints: object) -> None:
+    """Raise :class:`OptionError` where both a group and joints say what is planned."""
+    if group is not None and joints is not None:
+        raise OptionError("--group and --joints both say which joints are planned: give one of them.")
 
 
 def require_share(beta: float) -> None:

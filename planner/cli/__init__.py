@@ -19,6 +19,7 @@ from planner.cli.check import check
 from planner.cli.plan import plan
 from planner.cli.reproduce import reproduce
 from planner.cli.roadmap import roadmap
+from planner.cli.robot_yaml import robot_yaml
 from planner.cli.sweep import sweep
 from planner.cli.terminal import complain, let_go_of_output, say
 from planner.cli.view import view
@@ -30,6 +31,7 @@ app.command(view)
 app.command(check)
 app.command(robots)
 app.command(scenes)
+app.command(name="robot-yaml")(robot_yaml)
 app.command(roadmap, name="roadmap")
 app.command(reproduce, name="reproduce")
 app.command(bench, name="bench")

@@ -86,12 +86,12 @@ def _page_beside(result: Path) -> Path:
 
 def _state_page(request: WorldRequest, state: str | None) -> str:
     target = None if state is None else parse_target(state)
-    from planner.query.open import open_world
+    from planner.query.open import open_world, states_of
     from planner.query.resolve import resolve_as_is
     from planner.view.state import inspect_state, state_page
 
     checker = open_world(request)
-    states = checker.world.scene.states_of(checker.robot.name)
+    states = states_of(checker.robot, checker.world.scene)
     if target is None:
         target = parse_target("start" if "start" in states else HOME)
     report = inspect_state(checker, resolve_as_is(target, checker, states, "state"))

@@ -64,6 +64,40 @@ def _reach_of(robot: Robot, chain: Chain, body: Body) -> Floats:
         joint = parent
 
 
+def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
+    """(dof,) metres by which a joint's motion can change the distance of two bodies at most, per unit of each joint.
+
+    Where the first hangs above the second, a joint between them as well moves the one as seen from the other: whichever
+    body reaches less far from its axis bounds the change. So it is never more than :meth:`Reach.relative`.
+    """
+    reach = Reach.of(robot, (first, second)).relative(np.array([[0, 1]]))[0]
+    chain = Chain.of(robot)
+    radius, above = farthest(first.shape, first.placement), first.joint
+    for joint in _joints_down_to(chain, first.joint, second.joint):
+        offset, axis = chain.offset[joint - 1], chain.axis[joint - 1]
+        turned = robot.model.jointPlacements[joint].inverse().homogeneous
+        if above == first.joint:
+            across = farthest_from_axis(first.shape, turned @ first.placement, axis)
+            radius = farthest(first.shape, turned @ first.placement)
+        else:
+            radius += length(offset)
+            across = radius
+        if not chain.prismatic[joint - 1]:
+            reach[joint - 1] = min(reach[joint - 1], max(across, 1e-12))
+        radius += _travel(robot, chain, joint - 1)
+        above = joint
+    return reach
+
+
+def _joints_down_to(chain: Chain, top: int, joint: int) -> list[int]:
+    """The joints below ``top`` on the way down to ``joint``; none where that does not hang below it."""
+    found = []
+    while joint not in (top, 0):
+        found.insert(0, joint)
+        joint = int(chain.parent[joint - 1])
+    return found if joint == top else []
+
+
 def _travel(robot: Robot, chain: Chain, joint: int) -> float:
     """How far a prismatic joint can shift what it carries (m)."""
     return float(max(abs(robot.lower[joint]), abs(robot.upper[joint]))) if chain.prismatic[joint] else 0.0

@@ -9,15 +9,16 @@ from pathlib import Path
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import StateError, choices
+from planner.base.errors import OptionError, StateError, choices
 from planner.base.request import RoadmapRequest, WorldRequest
-from planner.base.targets import Joints, Target, parse_target, parse_targets
+from planner.base.targets import HOME, Joints, Target, joints_text, parse_target, parse_targets
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.query.resolve import looks_like_degrees, resolve
 from planner.world.moveit import MotionPlanRequest, read_motion_plan_request
 from planner.world.plausible import require_bodies, tell
-from planner.world.robot import Robot, robot_name, with_carried, with_tool, with_widened_limits
+from planner.world.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
+from planner.world.robot_files import JointChoice, read_robot
 from planner.world.scene import Scene
 
 _log = logging.getLogger(__name__)
@@ -49,7 +50,7 @@ def open_world(request: WorldRequest, message: Path | None = None) -> CollisionC
     Joints that are not planned are held as the MoveIt request in the file ``message`` has them.
     """
     scene = _scene(request)
-    robot = _robot(request, scene, read_motion_plan_request(message) if message else None)
+    robot = _robot(request, scene, _message(message))
     _judge(robot, scene)
     return make_checker(robot, scene, request.collision, request.margin)
 
@@ -57,14 +58,14 @@ def open_world(request: WorldRequest, message: Path | None = None) -> CollisionC
 def make_query(request: RoadmapRequest) -> Query:
     """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable."""
     scene = _scene(request)
-    message = read_motion_plan_request(request.request) if request.request else None
+    message = _message(request.motion_plan_request)
     robot = _robot(request, scene, message)
     start, goals = _targets(request, robot, message)
     if request.widen_limits:
         robot = _widened(robot, [start, *(goal for _, goal in goals)])
     _judge(robot, scene)
     checker = make_checker(robot, scene, request.collision, request.margin)
-    states = scene.states_of(robot.name)
+    states = states_of(robot, scene)
     starts = resolve(start, checker, states, "start")
     ends, names = [], []
     for name, goal in goals:
@@ -80,19 +81,43 @@ def _scene(request: WorldRequest) -> Scene:
     return request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
 
 
+def _message(path: Path | None) -> MotionPlanRequest | None:
+    return None if path is None else read_motion_plan_request(path)
+
+
 def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
-    """The robot as the scene sets it up; one that is given as such stands as it is."""
+    """The robot as the scene and the request set it up: every command loads its robot here.
+
+    One that is given as such stands as it is.
+    """
     if isinstance(request.robot, Robot):
+        _require_as_it_is(request)
         return with_carried(with_tool(request.robot, request.tool), scene.carried)
-    name = str(request.robot)
-    placement = scene.placement(robot_name(name))
-    tool, base = request.tool or placement.tool, placement.base.matrix()
-    robot = Robot.load(name, tool, placement.fixed_joints, base)
-    held = {} if message is None else {k: v for k, v in message.start.items() if k in robot.other_joints}
-    if held:
-        _log.info("joints that are not planned are held as the request has them: %s", held)
-        robot = Robot.load(name, tool, {**placement.fixed_joints, **held}, base)
-    return with_carried(robot, scene.carried)
+    files = read_robot(str(request.robot), request.srdf)
+    placement = scene.placement(files.name)
+    tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
+    choice = JointChoice(request.group, request.joint_names)
+    if message is not None:
+        planned = files.planned_joints(tool, choice, fixed)
+        held = {name: message.start[name] for name in files.model.names[1:] if name in message.start}
+        held = {name: value for name, value in held.items() if name not in planned}
+        _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
+        fixed |= held
+    return with_carried(assemble(files, tool, choice, fixed, placement.base.matrix()), scene.carried)
+
+
+def _require_as_it_is(request: WorldRequest) -> None:
+    for option, value in (("srdf", request.srdf), ("group", request.group), ("joints", request.joints)):
+        if value is not None:
+            raise OptionError(
+                f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
+            )
+
+
+def states_of(robot: Robot, scene: Scene) -> dict[str, str]:
+    """The named states of a robot, each as its text: those of its SRDF, and of the scene, which come first."""
+    own = {name: joints_text(values) for name, values in robot.states.items() if name != HOME}
+    return {**own, **scene.states_of(robot.name)}
 
 
 def _targets(

@@ -66,13 +66,13 @@ def verify(
     progress: Progress = QUIET,
 ) -> Verification:
     """Prove every edge again, whatever its certificate says."""
-    prover, m = EdgeProver(checker), len(roadmap.edges)
+    prover, m = EdgeProver(checker, progress), len(roadmap.edges)
     verdict, pair = np.zeros(m, dtype=np.int64), np.full(m, -1, dtype=np.int64)
     done = 0
     for rows in batches(np.arange(m)):
-        if progress.stopped:
-            break
         proofs = prover.prove(*segments(roadmap, checker.robot, rows))
+        if progress.stopped:
+            break  # what is undecided may be so only because of that
         verdict[rows], pair[rows] = proofs.verdict, proofs.pair
         done += len(rows)
         progress("edges", done, m)
@@ -103,7 +103,7 @@ def repair(
     """
     world, m = checker.world, len(roadmap.edges)
     _require_same_joints(roadmap, world.robot)
-    prover, judge = EdgeProver(checker), _Judge(roadmap, world, progress)
+    prover, judge = EdgeProver(checker, progress), _Judge(roadmap, world, progress)
     if prover.static_contact is not None:
         raise FileError(
             f"{prover.static_contact} come too near whatever the joints do, so nothing of the roadmap is free: "
@@ -119,12 +119,12 @@ def repair(
     if something_new and not everything:
         part = type(checker)(_restricted(world, scene_pairs, self_rows))
         touched = ~anew & ~judge.out_of_reach(part, ~anew)
-        judge.prove(EdgeProver(part), touched)
+        judge.prove(EdgeProver(part, progress), touched)
     judge.forget(anew)
     judge.prove(prover, anew)
-    if judge.stopped:
+    nodes = None if judge.stopped else _usable(roadmap, checker, judge.holds, progress)
+    if nodes is None:
         return None
-    nodes = _usable(roadmap, checker, judge.holds)
     kept = judge.holds & nodes[roadmap.edges].all(axis=1)
     looked = touched | anew
     return Repair(
@@ -177,6 +177,9 @@ class _Judge:
         done = 0
         for batch in self._batches(rows):
             proofs = prover.prove(*self._segments(batch))
+            if self.progress.stopped:
+                self.stopped = True  # and what is undecided may be so only because of that
+                return
             self.holds[batch] = proofs.free
             self._note(batch, proofs.clearance)
             self.samples[batch] += proofs.samples
@@ -242,12 +245,14 @@ def _restricted(world: World, scene_pairs: Bools, self_rows: Bools) -> World:
     )
 
 
-def _usable(roadmap: Roadmap, checker: CollisionChecker, holds: Bools) -> Bools:
-    """(n,) which configurations are within limits and free; the ends of a proven edge are free."""
+def _usable(roadmap: Roadmap, checker: CollisionChecker, holds: Bools, progress: Progress) -> Bools | None:
+    """(n,) which configurations are within limits and free (the ends of a proven edge are); None once stopped."""
     good = within_limits(roadmap, checker.robot)
     proven = np.zeros(len(good), dtype=bool)
     proven[roadmap.edges[holds]] = True
     for row in np.flatnonzero(good & ~proven):
+        if progress.stopped:
+            return None
         good[row] = is_free(checker, roadmap.nodes[row])
     if not good.any():
         raise FileError("no configuration of the roadmap is free in this scene: build a new one.")

@@ -116,17 +116,15 @@ def require_same_world(roadmap: Roadmap, checker: CollisionChecker, path: Path) 
         return
     mine, world = roadmap.origin, checker.world
     robot, scene = world.robot, world.scene
-    for what, a, b in (
-        ("robot", mine.robot, robot.name),
-        ("joints", mine.joints, robot.joints),
-        ("tool frame", mine.tool, robot.tool),
-        ("scene", mine.scene, scene.name),
+    kept = f"or keep what holds here with {_REPAIR}"
+    for what, a, b, remedy in (
+        ("robot", mine.robot, robot.name, f"build one for this robot, {kept}"),
+        ("joints", mine.joints, robot.joints, "choose the same ones with --joints or --group, or build one for these"),
+        ("tool frame", mine.tool, robot.tool, f"build one for this tool frame, {kept}"),
+        ("scene", mine.scene, scene.name, f"build one for this scene, {kept}"),
     ):
         if a != b:
-            raise FileError(
-                f"roadmap {path} is for {what} {_quoted(a)}, not {_quoted(b)}: build one for this {what}, "
-                f"or keep what holds here with {_REPAIR}."
-            )
+            raise FileError(f"roadmap {path} is for {what} {_quoted(a)}, not {_quoted(b)}: {remedy}.")
     if mine.margin < world.margin:
         raise FileError(
             f"roadmap {path} was proven with a margin of {mine.margin:g} m, less than the {world.margin:g} m "
@@ -136,7 +134,7 @@ def require_same_world(roadmap: Roadmap, checker: CollisionChecker, path: Path) 
     obstacles = mine.scene_identity != scene.identity and not any(item.startswith("body") for item in found)
     other = f"scene '{mine.scene}' with other obstacles" if obstacles else f"'{mine.robot}' of other geometry or set-up"
     what = f" ({_some(found)})" if found else ""
-    raise FileError(f"roadmap {path} is for a {other}{what}: build it again, or keep what holds here with {_REPAIR}.")
+    raise FileError(f"roadmap {path} is for a {other}{what}: build it again, {kept}.")
 
 
 _REPAIR = "'planner roadmap check --repair'"

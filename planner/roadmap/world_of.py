@@ -14,7 +14,7 @@ from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.query.open import open_world
 from planner.roadmap.roadmap import Roadmap
-from planner.world.robot import robot_name, with_widened_limits
+from planner.world.robot import with_widened_limits
 
 
 def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionChecker:
@@ -23,19 +23,22 @@ def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionCheck
     Raises :class:`FileError` where the file names one that is not built in, and nobody says where it is.
     """
     origin = roadmap.origin
-    if request.robot and robot_name(request.robot) != origin.robot:
-        raise FileError(
-            f"roadmap {path} is for robot '{origin.robot}', not '{request.robot}': build one for this robot."
-        )
     world = WorldRequest(
         robot=request.robot or _built_in("robot", origin.robot, robot_names(), path),
         scene=request.scene or _built_in("scene", origin.scene, scene_names(), path),
         tool=request.tool or origin.tool,
+        srdf=request.srdf,
+        group=request.group,
+        joints=request.joints,
         collision=request.collision,
         margin=origin.margin if request.margin is None else request.margin,
     )
-    checker = open_world(world, request.request)
+    checker = open_world(world, request.motion_plan_request)
     robot = checker.robot
+    if robot.name != origin.robot:
+        raise FileError(
+            f"roadmap {path} is for robot '{origin.robot}', not '{request.robot}': build one for this robot."
+        )
     if request.widen_limits and robot.joints == origin.joints:
         wide = with_widened_limits(robot, np.array([origin.world.lower, origin.world.upper]))
         checker = make_checker(wide, checker.world.scene, world.collision, world.margin)

@@ -121,7 +121,7 @@ def changes(record: WorldRecord, world: World) -> list[str]:
         narrower = not holds_limits(record, world)
         found.append("narrower joint limits, see --widen-limits" if narrower else "wider joint limits")
     if now.held != record.held:
-        found.append("joints that are not planned held elsewhere, see --request")
+        found.append("joints that are not planned held elsewhere, see --joints and --request")
     bodies = [{body.name: body.content for body in each.bodies} for each in (record, now)]
     for name in _in_either(*bodies):
         found += _one_change("body", name, bodies[0].get(name), bodies[1].get(name), "changed")

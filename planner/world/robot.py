@@ -5,62 +5,26 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
-import pydantic
 
 from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import RobotError, choices
 from planner.base.hashing import content_hash
-from planner.base.resources import robot_names, robots_folder
 from planner.base.targets import TURN
-from planner.base.yamlfile import FARTHEST, Coordinate, Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import FARTHEST
 from planner.world import urdf
 from planner.world.poses import pose
+from planner.world.robot_files import ALL_JOINTS, JointChoice, RobotFiles, Rows, read_robot
 from planner.world.shapes import Body, Carried
+from planner.world.srdf import states_of_joints
 
 _log = logging.getLogger(__name__)
 
-Rows = Literal["pose", "translation", "planar"]
-
 _MOST_TURNS = 4  # in either direction: limits of more are taken for degrees
-
-
-class Source(Strict):
-    """A file beside the robot file, or inside a Python package that ships robot data."""
-
-    file: str
-    package: Literal["example-robot-data"] | None = None
-
-    def path(self, folder: Path) -> Path:
-        return (urdf.example_robot_data() / "robots" if self.package else folder) / self.file
-
-
-class RobotFile(Strict):
-    """What ``robots/<name>/robot.yaml`` holds."""
-
-    description: str
-    urdf: Source
-    srdf: Source | None = None
-    joints: list[str] | None = None
-    tool: str
-    home: list[Coordinate] | None = None
-    manipulability: Rows | None = None
-    fixed_joints: dict[str, Coordinate] = pydantic.Field(default_factory=dict)
-    disabled_pairs: list[tuple[str, str]] | None = None
-
-    @pydantic.model_validator(mode="before")
-    @classmethod
-    def _old_key(cls, data: Any) -> Any:
-        """Files of version 0.1 call it ``rows``."""
-        if isinstance(data, dict) and "rows" in data and "manipulability" not in data:
-            _log.warning("the robot file's key 'rows' is called 'manipulability' now: rename it.")
-            return {"manipulability" if key == "rows" else key: value for key, value in data.items()}
-        return data
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +57,7 @@ class Robot:
     source: urdf.Description = field(repr=False)
     carried: tuple[Body, ...] = ()  # of ``bodies``, those that a link holds without being part of it
     touching: frozenset[frozenset[str]] = frozenset()  # what these may touch, by name
+    states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # named by its SRDF, of the planned joints
 
     @staticmethod
     def load(
@@ -100,21 +65,16 @@ class Robot:
         tool: str | None = None,
         fixed_joints: Mapping[str, float] | None = None,
         base: Floats | None = None,
+        choice: JointChoice = ALL_JOINTS,
+        srdf: Path | None = None,
     ) -> Robot:
-        """A built-in robot by name, or any URDF by path.
+        """A built-in robot by name, or any robot by the path of its robot.yaml or URDF.
 
         ``tool`` is a frame of the URDF (for a URDF by path, needed unless it has one single tip), ``fixed_joints``
-        holds joints that are not planned at values (rad, m), ``base`` places the robot in the world (4, 4).
-        Raises :class:`RobotError` naming the choices.
+        holds joints at values (rad, m), ``base`` places the robot in the world (4, 4), ``choice`` says which joints are
+        planned, ``srdf`` is a file in place of the robot's own. Raises :class:`RobotError` naming the choices.
         """
-        folder, file = _find(name)
-        description = urdf.read_description(file.urdf.path(folder) if file else Path(name))
-        return _assemble(name, file, folder, description, tool, fixed_joints or {}, pose() if base is None else base)
-
-    @cached_property
-    def other_joints(self) -> tuple[str, ...]:
-        """Movable joints of the URDF that are not planned but held."""
-        return tuple(name for name in urdf.build_model(self.source).names[1:] if name not in self.joints)
+        return assemble(read_robot(name, srdf), tool, choice, fixed_joints, base)
 
     @property
     def dof(self) -> int:
@@ -157,12 +117,6 @@ def shorter_way(delta: Floats, turns: Bools) -> Floats:
         delta > 0
     )  # half a turn: keep the sign of delta, so that the motion back is the opposite
     return np.where(turns, np.where(half, np.pi, wrapped), delta)
-
-
-def robot_name(text: str) -> str:
-    """The name under which scenes speak of a robot given by name or by the path of a URDF."""
-    _, file = _find(text)
-    return text if file else urdf.read_description(Path(text)).name
 
 
 def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
@@ -211,47 +165,28 @@ def load_visuals(robot: Robot) -> tuple[Body, ...]:
         return robot.bodies
 
 
-def _find(name: str) -> tuple[Path, RobotFile | None]:
-    folder = robots_folder() / name
-    if name in robot_names():
-        where = f"robot file {folder / 'robot.yaml'}"
-        data = parse_yaml(read_text(folder / "robot.yaml", "robot file"), where)
-        return folder, validate(RobotFile, data, where, RobotError)
-    if Path(name).suffix.lower() in (".urdf", ".xml") or "/" in name:
-        return Path(name).parent, None
-    raise RobotError(f"robot '{name}' not found; robots are {choices(robot_names())}, or give the path of a URDF.")
-
-
-def _assemble(
-    name: str,
-    file: RobotFile | None,
-    folder: Path,
-    description: urdf.Description,
-    tool: str | None,
-    fixed: Mapping[str, float],
-    base: Floats,
+def assemble(
+    files: RobotFiles,
+    tool: str | None = None,
+    choice: JointChoice = ALL_JOINTS,
+    fixed: Mapping[str, float] | None = None,
+    base: Floats | None = None,
 ) -> Robot:
-    full = urdf.build_model(description)
-    tool = _choose_tool(full, tool or (file.tool if file else None))
-    planned = list(file.joints) if file and file.joints else urdf.chain_joints(full, tool)
-    _check_joints(full, planned, tool)
-    fixed = {**(file.fixed_joints if file else {}), **fixed}
-    held = [joint for joint in planned if joint in fixed]
-    if held:
-        raise RobotError(f"joint '{held[0]}' is planned and cannot be held fixed as well: choose one of the two.")
-    parts = _parts(description, full, planned, fixed, base)
+    """The robot of ``files``, set up as :meth:`Robot.load` says."""
+    file, description = files.file, files.description
+    tool, planned = files.tool(tool, choice), files.planned_joints(tool, choice, fixed or {})
+    _check_joints(files, planned, tool)
+    fixed = {**(file.fixed_joints if file else {}), **(fixed or {})}
+    fixed = _held_at_home(files, planned, fixed) | fixed
+    base = pose() if base is None else base
+    parts = _parts(description, files.model, planned, fixed, base)
     model = parts["model"]
     lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
     _check_limits(model, lower, upper)
-    home = _home(file, planned, lower, upper)
-    disabled = None
-    if file and file.srdf:
-        disabled = urdf.read_srdf_pairs(file.srdf.path(folder)) or None  # some SRDFs disable nothing at all
-    if file and file.disabled_pairs is not None:
-        disabled = (disabled or frozenset()) | frozenset(frozenset(pair) for pair in file.disabled_pairs)
+    home = [files.home.get(name, at) for name, at in zip(planned, np.clip(0.0, lower, upper), strict=True)]
     return Robot(
-        name=name if file else description.name,
-        description=file.description if file else f"from {name}",
+        name=files.name,
+        description=(file.description if file else "") or f"from {files.origin}",
         joints=tuple(model.names[1:]),
         lower=lower,
         upper=upper,
@@ -260,11 +195,18 @@ def _assemble(
         tool=tool,
         home=frozen(home),
         manipulability=(file.manipulability if file else None) or ("pose" if model.nv >= 6 else "translation"),
-        disabled_pairs=disabled,
+        disabled_pairs=files.disabled_pairs,
         base=frozen(base),
         source=description,
+        states=states_of_joints(files.srdf, planned) if files.srdf else {},
         **parts,
     )
+
+
+def _held_at_home(files: RobotFiles, planned: Sequence[str], fixed: Mapping[str, float]) -> dict[str, float]:
+    """Where joints that are neither planned nor fixed are held, unless at zero: as home says; others follow."""
+    free = {*planned, *fixed, *(item.joint for item in files.description.mimics)}
+    return {joint: value for joint, value in files.home.items() if joint not in free and value}
 
 
 def _parts(
@@ -280,29 +222,14 @@ def _parts(
     return {"model": model, "bodies": urdf.bodies(geometry, links), "fixed_joints": held}
 
 
-def _home(file: RobotFile | None, planned: Sequence[str], lower: Floats, upper: Floats) -> Floats:
-    """The file's home where it speaks of these joints, else zero or the limit next to it."""
-    if file and file.home and len(file.home) >= len(planned):
-        return np.array(file.home[: len(planned)])
-    return np.clip(np.zeros(len(planned)), lower, upper)
-
-
-def _choose_tool(model: pin.Model, tool: str | None) -> str:
-    if tool is None:
-        tips = urdf.leaf_links(model)
-        if len(tips) != 1:
-            raise RobotError(f"the robot has {len(tips)} tips: choose one with --tool; tips are {choices(tips)}.")
-        return tips[0]
-    urdf.frame_id(model, tool)
-    return tool
-
-
-def _check_joints(model: pin.Model, planned: Sequence[str], tool: str) -> None:
-    for name in planned:
-        if not model.existJointName(name):
-            raise RobotError(f"joint '{name}' not found; joints are {choices(model.names[1:])}.")
-    if not planned:
+def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:
+    between = urdf.chain_joints(files.model, tool)
+    if not between:
         raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another --tool.")
+    if not set(planned) & set(between):
+        raise RobotError(
+            f"no joint that moves frame '{tool}' is planned: plan one of {choices(between)}, or choose another --tool."
+        )
 
 
 def _check_limits(model: pin.Model, lower: Floats, upper: Floats) -> None:

@@ -6,7 +6,7 @@ import importlib.metadata
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from planner.base.yamlfile import FARTHEST, read_text, shown
 from planner.world.meshes import fault, reason, require_readable_mesh, shape_of
 from planner.world.poses import se3
 from planner.world.shapes import Body, Mesh, Shape
-from planner.world.urdf_rules import require_sane_urdf
+from planner.world.urdf_rules import ends, require_sane_urdf
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,18 @@ class Description:
     collision_elements: int
     mimics: tuple[Mimic, ...] = ()
     bare: frozenset[str] = frozenset()  # links with visual and without collision geometry
+    links: frozenset[str] = frozenset()
+    joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
 
     @property
     def package_dirs(self) -> list[str]:
         above = [str(folder) for folder in self.path.resolve().parents][:4]
         ros = [part for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
         return [*above, *ros, str(robots_folder()), str(example_robot_data().parent)]
+
+    def child_of(self, joint: str) -> str:
+        """The link that ``joint`` moves."""
+        return self.joints[joint][1]
 
 
 @cache
@@ -90,7 +96,10 @@ def read_description(path: Path) -> Description:
         for link in root.findall("link")
         if link.find("visual/geometry") is not None and link.find("collision") is None
     )
-    return Description(path, name, ET.tostring(root, encoding="unicode"), continuous, elements, mimics, bare)
+    links = frozenset(link.get("name", "") for link in root.findall("link"))
+    joints = {joint.get("name", ""): ends(joint) for joint in root.findall("joint")}
+    xml = ET.tostring(root, encoding="unicode")
+    return Description(path, name, xml, continuous, elements, mimics, bare, links, joints)
 
 
 def _mimic(joint: ET.Element) -> Mimic:
@@ -272,16 +281,6 @@ def _shape(item: pin.GeometryObject) -> Shape:
 def _rgba(color: Floats) -> tuple[float, float, float, float]:
     red, green, blue, alpha = (float(value) for value in color)
     return red, green, blue, alpha
-
-
-def read_srdf_pairs(path: Path) -> frozenset[frozenset[str]]:
-    """Pairs of links that an SRDF says need no collision check."""
-    try:
-        root = ET.fromstring(read_text(path, "SRDF"))
-    except ET.ParseError as error:
-        raise RobotError(f"SRDF {path} is not well-formed XML ({error}): mend the file.") from None
-    pairs = root.iter("disable_collisions")
-    return frozenset(frozenset((pair.get("link1", ""), pair.get("link2", ""))) for pair in pairs)
 
 
 def leaf_links(model: pin.Model) -> list[str]:

@@ -81,7 +81,7 @@ def _require_tree(links: Sequence[str], joints: Sequence[ET.Element], path: Path
         raise RobotError(f"URDF {path} has no links: give it some.")
     parents: dict[str, str] = {}
     for joint in joints:
-        name, (parent, child) = shown(joint.get("name")), _ends(joint)
+        name, (parent, child) = shown(joint.get("name")), ends(joint)
         for role, link in (("parent", parent), ("child", child)):
             if link not in links:
                 raise RobotError(f"URDF {path}: {role} {shown(link)} of joint {name} is no link: mend the file.")
@@ -104,7 +104,8 @@ def _require_tree(links: Sequence[str], joints: Sequence[ET.Element], path: Path
         raise RobotError(f"URDF {path}: link {shown(lost)} hangs in a loop of joints; links must form a tree.")
 
 
-def _ends(joint: ET.Element) -> tuple[str, str]:
+def ends(joint: ET.Element) -> tuple[str, str]:
+    """The names of a joint's parent and child link, empty where it has none."""
     parent, child = joint.find("parent"), joint.find("child")
     return "" if parent is None else parent.get("link", ""), "" if child is None else child.get("link", "")
 

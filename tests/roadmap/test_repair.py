@@ -289,6 +289,18 @@ def test_stop_gives_nothing_and_verify_says_how_far_it_came():
     assert (found.complete, len(found.verdict)) == (False, 0)
 
 
+@pytest.mark.parametrize("after", [1, 3])
+def test_a_stop_in_the_middle_is_seen_within_a_batch_and_no_verdict_is_made_of_it(after, monkeypatch):
+    monkeypatch.setattr("planner.roadmap.repair._BATCH", 16)
+    calls = iter(range(10**6))
+    found = verify(OLD, make_post(), progress=Progress(stop=lambda: next(calls) >= after))
+    assert not found.complete
+    assert len(found.verdict) <= 16 * after
+    assert (found.verdict == Verdict.FREE).all()  # an edge that was cut off is not among them
+    calls = iter(range(10**6))
+    assert repair(OLD, WORLDS["another place"](), progress=Progress(stop=lambda: next(calls) >= after)) is None
+
+
 def test_progress_counts_edges():
     heard = []
     verify(OLD, make_post(), Progress(lambda *args: heard.append(args)))
@@ -368,4 +380,6 @@ def test_a_scene_made_otherwise_is_the_same_if_its_things_are():
 
 def test_joints_held_elsewhere_are_told_first():
     record = replace(OLD.origin.world, held={"finger": 0.02})
-    assert changes(record, make_post().world) == ["joints that are not planned held elsewhere, see --request"]
+    assert changes(record, make_post().world) == [
+        "joints that are not planned held elsewhere, see --joints and --request"
+    ]

@@ -144,10 +144,12 @@ def request_text(**goal: object) -> str:
 def test_a_request_gives_start_and_goal(tmp_path: Path) -> None:
     joints = [{"joint_name": f"iiwa14_joint_{k}", "position": 0.1 * k} for k in range(7, 0, -1)]
     (tmp_path / "r.yaml").write_text(request_text(joint_constraints=joints))
-    query = make_query(PlanRequest(scene="empty", request=tmp_path / "r.yaml"))
+    query = make_query(PlanRequest(scene="empty", motion_plan_request=tmp_path / "r.yaml"))
     np.testing.assert_allclose(query.starts, [[0, 0.5, 0, -1.2, 0, 0.8, 0]])
     np.testing.assert_allclose(query.goals, [0.1 * np.arange(1, 8)])
-    own = make_query(PlanRequest(scene="empty", request=tmp_path / "r.yaml", goal="xyz:0.5,0.1,0.6", ik_solutions=5))
+    own = make_query(
+        PlanRequest(scene="empty", motion_plan_request=tmp_path / "r.yaml", goal="xyz:0.5,0.1,0.6", ik_solutions=5)
+    )
     assert len(own.goals) == 5
 
 
@@ -156,7 +158,7 @@ def test_a_request_with_a_pose_goal(tmp_path: Path) -> None:
     turn = {"orientation": {"x": 0, "y": 1, "z": 0, "w": 0}}
     (tmp_path / "r.yaml").write_text(request_text(position_constraints=[place], orientation_constraints=[turn]))
     assert read_motion_plan_request(tmp_path / "r.yaml").goals == ("pose:0.5,0.1,0.6,0.0,1.0,0.0,0.0",)
-    assert len(make_query(PlanRequest(scene="empty", request=tmp_path / "r.yaml")).goals) == 8
+    assert len(make_query(PlanRequest(scene="empty", motion_plan_request=tmp_path / "r.yaml")).goals) == 8
 
 
 @pytest.mark.parametrize(
@@ -171,7 +173,7 @@ def test_a_request_with_a_pose_goal(tmp_path: Path) -> None:
 def test_refused_requests(tmp_path: Path, text: str, part: str) -> None:
     (tmp_path / "r.yaml").write_text(text)
     with pytest.raises(PlannerError) as caught:
-        make_query(PlanRequest(scene="empty", request=tmp_path / "r.yaml"))
+        make_query(PlanRequest(scene="empty", motion_plan_request=tmp_path / "r.yaml"))
     assert part in str(caught.value)
 
 
@@ -196,11 +198,11 @@ def test_several_named_goals() -> None:
 @pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: f"{path.parent.name}-{path.stem[-1]}")
 def test_every_sample_problem_is_read(path: Path) -> None:
     request = path.with_name(path.name.replace("scene", "request"))
-    asked = PlanRequest(robot="panda", scene=str(path), request=request)
+    asked = PlanRequest(robot="panda", scene=str(path), motion_plan_request=request)
     if (path.parent.name, path.stem[-1]) == ("table_under_pick", "3"):
         with pytest.raises(StateError, match=r"'panda_joint4' at -0\.04.*outside its limits.*by 0\.027 rad"):
             make_query(asked)
-        asked = PlanRequest(robot="panda", scene=str(path), request=request, widen_limits=True)
+        asked = PlanRequest(robot="panda", scene=str(path), motion_plan_request=request, widen_limits=True)
     query = make_query(asked)
     assert query.robot.fixed_joints["panda_finger_joint1"] == 0.065
     assert len(query.scene.obstacles) >= 5

@@ -210,9 +210,12 @@ def test_refused(case, urdf_file):
     assert caught.value.exit_code == 3
 
 
-def test_a_planned_joint_cannot_be_fixed():
-    with pytest.raises(RobotError, match="iiwa14_joint_1"):
-        Robot.load("iiwa14", fixed_joints={load("iiwa14").joints[0]: 1.0})
+def test_a_fixed_joint_is_not_planned_but_held():
+    whole, robot = load("iiwa14"), Robot.load("iiwa14", fixed_joints={"iiwa14_joint_3": 0.4})
+    assert robot.joints == tuple(joint for joint in whole.joints if joint != "iiwa14_joint_3")
+    q = np.linspace(-0.5, 0.5, 6)
+    assert tool_pose(robot, q).isApprox(tool_pose(whole, np.insert(q, 2, 0.4)))
+    np.testing.assert_array_equal(robot.home, np.delete(whole.home, 2))
 
 
 def test_half_a_turn_there_is_half_a_turn_back():

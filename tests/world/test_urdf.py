@@ -10,6 +10,7 @@ from planner.base.errors import FileError, RobotError
 from planner.world import urdf
 from planner.world.robot import Robot
 from planner.world.shapes import Capsule, Cylinder, Mesh
+from planner.world.srdf import read_srdf
 from tests.worlds import ROBOTS, joint_xml, link_xml, load
 
 # link: end points of the capsule's axis in the upright link frame, radius (iiwa14.md)
@@ -206,10 +207,10 @@ def test_mesh_beside_the_urdf(tmp_path):
 def test_srdf_pairs(tmp_path):
     path = tmp_path / "x.srdf"
     path.write_text('<robot><disable_collisions link1="a" link2="b" reason="Never"/><group name="g"/></robot>')
-    assert urdf.read_srdf_pairs(path) == {frozenset("ab")}
+    assert read_srdf(path).disabled == {frozenset("ab")}
     path.write_text("<robot")
     with pytest.raises(RobotError, match=r"SRDF .* is not well-formed XML .*mend the file"):
-        urdf.read_srdf_pairs(path)
+        read_srdf(path)
 
 
 def test_chain_joints_are_those_between_base_and_frame(urdf_file):

@@ -31,7 +31,8 @@ from planner.world.moveit import read_motion_plan_request
 from planner.world.plausible import notes
 from planner.world.robot import Robot, with_carried
 from planner.world.scene import Scene
-from planner.world.urdf import example_robot_data, read_srdf_pairs
+from planner.world.srdf import read_srdf
+from planner.world.urdf import example_robot_data
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def kinds() -> dict[str, FileKind]:
     return {
         "urdf": FileKind(".urdf", _urdf, use_robot),
         "mesh urdf": FileKind(".urdf", _mesh_urdf, use_robot),
-        "srdf": FileKind(".srdf", _srdf, read_srdf_pairs),
+        "srdf": FileKind(".srdf", _srdf, read_srdf),
         "scene": FileKind(".yaml", _scene, use_scene),
         "moveit scene": FileKind(".yaml", lambda rng: as_json(mutated_tree(MOVEIT, rng), rng), use_scene),
         "scene text": FileKind(".scene", lambda rng: mutated_text(SCENE_TEXT, rng), use_scene),

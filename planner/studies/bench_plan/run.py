@@ -23,7 +23,7 @@ from planner.studies.table import ResultsFile, measure_missing, software
 CSV_NAME, MARKDOWN_NAME, LOGS_NAME = "plan.csv", "plan.md", "logs"
 
 _COLUMNS = ("robot", "collision", "nodes", "beta", "widen_limits")
-_BY_PROBLEM = ("scene", "request", "seed", "start", "goal", "roadmap")
+_BY_PROBLEM = ("scene", "motion_plan_request", "seed", "start", "goal", "roadmap")
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def _blank(problem: Problem, request: PlanRequest, time_limit: float) -> Row:
 def _measure(problem: Problem, request: PlanRequest, time_limit: float, progress: Progress) -> list[Row]:
     """The row of one run; none where stopped."""
     blank = _blank(problem, request, time_limit)
-    asked = asdict(replace(request, scene=str(problem.scene), request=problem.request))
+    asked = asdict(replace(request, scene=str(problem.scene), motion_plan_request=problem.request))
     options = json.dumps({name: str(value) if isinstance(value, Path) else value for name, value in asked.items()})
     with tempfile.TemporaryDirectory() as place:
         out = Path(place) / "row.json"

@@ -115,7 +115,7 @@ def test_a_row_is_the_plan(problems: Path, out: Path) -> None:
     """Length, w and clearance of the row against the same plan made here."""
     row = rows_of(out)[3]
     problem = find_problems(problems)[1]
-    made = plan(replace(PLAIN, scene=str(problem.scene), request=problem.request, seed=1))
+    made = plan(replace(PLAIN, scene=str(problem.scene), motion_plan_request=problem.request, seed=1))
     assert row.length_rad == pytest.approx(joint_path_length(made.path))
     assert row.waypoints == len(made.path)
     assert row.edges == len(made.roadmap.edges)

@@ -1,0 +1,93 @@
+"""``planner robot-yaml``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import tyro
+
+from planner.base.errors import FileError, OptionError
+from planner.base.request import names_text, require_one_choice, require_seed
+from planner.cli.common import Flag
+from planner.cli.terminal import say, watching
+
+if TYPE_CHECKING:
+    from planner.collision.pair_survey import Survey
+
+
+def robot_yaml(
+    robot: tyro.conf.Positional[str],
+    srdf: Path | None = None,
+    tool: str | None = None,
+    group: str | None = None,
+    joints: str | None = None,
+    samples: int = 10000,
+    seed: int = 0,
+    trust_samples: Flag = False,
+    out: Path = Path("robot.yaml"),
+    debug: Flag = False,
+) -> int:
+    """Write a robot.yaml for a URDF, with the link pairs that need no collision check.
+
+    Finds pairs of links that are adjacent, that touch in nearly every random configuration, and that are proven never
+    to touch. Pairs that only never touched in the sample, which MoveIt's setup assistant disables too, are listed as
+    comments and stay checked: a sample is no proof. The same command and seed write the same file. Examples:
+
+    planner robot-yaml robots/examples/arm.urdf --tool tip --out mine/robot.yaml
+
+    planner plan --robot mine/robot.yaml --scene empty --start home --goal q:0.5,0.8,-0.4
+
+    Exit code 0: written; 2: a wrong option; 3: an unusable robot or file, or --out is there already.
+
+    Args:
+        robot: The path of a URDF or of a robot.yaml, or the name of a built-in robot.
+        srdf: An SRDF: its disabled pairs hold and are not looked at again; its groups and named states are known.
+        tool: Frame that targets and manipulability speak of; the tip of --group, or the only tip, where left out.
+        group: Planning group of the SRDF: its joints are planned, the others held.
+        joints: Joints to plan, with commas between, the others held; those between base and tool where left out.
+        samples: Random configurations to look at.
+        seed: Seed of these configurations.
+        trust_samples: Disable pairs too that never touched in the sample, where no proof was found.
+        out: The file to write; what is there is not overwritten.
+        debug: Show tracebacks of errors.
+    """
+    if not 100 <= samples <= 10_000_000:
+        raise OptionError(f"{samples} samples are not usable: give a whole number from 100 to 10000000.")
+    require_seed(seed)
+    require_one_choice(group, joints)
+    from planner.base.files import make_folder, require_writable_file, write_whole
+
+    if out.exists():
+        raise FileError(f"{out} is there already and is not overwritten: choose another --out, or remove it.")
+    require_writable_file(out)
+    from planner.collision.coal import CoalChecker
+    from planner.collision.pair_survey import survey_pairs
+    from planner.query.robot_yaml import robot_yaml as text_of
+    from planner.world.plausible import require_bodies
+    from planner.world.robot import assemble
+    from planner.world.robot_files import JointChoice, read_robot
+
+    files = read_robot(robot, srdf)
+    names = None if joints is None else tuple(names_text(joints).split(","))
+    arm = assemble(files, tool, JointChoice(group, names))
+    require_bodies(arm)
+    with watching() as progress:
+        survey = survey_pairs(arm, CoalChecker, samples, seed, progress)
+    make_folder(out.parent)
+    write_whole(out, text_of(files, arm, survey, out.parent, trust_samples).encode())
+    say(_summary(survey, trust_samples))
+    say(f"Written: {out}. Plan with --robot {out}")
+    return 0
+
+
+def _summary(survey: Survey, trust_samples: bool) -> str:
+    from planner.collision.pair_survey import Reason
+
+    count = {reason: len(survey.pairs(reason)) for reason in Reason}
+    checked = count[Reason.SOMETIMES] + (0 if trust_samples else count[Reason.NEVER])
+    return (
+        f"Of {len(survey.reasons)} pairs of links {count[Reason.ADJACENT]} are adjacent, {count[Reason.ALWAYS]} touch "
+        f"nearly always, {count[Reason.APART]} never touch by a proof and {count[Reason.NEVER]} never touched in "
+        f"{survey.samples} random configurations, which is no proof; {checked} are checked."
+    )

@@ -1,0 +1,178 @@
+"""SRDF, MoveIt's semantic companion of a URDF: pairs that need no check, planning groups, named group states."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.errors import RobotError, choices
+from planner.base.yamlfile import FARTHEST, read_text, shown
+from planner.world import urdf
+
+_DEEPEST = 100  # groups within groups: of more, one contains itself
+
+
+@dataclass(frozen=True)
+class Group:
+    """A planning group: joints and links by name, chains as (base link, tip link), and other groups."""
+
+    name: str
+    joints: tuple[str, ...] = ()
+    links: tuple[str, ...] = ()
+    chains: tuple[tuple[str, str], ...] = ()
+    groups: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class GroupState:
+    """Named values (rad, m) of the joints of a group."""
+
+    name: str
+    group: str
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Srdf:
+    """What we take from an SRDF; ``disabled`` are pairs of links that need no collision check."""
+
+    path: Path
+    disabled: frozenset[frozenset[str]]
+    groups: Mapping[str, Group] = field(default_factory=dict)
+    states: tuple[GroupState, ...] = ()
+    passive: frozenset[str] = frozenset()
+
+
+def read_srdf(path: Path) -> Srdf:
+    """The SRDF at ``path``; :class:`RobotError` says what is wrong with it."""
+    try:
+        root = ET.fromstring(read_text(path, "SRDF"))
+    except ET.ParseError as error:
+        raise RobotError(f"SRDF {path} is not well-formed XML ({error}): mend the file.") from None
+    if root.tag != "robot":
+        raise RobotError(f"{path} is no SRDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
+    groups = [_group(item) for item in root.findall("group")]
+    return Srdf(
+        path=path,
+        disabled=frozenset(
+            frozenset((pair.get("link1", ""), pair.get("link2", ""))) for pair in root.iter("disable_collisions")
+        ),
+        groups={group.name: group for group in groups if group.name},
+        states=tuple(_state(item, path) for item in root.findall("group_state") if item.get("name")),
+        passive=frozenset(item.get("name", "") for item in root.findall("passive_joint")),
+    )
+
+
+def _group(element: ET.Element) -> Group:
+    named = {kind: tuple(item.get("name", "") for item in element.findall(kind)) for kind in ("joint", "link", "group")}
+    chains = tuple((item.get("base_link", ""), item.get("tip_link", "")) for item in element.findall("chain"))
+    return Group(element.get("name", ""), named["joint"], named["link"], chains, named["group"])
+
+
+def _state(element: ET.Element, path: Path) -> GroupState:
+    name, values = element.get("name", ""), {}
+    for joint in element.findall("joint"):
+        text = joint.get("value", "").split()
+        if len(text) != 1:
+            continue  # joints of several degrees of freedom, which no robot of ours has
+        try:
+            value = float(text[0])
+        except ValueError:
+            value = np.nan
+        if not abs(value) <= FARTHEST:
+            raise RobotError(
+                f"SRDF {path}: state {shown(name)} sets joint {shown(joint.get('name'))} to {shown(text[0])}: "
+                f"give a number of at most {FARTHEST:g}."
+            )
+        values[joint.get("name", "")] = value
+    return GroupState(name, element.get("group", ""), values)
+
+
+def require_fitting(srdf: Srdf, model: pin.Model) -> None:
+    """Raise :class:`RobotError` for an SRDF that speaks of other links only: it is another robot's."""
+    links = {frame.name for frame in model.frames}
+    named = {link for pair in srdf.disabled for link in pair}
+    if named and not named & links:
+        raise RobotError(
+            f"SRDF {srdf.path} names no link of this robot, only {choices(sorted(named))}: give the SRDF of this URDF."
+        )
+
+
+def group_joints(srdf: Srdf, name: str, description: urdf.Description, model: pin.Model) -> list[str]:
+    """The joints that move by themselves in the group ``name``, base first: not fixed, passive or mimicking ones.
+
+    Raises :class:`RobotError` for an unknown group, or one that names unknown links or moves nothing.
+    """
+    found = {joint for group in _with_subgroups(srdf, name) for joint in _joints_of(group, srdf, description, model)}
+    found -= srdf.passive | {item.joint for item in description.mimics}
+    joints = [joint for joint in model.names[1:] if joint in found]
+    if not joints:
+        raise RobotError(f"group '{name}' of SRDF {srdf.path} moves no joint of this robot: choose another --group.")
+    return joints
+
+
+def group_tip(srdf: Srdf, name: str, description: urdf.Description, model: pin.Model) -> str:
+    """The link at the end of the group: the tip of its chain, or else what its last joint moves."""
+    tips = [tip for _, tip in srdf.groups[name].chains]
+    return tips[0] if len(tips) == 1 else description.child_of(group_joints(srdf, name, description, model)[-1])
+
+
+def states_of_joints(srdf: Srdf, joints: Sequence[str]) -> dict[str, tuple[float, ...]]:
+    """The named states that say something of every one of ``joints``; of two with one name the smaller group's."""
+    found: dict[str, tuple[float, ...]] = {}
+    for state in sorted(srdf.states, key=lambda item: -len(item.values)):
+        if all(joint in state.values for joint in joints):
+            found[state.name] = tuple(state.values[joint] for joint in joints)
+    return found
+
+
+def _with_subgroups(srdf: Srdf, name: str) -> Iterator[Group]:
+    level = [name]
+    for _ in range(_DEEPEST):
+        for each in level:
+            if each not in srdf.groups:
+                raise RobotError(f"group '{each}' not found in SRDF {srdf.path}; groups are {choices(srdf.groups)}.")
+            yield srdf.groups[each]
+        level = sorted({each for outer in level for each in srdf.groups[outer].groups})
+        if not level:
+            return
+    raise RobotError(f"group '{name}' of SRDF {srdf.path} contains itself: mend the file.")
+
+
+def _joints_of(group: Group, srdf: Srdf, description: urdf.Description, model: pin.Model) -> Iterator[str]:
+    where = f"group '{group.name}' of SRDF {srdf.path}"
+    for joint in group.joints:
+        if joint not in description.joints:
+            raise RobotError(f"{where} names joint {shown(joint)}, which the URDF has not: mend one of the two.")
+        yield joint
+    for link in group.links:
+        joint = _parent_joint(description, link, where)
+        if joint is not None:
+            yield joint
+    for base, tip in group.chains:
+        yield from _between(description, base, tip, where)
+
+
+def _between(description: urdf.Description, base: str, tip: str, where: str) -> Iterator[str]:
+    _parent_joint(description, base, where)
+    link = tip
+    while link != base:
+        joint = _parent_joint(description, link, where)
+        if joint is None:
+            raise RobotError(
+                f"{where} has a chain from {shown(base)} to {shown(tip)}, but no joints lead there: mend it."
+            )
+        yield joint
+        link = description.joints[joint][0]
+
+
+def _parent_joint(description: urdf.Description, link: str, where: str) -> str | None:
+    """The joint, moving or fixed, that holds ``link``; None for the root."""
+    if link not in description.links:
+        raise RobotError(f"{where} names link {shown(link)}, which the URDF has not: mend one of the two.")
+    return next((joint for joint, (_, child) in description.joints.items() if child == link), None)

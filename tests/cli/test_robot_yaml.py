@@ -1,0 +1,85 @@
+"""``planner robot-yaml``, and the options that choose what of a robot is planned, in every command that takes them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from planner.base.resources import robots_folder
+from planner.world.robot import Robot
+from tests.command_line import Run, assert_refused
+
+ARM = str(robots_folder() / "examples" / "arm.urdf")
+
+
+@pytest.fixture
+def made(run: Run, tmp_path: Path) -> Path:
+    """A robot file for the example arm, and what was said of it."""
+    out = tmp_path / "mine" / "robot.yaml"
+    code, text, error = run("robot-yaml", ARM, "--tool", "tip", "--samples", "300", "--out", str(out))
+    assert code == 0, error
+    assert "are adjacent" in text
+    return out
+
+
+def test_the_file_loads_is_the_same_again_and_is_not_overwritten(run: Run, made: Path, tmp_path: Path) -> None:
+    own, plain = Robot.load(str(made)), Robot.load(ARM, tool="tip")
+    assert (own.name, own.joints, own.tool) == (plain.name, plain.joints, "tip")
+    assert own.disabled_pairs
+    again = tmp_path / "mine" / "again.yaml"
+    assert run("robot-yaml", ARM, "--tool", "tip", "--samples", "300", "--out", str(again))[0] == 0
+    assert again.read_text() == made.read_text()
+    copy = tmp_path / "mine" / "copy.yaml"
+    assert run("robot-yaml", str(made), "--samples", "300", "--out", str(copy))[0] == 0
+    assert Robot.load(str(copy)).identity == own.identity
+    trusting = tmp_path / "mine" / "trusting.yaml"
+    assert (
+        run("robot-yaml", ARM, "--tool", "tip", "--samples", "300", "--trust-samples", "--out", str(trusting))[0] == 0
+    )
+    assert Robot.load(str(trusting)).disabled_pairs == own.disabled_pairs | {frozenset(("base", "forearm"))}
+    code, _, error = run("robot-yaml", ARM, "--tool", "tip", "--out", str(made))
+    assert (code, "is there already" in error) == (3, True)
+
+
+def test_a_plan_with_some_joints_and_what_its_roadmap_remembers(run: Run, made: Path, tmp_path: Path) -> None:
+    joints = ",".join(Robot.load(str(made)).joints[:2])
+    options = ("--robot", str(made), "--scene", "empty", "--joints", joints)
+    out, kept = str(tmp_path / "out"), str(tmp_path / "out" / "roadmap.npz")
+    plan = ("plan", *options, "--start", "home", "--goal", "q:0.3,0.4", "--nodes", "30", "--out", out)
+    code, _, error = run(*plan)
+    assert code == 0, error
+    record = json.loads((tmp_path / "out" / "plan.json").read_text())
+    assert record["joints"] == joints.split(",")
+    assert record["config"]["joints"] == joints
+    assert run("roadmap", "check", kept, *options)[0] == 0
+    code, _, error = run("roadmap", "check", kept, *options[:4])
+    assert (code, "with --joints or --group" in error) == (3, True)
+    assert run("check", str(tmp_path / "out" / "plan.json"), *options)[0] == 0
+    assert run("view", *options, "--state", "home", "--out", str(tmp_path / "state.html"))[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "said"),
+    [
+        (("--joints", "a,,b"), 2, "name each once, with commas between"),
+        (("--joints", "a", "--group", "b"), 2, "give one of them"),
+        (("--group", "arm"), 3, "give --srdf, or use --joints"),
+        (("--joints", "nose"), 3, "joint 'nose' not found; joints are"),
+        (("--srdf", "missing.srdf"), 3, "SRDF missing.srdf not found"),
+    ],
+)
+def test_refused(run: Run, tmp_path: Path, options: tuple[str, ...], code: int, said: str) -> None:
+    for words in (
+        ("plan", "--robot", ARM, "--tool", "tip", "--scene", "empty", "--out", str(tmp_path / "o")),
+        ("robot-yaml", ARM, "--tool", "tip", "--out", str(tmp_path / "r.yaml")),
+    ):
+        assert_refused(run(*words, *options), code, said, tmp_path / words[-1])
+
+
+def test_where_no_robot_is_found_the_other_ways_are_named(run: Run) -> None:
+    code, _, error = run("view", "--robot", "ur99")
+    assert code == 3
+    assert "ur5" in error
+    assert "robot.yaml ('planner robot-yaml' writes one)" in error
