@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.kinematics.reach import Reach
+from planner.kinematics.reach import Reach, pair_reach
 from planner.world.robot import Robot
 from planner.world.scene import Scene
 from planner.world.shapes import Body, Obstacle
@@ -82,7 +82,8 @@ class World:
     def pair_reach(self) -> Floats:
         """(pairs, dof): metres by which a joint's motion can change a pair's distance at most, per unit."""
         scene = np.repeat(self.reach.bodies, len(self.obstacles), axis=0)
-        return np.vstack([scene, self.reach.relative(self.self_pairs)])
+        own = [pair_reach(self.robot, self.bodies[i], self.bodies[k]) for i, k in self.self_pairs]
+        return np.vstack([scene, np.reshape(own, (len(own), self.robot.dof))])
 
     def members(self, pair: int) -> tuple[int, int]:
         """(body, obstacle) of a scene pair, or (body, body)."""

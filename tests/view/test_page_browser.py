@@ -643,12 +643,13 @@ def test_paths_of_no_beta_are_shown_and_can_be_chosen(window: Tab, tmp_path: Pat
     ]
     assert text(window, "which").endswith(f"of {count}")
     window.click("#costs .cross")
-    assert dataset(window, "path") == str(count)
+    chosen = int(dataset(window, "path")) - count  # crosses may lie on each other: the last one is hit
+    assert chosen >= 0
     assert "no β makes it optimal" in text(window, "interval")
-    omega, distance = whole.front.points[beyond[0]]
+    omega, distance = whole.front.points[beyond[chosen]]
     assert f"{omega:.4f}" in text(window, "numbers")
     assert f"{distance:.4f}" in text(window, "numbers")
-    nodes = whole.front.paths[beyond[0]]
+    nodes = whole.front.paths[beyond[chosen]]
     np.testing.assert_allclose(window.run("shownPath().waypoints"), whole.roadmap.nodes[nodes], atol=1e-8)
     choose(window, "colour", "cost")
     window.click("#less")
