@@ -17,6 +17,7 @@ from planner.base.outcome import Outcome
 from planner.base.progress import rounded
 from planner.base.request import PlanRequest
 from planner.collision.checker import CollisionChecker
+from planner.costs.conditioning import Conditioning
 from planner.costs.manipulability_floor import LayeredNetwork, first_violation
 from planner.costs.network import PathCost
 from planner.kinematics.manipulability import manipulability
@@ -31,6 +32,7 @@ from planner.world.run_record import run_record
 from planner.world.scene import Scene
 
 JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
+CONDITIONING = "conditioning"  # the row of the summary that is there only where it is bad
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,7 @@ class Plan:
     path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     goal: str | None = None  # the text of the goal that the path reaches
     cost: PathCost | None = None
+    conditioning: Conditioning | None = None
     edges_removed: int = 0
     max_error_vs_oracle: float | None = None
     certificate: tuple[gabf.Certificate, ...] = ()
@@ -141,6 +144,7 @@ def plan_page(plan: Plan) -> str:
         current=current,
         beta=plan.request.beta,
         floor=plan.request.min_manipulability,
+        highlighted=(CONDITIONING,),
     )
     return page(content)
 
@@ -166,11 +170,12 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
 def _measures(plan: Plan) -> dict[str, Any]:
     """What is measured along the path; empty where there is no path."""
     if plan.outcome is not Outcome.SOLVED:
-        return {"manipulability": None, "path_length": None}
+        return {"manipulability": None, "conditioning": None, "path_length": None}
     found, robot = measure_path(plan.robot, plan.path), plan.robot
     w = {"min": found.w_min, "mean": found.w_mean, "rows": robot.manipulability, "frame": robot.tool}
     lengths = {"joint": found.joint_length, "workspace": found.workspace_length}
-    return {"manipulability": w | _floor(plan), "path_length": lengths}
+    conditioning = None if plan.conditioning is None else plan.conditioning.to_dict()
+    return {"manipulability": w | _floor(plan), "conditioning": conditioning, "path_length": lengths}
 
 
 def _floor(plan: Plan) -> dict[str, Any]:
@@ -215,6 +220,8 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
             )
         )
         rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
+        if record["conditioning"] and record["conditioning"]["poor"]:
+            rows.append((CONDITIONING, record["conditioning"]["advice"]))
         length = record["path_length"]
         rows.append(("goal reached", record["goal"]))
         rows.append(

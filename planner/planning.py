@@ -12,6 +12,7 @@ from planner.base.arrays import Ints, frozen
 from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.request import PlanRequest
+from planner.costs.conditioning import judge_conditioning
 from planner.costs.healing import HealingNetwork, warm_start
 from planner.costs.manipulability_floor import LayeredNetwork
 from planner.costs.network import build_network, path_cost
@@ -41,8 +42,14 @@ def plan(request: PlanRequest | None = None, progress: Progress = QUIET, **optio
         return draft
     with clock("costs"):
         network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
+    if progress.stopped:
+        return draft
     solved = _solve_and_heal(draft, network, clock)
-    return replace(solved, goal=query.goal_at(solved.path[-1]) if len(solved.path) else None)
+    if solved.outcome is not Outcome.SOLVED:
+        return solved
+    with clock("path"):
+        conditioning = judge_conditioning(query.robot, solved.roadmap, solved.path, request)
+    return replace(solved, goal=query.goal_at(solved.path[-1]), conditioning=conditioning)
 
 
 def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:

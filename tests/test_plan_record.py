@@ -50,6 +50,9 @@ def test_what_the_keys_hold(solved):
     w = path_manipulability(solved.robot, solved.path)
     assert record["manipulability"]["min"] == w.min()
     assert record["manipulability"]["mean"] == w.mean()
+    worst = record["conditioning"]
+    assert worst["w_min"] == w.min()
+    assert worst["poor"] == (w.min() < 0.1 * worst["typical"]) == ("conditioning" in dict(summary_rows(record)))
     assert record["path_length"]["workspace"] == tool_path_length(solved.robot, solved.path)
     roadmap = record["roadmap"]
     assert (roadmap["nodes"], roadmap["edges"]) == (150, len(solved.roadmap.edges))

@@ -34,6 +34,7 @@ ManipulabilityCost = Literal["inverse", "log", "linear"]
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 DEFAULT_COST: ManipulabilityCost = "log"
 DEFAULT_METRIC: Metric = "joint"
+DEFAULT_CHARGE: Charge = "edges"
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,8 @@ class RoadmapRequest(WorldRequest):
     motion_plan_request: Path | None = None
     """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
     ik_solutions: int = 8
-    """Configurations that a position or pose as goal becomes at most; the dynamics picks the best of them."""
+    """Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to the
+    start, in turn; the dynamics picks one."""
     widen_limits: bool = False
     """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
     nodes: int = PAPER_NODES
@@ -169,8 +171,8 @@ class SweepRequest(RoadmapRequest):
     """What distance means: joint motion (rad), or the length of the tool's path in the workspace (m)."""
     manipulability_cost: ManipulabilityCost = DEFAULT_COST
     """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
-    charge: Charge = "nodes"
-    """Where that cost is charged: at nodes, as the paper does, or integrated along edges, where singularities hide."""
+    charge: Charge = DEFAULT_CHARGE
+    """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

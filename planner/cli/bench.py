@@ -9,7 +9,7 @@ from typing import Protocol, TypeVar
 import tyro
 
 from planner.base.progress import Progress
-from planner.base.request import PAPER_NODES, Backend, Charge, PlanRequest, WorldRequest
+from planner.base.request import DEFAULT_CHARGE, PAPER_NODES, Backend, Charge, PlanRequest, WorldRequest
 from planner.cli.common import Flag
 from planner.cli.terminal import run_into, say
 
@@ -49,7 +49,7 @@ def plan(
     collision: Backend = "fcl",
     nodes: int = PAPER_NODES,
     beta: float = 0.5,
-    charge: Charge = "nodes",
+    charge: Charge = DEFAULT_CHARGE,
     min_manipulability: float = 0.0,
     margin: float = 0.0,
     widen_limits: Flag = False,
@@ -71,7 +71,7 @@ def plan(
         collision: Collision library to plan with; the paths are checked by the other one.
         nodes: Configurations in the roadmap.
         beta: Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.
-        charge: Where the manipulability cost is charged: at nodes, or integrated along edges.
+        charge: Where the manipulability cost is charged: integrated along edges, or at nodes as in the paper.
         min_manipulability: A floor under manipulability w that paths stay above, as 'planner plan' has it; 0 for none.
         margin: Distance in metres to keep from every obstacle, and between links.
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.

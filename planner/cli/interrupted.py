@@ -1,28 +1,38 @@
-"""Where an interrupted result goes: never in the place of a finished one."""
+"""Where an interrupted result goes: never in the place of another one, finished or interrupted."""
 
 from __future__ import annotations
 
+import itertools
 import json
+from collections.abc import Callable
 from pathlib import Path
 
 from planner.base.files import is_file
 
-FOLDER = "interrupted"
+NAME = "interrupted"
 
 
-def folder_for_interrupted(folder: Path, names: tuple[str, ...]) -> Path:
-    """``folder`` if it has none of the files ``names``, or only those of an interrupted result; else one inside it.
+def folder_for_interrupted(folder: Path, names: tuple[str, ...], resumed: bool = False) -> Path:
+    """``folder`` if it has none of the files ``names``; else a new one inside it, so that no result is lost.
 
-    The first of ``names`` is the result's JSON.
+    That is 'interrupted', or 'interrupted-2' and so on where an earlier result is there. What went on from an
+    interrupted result (``resumed``) takes its place. The first of ``names`` is the result's JSON.
     """
-    if not any(is_file(folder / name) for name in names) or _is_interrupted(folder / names[0]):
+    if resumed and _is_interrupted(folder / names[0]):
         return folder
-    return folder / FOLDER
+    return _first_free(folder, lambda name: folder / name, lambda place: any(is_file(place / n) for n in names))
 
 
 def file_for_interrupted(file: Path) -> Path:
-    """``file`` if there is none yet; else one beside it."""
-    return file.with_name(f"{file.stem}.{FOLDER}{file.suffix}") if is_file(file) else file
+    """``file`` if there is none yet; else a new one beside it."""
+    return _first_free(file, lambda name: file.with_name(f"{file.stem}.{name}{file.suffix}"), is_file)
+
+
+def _first_free(place: Path, named: Callable[[str], Path], taken: Callable[[Path], bool]) -> Path:
+    if not taken(place):
+        return place
+    numbered = (f"{NAME}-{k}" for k in itertools.count(2))
+    return next(found for found in map(named, itertools.chain([NAME], numbered)) if not taken(found))
 
 
 def kept(place: Path, instead: Path) -> str:

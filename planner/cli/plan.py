@@ -44,8 +44,8 @@ def plan(
     Writes plan.json, plan.html (open it in a browser) and roadmap.npz. Exit code 0: solved; 2: a wrong option;
     3: an unusable robot, scene, state or file; 4: no path within the budget; 130: interrupted.
 
-    Ctrl-C saves what there is, without the page; where --out holds a finished plan that is kept, and the interrupted
-    one goes into the folder 'interrupted' inside it.
+    Ctrl-C saves what there is, without the page; where --out holds a plan already that is kept, and the interrupted
+    one goes into the folder 'interrupted' inside it ('interrupted-2' and so on where that is taken).
 
     Args:
         out: Folder to write into.

@@ -39,7 +39,8 @@ def sweep(
 
     Writes sweep.json, sweep.csv, sweep.html (open it in a browser) and roadmap.npz. Exit codes are those of
     'planner plan'; Ctrl-C saves what is proven so far, without the page, and --resume goes on from there. Where --out
-    holds a finished sweep that is kept, and the interrupted one goes into the folder 'interrupted' inside it.
+    holds another sweep already that is kept, and the interrupted one goes into the folder 'interrupted' inside it
+    ('interrupted-2' and so on where that is taken).
 
     Args:
         front: Find the paths too that no beta can reach: all that are not worse in both costs than another one.
@@ -66,7 +67,7 @@ def sweep(
     with working() as progress:
         result = find_tradeoff(request, progress, front, labels, earlier)
         interrupted = result.outcome is Outcome.INTERRUPTED
-        place = folder_for_interrupted(out, NAMES) if interrupted else out
+        place = folder_for_interrupted(out, NAMES, resume) if interrupted else out
         record = save_sweep_without_page(result, place, {"import": imported, "total": time.perf_counter() - STARTED})
         written = [str(place / name) for name in NAMES if name != PAGE_NAME]
         said = f"{_ending(result, place)} Written: {', '.join(written)}"

@@ -12,7 +12,15 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import AssumptionError, OptionError, choices
 from planner.base.products import product
-from planner.base.request import DEFAULT_COST, DEFAULT_METRIC, Charge, ManipulabilityCost, Metric, require_share
+from planner.base.request import (
+    DEFAULT_CHARGE,
+    DEFAULT_COST,
+    DEFAULT_METRIC,
+    Charge,
+    ManipulabilityCost,
+    Metric,
+    require_share,
+)
 from planner.roadmap.measure import simpson_weights
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import manipulability_cost
@@ -54,13 +62,14 @@ def build_network(
     beta: float = 0.5,
     manipulability: ManipulabilityCost = DEFAULT_COST,
     metric: Metric = DEFAULT_METRIC,
-    charge: Charge = "nodes",
+    charge: Charge = DEFAULT_CHARGE,
 ) -> gabf.Network:
     """The network whose cost-to-go GABF computes: two arcs per edge, the goals as sources, the kernel of eq. (finew).
 
-    ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "edges" omega is
-    integrated along each edge over its length instead of charged at the node it leads to, so that neither a
-    singularity between two nodes goes unseen nor does the cost of a path depend on how many nodes lie on it.
+    ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "nodes" omega is
+    charged at the node that an edge leads to, as in the paper; with "edges" it is integrated along the edge over its
+    length, so that neither a singularity between two nodes goes unseen nor does the cost of a path depend on how many
+    nodes lie on it.
     """
     require_share(beta)
     weight = np.tile(distance_cost(roadmap, metric), 2)

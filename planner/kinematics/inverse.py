@@ -29,14 +29,21 @@ class Solutions:
     angle: float  # rad, between the tool's and the target's orientation; 0 for a position
 
 
-def solve_position(robot: Robot, position: Floats, rng: np.random.Generator, starts: int) -> Solutions:
-    """Configurations within limits that bring the tool's origin to ``position`` (m, world)."""
-    return _solve(robot, pin.SE3(np.eye(3), np.asarray(position, dtype=float)), False, rng, starts)
+def solve_position(
+    robot: Robot, position: Floats, rng: np.random.Generator, starts: int, near: Floats | None = None
+) -> Solutions:
+    """Configurations within limits that bring the tool's origin to ``position`` (m, world).
+
+    From ``starts`` seeds all over the joint space, and from the configurations ``near`` (k, dof).
+    """
+    return _solve(robot, pin.SE3(np.eye(3), np.asarray(position, dtype=float)), False, rng, starts, near)
 
 
-def solve_pose(robot: Robot, target: pin.SE3, rng: np.random.Generator, starts: int) -> Solutions:
-    """Configurations within limits that bring the tool frame to ``target``."""
-    return _solve(robot, target, True, rng, starts)
+def solve_pose(
+    robot: Robot, target: pin.SE3, rng: np.random.Generator, starts: int, near: Floats | None = None
+) -> Solutions:
+    """Configurations within limits that bring the tool frame to ``target``, as :func:`solve_position` finds them."""
+    return _solve(robot, target, True, rng, starts, near)
 
 
 def beyond_reach(robot: Robot, position: Floats) -> float:
@@ -74,8 +81,12 @@ def _origin_is_fixed(chain: Chain, joint: int) -> bool:
     return bool(length(offset - dot(offset, axis) * axis) < 1e-9)
 
 
-def _solve(robot: Robot, target: pin.SE3, oriented: bool, rng: np.random.Generator, starts: int) -> Solutions:
+def _solve(
+    robot: Robot, target: pin.SE3, oriented: bool, rng: np.random.Generator, starts: int, near: Floats | None
+) -> Solutions:
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(starts - 1, robot.dof))])
+    if near is not None:
+        seeds = np.vstack([seeds, near])
     task = _Task(robot, target, oriented)
     with np.errstate(over="ignore"):  # a target that is inf squared metres away is out of reach, as the caller will say
         ends = [task.descend(seed) for seed in seeds]

@@ -55,8 +55,12 @@ def open_world(request: WorldRequest, message: Path | None = None) -> CollisionC
     return make_checker(robot, scene, request.collision, request.margin)
 
 
-def make_query(request: RoadmapRequest) -> Query:
-    """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable."""
+def make_query(request: RoadmapRequest, near_start: bool = True) -> Query:
+    """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable.
+
+    The configurations that a position or pose as goal becomes are chosen by their manipulability and by how near they
+    are to the start; by manipulability alone without ``near_start``.
+    """
     scene = _scene(request)
     message = _message(request.motion_plan_request)
     robot = _robot(request, scene, message)
@@ -70,7 +74,7 @@ def make_query(request: RoadmapRequest) -> Query:
     ends, names = [], []
     for name, goal in goals:
         role = "goal" if len(goals) == 1 else f"goal '{name}'"
-        ends.append(resolve(goal, checker, states, role, request.ik_solutions))
+        ends.append(resolve(goal, checker, states, role, request.ik_solutions, starts if near_start else None))
         names += [name] * len(ends[-1])
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import StateError, choices
 from planner.base.targets import FORMS, HOME, TURN, Joints, Named, Pose, Position, Target, parse_target
 from planner.base.yamlfile import FARTHEST
@@ -21,25 +22,38 @@ IK_STARTS = 100
 NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
 DEGREES = "degrees? As degrees they would lie within limits; give them in rad."  # the remedy for what looks like it
 IK_SEED = 0  # its own, so that the same target gives the same configuration whatever --seed says
+_AROUND = 15  # seeds around every configuration to come from: other solutions near it, where the nearest is blocked
+_SPREAD = 0.4  # rad (m), of these seeds
+_GLANCE = 0.1  # rad (m) of the largest joint motion between the states in which a straight motion is looked at
 
 
-def resolve(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str, count: int = 1) -> Floats:
+def resolve(
+    target: Target,
+    checker: CollisionChecker,
+    states: Mapping[str, str],
+    role: str,
+    count: int = 1,
+    starts: Floats | None = None,
+) -> Floats:
     """Up to ``count`` collision-free configurations (k, dof) that reach ``target``, best manipulability first.
 
     ``states`` are the scene's named states of this robot, ``role`` is "start", "goal" or, where there are several,
     "goal '<its text>'" for the messages; what ``home`` is :mod:`planner.base.targets` says. Inverse
     kinematics starts from ``IK_STARTS`` seeds; of the solutions that are free and within limits the ones with the
     highest manipulability are kept, those within ``NEAR_LIMIT`` of a joint limit only if there are too few others.
+    With ``starts`` (s, dof) it begins at these too, and takes the best left in manipulability and the one left that is
+    nearest to a start alternately: a good choice for beta 0 and one for beta 1, of which the dynamics takes one.
     Raises :class:`StateError`: out of limits, in collision, out of reach.
     """
     match target:
         case Named(names):
             inner = [_look_up(name, states, checker, role) for name in names]
-            return np.vstack([resolve(each, checker, states, role, count) for each in inner])
+            return np.vstack([resolve(each, checker, states, role, count, starts) for each in inner])
         case Joints(values):
             return free_configuration(np.array(values), checker, role)[None]
         case Position(xyz) | Pose(xyz):
-            return _choose(_reach(target, checker.robot, role), checker, np.array(xyz), role, count)
+            solutions = _reach(target, checker.robot, role, starts)
+            return _choose(solutions, checker, np.array(xyz), role, count, starts)
 
 
 def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:
@@ -65,13 +79,21 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
             return frozen(found[np.lexsort((-manipulability(robot, found), touching))[0]])
 
 
-def _reach(target: Position | Pose, robot: Robot, role: str) -> inverse.Solutions:
-    rng = np.random.default_rng(IK_SEED)
+def _reach(target: Position | Pose, robot: Robot, role: str, starts: Floats | None = None) -> inverse.Solutions:
+    rng, position = np.random.default_rng(IK_SEED), np.array(target.xyz)
+    near = None if starts is None else _seeds(robot, starts)
     if isinstance(target, Position):
-        _check_finite(np.array(target.xyz), role)
-        return inverse.solve_position(robot, np.array(target.xyz), rng, IK_STARTS)
+        _check_finite(position, role)
+        return inverse.solve_position(robot, position, rng, IK_STARTS, near)
     _check_finite(np.array([*target.xyz, *target.quaternion]), role)
-    return inverse.solve_pose(robot, se3(_matrix(target, role)), rng, IK_STARTS)
+    return inverse.solve_pose(robot, se3(_matrix(target, role)), rng, IK_STARTS, near)
+
+
+def _seeds(robot: Robot, starts: Floats) -> Floats:
+    """Seeds (k, dof) for inverse kinematics: the ``starts`` (s, dof), and configurations around them."""
+    noise = np.random.default_rng(IK_SEED).normal(scale=_SPREAD, size=(_AROUND, *starts.shape))
+    around = np.where(robot.continuous, starts + noise, np.clip(starts + noise, robot.lower, robot.upper))
+    return np.vstack([starts, around.reshape(-1, robot.dof)])
 
 
 def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
@@ -160,7 +182,14 @@ def looks_like_degrees(robot: Robot, values: Floats) -> bool:
     return bool((beyond & turns & (np.abs(values) > TURN)).any()) and not beyond_limits(robot, as_degrees).any()
 
 
-def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: Floats, role: str, count: int) -> Floats:
+def _choose(
+    solutions: inverse.Solutions,
+    checker: CollisionChecker,
+    position: Floats,
+    role: str,
+    count: int,
+    starts: Floats | None,
+) -> Floats:
     found = solutions.configurations
     if not len(found):
         raise StateError(_out_of_reach(solutions, checker.robot, position, role))
@@ -175,9 +204,34 @@ def _choose(solutions: inverse.Solutions, checker: CollisionChecker, position: F
     candidates = found[free]
     robot = checker.robot
     room = np.minimum(candidates - robot.lower, robot.upper - candidates)
-    at_limit = (np.where(robot.continuous, np.inf, room) < NEAR_LIMIT).any(axis=1)
-    order = np.lexsort((-manipulability(robot, candidates), at_limit))
-    return frozen(candidates[order[:count]])
+    at_limit: Bools = np.any(np.where(robot.continuous, np.inf, room) < NEAR_LIMIT, axis=1)
+    best = np.lexsort((-manipulability(robot, candidates), at_limit))
+    if starts is None:
+        return frozen(candidates[best[:count]])
+    nearest = _nearest(candidates, at_limit, checker, starts)
+    alternately = dict.fromkeys(itertools.chain.from_iterable(zip(best.tolist(), nearest.tolist(), strict=True)))
+    return frozen(candidates[list(alternately)[:count]])
+
+
+def _nearest(candidates: Floats, at_limit: Bools, checker: CollisionChecker, starts: Floats) -> Ints:
+    """Indices of ``candidates`` (k, dof), nearest to one of ``starts`` first.
+
+    Those to which the straight motion is seen to touch something come last: it is sampled in a few states, so what
+    looks free may still touch, but is likely a short way.
+    """
+    robot = checker.robot
+    delta = robot.difference(starts[:, None], candidates)  # (s, k, dof)
+    lengths = np.linalg.norm(delta, axis=2)
+    start, k = lengths.argmin(axis=0), np.arange(len(candidates))
+    motions = zip(starts[start], delta[start, k], strict=True)
+    blocked = np.array([not checker.bound.looks_free(_states(*motion)) for motion in motions])
+    return np.lexsort((lengths[start, k], blocked, at_limit))
+
+
+def _states(first: Floats, delta: Floats) -> Floats:
+    """States (n, dof) on the motion from ``first`` by ``delta`` (dof,), no joint moving further than ``_GLANCE``."""
+    count = max(1, int(np.ceil(np.abs(delta).max() / _GLANCE)))
+    return first + (np.arange(1, count) / count)[:, None] * delta if count > 1 else (first + delta)[None]
 
 
 def _describe(contact: Contact, checker: CollisionChecker) -> str:

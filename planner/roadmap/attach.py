@@ -15,9 +15,12 @@ from planner.collision.checker import CollisionChecker
 from planner.query.resolve import free_configuration
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.extend import enlarged, renumbered
+from planner.roadmap.forest import Forest
 from planner.roadmap.grow import Growth, GrowthSettings, grow
 from planner.roadmap.links import NEIGHBOURS
+from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import Roadmap, component_labels
+from planner.roadmap.shortcuts import shortcuts, straight_paths
 
 SAME = 1e-9  # rad: a configuration this near a node is that node
 _FIRST = 10  # neighbours that a new end is linked to: every proof takes time from a query
@@ -37,23 +40,30 @@ def attach(
 ) -> Roadmap:
     """The roadmap with ``starts`` (s, dof) and ``goals`` (g, dof) as its starts and goals.
 
-    Those that are not nodes yet become nodes, linked to their nearest neighbours wherever that is proven. Where a
-    start is then still disconnected from every goal, RRTConnect grows a path between them and the largest component:
-    at most ``settings.join_motions`` motions per try. The cost scale stays: costs mean the same as before.
+    Those that are not nodes yet become nodes, linked to their nearest neighbours and by straight motions from start to
+    goal, wherever that is proven. Where a start is then still disconnected from every goal, RRTConnect grows a path
+    between them and the largest component: at most ``settings.join_motions`` motions per try. Then the best paths get
+    proven short cuts past their waypoints. The cost scale stays: costs mean the same as before.
     One roadmap serves many starts: one field over it answers all of them. Raises :class:`StateError` for an end that is
     not free.
     """
-    grow_way = partial(grow, seed=seed, settings=settings or GrowthSettings(), progress=progress)
+    settings = settings or GrowthSettings()
+    grow_way = partial(grow, seed=seed, settings=settings, progress=progress)
     builder = _Builder(roadmap, checker, grow_way, progress)
     first, last = (
         np.array([builder.index(free_configuration(q, checker, role)) for q in ends], dtype=np.int64)
         for role, ends in (("start", starts), ("goal", goals))
     )
+    if np.array_equal(first, roadmap.starts) and np.array_equal(last, roadmap.goals):
+        return roadmap
     builder.link(np.arange(len(roadmap.nodes), len(builder.nodes)), NEIGHBOURS)
+    builder.link_straight(first, last, settings.range)
     for start in dict.fromkeys(first.tolist()):
         builder.bring_together(start, last)
     new = builder.nodes[len(roadmap.nodes) :]
-    return replace(enlarged(roadmap, builder.prover, new, builder.edges), starts=first, goals=last)
+    linked = replace(enlarged(roadmap, builder.prover, new, builder.edges), starts=first, goals=last)
+    found = shortcuts(linked, builder.prover, settings.range, progress)
+    return enlarged(linked, builder.prover, found.nodes()[len(linked.nodes) :], found.edges())
 
 
 class _Builder:
@@ -99,6 +109,14 @@ class _Builder:
         """The nodes before ``node`` that are nearest to it, nearest first."""
         apart = np.linalg.norm(self.robot.difference(self.nodes[node], self.nodes[:node]), axis=1)
         return np.argsort(apart, kind="stable")[:count]
+
+    def link_straight(self, starts: Ints, goals: Ints, longest: float) -> None:
+        """Add the straight motions from ``starts`` to ``goals`` that are proven, in pieces."""
+        forest = Forest(self.nodes)
+        for path in straight_paths(Motions(self.prover), self.nodes[starts], self.nodes[goals], longest):
+            forest.add_path(path)
+        self.nodes = forest.nodes()
+        self._add(forest.edges())
 
     def bring_together(self, start: int, goals: Ints) -> None:
         """Grow until ``start`` and one of the ``goals`` are joined, through the largest component if that helps."""

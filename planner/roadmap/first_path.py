@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.polylines import cut, parts_of
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
+from planner.roadmap.shortcuts import straight_paths, subdivided
 
 _STEPS = (2.0, 4.0, 1.0)  # steps of the tries, alternately, in ranges
 _TRY = 10_000  # motions that one try may check: several shorter tries solved fewer problems than one long one
@@ -53,6 +53,12 @@ class FirstPathSearch:
         self._progress = progress
         self.checked = 0
 
+    def straight(self, starts: Floats, goals: Floats) -> list[Floats]:
+        """The proven ones of the straight motions from every row of ``starts`` to every row of ``goals``, in pieces."""
+        found = straight_paths(self._motions, starts, goals, self._settings.range)
+        self.checked += len(starts) * len(goals)
+        return found
+
     def join(self, starts: Floats, goals: Floats) -> Floats | None:
         """A path (k, dof) of proven motions from a row of ``starts`` to a row of ``goals``; None if none was found.
 
@@ -72,7 +78,7 @@ class FirstPathSearch:
             path = self._prove(found)
             if path is not None:
                 self._progress(FIRST_PATH, end, end)
-                return self._subdivided(self._shorten(path))
+                return subdivided(self._robot, self._shorten(path), self._settings.range)
             sample = max(0.5 * sample, FINEST_IN_FIRST_PATH)
 
     def _search(self, starts: Floats, goals: Floats, step: float, sample: float, limit: int) -> Floats | None:
@@ -123,11 +129,3 @@ class FirstPathSearch:
             path = planners.shorten(path, self._settings.shortcuts)
         self.checked += planners.checked
         return path
-
-    def _subdivided(self, path: Floats) -> Floats:
-        """The path with no two states further apart than the range: a piece of a proven motion is proven."""
-        delta = self._robot.difference(path[:-1], path[1:])
-        parts = parts_of(np.array([length(motion) for motion in delta]), self._settings.range)
-        rows = self._robot.normalise(cut(path, parts, delta))
-        rows[np.cumsum([0, *parts])] = path
-        return rows

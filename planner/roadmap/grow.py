@@ -1,4 +1,4 @@
-"""A forest of proven motions: a first path, then RRT from all of its nodes (LaValle 1998)."""
+"""A forest of proven motions: first paths, then RRT from all of their nodes (LaValle 1998)."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Growth:
     edges: Ints
     starts: Ints
     goals: Ints
-    joined: bool  # a start and a goal, by RRTConnect
+    joined: bool  # a start and a goal, by a straight motion or by RRTConnect
     motions: int  # motions checked
 
 
@@ -62,9 +62,10 @@ def grow(
     settings: GrowthSettings,
     progress: Progress = QUIET,
 ) -> Growth:
-    """Grow about ``nodes`` configurations around a first path from ``starts`` (s, dof) to ``goals`` (g, dof).
+    """Grow about ``nodes`` configurations around first paths from ``starts`` (s, dof) to ``goals`` (g, dof).
 
-    Should the path itself need more than ``nodes``, all of it is kept. The same seed gives the same growth.
+    These are all straight motions that are proven, and where there is none the path that RRTConnect finds. Should they
+    need more than ``nodes``, all of them are kept. The same seed gives the same growth.
     """
     seed_everything(seed)
     motions, forest = Motions(prover, (1.0 + _ABOVE) * settings.floor), Forest()
@@ -76,11 +77,13 @@ def grow(
         goals
     ):  # with nothing to join, ``starts`` are a tree whose paths reach the floor already
         starts, goals = _risen(forest, motions, starts), _risen(forest, motions, goals)
-    spine = None if np.intersect1d(first, last).size else search.join(starts, goals)
-    if spine is not None:
-        forest.add_path(spine)
+    straight = search.straight(starts, goals)
+    spine = None if straight or np.intersect1d(first, last).size else search.join(starts, goals)
+    joining = straight if spine is None else [spine]
+    for path in joining:
+        forest.add_path(path)
     checked = search.checked + grow_tree(motions, forest, nodes - len(forest), settings, progress)
-    return Growth(forest.nodes(), forest.edges(), first, last, spine is not None, checked)
+    return Growth(forest.nodes(), forest.edges(), first, last, bool(joining), checked)
 
 
 def _risen(forest: Forest, motions: Motions, ends: Floats) -> Floats:

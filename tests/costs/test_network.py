@@ -114,7 +114,7 @@ def test_the_scale_is_reused_not_measured_again():
 @pytest.mark.parametrize("metric", METRICS)
 def test_the_network_is_the_roadmap_both_ways(beta, name, metric):
     roadmap = post_roadmap()
-    net = build_network(roadmap, beta, name, metric)
+    net = build_network(roadmap, beta, name, metric, charge="nodes")
     omega = manipulability_cost(roadmap.manipulability, roadmap.scale, name)
     weight = distance_cost(roadmap, metric)
     expected = {}

@@ -32,6 +32,26 @@ def test_positions_come_best_manipulability_first(paper):
     np.testing.assert_array_equal(resolve(target, paper, {}, "goal"), found[:1])
 
 
+@pytest.mark.parametrize("name", ["iiwa14", "kinova"])
+def test_near_the_start_there_is_a_goal_and_so_is_the_best(name):
+    """A straight motion of a few hundredths per joint ends at the goal: something as near is among the solutions."""
+    checker = checker_of(name, "empty")
+    robot, rng = checker.robot, np.random.default_rng(5)
+    inner = 0.15 * (robot.lower + robot.upper) + 0.7 * random_q(robot, 30)  # away from the limits
+    for start in [q for q in inner if is_free(checker, q)][:8]:
+        there = start + rng.uniform(-0.1, 0.1, robot.dof)
+        if not is_free(checker, there):
+            continue
+        target = Position(tuple(tool_positions(robot, there)[0]))
+        found = resolve(target, checker, {}, "goal", 8, start[None])
+        away = np.linalg.norm(robot.difference(start, found), axis=1)
+        assert away.min() <= np.linalg.norm(robot.difference(start, there)) + 1e-3
+        assert len(found) == 8
+        old = manipulability(robot, resolve(target, checker, {}, "goal", 1))
+        assert manipulability(robot, found[:1]) >= old - 1e-12
+        np.testing.assert_array_equal(found, resolve(target, checker, {}, "goal", 8, start[None]))
+
+
 def test_a_pose_keeps_its_orientation():
     robot, checker = load("iiwa14"), checker_of("iiwa14", "empty")
     tool = tool_pose(robot, np.array([0.3, 0.6, 0, -1.2, 0.2, 0.5, 0]))

@@ -1,10 +1,12 @@
 """New starts and goals on a roadmap that is there."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from planner import gabf
 from planner.base.errors import StateError
 from planner.base.progress import Progress
 from planner.collision import make_checker
@@ -28,11 +30,11 @@ def test_new_ends_become_linked_nodes():
     assert new.starts.tolist() == [n]
     assert new.goals.tolist() == [n + 1]
     np.testing.assert_array_equal(new.nodes[:n], old.nodes)
-    np.testing.assert_array_equal(new.nodes[n:], [Q[0], OTHER[0]])
+    np.testing.assert_array_equal(new.nodes[n : n + 2], [Q[0], OTHER[0]])
     kept = new.edges[(new.edges < n).all(axis=1)]
     np.testing.assert_array_equal(kept, old.edges)
     added = new.edges[(new.edges >= n).any(axis=1)]
-    assert 0 < len(added) <= 2 * NEIGHBOURS
+    assert 0 < (added < n + 2).all(axis=1).sum() <= 2 * NEIGHBOURS
     assert (new.edges[:, 0] < new.edges[:, 1]).all()
     assert (np.lexsort((new.edges[:, 1], new.edges[:, 0])) == np.arange(len(new.edges))).all()
     assert new.connected
@@ -48,6 +50,22 @@ def test_links_go_to_the_nearest():
     assert set(linked) <= set(np.argsort(apart)[:NEIGHBOURS])
 
 
+def shortest(roadmap):
+    """The length (rad) of the shortest path from the start to a goal."""
+    network = build_network(roadmap, 1.0)
+    return gabf.oracle(network)[roadmap.starts[0]] * roadmap.scale.joint_length
+
+
+def test_the_straight_motion_from_start_to_goal_is_there_where_it_is_proven():
+    goals = np.array([[-0.2, -1.9], [-0.6, 2.3]])
+    new = attach(post_roadmap(), make_post(), Q, goals)
+    for goal in goals:
+        alone = attach(post_roadmap(), make_post(), Q, goal[None])
+        assert recheck(make_post(), Q[0], goal - Q[0]) is None
+        np.testing.assert_allclose(shortest(alone), np.linalg.norm(goal - Q[0]), rtol=1e-9)
+    np.testing.assert_allclose(shortest(new), np.linalg.norm(goals - Q, axis=1).min(), rtol=1e-9)
+
+
 def test_ends_that_are_not_free_are_refused():
     touching = "start is in collision: 'link_2' and 'thing0' touch"
     for q, text in (([-0.5, 1.2], touching), ([9, 0], "outside its limits")):
@@ -61,8 +79,8 @@ def test_what_is_a_node_already_is_that_node():
     old = post_roadmap()
     new = attach(old, make_post(), old.nodes[[5]], old.nodes[[9]] + 1e-12)
     assert (new.starts.tolist(), new.goals.tolist()) == ([5], [9])
-    np.testing.assert_array_equal(new.nodes, old.nodes)
-    np.testing.assert_array_equal(new.edges, old.edges)
+    np.testing.assert_array_equal(new.nodes[: len(old.nodes)], old.nodes)
+    assert [new.edge_index(i, j) for i, j in old.edges]
     assert new.sha256 != old.sha256  # other ends
 
 
@@ -150,9 +168,10 @@ def test_it_grows_where_it_must(least, caplog):
     for i, j in new.edges[(new.edges >= n).any(axis=1)]:
         assert recheck(make_post(), new.nodes[i], new.nodes[j] - new.nodes[i]) is None
     assert new.scale == part.scale
-    # the message counts what the way needed, not the ends themselves
+    # the message counts what the way needed, not the ends themselves, nor the short cuts
     ends = 1 + int(new.goals[0] >= n)
-    assert f"the roadmap grew by {len(new.nodes) - n - ends} nodes to join them" in caplog.text
+    (grown,) = re.findall(r"the roadmap grew by (\d+) nodes to join them", caplog.text)
+    assert 0 < int(grown) <= len(new.nodes) - n - ends
 
 
 def test_what_was_grown_is_linked_to_its_neighbours():
@@ -166,14 +185,15 @@ def test_growing_follows_the_seed():
     assert one.sha256 == same.sha256 != other.sha256
 
 
-def test_it_does_not_grow_where_it_need_not(caplog):
-    new = attach(post_roadmap(), make_post(), Q, OTHER)
-    assert len(new.nodes) == len(post_roadmap().nodes) + 2
+def test_it_does_not_grow_where_it_need_not(caplog, monkeypatch):
+    monkeypatch.setattr("planner.roadmap.attach.grow", lambda *_, **__: pytest.fail("grown"))
+    assert attach(post_roadmap(), make_post(), Q, OTHER).connected
     assert not caplog.text
 
 
 def test_one_reachable_goal_of_several_is_enough(monkeypatch):
     monkeypatch.setattr("planner.roadmap.attach.grow", lambda *_, **__: pytest.fail("grown"))
+    monkeypatch.setattr("planner.roadmap.attach.straight_paths", lambda *_: [])
     old = post_roadmap()
     apart = [np.linalg.norm(old.nodes - q, axis=1) for q in (Q, OTHER)]
     lonely = int(np.argmax(np.minimum(*apart)))  # no neighbour of the new ends

@@ -106,7 +106,7 @@ def test_each_interval_says_what_its_path_is(swept: Tradeoff) -> None:
         assert path_contact(swept.checker, path) is None
         field = interval.cost_to_go
         kernel = field.network.kernel
-        assert isinstance(kernel, gabf.TradeOff)
+        assert isinstance(kernel, gabf.EdgeIntegral)
         assert interval.beta_min <= kernel.beta <= interval.beta_max
         assert field.outcome is gabf.Ending.SETTLED
         assert field.x[nodes[0]] == pytest.approx(cost(interval, kernel.beta), rel=1e-12)

@@ -124,7 +124,8 @@ def run_campaigns(
     Raises :class:`PlannerError` for an unusable robot, scene or state, StateError among them where a roadmap came out
     without a path from start to goal.
     """
-    query = make_query(RoadmapRequest(settings.robot, settings.scene, start=settings.start, goal=settings.goal))
+    request = RoadmapRequest(settings.robot, settings.scene, start=settings.start, goal=settings.goal)
+    query = make_query(request, near_start=False)
     campaigns: list[Campaign] = []
     progress("roadmaps", 0, settings.roadmaps)
     for k in range(settings.roadmaps):
@@ -158,7 +159,7 @@ def make_case(query: Query, nodes: int, seed: int, number: int, progress: Progre
         return None
     if not roadmap.connected:
         raise StateError(f"roadmap {number} joins no start to a goal within {nodes} nodes: raise --nodes.")
-    plain = build_network(roadmap, beta=1.0)
+    plain = build_network(roadmap, beta=1.0, charge="nodes")
     zone = slow_zone(query, roadmap, plain)
     edge = edge_of_arc(roadmap, plain)
     costs = execution_costs(query.robot, roadmap, BETA, [zone])

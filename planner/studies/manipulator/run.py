@@ -51,7 +51,7 @@ def run_manipulator(
         raise OptionError(f"strands {strands:g} are no share of the nodes: give a number from 0 to 1.")
     require_figures()
     requests = [SweepRequest(nodes=nodes, collision=collision, seed=seed + k) for k in range(seeds)]
-    query, cases = make_query(requests[0]), []
+    query, cases = make_query(requests[0], near_start=False), []
     for k, request in enumerate(requests):
         progress("seeds", k, seeds)
         case = study_seed(query, request, strands, progress=progress)

@@ -226,7 +226,8 @@ def query_of(settings: RobotSettings):
     from planner.base.request import RoadmapRequest
     from planner.query.open import make_query
 
-    return make_query(RoadmapRequest(settings.robot, settings.scene, start=settings.start, goal=settings.goal))
+    request = RoadmapRequest(settings.robot, settings.scene, start=settings.start, goal=settings.goal)
+    return make_query(request, near_start=False)
 
 
 def test_interrupted_runs_say_so() -> None:

@@ -201,7 +201,7 @@ SMALL = SweepRequest(nodes=80, collision="coal", seed=1)
 
 @pytest.fixture(scope="module")
 def query() -> Query:
-    return make_query(SMALL)
+    return make_query(SMALL, near_start=False)
 
 
 @pytest.fixture(scope="module")
