@@ -47,19 +47,24 @@ def read_text(path: Path, what: str) -> str:
         raise FileError(f"{what} {path} cannot be read: {reason}; give a readable text file.") from None
 
 
-class _Loader(yaml.SafeLoader):  # libyaml's loader is faster and overflows the stack on deep nesting
-    def construct_scalar(self, node: Any) -> Any:
-        """As YAML has it, but for half a surrogate pair, which no file or terminal can hold."""
-        value = super().construct_scalar(node)
-        if isinstance(value, str) and not value.isascii() and any("\ud800" <= c <= "\udfff" for c in value):
-            raise yaml.constructor.ConstructorError(None, None, "a text holds half a surrogate pair", node.start_mark)
-        return value
+_DEEPEST = 200  # levels: on deep nesting libyaml's loader overflows the stack, its parser of events does not
+_LEVELS = {
+    yaml.MappingStartEvent: 1,
+    yaml.SequenceStartEvent: 1,
+    yaml.MappingEndEvent: -1,
+    yaml.SequenceEndEvent: -1,
+}
 
 
 def parse_yaml(text: str, where: str) -> Any:
     """Plain data out of YAML text; no tag can construct an object."""
     try:
-        return yaml.load(text, _Loader)
+        depth = 0
+        for event in yaml.parse(text, yaml.CSafeLoader):
+            depth += _LEVELS.get(type(event), 0)
+            if depth > _DEEPEST:
+                raise RecursionError
+        return yaml.load(text, yaml.CSafeLoader)
     except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         line = f" at line {mark.line + 1}" if mark else ""

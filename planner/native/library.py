@@ -27,6 +27,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "chain_free": (_Pointer,),
     "chain_placements": (_Pointer, _int, *3 * [_Pointer]),
     "chain_points": (_Pointer, _int, _Pointer, _int, *2 * [_Pointer]),
+    "chain_in_boxes": (_Pointer, _int, _Pointer, _int, *9 * [_Pointer]),
     "chain_manipulability": (_Pointer, _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
     "world_free": (_Pointer,),
     "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
@@ -117,6 +118,30 @@ class NativeChain:
         q, point, w = _floats(q), _floats(point), np.empty(len(q))
         _library.chain_manipulability(self.handle, len(q), _at(q), joint, _at(point), rows, threads(), _at(w))
         return w
+
+    def in_boxes(
+        self,
+        q: Floats,
+        inner: Ints,
+        points: Floats,
+        outer: Ints,
+        turns: Floats,
+        shifts: Floats,
+        low: Floats,
+        high: Floats,
+    ) -> tuple[Bools, Floats]:
+        """Which points lie in which boxes, (n, k), and where in the box's own frame, (n, k, 3).
+
+        ``points`` (k, 3) in the frames of joints ``inner`` (k,); boxes from ``low`` to ``high`` (k, 3) in frames
+        ``turns`` (k, 3, 3), ``shifts`` (k, 3), which are given in those of joints ``outer`` (k,).
+        """
+        q, inner, outer, k = _floats(q), _ints(inner), _ints(outer), len(points)
+        boxes = [_floats(array) for array in (turns, shifts, low, high)]
+        points, near, local = _floats(points), np.empty((len(q), k), dtype=np.bool_), np.empty((len(q), k, 3))
+        _library.chain_in_boxes(
+            self.handle, len(q), _at(q), k, _at(inner), _at(points), _at(outer), *map(_at, boxes), _at(near), _at(local)
+        )
+        return near, local
 
 
 class NativeWorld:

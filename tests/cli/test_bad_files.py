@@ -32,7 +32,7 @@ SCENES = {
     "no digits": (BOX.replace("MORE", "position: [0b9, 0, 0]"), "got '0b9'"),
     "an empty whole number": (BOX.replace("MORE", "position: [!!int '', 0, 0]"), "cannot make sense"),
     "a month too many": ("name: 2001-13-45", "month must be in 1..12"),
-    "half a surrogate pair": ('name: "\\ud800"', "surrogate pair"),
+    "half a surrogate pair": ('name: "\\ud800"', "invalid Unicode"),
     "a name of 300,000 letters": (f"name: {'a' * 300_000}", "at most 1000 characters"),
     "a capsule of 1e-9": ("obstacles: [{name: a, type: capsule, radius: 0.1, length: 1.0e-9}]", "capsule.length"),
     "a mesh of 300 letters": (f"obstacles: [{{name: a, type: mesh, file: {'x' * 300}}}]", "too long"),

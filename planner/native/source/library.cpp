@@ -112,6 +112,27 @@ void chain_manipulability(const Chain* chain, int n, const double* q, int last, 
     });
 }
 
+// Points that lie in boxes: `near` (n, count) says which, `local` (n, count, 3) where in the box's frame. Point k (3,) is
+// in the frame of joint inner[k], its box from low to high in a frame (3, 3), (3,) in that of joint outer[k].
+void chain_in_boxes(const Chain* chain, int n, const double* q, int count, const int64_t* inner, const double* points,
+                    const int64_t* outer, const double* turns, const double* shifts, const double* low,
+                    const double* high, uint8_t* near, double* local) {
+    std::vector<Frame> frames(chain->dof() + 1);
+    for (int i = 0; i < n; ++i) {
+        chain->place(q + static_cast<size_t>(i) * chain->dof(), frames.data());
+        for (int k = 0; k < count; ++k) {
+            const size_t row = static_cast<size_t>(i) * count + k;
+            const Frame& there = frames[outer[k]];
+            const Vec world = frames[inner[k]] * vec_at(points + 3 * k);
+            const Vec carried = turned_back(there.turn, world - there.shift) - vec_at(shifts + 3 * k);
+            const Vec own = turned_back(mat_at(turns + 9 * k), carried);
+            const double *l = low + 3 * k, *h = high + 3 * k;
+            near[row] = own.x > l[0] && own.x < h[0] && own.y > l[1] && own.y < h[1] && own.z > l[2] && own.z < h[2];
+            local[3 * row] = own.x, local[3 * row + 1] = own.y, local[3 * row + 2] = own.z;
+        }
+    }
+}
+
 World* world_new(const Chain* chain, double margin) {
     auto* world = new World;
     world->chain = *chain, world->margin = margin;
