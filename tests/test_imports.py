@@ -43,7 +43,6 @@ DOORS = {
     "ompl": {"planner.roadmap.ompl_planners", "planner.studies.bench_roadmap.ompl_prm"},
     "fcl": {"planner.collision.fcl"},
     "coal": {"planner.world.meshes", "planner.collision.coal"},
-    "eigenpy": {"planner.kinematics.inverse"},
     "meshcat": {"planner.view.canvas"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")},
     "ctypes": {"planner.native.library", "planner.base.silenced"},

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import eigenpy
 import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats
-from planner.base.products import dot, length, product
+from planner.base.products import dot, length
 from planner.kinematics.forward import Chain, joint_placements
 from planner.world.robot import Robot
 
 POSITION_TOLERANCE = 1e-6  # m
 ANGLE_TOLERANCE = 1e-6  # rad
-_STEP = 0.5  # rad, the largest joint step of one iteration
-_DAMPING = 1e-3  # at the start; it falls tenfold with every step that comes nearer
+_ITERATIONS = 100
+_APART = 1e-3  # rad: solutions nearer to each other are one
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,69 +86,24 @@ def _solve(
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(starts - 1, robot.dof))])
     if near is not None:
         seeds = np.vstack([seeds, near])
-    task = _Task(robot, target, oriented)
-    with np.errstate(over="ignore"):  # a target that is inf squared metres away is out of reach, as the caller will say
-        ends = [task.descend(seed) for seed in seeds]
-        errors = np.array([task.error_norms(q) for q in ends])
-    nearest = int(np.argmin(errors[:, 0] + 0.1 * errors[:, 1]))  # 0.1 m/rad weighs an angle against a distance
-    solved = (errors[:, 0] <= POSITION_TOLERANCE) & (errors[:, 1] <= ANGLE_TOLERANCE)
-    found = _distinct(robot, np.array(ends)[solved])
-    return Solutions(found, ends[nearest], float(errors[nearest, 0]), float(errors[nearest, 1]))
+    frame = robot.model.frames[robot.tool_id]
+    tool, limits = frame.placement.homogeneous, (robot.lower, robot.upper, robot.continuous)
+    native = Chain.of(robot).native
+    ends, distance, angle = native.inverse(
+        seeds, int(frame.parentJoint), tool, target.homogeneous, oriented, limits, _ITERATIONS
+    )
+    # a target that is inf metres away is out of reach, as the caller will say
+    nearest = int(
+        np.argmin(np.nan_to_num(distance + 0.1 * angle, nan=np.inf))
+    )  # 0.1 m/rad weighs angles against metres
+    solved = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
+    found = _distinct(robot, ends[solved])
+    return Solutions(found, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
-def _distinct(robot: Robot, found: Floats, apart: float = 1e-3) -> Floats:
-    kept: list[Floats] = []
+def _distinct(robot: Robot, found: Floats) -> Floats:
+    kept = np.empty((0, robot.dof))
     for q in found:
-        if all(np.abs(robot.difference(q, other)).max() > apart for other in kept):
-            kept.append(robot.normalise(q))
-    return np.array(kept).reshape(-1, robot.dof)
-
-
-class _Task:
-    """One target: its error in the tool's own axes, and the descent to it from a seed."""
-
-    def __init__(self, robot: Robot, target: pin.SE3, oriented: bool, iterations: int = 100) -> None:
-        self.robot, self.target, self.oriented, self.iterations = robot, target, oriented, iterations
-        self.data = robot.model.createData()
-        self.frame = robot.tool_id
-
-    def error(self, q: Floats) -> tuple[Floats, Floats]:
-        """The task error e and its Jacobian J, with de = J dq: 3 rows for a position, 6 for a pose."""
-        model, data = self.robot.model, self.data
-        pin.computeJointJacobians(model, data, q)
-        pin.updateFramePlacement(model, data, self.frame)
-        jacobian = pin.getFrameJacobian(model, data, self.frame, pin.ReferenceFrame.LOCAL)
-        miss = self.target.actInv(data.oMf[self.frame])  # the tool seen from the target
-        if not self.oriented:
-            return miss.translation.copy(), product(miss.rotation, jacobian[:3])
-        return pin.log6(miss).vector, product(pin.Jlog6(miss), jacobian)
-
-    def error_norms(self, q: Floats) -> tuple[float, float]:
-        pin.framesForwardKinematics(self.robot.model, self.data, q)
-        tool = self.data.oMf[self.frame]
-        turn = pin.log3(product(self.target.rotation.T, tool.rotation)) if self.oriented else np.zeros(3)
-        return length(tool.translation - self.target.translation), length(turn)
-
-    def descend(self, seed: Floats) -> Floats:
-        """Levenberg-Marquardt: a step that does not come nearer is taken back and damped more."""
-        q, (error, jacobian) = np.array(seed), self.error(seed)
-        size, damping = dot(error, error), _DAMPING
-        for _ in range(self.iterations):
-            if size < (0.1 * POSITION_TOLERANCE) ** 2 or damping > 1e6:
-                break
-            moved = self._step(q, error, jacobian, damping)
-            error_there, jacobian_there = self.error(moved)
-            size_there = dot(error_there, error_there)
-            if size_there < size:
-                q, error, jacobian, size = moved, error_there, jacobian_there, size_there
-                damping *= 0.1
-            else:
-                damping = max(10.0 * damping, 1e-6)
-        return q
-
-    def _step(self, q: Floats, error: Floats, jacobian: Floats, damping: float) -> Floats:
-        damped = product(jacobian, jacobian.T) + (damping + 1e-14) * np.eye(len(error))
-        step = product(-eigenpy.LDLT(damped).solve(error), jacobian)  # Eigen has one code for all processors
-        step *= min(1.0, _STEP / max(float(np.abs(step).max()), 1e-12))
-        robot, moved = self.robot, q + step
-        return np.where(robot.continuous, moved, np.clip(moved, robot.lower, robot.upper))
+        if (np.abs(robot.difference(q, kept)).max(axis=1, initial=0.0) > _APART).all():
+            kept = np.vstack([kept, robot.normalise(q)])
+    return kept

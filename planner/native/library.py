@@ -27,6 +27,18 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "chain_free": (_Pointer,),
     "chain_placements": (_Pointer, _int, *3 * [_Pointer]),
     "chain_points": (_Pointer, _int, _Pointer, _int, *2 * [_Pointer]),
+    "chain_inverse": (
+        _Pointer,
+        _int,
+        _Pointer,
+        _int,
+        *4 * [_Pointer],
+        _int,
+        *3 * [_Pointer],
+        _int,
+        _int,
+        *2 * [_Pointer],
+    ),
     "chain_in_boxes": (_Pointer, _int, _Pointer, _int, *9 * [_Pointer]),
     "chain_manipulability": (_Pointer, _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
     "world_free": (_Pointer,),
@@ -118,6 +130,30 @@ class NativeChain:
         q, point, w = _floats(q), _floats(point), np.empty(len(q))
         _library.chain_manipulability(self.handle, len(q), _at(q), joint, _at(point), rows, threads(), _at(w))
         return w
+
+    def inverse(
+        self,
+        seeds: Floats,
+        joint: int,
+        tool: Floats,
+        target: Floats,
+        oriented: bool,
+        limits: tuple[Floats, Floats, Bools],
+        iterations: int,
+    ) -> tuple[Floats, Floats, Floats]:
+        """Where descents from ``seeds`` (n, dof) end that bring a ``tool`` (4, 4), carried by ``joint``, to a target.
+
+        ``target`` (4, 4) in the world, only its position unless ``oriented``; ``limits``: lowest, highest, and which
+        joints wrap and have none, (dof,) each. Ends (n, dof), distances (n,) and angles (n,) left there.
+        """
+        ends, wraps = np.array(seeds, dtype=np.float64), _bytes(limits[2])
+        frames = [_floats(part) for m in (tool, target) for part in (m[:3, :3], m[:3, 3])]
+        lower, upper, distance, angle = _floats(limits[0]), _floats(limits[1]), np.empty(len(ends)), np.empty(len(ends))
+        _library.chain_inverse(
+            self.handle, len(ends), _at(ends), joint, *map(_at, frames), oriented, _at(lower), _at(upper), _at(wraps),
+            iterations, threads(), _at(distance), _at(angle),
+        )  # fmt: skip
+        return ends, distance, angle
 
     def in_boxes(
         self,

@@ -5,6 +5,8 @@ import pinocchio as pin
 import pytest
 
 from planner.kinematics import inverse
+from planner.kinematics.forward import Chain
+from planner.kinematics.manipulability import manipulability
 from planner.query.resolve import IK_STARTS
 from planner.world.poses import pose
 from planner.world.robot import Robot
@@ -139,11 +141,44 @@ def test_sliding_joints_reach_further(urdf_file, first):
 
 
 @pytest.mark.parametrize("oriented", [True, False])
-def test_the_descents_jacobian_is_the_errors_derivative(oriented):
-    robot, h = load("ur5"), 1e-6
-    q = random_q(robot, 1, seed=4)[0]
-    task = inverse._Task(robot, tool(robot, random_q(robot, 1, seed=12)[0]), oriented)
-    _, jacobian = task.error(q)
-    steps = h * np.eye(robot.dof)
-    columns = [(task.error(q + step)[0] - task.error(q - step)[0]) / (2 * h) for step in steps]
-    np.testing.assert_allclose(jacobian, np.array(columns).T, atol=1e-6)
+def test_four_steps_from_nearby_arrive(oriented):
+    """As they do where the Jacobian is the derivative of the error: with another the steps only shrink what is left."""
+    robot = load("ur5")
+    frame, limits = robot.model.frames[robot.tool_id], (robot.lower, robot.upper, robot.continuous)
+    q = random_q(robot, 40, seed=4)
+    q = q[manipulability(robot, q) > 0.02]
+    for goal in q:
+        ends, distance, angle = Chain.of(robot).native.inverse(
+            goal[None] + 0.05,
+            int(frame.parentJoint),
+            frame.placement.homogeneous,
+            tool(robot, goal).homogeneous,
+            oriented,
+            limits,
+            4,
+        )
+        assert distance[0] + angle[0] < 1e-5
+        there = tool(robot, goal).actInv(tool(robot, ends[0]))
+        assert np.linalg.norm(there.translation) == pytest.approx(distance[0], abs=1e-12)
+        if oriented:
+            assert np.linalg.norm(pin.log3(there.rotation)) == pytest.approx(angle[0], abs=1e-9)
+
+
+def test_the_angle_that_is_left_is_pinocchios_up_to_half_a_turn():
+    robot = load("iiwa14")
+    frame, limits = robot.model.frames[robot.tool_id], (robot.lower, robot.upper, robot.continuous)
+    rng = np.random.default_rng(3)
+    for q, axis in zip(random_q(robot, 50, seed=5), rng.normal(size=(50, 3)), strict=True):
+        for angle in (0.0, 1e-9, 1.0, np.pi - 1e-7, np.pi):
+            target = tool(robot, q)
+            target.rotation = target.rotation @ pin.exp3(angle * axis / np.linalg.norm(axis))
+            _, _, left = Chain.of(robot).native.inverse(
+                q[None],
+                int(frame.parentJoint),
+                frame.placement.homogeneous,
+                target.homogeneous,
+                True,
+                limits,
+                0,
+            )
+            assert left[0] == pytest.approx(angle, abs=1e-8)

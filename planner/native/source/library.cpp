@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "graph.hpp"
+#include "inverse.hpp"
 #include "prover.hpp"
 
 using namespace planner;
@@ -109,6 +110,19 @@ void chain_manipulability(const Chain* chain, int n, const double* q, int last, 
             w[k] = by_row ? spanned_volume(worker.vectors.data(), rows, dof)
                           : spanned_volume(worker.vectors.data(), dof, rows);
         }
+    });
+}
+
+// Seeds q (n, dof) become where the descents to a target end; distance (n,) m and angle (n,) rad are left there.
+void chain_inverse(const Chain* chain, int n, double* q, int last, const double* tool_turn, const double* tool_shift,
+                   const double* turn, const double* shift, int oriented, const double* lower, const double* upper,
+                   const uint8_t* wraps, int iterations, int threads, double* distance, double* angle) {
+    const Task task{*chain, last, {mat_at(tool_turn), vec_at(tool_shift)}, {mat_at(turn), vec_at(shift)},
+                    oriented != 0, lower, upper, wraps};
+    share_out(n, threads, 8, [&] { return Descent(task); }, [&](int k, Descent& descent) {
+        double* own = q + static_cast<size_t>(k) * chain->dof();
+        descent.run(own, iterations);
+        descent.miss(own, distance[k], angle[k]);
     });
 }
 

@@ -1,0 +1,159 @@
+// Inverse kinematics by damped least squares (Wampler 1986; Nakamura and Hanafusa 1986).
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "kinematics.hpp"
+
+namespace planner {
+
+// The rotation vector of a rotation: its axis times its angle, at most pi.
+inline Vec rotation_vector(const Mat& r) {
+    // as a quaternion (w, x, y, z), from its largest entry, so that nothing cancels
+    const double* m = r.m;
+    const double four[4] = {1 + m[0] + m[4] + m[8], 1 + m[0] - m[4] - m[8], 1 - m[0] + m[4] - m[8],
+                            1 - m[0] - m[4] + m[8]};
+    const int largest = static_cast<int>(std::max_element(four, four + 4) - four);
+    const double x = m[7] - m[5], y = m[2] - m[6], z = m[3] - m[1];
+    const double xy = m[1] + m[3], xz = m[2] + m[6], yz = m[5] + m[7];
+    const double rows[4][4] = {{four[0], x, y, z}, {x, four[1], xy, xz}, {y, xy, four[2], yz}, {z, xz, yz, four[3]}};
+    const double* q = rows[largest];
+    const double sign = q[0] < 0.0 ? -1.0 : 1.0;
+    const Vec v{sign * q[1], sign * q[2], sign * q[3]};
+    const double sine = length(v), cosine = sign * q[0];
+    const double scale = sine > 1e-300 ? 2.0 * std::atan2(sine, cosine) / sine : 0.0;
+    return scale * v;
+}
+
+// How the rotation vector changes as its rotation goes on turning by `turned`, seen from the body (Chirikjian 2012).
+inline Vec rotation_vector_rate(Vec vector, Vec turned) {
+    const double angle = length(vector);
+    const double share = angle < 1e-4 ? 1.0 / 12.0 + angle * angle / 720.0
+                                      : (1.0 - 0.5 * angle * std::cos(0.5 * angle) / std::sin(0.5 * angle)) / (angle * angle);
+    const Vec once = cross(vector, turned);
+    return turned + 0.5 * once + share * cross(vector, once);
+}
+
+// Solve a x = b for symmetric, positive definite a (n, n) by Cholesky; a is overwritten, b becomes x.
+inline void solve_positive(double* a, double* b, int n) {
+    for (int i = 0; i < n; ++i) {
+        for (int j = 0; j <= i; ++j) {
+            double sum = a[i * n + j];
+            for (int k = 0; k < j; ++k) sum -= a[i * n + k] * a[j * n + k];
+            a[i * n + j] = i == j ? std::sqrt(std::max(sum, 1e-300)) : sum / a[j * n + j];
+        }
+        for (int k = 0; k < i; ++k) b[i] -= a[i * n + k] * b[k];
+        b[i] /= a[i * n + i];
+    }
+    for (int i = n - 1; i >= 0; --i) {
+        for (int k = i + 1; k < n; ++k) b[i] -= a[k * n + i] * b[k];
+        b[i] /= a[i * n + i];
+    }
+}
+
+// Where the tool is to go: a point, or a frame if it is oriented. Limits (dof,); joints that wrap have none.
+struct Task {
+    const Chain& chain;
+    int last;      // joint that carries the tool
+    Frame tool;    // in its frame
+    Frame target;  // in the world
+    bool oriented;
+    const double *lower, *upper;
+    const uint8_t* wraps;
+};
+
+class Descent {
+   public:
+    explicit Descent(const Task& task)
+        : task_(task), dof_(task.chain.dof()), rows_(task.oriented ? 6 : 3), frames_(dof_ + 1), linear_(dof_),
+          angular_(dof_), jacobian_(6 * dof_), there_(6 * dof_), moved_(dof_) {}
+
+    // Levenberg-Marquardt from q, which becomes where it ends: a step that does not come nearer is damped more.
+    void run(double* q, int iterations) {
+        constexpr double largest_step = 0.5, near = 1e-7, hopeless = 1e6;  // rad, m or rad
+        double error[6], error_there[6], damping = 1e-3;
+        double size = look(q, error, jacobian_.data());
+        for (int round = 0; round < iterations && size >= near * near && damping <= hopeless; ++round) {
+            double square[36], step[6], most = 1e-12;
+            for (int i = 0; i < rows_; ++i)
+                for (int k = 0; k < rows_; ++k) {
+                    double sum = i == k ? damping + 1e-14 : 0.0;
+                    for (int j = 0; j < dof_; ++j) sum += jacobian_[i * dof_ + j] * jacobian_[k * dof_ + j];
+                    square[i * rows_ + k] = sum;
+                }
+            for (int i = 0; i < rows_; ++i) step[i] = -error[i];
+            solve_positive(square, step, rows_);
+            for (int j = 0; j < dof_; ++j) {
+                moved_[j] = 0.0;
+                for (int i = 0; i < rows_; ++i) moved_[j] += jacobian_[i * dof_ + j] * step[i];
+                most = std::max(most, std::fabs(moved_[j]));
+            }
+            const double shrunk = std::min(1.0, largest_step / most);
+            for (int j = 0; j < dof_; ++j) {
+                moved_[j] = q[j] + shrunk * moved_[j];
+                if (!task_.wraps[j]) moved_[j] = std::min(std::max(moved_[j], task_.lower[j]), task_.upper[j]);
+            }
+            const double size_there = look(moved_.data(), error_there, there_.data());
+            if (size_there < size) {
+                std::copy(moved_.begin(), moved_.end(), q);
+                std::copy(error_there, error_there + rows_, error);
+                jacobian_.swap(there_);
+                size = size_there, damping *= 0.1;
+            } else {
+                damping = std::max(10.0 * damping, 1e-6);
+            }
+        }
+    }
+
+    // How far (m) the tool is from the target at q, and by which angle (rad) it is turned from it.
+    void miss(const double* q, double& distance, double& angle) {
+        task_.chain.place(q, frames_.data());
+        const Frame& joint = frames_[task_.last];
+        distance = length(joint * task_.tool.shift - task_.target.shift);
+        angle = task_.oriented ? length(rotation_vector(turned_by(joint.turn * task_.tool.turn))) : 0.0;
+    }
+
+   private:
+    // The turn from the target to a tool's.
+    Mat turned_by(const Mat& tool) const {
+        Mat back;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) back.m[3 * i + j] = task_.target.turn.m[3 * j + i];
+        return back * tool;
+    }
+
+    // The error at q, seen from the target, its Jacobian (rows, dof), and the square of the error.
+    double look(const double* q, double* error, double* jacobian) {
+        task_.chain.place(q, frames_.data());
+        task_.chain.jacobian(frames_.data(), task_.last, task_.tool.shift, linear_.data(), angular_.data());
+        const Frame& joint = frames_[task_.last];
+        const Mat turn = joint.turn * task_.tool.turn;
+        const Vec apart = turned_back(task_.target.turn, joint * task_.tool.shift - task_.target.shift);
+        error[0] = apart.x, error[1] = apart.y, error[2] = apart.z;
+        Vec vector;
+        if (task_.oriented) {
+            vector = rotation_vector(turned_by(turn));
+            error[3] = vector.x, error[4] = vector.y, error[5] = vector.z;
+        }
+        for (int j = 0; j < dof_; ++j) {
+            const Vec column = turned_back(task_.target.turn, linear_[j]);
+            jacobian[j] = column.x, jacobian[dof_ + j] = column.y, jacobian[2 * dof_ + j] = column.z;
+            if (task_.oriented) {
+                const Vec rate = rotation_vector_rate(vector, turned_back(turn, angular_[j]));
+                jacobian[3 * dof_ + j] = rate.x, jacobian[4 * dof_ + j] = rate.y, jacobian[5 * dof_ + j] = rate.z;
+            }
+        }
+        double size = 0.0;
+        for (int i = 0; i < rows_; ++i) size += error[i] * error[i];
+        return size;
+    }
+
+    const Task& task_;
+    int dof_, rows_;
+    std::vector<Frame> frames_;
+    std::vector<Vec> linear_, angular_;
+    std::vector<double> jacobian_, there_, moved_;
+};
+
+}  // namespace planner
