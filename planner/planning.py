@@ -48,6 +48,8 @@ def plan(request: PlanRequest | None = None, progress: Progress = QUIET, **optio
     with clock("costs"):
         costs = request.manipulability_cost, request.metric, request.charge
         network = build_network(improved.roadmap, request.beta, *costs)
+    if progress.stopped:
+        return draft
     solved = _solve_and_heal(improved, network, clock)
     if solved.outcome is not Outcome.SOLVED:
         return solved

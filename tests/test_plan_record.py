@@ -67,8 +67,11 @@ def test_what_the_keys_hold(solved):
 
 def test_the_bound_and_the_curve(solved):
     quality, cost = plan_record(solved)["quality"], solved.cost
-    straight = np.linalg.norm(solved.path[-1] - solved.path[0]) / solved.roadmap.scale.joint_length
-    assert cost.beta * straight < quality["lower_bound"] <= cost.total
+    roadmap = solved.roadmap
+    apart = [np.linalg.norm(roadmap.nodes[goal] - solved.path[0]) for goal in roadmap.goals]
+    share = 0.5 + 0.5 * roadmap.scale.zeta
+    assert quality["lower_bound"] == pytest.approx(share * min(apart) / roadmap.scale.joint_length)
+    assert quality["lower_bound"] <= cost.total
     assert quality["gap"] == pytest.approx(cost.total / quality["lower_bound"] - 1.0)
     costs = [point["cost"] for point in quality["curve"]]
     assert len(costs) == 1 + quality["effort"] == 1 + solved.request.rounds

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
 
-from planner.base.request import Charge, Metric
+from planner.base.request import Charge, Metric, PlanRequest
 from planner.collision.edge_prover import EdgeProver
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import corners, joint_path_length, path_contact, path_manipulability
+from planner.plan_record import Plan
 from planner.planning import plan
 from planner.roadmap.improve import improve, without_last_grown
 from planner.roadmap.informed import _in_ellipsoid
@@ -23,8 +25,13 @@ from planner.world.shapes import Box
 from tests.worlds import checker_of, load, small_plan
 
 BAR = Scene("bar", (Obstacle("box", Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0])),))
-ENDS = {"start": "q:-1.0,0.8", "goal": "q:1.3,-0.8"}
+ASKED = PlanRequest(robot="planar_2r", scene=BAR, start="q:-1.0,0.8", goal="q:1.3,-0.8", nodes=60, beta=1.0)
 SHORTEST = 3.646  # rad: the convex hull of ends and contact states, bisected at 400 columns; the other side takes 3.663
+
+
+@lru_cache
+def unrefined() -> Plan:
+    return plan(replace(small_plan().request, effort=0))
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])
@@ -43,7 +50,7 @@ def test_motions_cost_what_the_network_charges(beta: float, charge: Charge, metr
 
 @pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])
 def test_rounds_make_a_path_cheaper_and_keep_its_motions_proven(beta: float) -> None:
-    made = small_plan()
+    made = unrefined()
     refiner = PathRefiner(EdgeProver(made.checker), MotionCost(made.robot, made.roadmap.scale, beta))
     path = cut(made.path, 1.0)
     refined = refiner.finish(refiner.round(refiner.round(path)))
@@ -61,21 +68,17 @@ def test_in_open_space_a_detour_becomes_the_straight_motion() -> None:
     np.testing.assert_array_equal(refiner.round(bent), bent[[0, -1]])
 
 
-def test_a_floor_holds_and_room_is_kept() -> None:
-    made = small_plan()
+def test_a_floor_holds() -> None:
+    made = unrefined()
     inner = made.path[1:-1]
     floor = 0.8 * path_manipulability(made.robot, inner).min()
     cost = MotionCost(made.robot, made.roadmap.scale, 1.0, floor)
-    refiner = PathRefiner(EdgeProver(made.checker), cost, room=0.01)
-    refined = refiner.round(inner)
+    refined = PathRefiner(EdgeProver(made.checker), cost).round(inner)
     assert path_manipulability(made.robot, refined).min() >= floor
-    moved = [(a, b) for a, b in itertools.pairwise(refined) if not (inner == b).all(axis=1).any()]
-    for a, b in moved:
-        assert EdgeProver(made.checker).prove(a[None], (b - a)[None], 0.01).clearance[0] > 0
 
 
 def test_the_effort_converges_to_the_shortest_path() -> None:
-    found = [plan(robot="planar_2r", scene=BAR, **ENDS, nodes=60, beta=1.0, effort=effort) for effort in (0, 12)]
+    found = [plan(replace(ASKED, effort=effort)) for effort in (0, 30)]
     length = [joint_path_length(each.path) for each in found]
     assert SHORTEST - 1e-3 < length[1] < 1.005 * SHORTEST
     assert length[1] < length[0]
@@ -119,8 +122,7 @@ def test_samples_fill_the_ellipsoid() -> None:
 
 
 def test_above_ends_keeps_w_above_the_lower_end() -> None:
-    dipping = {"start": "q:-1.0,0.8", "goal": "q:1.3,0.8"}
-    found = plan(robot="planar_2r", scene=BAR, **dipping, nodes=80, beta=0.2, charge="edges", above_ends=True)
+    found = plan(replace(ASKED, goal="q:1.3,0.8", beta=0.2, above_ends=True))
     w = path_manipulability(found.robot, found.path)
     ends = manipulability(found.robot, found.path[[0, -1]])
     assert w.min() >= (1.0 - 1e-6) * ends.min()
