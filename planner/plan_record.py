@@ -148,6 +148,7 @@ def plan_page(plan: Plan) -> str:
         current=current,
         beta=plan.request.beta,
         floor=plan.request.min_manipulability,
+        curve=plan.curve,
         highlighted=(CONDITIONING,),
     )
     return page(content)
