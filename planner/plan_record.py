@@ -18,10 +18,11 @@ from planner.base.progress import rounded
 from planner.base.request import PlanRequest
 from planner.collision.checker import CollisionChecker
 from planner.costs.conditioning import Conditioning
+from planner.costs.lower_bound import cost_lower_bound
 from planner.costs.manipulability_floor import LayeredNetwork, first_violation
 from planner.costs.network import PathCost
 from planner.kinematics.manipulability import manipulability
-from planner.paths.measure import measure_path, path_manipulability
+from planner.paths.measure import corners, measure_path, path_manipulability
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
@@ -58,6 +59,8 @@ class Plan:
     goal: str | None = None  # the text of the goal that the path reaches
     cost: PathCost | None = None
     conditioning: Conditioning | None = None
+    curve: tuple[tuple[int, float], ...] = ()  # (rounds of effort, best cost)
+    dip_floor: float = 0.0  # under w, so that the path does not fall below both its ends; 0 where none was set
     edges_removed: int = 0
     max_error_vs_oracle: float | None = None
     certificate: tuple[gabf.Certificate, ...] = ()
@@ -101,6 +104,7 @@ def plan_record(plan: Plan) -> dict[str, Any]:
         "path_nodes": plan.path_nodes.tolist(),
         "goal": plan.goal,
         "cost": asdict(plan.cost) if plan.cost else None,
+        "quality": _quality(plan),
         **_measures(plan),
         "roadmap": roadmap_record(plan.roadmap, plan.edges_removed),
         "gabf": _gabf(plan),
@@ -144,6 +148,7 @@ def plan_page(plan: Plan) -> str:
         current=current,
         beta=plan.request.beta,
         floor=plan.request.min_manipulability,
+        curve=plan.curve,
         highlighted=(CONDITIONING,),
     )
     return page(content)
@@ -176,6 +181,25 @@ def _measures(plan: Plan) -> dict[str, Any]:
     lengths = {"joint": found.joint_length, "workspace": found.workspace_length}
     conditioning = None if plan.conditioning is None else plan.conditioning.to_dict()
     return {"manipulability": w | _floor(plan), "conditioning": conditioning, "path_length": lengths}
+
+
+def _quality(plan: Plan) -> dict[str, Any] | None:
+    """How good the path is: the best cost over the effort, a lower bound on every path's cost, and the gap to it."""
+    if plan.cost is None:
+        return None
+    request = plan.request
+    bound = cost_lower_bound(
+        plan.roadmap, plan.robot, request.beta, request.manipulability_cost, request.metric, request.charge
+    )
+    w = path_manipulability(plan.robot, plan.path)
+    return {
+        "effort": request.rounds,
+        "curve": [{"rounds": rounds, "cost": cost} for rounds, cost in plan.curve],
+        "lower_bound": bound,
+        "gap": plan.cost.total / bound - 1.0 if bound > 0 else None,
+        "corners": corners(plan.path),
+        "dip": {"below_both_ends": bool(w.min() < (1.0 - 1e-9) * min(w[0], w[-1])), "floor": plan.dip_floor},
+    }
 
 
 def _floor(plan: Plan) -> dict[str, Any]:
@@ -219,6 +243,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
                 f" + {cost['beta']:g} x {cost['distance']:.4f} distance",
             )
         )
+        rows += _quality_rows(record["quality"])
         rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
         if record["conditioning"] and record["conditioning"]["poor"]:
             rows.append((CONDITIONING, record["conditioning"]["advice"]))
@@ -231,6 +256,18 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("settled", _settling(field)))
         rows += _certified(field)
         rows.append(("error against oracle", f"{field['max_error_vs_oracle']:.1e} relative"))
+    return rows
+
+
+def _quality_rows(quality: dict[str, Any]) -> list[tuple[str, str]]:
+    """The bound on the cost, and what the effort gained."""
+    bound, gap = quality["lower_bound"], quality["gap"]
+    apart = "" if gap is None else f"; this path is at most {100 * gap:.1f} % above the optimum"
+    rows = [("bound", f"no path costs less than {bound:.4f}{apart}")]
+    costs = [point["cost"] for point in quality["curve"]]
+    if len(costs) > 1:
+        rounds = quality["curve"][-1]["rounds"]
+        rows.append(("effort", f"{rounds} rounds took the best cost from {costs[0]:.4f} to {costs[-1]:.4f}"))
     return rows
 
 

@@ -14,6 +14,7 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.request import PlanRequest
 from planner.costs.conditioning import judge_conditioning
 from planner.costs.healing import HealingNetwork, warm_start
+from planner.costs.improvement import improved_roadmap, of_size_asked, without_dip
 from planner.costs.manipulability_floor import LayeredNetwork
 from planner.costs.network import build_network, path_cost
 from planner.plan_record import Plan
@@ -40,11 +41,16 @@ def plan(request: PlanRequest | None = None, progress: Progress = QUIET, **optio
     draft = Plan(request, Outcome.INTERRUPTED, query.robot, query.scene, query.checker, roadmap, timings=clock.seconds)
     if progress.stopped:
         return draft
-    with clock("costs"):
-        network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
+    with clock("improve"):
+        improved = _improve(draft, progress)
     if progress.stopped:
         return draft
-    solved = _solve_and_heal(draft, network, clock)
+    with clock("costs"):
+        costs = request.manipulability_cost, request.metric, request.charge
+        network = build_network(improved.roadmap, request.beta, *costs)
+    if progress.stopped:
+        return draft
+    solved = _solve_and_heal(improved, network, clock)
     if solved.outcome is not Outcome.SOLVED:
         return solved
     with clock("path"):
@@ -52,12 +58,25 @@ def plan(request: PlanRequest | None = None, progress: Progress = QUIET, **optio
     return replace(solved, goal=query.goal_at(solved.path[-1]), conditioning=conditioning)
 
 
+def _improve(draft: Plan, progress: Progress) -> Plan:
+    """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for."""
+    request = draft.request
+    improved = improved_roadmap(draft.roadmap, draft.checker, request, request.beta, progress)
+    roadmap, level = improved.roadmap, 0.0
+    if request.above_ends and request.min_manipulability <= 0:
+        roadmap, level = without_dip(roadmap, draft.checker, request, progress)
+    if request.roadmap is None:
+        roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), request)
+    return replace(draft, roadmap=roadmap, curve=improved.curve, dip_floor=level)
+
+
 def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:
     """The field and its path from the cheapest start; what fails a second check is removed and the field heals."""
     request = draft.request
     law, cost_to_go = gabf.named_law(request.law, request.prescribed_time), None
     with clock("path"):
-        healing = HealingNetwork(draft.checker, draft.roadmap, network, request.min_manipulability)
+        floor = max(request.min_manipulability, draft.dip_floor)
+        healing = HealingNetwork(draft.checker, draft.roadmap, network, floor)
     while True:
         layered = healing.layered
         with clock("gabf"):

@@ -40,7 +40,11 @@ def module_name(path: Path) -> str:
 MODULES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
 
 DOORS = {
-    "ompl": {"planner.roadmap.ompl_planners", "planner.studies.bench_roadmap.ompl_prm"},
+    "ompl": {
+        "planner.roadmap.ompl_planners",
+        "planner.studies.bench_roadmap.ompl_prm",
+        "planner.studies.bench_quality.ompl_paths",
+    },
     "fcl": {"planner.collision.fcl"},
     "coal": {"planner.world.meshes", "planner.collision.coal"},
     "meshcat": {"planner.view.canvas"},

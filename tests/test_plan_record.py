@@ -17,7 +17,8 @@ from planner.roadmap.storage import load_roadmap
 
 CONTRACT = {
     "": {"outcome", "robot", "scene", "seed", "config", "versions", "path", "path_nodes", "cost", "manipulability"}
-    | {"roadmap", "gabf", "timings_s"},
+    | {"roadmap", "gabf", "quality", "timings_s"},
+    "quality": {"effort", "curve", "lower_bound", "gap", "corners", "dip"},
     "cost": {"total", "manipulability", "distance", "beta"},
     "manipulability": {"min", "mean"},
     "roadmap": {"nodes", "edges", "components", "edges_certified", "sha256"},
@@ -62,6 +63,20 @@ def test_what_the_keys_hold(solved):
     assert record["gabf"]["max_error_vs_oracle"] == 0.0
     assert record["gabf"]["settling_time"] < record["gabf"]["prescribed_time"]
     assert record["config"]["nodes"] == 150
+
+
+def test_the_bound_and_the_curve(solved):
+    quality, cost = plan_record(solved)["quality"], solved.cost
+    roadmap = solved.roadmap
+    apart = [np.linalg.norm(roadmap.nodes[goal] - solved.path[0]) for goal in roadmap.goals]
+    share = 0.5 + 0.5 * roadmap.scale.zeta
+    assert quality["lower_bound"] == pytest.approx(share * min(apart) / roadmap.scale.joint_length)
+    assert quality["lower_bound"] <= cost.total
+    assert quality["gap"] == pytest.approx(cost.total / quality["lower_bound"] - 1.0)
+    costs = [point["cost"] for point in quality["curve"]]
+    assert len(costs) == 1 + quality["effort"] == 1 + solved.request.rounds
+    assert costs == sorted(costs, reverse=True)
+    assert cost.total <= costs[0]
 
 
 def test_the_files(solved, tmp_path):

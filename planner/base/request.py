@@ -35,6 +35,7 @@ PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 DEFAULT_COST: ManipulabilityCost = "log"
 DEFAULT_METRIC: Metric = "joint"
 DEFAULT_CHARGE: Charge = "edges"
+DEFAULT_EFFORT = 6  # rounds
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,10 @@ class SweepRequest(RoadmapRequest):
     """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
     charge: Charge = DEFAULT_CHARGE
     """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
+    effort: int | None = None
+    """Rounds in which the best path is refined and others searched; left out, 6, or 0 with --roadmap: as it is."""
+    room: float = 0.0
+    """Clearance in metres beyond --margin that the motions of refined paths keep."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -180,6 +185,16 @@ class SweepRequest(RoadmapRequest):
             raise OptionError(
                 f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number up to 1e9."
             )
+        if self.effort is not None and not 0 <= self.effort <= 1_000_000:
+            raise OptionError(f"effort {self.effort} is not usable: give a whole number from 0 to 1000000.")
+        require_margin(self.room, "room")
+
+    @property
+    def rounds(self) -> int:
+        """The effort, or what stands for it where it was left out."""
+        if self.effort is not None:
+            return self.effort
+        return DEFAULT_EFFORT if self.roadmap is None else 0
 
 
 @dataclass(frozen=True)
@@ -188,6 +203,8 @@ class PlanRequest(SweepRequest):
 
     beta: float = 0.5
     """Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only."""
+    above_ends: bool = False
+    """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -232,7 +249,7 @@ def require_seed(seed: int) -> None:
         raise OptionError(f"seed {seed} is not usable: give a whole number from 0 to 2147483647.")
 
 
-def require_margin(margin: float) -> None:
-    """Raise :class:`OptionError` unless a margin (m) is a distance."""
+def require_margin(margin: float, name: str = "margin") -> None:
+    """Raise :class:`OptionError` unless a margin (m), or what else has that ``name``, is a distance."""
     if not 0.0 <= margin <= 100.0:
-        raise OptionError(f"margin {margin:g} m is not usable: give a distance of 0 or more, 100 at most.")
+        raise OptionError(f"{name} {margin:g} m is not usable: give a distance of 0 or more, 100 at most.")

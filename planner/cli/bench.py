@@ -96,6 +96,48 @@ def plan(
 
 
 @bench.command
+def quality(
+    folder: tyro.conf.Positional[Path],
+    out: Path = Path("bench-quality"),
+    robot: str = "panda",
+    collision: Backend = "coal",
+    nodes: int = 1000,
+    seed: int = 0,
+    betas: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0),
+    efforts: tuple[int, ...] = (0, 6),
+    seconds: float = 5.0,
+    above_ends: Flag = False,
+    widen_limits: Flag = False,
+    debug: Flag = False,
+) -> int:
+    """How good paths are: length, corners, manipulability and time, beside OMPL's RRTConnect, RRT* and BIT*.
+
+    Problems are those of 'planner bench plan'. Writes quality.csv, one row a run, and quality.md: medians, and medians
+    of ratios to RRTConnect with simplification on the same problem.
+
+    Args:
+        folder: Folder of the problems.
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        collision: Collision library of all planners.
+        nodes: Configurations in the roadmap.
+        seed: Seed of all planners.
+        betas: Trade-offs to plan at.
+        efforts: Rounds of refinement and search to plan with.
+        seconds: Processor time that OMPL's planners get.
+        above_ends: Keep w above that of the lower end where such a path is found, as 'planner plan' has it.
+        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
+        debug: Show tracebacks of errors.
+    """
+    from planner.studies.bench_quality.run import bench_quality
+
+    plain = PlanRequest(
+        robot, collision=collision, nodes=nodes, seed=seed, widen_limits=widen_limits, above_ends=above_ends
+    )
+    return measure(out, lambda progress: bench_quality(folder, out, plain, betas, efforts, seconds, progress))
+
+
+@bench.command
 def misses(
     out: Path = Path("bench-misses"),
     seed: int = 0,

@@ -19,6 +19,8 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.world.robot import Robot
 
+_STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
+
 
 @dataclass(frozen=True, eq=False)
 class PathContact:
@@ -70,6 +72,14 @@ def tool_path_length(robot: Robot, path: Floats) -> float:
 def joint_path_length(path: Floats) -> float:
     """Sum of the Euclidean lengths (rad) of a joint path's segments."""
     return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+
+
+def corners(path: Floats) -> int:
+    """How often a joint path (k, dof) changes its direction, by more than 0.001 rad: a robot stops or blends there."""
+    step = np.diff(path, axis=0)
+    far = np.linalg.norm(step, axis=1)
+    ahead = step[far > 0] / far[far > 0][:, None]
+    return int((np.linalg.norm(np.diff(ahead, axis=0), axis=1) > _STRAIGHT).sum())
 
 
 def path_contact(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from ompl import base as ob
@@ -72,7 +72,7 @@ class TreePlanners:
         self._info.setMotionValidator(self._validator)
         self._info.setup()
 
-    def __enter__(self) -> TreePlanners:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -16,6 +16,7 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.request import SweepRequest
 from planner.collision.checker import CollisionChecker
 from planner.costs.healing import HealingNetwork
+from planner.costs.improvement import improved_roadmap
 from planner.costs.manipulability_floor import LayeredNetwork
 from planner.costs.network import arc_costs, build_network
 from planner.paths.measure import measure_path
@@ -28,6 +29,8 @@ from planner.tradeoff.envelope import TOLERANCE, EnvelopeSearch, Piece, pieces
 from planner.tradeoff.nondominated import MAX_LABELS, Front, non_dominated, require_labels
 from planner.world.robot import Robot
 from planner.world.scene import Scene
+
+IMPROVED_AT = (0.0, 0.25, 0.5, 0.75, 1.0)  # betas at which the roadmap is improved before the sweep
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,9 +199,12 @@ def reached_by_beta(points: Floats, intervals: Sequence[Interval]) -> Bools:
 
 
 def _obtain(request: SweepRequest, query: Query, progress: Progress, earlier: Checkpoint | None) -> Roadmap:
-    """The earlier sweep's roadmap if it is of the same query, or the one that ``request`` names."""
+    """The earlier sweep's roadmap if it is of the same query, or the one that ``request`` names, improved."""
     if earlier is None or earlier.roadmap is None:
-        return obtain_roadmap(request, query, progress)
+        roadmap = obtain_roadmap(request, query, progress)
+        for beta in IMPROVED_AT:
+            roadmap = improved_roadmap(roadmap, query.checker, request, beta, progress).roadmap
+        return roadmap
     roadmap = earlier.roadmap
     require_same_world(roadmap, query.checker, earlier.where)
     for role, wanted, nodes in (("start", query.starts, roadmap.starts), ("goal", query.goals, roadmap.goals)):

@@ -322,6 +322,7 @@ function startPanel() {
   element("message").textContent = data.message;
   fillTable(element("about"), data.about);
   element("about-section").hidden = !data.about.length;
+  drawEffort();
   element("joints-section").open = !narrow();
   element("fold").onclick = () => { fold(root.dataset.folded !== "true"); centreView(); };
   element("collision").onchange = showCollision;

@@ -48,6 +48,7 @@ class Content:
     current: int = 0
     beta: float | None = None
     floor: float = 0.0  # under w, as it was asked for; 0 for none
+    curve: Sequence[tuple[int, float]] = ()  # (rounds of effort, best cost)
     touching: frozenset[str] = frozenset()
     highlighted: tuple[str, ...] = ()
 
@@ -98,6 +99,7 @@ def page(content: Content) -> str:
         "gradient": css_gradient(),
         "unit": W_UNIT[robot.manipulability],
         "floor": content.floor,
+        "curve": [list(point) for point in content.curve],
         "chain": chain_data(robot),
         "joints": joint_data(robot),
         "paths": _paths(content),

@@ -29,7 +29,7 @@ from planner.roadmap.first_path import FIRST_PATH
 from planner.studies.bench_plan.rows import REFUSED
 from planner.studies.process import peak_memory
 
-_PATHS = ("srdf", "motion_plan_request")  # options that are paths, which JSON holds as text
+PATHS = ("srdf", "motion_plan_request")  # options that are paths, which JSON holds as text
 _STAGES = ("setup", "roadmap", "costs", "gabf", "path")
 
 
@@ -112,7 +112,7 @@ def path_contacts(checker: CollisionChecker, path: Floats) -> list[str]:
 def main(out: str, options: str) -> None:
     """What the process does: plan, measure, write."""
     values = json.loads(options)
-    paths = {name: Path(values[name]) for name in _PATHS if values.get(name)}
+    paths = {name: Path(values[name]) for name in PATHS if values.get(name)}
     request = PlanRequest(**values | paths)
     write_whole(Path(out), json.dumps(measure(request), allow_nan=False).encode())
 

@@ -1,0 +1,86 @@
+"""A roadmap improved for what a request asks for: its best path refined, others searched, all of it made part of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner.base.arrays import Ints
+from planner.base.progress import QUIET, Progress
+from planner.base.request import PlanRequest, SweepRequest
+from planner.collision.checker import CollisionChecker
+from planner.costs.manipulability_floor import LayeredNetwork, layered_network
+from planner.costs.network import build_network
+from planner.kinematics.manipulability import manipulability
+from planner.paths.measure import path_manipulability
+from planner.roadmap.best_paths import cheapest_nodes
+from planner.roadmap.improve import Improvement, improve, without_last_grown
+from planner.roadmap.motion_cost import MotionCost
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+
+_ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
+
+
+def improved_roadmap(
+    roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, beta: float, progress: Progress = QUIET
+) -> Improvement:
+    """``request.rounds`` rounds of :func:`planner.roadmap.improve.improve` at ``beta``, from the roadmap's best path.
+
+    With a floor only the part of that path above it is improved, and stays above it. Nothing is improved where the
+    roadmap has no path, or none above the floor.
+    """
+    network = build_network(roadmap, beta, request.manipulability_cost, request.metric, request.charge)
+    nodes = _best_nodes(layered_network(roadmap, network, request.min_manipulability))
+    path = path_waypoints(roadmap, checker.robot, nodes)
+    above = np.flatnonzero(manipulability(checker.robot, path) >= request.min_manipulability)
+    if len(above) < 2 or request.rounds < 1:
+        return Improvement(roadmap)
+    cost = motion_cost(roadmap, checker, request, beta)
+    part = path[above[0] : above[-1] + 1]
+    return improve(roadmap, checker, cost, part, request.rounds, request.room, request.seed, progress)
+
+
+def without_dip(
+    roadmap: Roadmap, checker: CollisionChecker, request: PlanRequest, progress: Progress = QUIET
+) -> tuple[Roadmap, float]:
+    """The roadmap with a path whose w does not fall below both its ends', and the floor under w that holds it there.
+
+    The floor is 0, and the roadmap as it was, where the best path is such a path, or where none is found that costs at
+    most 2 - beta times as much: with length only, beta = 1, none is taken.
+    """
+    network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
+    path = path_waypoints(roadmap, checker.robot, _best_nodes(layered_network(roadmap, network)))
+    if len(path) < 2 or request.rounds < 1:
+        return roadmap, 0.0
+    w = path_manipulability(checker.robot, path)
+    level = (1.0 - _ROUNDING) * float(min(w[0], w[-1]))
+    if w.min() >= level:
+        return roadmap, 0.0
+    cost = motion_cost(roadmap, checker, request, request.beta)
+    limit = (2.0 - request.beta) * float(cost(path[:-1], path[1:]).sum())
+    cost = replace(cost, floor=level)
+    found = improve(roadmap, checker, cost, None, request.rounds, request.room, request.seed, progress, path)
+    return (found.roadmap, level) if found.curve and found.curve[-1][1] <= limit else (roadmap, 0.0)
+
+
+def motion_cost(roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, beta: float) -> MotionCost:
+    """What motions cost at ``beta`` on the network of ``roadmap`` that the request asks for."""
+    options = request.min_manipulability, request.manipulability_cost, request.metric, request.charge
+    return MotionCost(checker.robot, roadmap.scale, beta, *options)
+
+
+def of_size_asked(roadmap: Roadmap, grown: int, request: PlanRequest) -> Roadmap:
+    """An improved roadmap, ``grown`` of whose nodes were grown, with the number of nodes that was asked for."""
+    network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
+    layered = layered_network(roadmap, network, request.min_manipulability)
+    return without_last_grown(roadmap, grown, request.nodes, _best_nodes(layered))
+
+
+def _best_nodes(layered: LayeredNetwork) -> Ints:
+    """The roadmap's nodes (k,) along the cheapest path; none where no start reaches a goal."""
+    network = layered.network
+    arcs = np.column_stack([network.tails, network.indices])
+    cost = network.arcs(np.zeros(network.n_arcs))
+    steps = cheapest_nodes(network.n_nodes, arcs, cost, layered.starts, network.sources)
+    return np.zeros(0, dtype=np.int64) if steps is None else layered.roadmap_node[steps]

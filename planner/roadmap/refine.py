@@ -1,0 +1,269 @@
+"""Refining a path: shortcuts among its points, among some of its joints, and steps downhill, all of proven motions.
+
+Three moves, alternately. Shortcuts: the cheapest chain of proven motions through points of the path, which drops every
+waypoint that does not pay. Partial shortcuts: on a stretch of the path some joints move evenly and the others stay as
+they are (Geraerts and Overmars, Creating high-quality paths for motion planning, 2007). Descent: every second waypoint
+moves downhill in cost, or at random near that, so that it slides along what it touches.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import PROOF, W_ALONG_PATH
+from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.manipulability import manipulability
+from planner.roadmap.motion_cost import MotionCost
+
+_CORNER, _ROUNDS_PER_CORNER = 0.003, 3  # of the cost: what a waypoint must gain, a third of it after so many rounds
+_ROUNDING = (0.02, 0.6)  # rad: how far from a corner points are tried that cut it
+_LEAST_GAIN = 1e-4  # relative: less is not worth a proof
+_POINTS = 40  # of a path at most among which shortcuts are searched
+_SHORT, _LONG = 0.5, 1.0  # rad: the pieces that shortcuts are taken among, and those that descent moves
+_STRETCHES, _PROVEN_STRETCHES = 12, 2  # per try of partial shortcuts
+_SWEEPS = 12  # of descent; each moves every second waypoint
+_FIRST_STEP, _LEAST_STEP = 0.3, 0.02  # rad
+_STEPS = (1.0, 0.5, 0.25, 0.1)  # downhill, in step sizes
+_TOWARDS_MIDDLE = (1.0, 0.5)  # and towards the middle of the neighbours, which is downhill in length
+_BOTH = ((0.5, 0.5), (0.5, 0.25))
+_RANDOM, _SPREAD = 6, 1.4  # random directions per waypoint; length of what is added to the downhill one, of length 1
+_PROVEN_PER_WAYPOINT = 3  # of its candidates, the best ones are proven
+_STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner
+_EPS = 1e-3  # rad, finite differences
+
+
+@dataclass(eq=False)
+class PathRefiner:
+    """Makes paths of proven motions cheaper under ``cost``; a motion is proven with ``room`` (m) beyond the margin.
+
+        refiner = PathRefiner(prover, MotionCost(robot, scale, beta=0.5))
+        path = refiner.round(path)                     # again and again, until it gains nothing
+
+    Paths are (k, dof), angles unwound, their ends stay. Under the cost's floor w, sampled ``W_ALONG_PATH`` apart, does
+    not fall. The same ``seed`` gives the same paths.
+    """
+
+    prover: EdgeProver
+    cost: MotionCost
+    room: float = PROOF
+    seed: int = 0
+    progress: Progress = QUIET
+    tries: int = 16  # partial shortcuts per round
+    _rng: np.random.Generator = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._rng = np.random.default_rng(self.seed)
+
+    def total(self, path: Floats) -> float:
+        """The cost of a path."""
+        return float(self.cost(path[:-1], path[1:]).sum())
+
+    def round(self, path: Floats, number: int = 0) -> Floats:
+        """The path after one round of all three moves; the same path where that gained nothing.
+
+        A waypoint counts as a cost of its own, so that few are left; in a round of higher ``number`` as less.
+        """
+        corner = _CORNER * self.total(path) / 3.0 ** (number // _ROUNDS_PER_CORNER)
+        moved = self.shortcut(self._cornered(cut(path, _SHORT, _POINTS)), corner / 3)
+        moved = self._partial_shortcuts(cut(moved, _SHORT, _POINTS))
+        moved = self.shortcut(moved, corner)
+        moved = self._descend(self._cornered(cut(moved, _LONG, _POINTS)))
+        moved = self.shortcut(moved, corner)
+        if self.progress.stopped:
+            return path
+        better = self.total(moved) + corner * len(moved) < self.total(path) + corner * len(path)
+        return moved if better else path
+
+    def finish(self, path: Floats) -> Floats:
+        """The path after a last descent, without the waypoints that gain nothing."""
+        return self.shortcut(self._descend(path), 0.0)
+
+    def shortcut(self, points: Floats, corner: float) -> Floats:
+        """The cheapest chain of proven motions through some of ``points`` (k, dof), of which consecutive ones are free.
+
+        Each motion is charged ``corner`` besides its cost. Motions are proven only once a cheapest chain has them.
+        """
+        k = len(points)
+        if k < 3:
+            return points
+        price, proven = self._pairs(points, corner), np.eye(k, k, 1, dtype=bool)
+        while True:
+            rows = _cheapest_chain(price)
+            a, b = rows[:-1], rows[1:]
+            asked = ~proven[a, b]
+            if not asked.any() or self.progress.stopped:
+                return points[rows] if not asked.any() else points
+            a, b = a[asked], b[asked]
+            free = self.allowed(points[a], points[b])
+            proven[a[free], b[free]] = True
+            price[a[~free], b[~free]] = np.inf
+
+    def allowed(self, a: Floats, b: Floats) -> Bools:
+        """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""
+        free = self.prover.prove(a, b - a, self.room).free
+        if self.cost.floor > 0:
+            for row in np.flatnonzero(free):
+                count = max(1, int(np.ceil(np.abs(b[row] - a[row]).max() / W_ALONG_PATH)))
+                states = a[row] + np.linspace(0.0, 1.0, count + 1)[:, None] * (b[row] - a[row])
+                free[row] = (manipulability(self.prover.robot, states) >= self.cost.floor).all()
+        return free
+
+    def _cornered(self, path: Floats) -> Floats:
+        """The path with two points more at each corner, as far before it as behind it."""
+        step = np.diff(path, axis=0)
+        far = np.linalg.norm(step, axis=1)
+        ahead = step / np.maximum(far, 1e-300)[:, None]
+        turns = np.linalg.norm(np.diff(ahead, axis=0), axis=1) > _STRAIGHT
+        reach = np.exp(self._rng.uniform(*np.log(_ROUNDING), size=len(turns)))
+        rows = [path[:1]]
+        for k, turn in enumerate(turns):
+            near = min(reach[k], 0.45 * far[k], 0.45 * far[k + 1])
+            here = path[k + 1 : k + 2]
+            rows += [here - near * ahead[k], here, here + near * ahead[k + 1]] if turn else [here]
+        return np.concatenate([*rows, path[-1:]])
+
+    def _pairs(self, points: Floats, corner: float) -> Floats:
+        """(k, k) prices of the motions forward between points; infinite where it is no cheaper than along the path."""
+        k = len(points)
+        i, j = np.triu_indices(k, 1)
+        cost = self.cost(points[i], points[j])
+        along = np.concatenate([[0.0], np.cumsum(cost[j == i + 1])])
+        pays = (j == i + 1) | (cost + corner < along[j] - along[i] + corner * (j - i))
+        price = np.full((k, k), np.inf)
+        price[i, j] = np.where(pays, cost + corner, np.inf)
+        return price
+
+    def _partial_shortcuts(self, path: Floats) -> Floats:
+        """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
+        path = path.copy()
+        for _ in range(self.tries if len(path) > 2 else 0):
+            if self.progress.stopped:
+                break
+            along = np.concatenate([[0.0], np.cumsum(self.cost(path[:-1], path[1:]))])
+            stretches = [self._stretch(path) for _ in range(_STRETCHES)]
+            ends = np.cumsum([len(q) - 1 for _, q in stretches])[:-1]
+            price = self.cost(*_motions([q for _, q in stretches]))
+            now = np.array([along[i + len(q) - 1] - along[i] for i, q in stretches])
+            gain = now - np.array([part.sum() for part in np.split(price, ends)])
+            best = np.argsort(-gain, kind="stable")[:_PROVEN_STRETCHES]
+            best = best[gain[best] > _LEAST_GAIN * along[-1]]
+            if not len(best):
+                continue
+            chosen = [stretches[row] for row in best]
+            free = np.split(self.allowed(*_motions([q for _, q in chosen])), np.cumsum([len(q) - 1 for _, q in chosen]))
+            for (i, q), parts in zip(chosen, free[:-1], strict=True):
+                if parts.all():
+                    path[i : i + len(q)] = q
+                    break
+        return path
+
+    def _stretch(self, path: Floats) -> tuple[int, Floats]:
+        """A random stretch of the path, by its first row, after some joints were brought nearer to moving evenly."""
+        first = int(self._rng.integers(0, len(path) - 2))
+        last = int(self._rng.integers(first + 2, len(path)))
+        q = path[first : last + 1].copy()
+        joints = self._rng.random(q.shape[1]) < self._rng.uniform(0.1, 0.6)
+        joints[self._rng.integers(len(joints))] = True
+        share = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
+        even = q[0] + (share / max(share[-1], 1e-300))[:, None] * (q[-1] - q[0])
+        whole = 1.0 if self._rng.random() < 2.0 / 3.0 else 0.5
+        q[1:-1, joints] += whole * (even - q)[1:-1, joints]
+        return first, q
+
+    def _descend(self, path: Floats) -> Floats:
+        """The path after its waypoints moved downhill; steps shrink where few of them gain."""
+        path, size = path.copy(), _FIRST_STEP
+        for sweep in range(_SWEEPS):
+            inner = np.arange(1 + sweep % 2, len(path) - 1, 2)
+            if size < _LEAST_STEP or self.progress.stopped:
+                break
+            if len(inner) and self._move(path, inner, size).mean() < 0.3:
+                size *= 0.7
+        return path
+
+    def _move(self, path: Floats, inner: Ints, size: float) -> Bools:
+        """Move waypoints ``inner``, no two of them neighbours, where that is cheaper and proven; changes ``path``."""
+        before, here, after = path[inner - 1], path[inner], path[inner + 1]
+        now, downhill = self._slope(before, here, after)
+        candidates = self._candidates(before, here, after, downhill, size)
+        k, count, dof = candidates.shape
+        flat = candidates.reshape(-1, dof)
+        price = self._through(np.repeat(before, count, axis=0), flat, np.repeat(after, count, axis=0)).reshape(k, count)
+        order = np.argsort(price, axis=1, kind="stable")
+        moved = np.zeros(k, dtype=bool)
+        for rank in range(_PROVEN_PER_WAYPOINT):  # the cheapest first
+            best = order[:, rank]
+            rows = np.flatnonzero(~moved & (price[np.arange(k), best] < now * (1.0 - _LEAST_GAIN)))
+            if not len(rows):
+                break
+            there = candidates[rows, best[rows]]
+            free = self.allowed(np.concatenate([before[rows], there]), np.concatenate([there, after[rows]]))
+            rows = rows[free.reshape(2, -1).all(axis=0)]
+            path[inner[rows]] = candidates[rows, best[rows]]
+            moved[rows] = True
+        return moved
+
+    def _through(self, before: Floats, here: Floats, after: Floats) -> Floats:
+        return self.cost(before, here) + self.cost(here, after)
+
+    def _slope(self, before: Floats, here: Floats, after: Floats) -> tuple[Floats, Floats]:
+        """The cost (k,) of the motions at each waypoint, and the unit direction (k, dof) in which it falls fastest."""
+        k, dof = here.shape
+        probes = np.concatenate([here[:, None], here[:, None] + _EPS * np.eye(dof)], axis=1).reshape(-1, dof)
+        price = self._through(np.repeat(before, dof + 1, axis=0), probes, np.repeat(after, dof + 1, axis=0))
+        price = price.reshape(k, dof + 1)
+        with np.errstate(invalid="ignore"):  # beside the floor a slope may be infinite: only the rest is tried there
+            slope = price[:, 1:] - price[:, :1]
+        slope = np.where(np.isfinite(slope), slope, 0.0)
+        return price[:, 0], -slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-300)
+
+    def _candidates(self, before: Floats, here: Floats, after: Floats, downhill: Floats, size: float) -> Floats:
+        """Where each waypoint might go, (k, candidates, dof), within joint limits."""
+        robot, middle, step = self.prover.robot, 0.5 * (before + after) - here, size * downhill
+        moves = [share * step for share in _STEPS] + [share * middle for share in _TOWARDS_MIDDLE]
+        moves += [share * middle + other * step for share, other in _BOTH]
+        for _ in range(_RANDOM):
+            aside = _SPREAD * self._rng.normal(size=here.shape) / np.sqrt(here.shape[1])
+            moves.append(self._rng.uniform(0.2, 1.0) * size * (downhill + aside))
+        places = here[:, None] + np.stack(moves, axis=1)
+        return np.where(robot.continuous, places, np.clip(places, robot.lower, robot.upper))
+
+
+def cut(path: Floats, piece: float, most: int | None = None) -> Floats:
+    """The path with no motion longer than ``piece`` (rad): part of a proven motion is proven.
+
+    With more than ``most`` points that would have, its pieces are longer.
+    """
+    length = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    if most is not None:
+        piece = max(piece, float(length.sum()) / max(most - len(path), 1))
+    rows = [path[:1]]
+    for (a, b), far in zip(itertools.pairwise(path), length, strict=True):
+        count = max(1, int(np.ceil(far / piece)))
+        rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
+        rows[-1][-1] = b
+    return np.concatenate(rows)
+
+
+def _motions(paths: list[Floats]) -> tuple[Floats, Floats]:
+    """From where and to where the motions of some paths lead."""
+    return np.concatenate([path[:-1] for path in paths]), np.concatenate([path[1:] for path in paths])
+
+
+def _cheapest_chain(price: Floats) -> Ints:
+    """The rows of the cheapest chain from the first to the last of k points, by forward ``price`` (k, k)."""
+    k = len(price)
+    total, back = np.zeros(k), np.zeros(k, dtype=np.int64)
+    for row in range(1, k):
+        reached = total[:row] + price[:row, row]
+        back[row] = reached.argmin()
+        total[row] = reached[back[row]]
+    rows = [k - 1]
+    while rows[-1]:
+        rows.append(int(back[rows[-1]]))
+    return np.array(rows[::-1])

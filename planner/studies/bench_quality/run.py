@@ -1,0 +1,96 @@
+"""``planner bench quality``: a folder of problems, planned at several betas and efforts and by OMPL's planners."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
+from planner.base.request import PlanRequest
+from planner.base.versions import versions
+from planner.studies.bench_plan.problems import Problem, find_problems
+from planner.studies.bench_plan.rows import CRASHED
+from planner.studies.bench_quality.case import OURS
+from planner.studies.bench_quality.report import Row, to_markdown
+from planner.studies.process import run_module
+from planner.studies.table import Bench, run_bench, software
+
+METHODS = ("RRTConnect", "RRT*", "BIT*")
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One problem by one method; ``settings`` is empty for OMPL's planners."""
+
+    problem: Problem
+    method: str
+    settings: str
+    request: PlanRequest
+    seconds: float
+
+    @property
+    def blank(self) -> Row:
+        """The row before anything was measured."""
+        asked = self.request.seed, self.request.collision, self.seconds, self.problem.content
+        return Row(self.problem.name, self.method, self.settings, *asked, software(versions()), CRASHED)
+
+
+def bench_quality(
+    folder: Path,
+    out: Path,
+    plain: PlanRequest,
+    betas: Sequence[float] = (0.0, 0.25, 0.5, 1.0),
+    efforts: Sequence[int] = (0, 6),
+    seconds: float = 5.0,
+    progress: Progress = QUIET,
+) -> Bench[Row]:
+    """Every problem in ``folder`` at every one of ``betas`` and ``efforts``, and by OMPL's planners.
+
+    OMPL's planners get ``seconds`` of processor time each. Writes ``quality.csv`` and ``quality.md`` to ``out``; rows
+    that are there already are kept. Raises OptionError for numbers out of range, FileError where a folder cannot be
+    used.
+    """
+    if not betas or not efforts or seconds <= 0:
+        raise OptionError("give at least one beta and one effort, and a time above 0 s.")
+    runs = [run for problem in find_problems(folder) for run in _runs(problem, plain, betas, efforts, seconds)]
+    return run_bench(
+        out,
+        "quality",
+        Row,
+        runs,
+        lambda table, run: table.find(run.blank.key),
+        lambda run: _measure(run, progress),
+        to_markdown,
+        "runs",
+        progress,
+    )
+
+
+def _runs(
+    problem: Problem, plain: PlanRequest, betas: Sequence[float], efforts: Sequence[int], seconds: float
+) -> list[_Run]:
+    request = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
+    runs = [_Run(problem, method, "", request, seconds) for method in METHODS]
+    for beta, effort in itertools.product(betas, efforts):
+        settings = f"beta {beta:g}, effort {effort}, {plain.nodes} nodes"
+        runs.append(_Run(problem, OURS, settings, replace(request, beta=beta, effort=effort), seconds))
+    return runs
+
+
+def _measure(run: _Run, progress: Progress) -> list[Row]:
+    """The row of one run, in a process of its own; none where stopped."""
+    asked = {k: str(v) if isinstance(v, Path) else v for k, v in asdict(run.request).items()}
+    options = json.dumps({"method": run.method, "seconds": run.seconds, "request": asked})
+    with tempfile.TemporaryDirectory() as place:
+        out = Path(place) / "row.json"
+        ended = run_module("planner.studies.bench_quality.case", [str(out), options], progress)
+        if ended.code is None:
+            return []
+        if ended.code != 0:
+            return [replace(run.blank, message=f"the process ended with code {ended.code}: {ended.last_words}")]
+        return [replace(run.blank, **json.loads(out.read_text()))]
