@@ -20,6 +20,7 @@ from planner.cli.plan import plan
 from planner.cli.reproduce import reproduce
 from planner.cli.roadmap import roadmap
 from planner.cli.robot_yaml import robot_yaml
+from planner.cli.schema import schema
 from planner.cli.sweep import sweep
 from planner.cli.terminal import complain, let_go_of_output, say
 from planner.cli.view import view
@@ -29,6 +30,7 @@ app.command(plan)
 app.command(sweep)
 app.command(view)
 app.command(check)
+app.command(schema)
 app.command(robots)
 app.command(scenes)
 app.command(name="robot-yaml")(robot_yaml)
