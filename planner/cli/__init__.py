@@ -13,6 +13,7 @@ import tyro
 
 from planner.base.errors import PlannerError
 from planner.cli.arguments import prepared
+from planner.cli.batch import batch
 from planner.cli.bench import bench
 from planner.cli.catalogue import robots, scenes
 from planner.cli.check import check
@@ -28,6 +29,7 @@ from planner.cli.view import view
 app = tyro.extras.SubcommandApp()
 app.command(plan)
 app.command(sweep)
+app.command(batch)
 app.command(view)
 app.command(check)
 app.command(schema)

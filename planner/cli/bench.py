@@ -55,6 +55,7 @@ def plan(
     widen_limits: Flag = False,
     seeds: tuple[int, ...] = (0, 1, 2),
     time_limit: float = 60.0,
+    jobs: int = 1,
     debug: Flag = False,
 ) -> int:
     """A folder of planning problems, each planned with several seeds: success, times, lengths, manipulability, safety.
@@ -77,6 +78,7 @@ def plan(
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         seeds: Seeds to plan every problem with.
         time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
+        jobs: Runs at once; their seconds are then those of a busy machine, all else is the same.
         debug: Show tracebacks of errors.
     """
 
@@ -92,7 +94,7 @@ def plan(
         charge=charge,
         beta=beta,
     )
-    return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress))
+    return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress, jobs))
 
 
 @bench.command
