@@ -57,7 +57,7 @@ def test_the_python_of_a_page_runs(path: Path, tmp_path: Path, monkeypatch: pyte
     monkeypatch.chdir(tmp_path)
     names: dict = {}
     for block in blocks(path.read_text(), "python"):
-        exec(block.replace("beta=0.2)", "beta=0.2, nodes=60)"), names)
+        exec(block.replace("beta=0.2)", "beta=0.2, nodes=60, effort=0)"), names)
 
 
 @pytest.mark.parametrize("path", [path for path in PAGES if SHELL[path]], ids=name_of)

@@ -52,6 +52,9 @@ def plan(
     charge: Charge = DEFAULT_CHARGE,
     min_manipulability: float = 0.0,
     margin: float = 0.0,
+    srdf: Path | None = None,
+    group: str | None = None,
+    base: str | None = None,
     widen_limits: Flag = False,
     seeds: tuple[int, ...] = (0, 1, 2),
     time_limit: float = 60.0,
@@ -75,6 +78,9 @@ def plan(
         charge: Where the manipulability cost is charged: integrated along edges, or at nodes as in the paper.
         min_manipulability: A floor under manipulability w that paths stay above, as 'planner plan' has it; 0 for none.
         margin: Distance in metres to keep from every obstacle, and between links.
+        srdf: An SRDF in place of the robot's own: link pairs that need no check, groups.
+        group: Planning group of the SRDF: only its joints are planned.
+        base: Where the robot's base stands in the scenes: x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad).
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         seeds: Seeds to plan every problem with.
         time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
@@ -88,6 +94,9 @@ def plan(
         robot,
         collision=collision,
         margin=margin,
+        srdf=srdf,
+        group=group,
+        base=base,
         widen_limits=widen_limits,
         nodes=nodes,
         min_manipulability=min_manipulability,
