@@ -1,13 +1,15 @@
 # make plan   plan the paper's manipulator scenario
 # make test   run every check: ruff, pyright, pytest, notebooks, the page in a browser; WORKERS=8 for more processes
-# Both set .venv up from the lock file if that has not been done.
+# make docs   build the documentation into docs/_build/html, with warnings as errors, and check its links
+# make release   build sdist and wheel into dist, install the sdist on every Python from 3.11 to 3.13 that is here, and plan
+# All set .venv up from the lock file if that has not been done.
 
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null && { echo "$$p"; break; }; done)
 BIN := .venv/bin
 WORKERS ?= 2
 
-.PHONY: plan test lock clean
+.PHONY: plan test docs release lock clean
 plan: .venv/ready
 	$(BIN)/planner plan
 
@@ -16,6 +18,21 @@ test: .venv/ready
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal
+
+docs: .venv/ready
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
+	$(BIN)/python docs/check_site.py docs/_build/html
+
+release: .venv/ready
+	rm -rf dist
+	$(BIN)/python -m hatchling build -d dist
+	for version in 3.11 3.12 3.13; do \
+		python$$version -c '' 2>/dev/null || { echo "no Python $$version here: not tried"; continue; }; \
+		python$$version -m venv --clear dist/venv-$$version \
+			&& dist/venv-$$version/bin/pip install --quiet --disable-pip-version-check dist/*.tar.gz \
+			&& dist/venv-$$version/bin/planner plan --nodes 60 --out dist/out-$$version >/dev/null \
+			&& echo "installed and planned on Python $$version" || exit 1; \
+	done
 
 .venv/ready: requirements.lock compiler.lock pyproject.toml hatch_build.py $(wildcard planner/native/source/*)
 	@test -n "$(PYTHON)" || { echo "planner needs Python 3.11, 3.12 or 3.13: install one, or run 'make PYTHON=/path/to/python3.12'."; exit 1; }
@@ -32,9 +49,9 @@ test: .venv/ready
 # the lock file holds every package with its hashes, for Python 3.11 to 3.13, and no address of a registry
 lock:
 	uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
-		--custom-compile-command "make lock" --extra figures --extra notebooks --group dev pyproject.toml -o requirements.lock
+		--custom-compile-command "make lock" --extra figures --extra notebooks --group dev --group docs pyproject.toml -o requirements.lock
 	echo 'ziglang>=0.13' | uv pip compile --quiet --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 		--no-annotate --custom-compile-command "make lock" - -o compiler.lock
 
 clean:
-	rm -rf .venv out build dist
+	rm -rf .venv out build dist docs/_build

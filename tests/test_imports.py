@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "planner"
 # the rooms of the house, floor by floor: a room sees itself and the floors below
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("base",),
-    ("world", "gabf", "native"),  # gabf sees base only: it knows no robot
+    ("world", "gabf", "native", "schemas"),  # gabf sees base only: it knows no robot
     ("kinematics",),
     ("collision",),
     ("query",),

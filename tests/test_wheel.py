@@ -6,10 +6,15 @@ import json
 import os
 import subprocess
 import sys
+import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
+import yaml
+
+from planner.base.resources import robot_names
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -34,6 +39,28 @@ def test_the_wheel_holds_the_data(wheel: Path) -> None:
         "planner/view/page.js",
     ):
         assert name in names
+
+
+def test_the_source_distribution_can_be_built_from(tmp_path: Path) -> None:
+    code = f"from hatchling.build import build_sdist; print(build_sdist({str(tmp_path)!r}))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    with tarfile.open(tmp_path / done.stdout.split()[-1]) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    sources = {str(path.relative_to(ROOT)) for path in (ROOT / "planner" / "native" / "source").iterdir()}
+    assert sources | {"hatch_build.py", "LICENSE", "LICENSES.md", "CITATION.cff", "robots/iiwa14/iiwa14.urdf"} <= names
+    assert not any(name.endswith((".so", ".pyc")) for name in names), "compiled where it is installed"
+
+
+def test_the_citation_names_the_version() -> None:
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert (cited["version"], cited["license"]) == (project["version"], project["license"])
+
+
+def test_every_robot_has_its_licence_listed() -> None:
+    listed = (ROOT / "LICENSES.md").read_text()
+    for name in robot_names():
+        assert f"`{name}`" in listed, name
 
 
 def test_the_installed_wheel_plans_outside_the_checkout(wheel: Path, tmp_path: Path) -> None:

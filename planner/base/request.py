@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
 from planner.base.errors import OptionError
-from planner.base.targets import joints_text, parse_target, parse_targets
+from planner.base.targets import joints_text, parse_base, parse_target, parse_targets
 
 
 class Named(Protocol):
@@ -61,9 +61,14 @@ class WorldRequest:
     """Collision library that proves the edges: FCL, or coal, which is faster on meshes."""
     margin: float = 0.0
     """Distance in metres to keep from every obstacle, and between links."""
+    base: str | None = None
+    """Where the robot's base stands in the scene, in place of what the scene file says: x,y,z (m) or
+    x,y,z,roll,pitch,yaw (m and rad)."""
 
     def __post_init__(self) -> None:
         require_margin(self.margin)
+        if self.base is not None:
+            parse_base(self.base)
         for name in ("robot", "scene"):
             if isinstance(getattr(self, name), Path):
                 object.__setattr__(self, name, str(getattr(self, name)))
@@ -151,8 +156,12 @@ class KeptRequest:
     """The MoveIt MotionPlanRequest (YAML) of the roadmap, to take the joints that are not planned from."""
     widen_limits: bool = False
     """Widen joint limits to those that the roadmap was grown within."""
+    base: str | None = None
+    """Where the robot's base stands in the scene, as the roadmap was built with it."""
 
     def __post_init__(self) -> None:
+        if self.base is not None:
+            parse_base(self.base)
         if self.margin is not None:
             require_margin(self.margin)
         require_one_choice(self.group, self.joints)

@@ -56,6 +56,9 @@ class Named:
 Target: TypeAlias = Joints | Position | Pose | Named
 
 
+FARTHEST_BASE = 1e4  # m: as far as anything may stand in a scene file
+
+
 def parse_target(text: str) -> Target:
     """A target out of its text; :class:`OptionError` where the text has no meaning.
 
@@ -96,6 +99,23 @@ def parse_targets(text: str) -> list[tuple[str, Target]]:
         else:
             found.append((part, target))
     return found
+
+
+def parse_base(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Position (m) and roll, pitch, yaw (rad) of "x,y,z" or "x,y,z,roll,pitch,yaw"; OptionError for other text."""
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) not in (3, 6) or not all(abs(value) <= FARTHEST_BASE for value in values):
+        raise OptionError(
+            f"base '{text[:100]}' is no placement: give x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad), numbers with "
+            "commas between."
+        )
+    turn = values[3:] or (0.0, 0.0, 0.0)
+    if max(map(abs, turn)) > TURN:
+        raise OptionError(f"base '{text[:100]}' turns by more than a full turn: degrees? 90 degrees are 1.5708 rad.")
+    return values[:3], turn
 
 
 def _numbers(text: str, rest: str, count: int | None = None) -> tuple[float, ...]:

@@ -13,6 +13,7 @@ import tyro
 
 from planner.base.errors import PlannerError
 from planner.cli.arguments import prepared
+from planner.cli.batch import batch
 from planner.cli.bench import bench
 from planner.cli.catalogue import robots, scenes
 from planner.cli.check import check
@@ -20,6 +21,7 @@ from planner.cli.plan import plan
 from planner.cli.reproduce import reproduce
 from planner.cli.roadmap import roadmap
 from planner.cli.robot_yaml import robot_yaml
+from planner.cli.schema import schema
 from planner.cli.sweep import sweep
 from planner.cli.terminal import complain, let_go_of_output, say
 from planner.cli.view import view
@@ -27,8 +29,10 @@ from planner.cli.view import view
 app = tyro.extras.SubcommandApp()
 app.command(plan)
 app.command(sweep)
+app.command(batch)
 app.command(view)
 app.command(check)
+app.command(schema)
 app.command(robots)
 app.command(scenes)
 app.command(name="robot-yaml")(robot_yaml)

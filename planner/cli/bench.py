@@ -52,9 +52,13 @@ def plan(
     charge: Charge = DEFAULT_CHARGE,
     min_manipulability: float = 0.0,
     margin: float = 0.0,
+    srdf: Path | None = None,
+    group: str | None = None,
+    base: str | None = None,
     widen_limits: Flag = False,
     seeds: tuple[int, ...] = (0, 1, 2),
     time_limit: float = 60.0,
+    jobs: int = 1,
     debug: Flag = False,
 ) -> int:
     """A folder of planning problems, each planned with several seeds: success, times, lengths, manipulability, safety.
@@ -74,9 +78,13 @@ def plan(
         charge: Where the manipulability cost is charged: integrated along edges, or at nodes as in the paper.
         min_manipulability: A floor under manipulability w that paths stay above, as 'planner plan' has it; 0 for none.
         margin: Distance in metres to keep from every obstacle, and between links.
+        srdf: An SRDF in place of the robot's own: link pairs that need no check, groups.
+        group: Planning group of the SRDF: only its joints are planned.
+        base: Where the robot's base stands in the scenes: x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad).
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         seeds: Seeds to plan every problem with.
         time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
+        jobs: Runs at once; their seconds are then those of a busy machine, all else is the same.
         debug: Show tracebacks of errors.
     """
 
@@ -86,13 +94,16 @@ def plan(
         robot,
         collision=collision,
         margin=margin,
+        srdf=srdf,
+        group=group,
+        base=base,
         widen_limits=widen_limits,
         nodes=nodes,
         min_manipulability=min_manipulability,
         charge=charge,
         beta=beta,
     )
-    return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress))
+    return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress, jobs))
 
 
 @bench.command

@@ -34,7 +34,7 @@ class Splitting(Solver):
     sweeps. ``tolerance`` is the error in tau that one step may make, in units of the law's own pace and
     estimated from how far m moved: a smaller one takes more steps and places the settling time better (at
     0.05 mostly within 3 %, at 0.005 within 0.5 %); the final x is the same. What is proved of the settling
-    time is :attr:`planner.gabf.CostToGo.settling_bracket`. ``max_step`` bounds a step in tau; with an
+    time is :attr:`planner.gabf.CostToGo.settling_tau_bracket`. ``max_step`` bounds a step in tau; with an
     infinite tolerance every step has that size.
 
         solve(net, solver=Splitting(tolerance=1e-3))

@@ -13,6 +13,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
+from planner.base.formats import require_readable_version
 from planner.base.yamlfile import read_text
 from planner.world.robot import Robot
 
@@ -100,6 +101,7 @@ def _from_json(data: Any, where: str) -> PathFile:
     if isinstance(data, list):
         return PathFile(_matrix(data, where))
     if isinstance(data, dict):
+        require_readable_version(data, where)
         if "intervals" in data:
             raise FileError(
                 f"{where} is a sweep, one path an interval of beta: save the 'path' of one of its intervals as a file "

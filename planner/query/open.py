@@ -11,12 +11,13 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError, StateError, choices
 from planner.base.request import RoadmapRequest, WorldRequest
-from planner.base.targets import HOME, Joints, Target, joints_text, parse_target, parse_targets
+from planner.base.targets import HOME, Joints, Target, joints_text, parse_base, parse_target, parse_targets
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.query.resolve import looks_like_degrees, resolve
 from planner.world.moveit import MotionPlanRequest, read_motion_plan_request
 from planner.world.plausible import require_bodies, tell
+from planner.world.poses import pose
 from planner.world.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
 from planner.world.robot_files import JointChoice, read_robot
 from planner.world.scene import Scene
@@ -105,14 +106,18 @@ def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | Non
         planned = files.planned_joints(tool, choice, fixed)
         held = {name: message.start[name] for name in files.model.names[1:] if name in message.start}
         held = {name: value for name, value in held.items() if name not in planned}
+        lacking = [name for name in message.start if name not in files.model.names]
+        if lacking:
+            _log.info("the request speaks of joints that the robot lacks, which are passed over: %s", lacking)
         _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
         fixed |= held
-    return with_carried(assemble(files, tool, choice, fixed, placement.base.matrix()), scene.carried)
+    base = placement.base.matrix() if request.base is None else pose(*parse_base(request.base))
+    return with_carried(assemble(files, tool, choice, fixed, base), scene.carried)
 
 
 def _require_as_it_is(request: WorldRequest) -> None:
-    for option, value in (("srdf", request.srdf), ("group", request.group), ("joints", request.joints)):
-        if value is not None:
+    for option in ("srdf", "group", "joints", "base"):
+        if getattr(request, option) is not None:
             raise OptionError(
                 f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
             )

@@ -170,7 +170,7 @@ def _read(path: Path) -> tuple[_Header, dict[str, Any], str]:
         if header.get("version") != VERSION:
             raise FileError(
                 f"roadmap {path} has format version {shown(header.get('version'))}, this planner reads {VERSION}: "
-                "build it again."
+                "build it again with 'planner roadmap build'."
             )
         missing, foreign = [n for n in DTYPES if n not in content.files], set(content.files) - {"header", *DTYPES}
         if missing or foreign:

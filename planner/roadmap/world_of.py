@@ -30,6 +30,7 @@ def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionCheck
         srdf=request.srdf,
         group=request.group,
         joints=request.joints,
+        base=request.base,
         collision=request.collision,
         margin=origin.margin if request.margin is None else request.margin,
     )

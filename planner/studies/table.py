@@ -19,6 +19,7 @@ import numpy as np
 from planner.base.errors import FileError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
+from planner.studies.parallel import measured_cases
 from planner.studies.report import Verdict
 
 C = TypeVar("C")
@@ -85,23 +86,26 @@ def measure_missing(
     measure: Callable[[C], list[R]],
     stage: str,
     progress: Progress,
+    jobs: int = 1,
 ) -> tuple[list[R], bool]:
     """The rows of every case, and whether that is all: those that ``cached`` finds in the ledger, else measured now.
 
     What is measured is written at once. ``measure`` gives no row where it was stopped: then the rest is left.
-    ``progress`` is called with (``stage``, done, total).
+    ``progress`` is called with (``stage``, done, total); ``jobs`` as in
+    :func:`planner.studies.parallel.measured_cases`.
     """
-    rows: list[R] = []
-    for done, case in enumerate(cases, start=1):
-        found = cached(case)
+    rows = [cached(case) for case in cases]
+    missing = [k for k, found in enumerate(rows) if not found]
+    done = len(cases) - len(missing)
+    progress(stage, done, len(cases))
+    for k, found in measured_cases([cases[k] for k in missing], measure, jobs, progress):
         if not found:
-            found = measure(case)
-            if not found:
-                return rows, False
-            ledger.add(found)
-        rows += found
+            break
+        ledger.add(found)
+        rows[missing[k]] = found
+        done += 1
         progress(stage, done, len(cases))
-    return rows, True
+    return [row for found in rows for row in found], done == len(cases)
 
 
 def run_bench(
@@ -192,7 +196,7 @@ def software(versions: Mapping[str, str]) -> str:
 def source_hash() -> str:
     """Eight digits of a hash of this package's source, apart from what only shows results."""
     package, digest = Path(__file__).resolve().parents[1], hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
+    for path in sorted([*package.rglob("*.py"), *package.rglob("*.[ch]pp")]):
         place = path.relative_to(package)
         if place.parts[0] not in _SILENT:
             digest.update(f"{place}\0".encode() + path.read_bytes() + b"\0")

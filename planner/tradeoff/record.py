@@ -14,6 +14,7 @@ import pydantic
 
 from planner.base.errors import FileError
 from planner.base.files import is_file, make_folder, remove, write_json, write_whole
+from planner.base.formats import require_readable_version
 from planner.base.html import html_table
 from planner.base.progress import rounded
 from planner.base.request import SweepRequest
@@ -222,6 +223,8 @@ def _read(path: Path) -> _Kept:
         data = json.loads(read_text(path, "sweep"))
     except (ValueError, RecursionError):
         raise FileError(f"{path} is damaged: it is no JSON; sweep anew without --resume.") from None
+    if isinstance(data, dict):
+        require_readable_version(data, str(path))
     return validate(_Kept, data, f"{path} is damaged")
 
 

@@ -17,6 +17,7 @@ from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_plan.report import to_markdown
 from planner.studies.bench_plan.rows import CRASHED, TIMED_OUT, Row
 from planner.studies.bench_roadmap.ompl_log import write_logs
+from planner.studies.parallel import require_jobs
 from planner.studies.process import run_module
 from planner.studies.table import ResultsFile, measure_missing, software
 
@@ -46,6 +47,7 @@ def bench_plan(
     seeds: Sequence[int] = (0, 1, 2),
     time_limit: float = 60.0,
     progress: Progress = QUIET,
+    jobs: int = 1,
 ) -> PlanBench:
     """Plan every problem of :func:`find_problems` in ``folder`` with every seed, as ``plain`` says for all of them.
 
@@ -56,6 +58,7 @@ def bench_plan(
     decides or numbers out of range, FileError where a folder cannot be used.
     """
     _require_usable(plain, seeds, time_limit)
+    require_jobs(jobs)
     problems = find_problems(folder)
     make_folder(out)
     ledger = ResultsFile(out / CSV_NAME, Row, "planner bench plan", lambda row: row.key, lambda row: row.place)
@@ -66,6 +69,7 @@ def bench_plan(
         lambda run: _measure(*run, time_limit, progress),
         "problems",
         progress,
+        jobs,
     )
     here, keys = software(versions()), {row.key for row in asked}
     others = [row for row in ledger.rows if row.software == here and row.key not in keys]

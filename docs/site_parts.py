@@ -1,0 +1,132 @@
+"""What the site needs of its own: docstrings as they are written here, the commands' help, formulas without a network.
+
+Formulas become MathML, which browsers draw by themselves.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+from typing import Any
+from unittest import mock
+
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+_WIDTH = "100"  # columns of the help
+_TEX = str.maketrans({"°": r"^\circ", "∞": r"\infty "})  # characters of our formulas that docutils does not know
+_CODE = re.compile(r"(``.*?``|:\w+:`.*?`)")
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    """Called by Sphinx."""
+    app.add_directive("public-names", PublicNames)
+    app.add_directive("command-help", CommandHelp)
+    app.add_html_math_renderer("mathml", (_inline_math, None), (_display_math, None))
+    app.connect("autodoc-process-docstring", _process_docstring)
+    return {"parallel_read_safe": True}
+
+
+# docstrings
+
+
+def _process_docstring(app: Sphinx, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """Indented blocks become code, and bars and stars of formulas lose the meaning they have in reStructuredText."""
+    out: list[str] = []
+    code = False
+    for before, line in zip(["", *lines], lines, strict=False):
+        indented = line.startswith("    ")
+        if indented and not code and not before.strip():
+            out += [".. code-block:: none", ""]
+        code = indented or (code and not line.strip())
+        out.append(line if code else _escaped(line))
+    lines[:] = out
+
+
+def _escaped(line: str) -> str:
+    """A line of prose whose ``|``, ``*`` and trailing ``_`` stand for themselves, except in code and roles."""
+    parts = _CODE.split(line)
+    return "".join(
+        part if k % 2 else re.sub(r"(?<!\*)\*(?!\*)|\||_(?=\W|$)", r"\\\g<0>", part) for k, part in enumerate(parts)
+    )
+
+
+class PublicNames(SphinxDirective):
+    """``public-names`` MODULE: autodoc of every name that the module's ``__all__`` lists."""
+
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        module = __import__(self.arguments[0], fromlist=["__all__"])
+        text: list[str] = []
+        for name in sorted(module.__all__, key=str.lower):
+            text += _autodoc(self.arguments[0], name, getattr(module, name))
+        return self.parse_text_to_nodes("```{eval-rst}\n" + "\n".join(text) + "\n```\n")
+
+
+def _autodoc(module: str, name: str, thing: Any) -> list[str]:
+    if isinstance(thing, type):
+        return [f".. autoclass:: {module}.{name}", "   :members:", ""]
+    if callable(thing):
+        return [f".. autofunction:: {module}.{name}", ""]
+    return []
+
+
+# commands
+
+
+class CommandHelp(SphinxDirective):
+    """The help of every command, a section each, as the terminal shows it."""
+
+    def run(self) -> list[nodes.Node]:
+        return [self._section(words) for words in commands()]
+
+    def _section(self, words: tuple[str, ...]) -> nodes.section:
+        title = " ".join(("planner", *words))
+        section = nodes.section(ids=[nodes.make_id(title)], names=[title])
+        section += nodes.title(title, title)
+        text = help_text(*words)
+        section += nodes.literal_block(text, text, language="none")
+        return section
+
+
+def commands() -> list[tuple[str, ...]]:
+    """The words of every command: ``("plan",)``, ``("roadmap", "build")`` and so on, in the order of the help."""
+    return [(first, *rest) for first in _subcommands() for rest in ([(each,) for each in _subcommands(first)] or [()])]
+
+
+def help_text(*words: str) -> str:
+    """What ``planner WORDS --help`` prints."""
+    from planner.cli import app
+
+    out = io.StringIO()
+    terminal = {"COLUMNS": _WIDTH, "NO_COLOR": "1", "TERM": "dumb"}
+    with mock.patch.dict(os.environ, terminal), contextlib.redirect_stdout(out), contextlib.suppress(SystemExit):
+        app.cli(prog="planner", args=[*words, "--help"])
+    return out.getvalue().rstrip()
+
+
+def _subcommands(*words: str) -> list[str]:
+    found = re.search(r"usage: .*?\{([\w,\s-]+)\}", help_text(*words), re.DOTALL)
+    return re.split(r",\s*", found.group(1)) if found else []
+
+
+# formulas
+
+
+def _inline_math(translator: Any, node: nodes.math) -> None:
+    translator.body.append(_mathml(node, as_block=False))
+    raise nodes.SkipNode
+
+
+def _display_math(translator: Any, node: nodes.math_block) -> None:
+    translator.body.append(f"<div>{_mathml(node, as_block=True)}</div>")
+    raise nodes.SkipNode
+
+
+def _mathml(node: nodes.Element, as_block: bool) -> str:
+    return tex2mathml(node.astext().translate(_TEX), as_block=as_block)

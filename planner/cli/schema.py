@@ -1,0 +1,51 @@
+"""``planner schema``."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Literal
+
+import tyro
+
+from planner.cli.common import Flag
+from planner.cli.terminal import say
+
+if TYPE_CHECKING:
+    import pydantic
+
+Format = Literal["plan", "sweep", "scene", "robot"]
+
+
+def schema(file: tyro.conf.Positional[Format], debug: Flag = False) -> int:
+    """Print the JSON schema of a file: what plan.json and sweep.json hold, what scene and robot files may hold.
+
+    planner schema scene > scene.schema.json
+
+    A scene or robot file is YAML; editors check it by such a schema while it is written.
+
+    Args:
+        file: Which file.
+        debug: Show tracebacks of errors.
+    """
+    say(json.dumps(_model(file).model_json_schema(mode="validation"), indent=2, ensure_ascii=False))
+    return 0
+
+
+def _model(file: Format) -> type[pydantic.BaseModel]:
+    match file:
+        case "plan":
+            from planner.schemas.plan import PlanRecord
+
+            return PlanRecord
+        case "sweep":
+            from planner.schemas.sweep import SweepRecord
+
+            return SweepRecord
+        case "scene":
+            from planner.world.scene import SceneFile
+
+            return SceneFile
+        case "robot":
+            from planner.world.robot_files import RobotFile
+
+            return RobotFile

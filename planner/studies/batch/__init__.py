@@ -1,0 +1,1 @@
+"""``planner batch``: many plans, one row and one folder each."""

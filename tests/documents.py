@@ -1,0 +1,58 @@
+"""What the README and the documentation show: blocks of code, and commands."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests.command_line import Run
+
+ROOT = Path(__file__).resolve().parents[1]
+SLOW = ("reproduce", "bench")  # minutes each, and they have their own tests
+GROUPS = ("roadmap", "reproduce", "bench")
+
+
+def blocks(text: str, language: str) -> list[str]:
+    """The code blocks in ``language``."""
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def commands(lines: list[str]) -> list[list[str]]:
+    """The words of every line that is a planner command."""
+    return [shlex.split(line.split("#")[0]) for line in map(str.strip, lines) if line.startswith("planner ")]
+
+
+def assert_options_are_known(words: list[str], run: Run) -> None:
+    """Every option of a command is in its help."""
+    code, out, _ = run(*words[1 : 3 if words[1] in GROUPS else 2], "--help")
+    assert code == 0
+    for option in (word for word in words if word.startswith("--")):
+        assert re.search(rf"{option}\b", out), option
+
+
+def assert_they_run(all_words: list[list[str]], run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One after the other, as they use each other's files; with fewer nodes, and pages are not served."""
+    for name in ("robots", "scenes"):
+        (folder / name).symlink_to(ROOT / name)
+    served: list[str] = []
+    monkeypatch.setattr("planner.view.serve.serve", lambda page, *_, **__: served.append(str(page)[:80]))
+    monkeypatch.chdir(folder)
+    for words in all_words:
+        if words[1] not in SLOW:
+            served.clear()
+            code, out, err = run(*_quicker(words)[1:])
+            assert code == 0, (words, err)
+            assert out or served, words
+            page = words[1] == "view" and "--out" not in words
+            assert len(served) == (page or "--view" in words), words
+
+
+def _quicker(words: list[str]) -> list[str]:
+    """The command with fewer nodes and less effort, where it has any."""
+    if words[1] in ("plan", "sweep", "batch") or words[1:3] == ["roadmap", "build"]:
+        fewer = [*words, "--nodes", "80"] if "--roadmap" not in words else words
+        return fewer if "--effort" in words else [*fewer, "--effort", "0"]
+    return ["20" if before == "--nodes" else word for before, word in zip(["", *words], words, strict=False)]

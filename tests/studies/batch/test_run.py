@@ -1,0 +1,193 @@
+"""``planner batch``: what is asked for, rows that do not depend on the number of jobs, resuming, killed processes."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from planner.base.errors import FileError, OptionError
+from planner.base.progress import Progress
+from planner.base.request import PlanRequest
+from planner.planning import plan
+from planner.studies.batch import run as module
+from planner.studies.batch.run import Batch, Row, run_batch
+from planner.studies.batch.tasks import read_tasks
+from planner.studies.bench_plan.rows import CRASHED, REFUSED, SOLVED, TIMED_OUT
+from planner.studies.parallel import measured_cases
+from planner.studies.process import Ended, run_module
+from planner.studies.table import read_rows
+from tests.command_line import Run
+
+PLAIN = PlanRequest(robot="planar_2r", scene="empty", nodes=40, collision="coal")
+PLANS = """plans:
+  - {name: one}
+  - {name: far/two, goal: "q:0.3,0.4", beta: 0.2}
+  - {name: bad, goal: "q:3,9"}
+"""
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Path:
+    path = tmp_path / "batch.yaml"
+    path.write_text(PLANS)
+    return path
+
+
+def timeless(batch: Batch) -> list[Row]:
+    return [replace(row, seconds=None) for row in batch.rows]
+
+
+def test_rows_and_folders_are_the_same_for_any_number_of_jobs(source: Path, tmp_path: Path) -> None:
+    one, three = (run_batch(source, tmp_path / str(jobs), PLAIN, jobs) for jobs in (1, 3))
+    assert timeless(one) == timeless(three)
+    assert [row.outcome for row in one.rows] == [SOLVED, SOLVED, REFUSED]
+    assert "outside its limits" in one.rows[2].message
+    for name in ("one", "far/two"):
+        plans = [json.loads((tmp_path / jobs / name / "plan.json").read_text()) for jobs in "13"]
+        assert plans[0]["path"] == plans[1]["path"]
+    # against the planner itself, and as the file holds them
+    direct = plan(replace(PLAIN, goal="q:0.3,0.4", beta=0.2))
+    assert direct.cost is not None
+    assert (one.rows[1].cost, one.rows[1].roadmap_sha256) == (direct.cost.total, direct.roadmap.sha256)
+    assert read_rows(tmp_path / "1" / "batch.csv", Row, "planner batch") == list(one.rows)
+
+
+def answers(monkeypatch: pytest.MonkeyPatch, *codes: int | None) -> list[str]:
+    """Processes that end with these codes, 0 with a solved row; returns the folders that were asked for."""
+    asked: list[str] = []
+    left = list(codes)
+
+    def run(name: str, arguments: list[str], progress: Progress, time_limit: float) -> Ended:
+        asked.append(Path(arguments[1]).name)
+        code = left.pop(0)
+        if code == 0:
+            Path(arguments[0]).write_text(json.dumps({"outcome": SOLVED, "w_min": 0.1, "length_rad": 1.0}))
+        return Ended(code, 1.0, code is None, "words")
+
+    monkeypatch.setattr(module, "run_module", run)
+    return asked
+
+
+def test_what_is_there_is_kept_and_what_failed_is_planned_again(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    asked = answers(monkeypatch, 0, 1, None)
+    first = run_batch(source, out, PLAIN)
+    assert [row.outcome for row in first.rows] == [SOLVED, CRASHED, TIMED_OUT]
+    assert asked == ["one", "two", "bad"]
+    asked = answers(monkeypatch, 0, 0)
+    second = run_batch(source, out, PLAIN)
+    assert (asked, second.rows[0]) == (["two", "bad"], first.rows[0])
+    assert [row.outcome for row in second.rows] == [SOLVED] * 3
+    source.write_text(PLANS.replace("beta: 0.2", "beta: 0.3"))
+    asked = answers(monkeypatch, 0)
+    run_batch(source, out, PLAIN)
+    assert asked == ["two"]
+    (out / "one" / "row.json").write_text('{"name": ')
+    asked = answers(monkeypatch, 0)
+    run_batch(source, out, PLAIN)
+    assert asked == ["one"]
+
+
+def test_a_process_that_is_killed_is_tried_once_more(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = answers(monkeypatch, -9, 0, 0, -9, -9)
+    done = run_batch(source, tmp_path / "out", PLAIN)
+    assert asked == ["one", "one", "two", "bad", "bad"]
+    assert [row.outcome for row in done.rows] == [SOLVED, SOLVED, CRASHED]
+
+
+def test_cases_at_once_are_each_measured_once_and_none_after_a_stop() -> None:
+    assert dict(measured_cases([3, 4, 5], lambda case: case**2, 2, Progress())) == {0: 9, 1: 16, 2: 25}
+    measured: list[int] = []
+    progress = Progress(stop=lambda: len(measured) >= 2)
+    for _, case in measured_cases(range(50), lambda case: case, 1, progress):
+        measured.append(case)
+    assert measured == [0, 1]
+
+
+def test_a_process_that_the_system_kills_costs_no_other_row(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Real processes: one kills itself at every try, beside two that plan."""
+    (tmp_path / "killed.py").write_text("import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+
+    def run(name: str, arguments: list[str], *rest: Any) -> Ended:
+        return run_module("killed" if Path(arguments[1]).name == "bad" else name, arguments, *rest)
+
+    monkeypatch.setattr(module, "run_module", run)
+    done = run_batch(source, tmp_path / "out", PLAIN, 2)
+    assert [row.outcome for row in done.rows] == [SOLVED, SOLVED, CRASHED]
+    assert "code -9" in done.rows[2].message
+
+
+def test_an_interrupted_batch_goes_on(source: Path, tmp_path: Path) -> None:
+    done: list[int] = []
+
+    def progress_until(stop: Callable[[], bool]) -> Progress:
+        return Progress(lambda stage, k, of: done.append(k), stop)
+
+    first = run_batch(source, tmp_path / "out", PLAIN, 1, progress=progress_until(lambda: max(done, default=0) >= 1))
+    assert (first.complete, len(first.rows)) == (False, 1)
+    assert "goes on from here" in first.report
+    second = run_batch(source, tmp_path / "out", PLAIN, 2)
+    assert second.complete
+    assert second.rows[0] == first.rows[0]
+
+
+def test_csv_and_paths_beside_the_file(tmp_path: Path) -> None:
+    (tmp_path / "cell.yaml").write_text("obstacles: []\n")
+    path = tmp_path / "batch.csv"
+    path.write_text(
+        'name,scene,goal,beta,min-manipulability,request\na,cell.yaml,"q:0.3,0.4",0.2,,\n,shelf,goal,,0.01,\n'
+    )
+    a, b = read_tasks(path, PLAIN)
+    assert (a.name, a.request.scene, a.request.beta) == ("a", str(tmp_path / "cell.yaml"), 0.2)
+    assert (b.name, b.request.scene, b.request.beta, b.request.min_manipulability) == ("0002", "shelf", 0.5, 0.01)
+    before = a.asked
+    (tmp_path / "cell.yaml").write_text("obstacles: []\nname: other\n")
+    assert a.asked != before
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("plans: []", "plans"),
+        ("plan: [{}]", "plan"),
+        ("plans: [{speed: 1}]", "plan '0001': option 'speed' not found"),
+        ("plans: [{beta: 2}]", "beta 2 is outside"),
+        ("plans: [{name: a, nodes: many}]", "plan 'a': option 'nodes'"),
+        ("plans: [{name: a}, {name: a}]", "two plans called 'a'"),
+        ("plans: [{name: ../a}]", "cannot be the name of a folder"),
+        ("plans: [{name: /a}]", "cannot be the name of a folder"),
+    ],
+)
+def test_a_file_that_makes_no_sense_is_refused_by_plan_and_option(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "batch.yaml"
+    path.write_text(text)
+    with pytest.raises(FileError, match=message):
+        read_tasks(path, PLAIN)
+
+
+def test_jobs_and_time_limit_in_range(source: Path, tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match="0 jobs"):
+        run_batch(source, tmp_path, PLAIN, 0)
+    with pytest.raises(OptionError, match="time limit"):
+        run_batch(source, tmp_path, PLAIN, time_limit=0)
+
+
+def test_the_command_ends_with_4_where_some_are_not_solved(source: Path, tmp_path: Path, run: Run) -> None:
+    options = ("--robot", "planar_2r", "--scene", "empty", "--nodes", "20", "--pages")
+    code, out, _ = run("batch", str(source), *options, "--out", str(tmp_path / "out"))
+    assert code == 4
+    assert "2 of 3 solved" in out
+    assert (tmp_path / "out" / "one" / "plan.html").is_file()
