@@ -101,13 +101,13 @@ class _Search:
         least = min(c.cost for c in self.candidates)
         candidate.gains = candidate.cost < before * (1.0 - _GAIN) and candidate.cost < _HOPELESS * least
         if not candidate.gains:
-            candidate.path = self.finisher.finish(candidate.path)
+            candidate.path = self.finisher.finish(candidate.path, candidate.rounds)
             candidate.cost = self.refiner.total(candidate.path)
 
     def finish(self) -> None:
         """The last descent of the cheapest path, where rounds ended before it was through."""
         if (best := self.best) is not None and best.gains:
-            best.path = self.finisher.finish(best.path)
+            best.path = self.finisher.finish(best.path, best.rounds)
 
     def _explore(self) -> _Candidate | None:
         """A cheaper path through more informed samples, or else one unlike those found before; None where none is."""

@@ -20,7 +20,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.motion_cost import MotionCost
 
-_CORNER, _ROUNDS_PER_CORNER = 0.003, 3  # of the cost: what a waypoint must gain, a third of it after so many rounds
+_CORNER, _ROUNDS_PER_CORNER = 0.004, 6  # of the cost: what a waypoint must gain, a third of it after so many rounds
 _ROUNDING = (0.02, 0.6)  # rad: how far from a corner points are tried that cut it
 _LEAST_GAIN = 1e-4  # relative: less is not worth a proof
 _POINTS = 40  # of a path at most among which shortcuts are searched
@@ -68,7 +68,7 @@ class PathRefiner:
 
         A waypoint counts as a cost of its own, so that few are left; in a round of higher ``number`` as less.
         """
-        corner = _CORNER * self.total(path) / 3.0 ** (number // _ROUNDS_PER_CORNER)
+        corner = self._corner(path, number)
         moved = self.shortcut(self._cornered(cut(path, _SHORT, _POINTS)), corner / 3)
         moved = self._partial_shortcuts(cut(moved, _SHORT, _POINTS))
         moved = self.shortcut(moved, corner)
@@ -79,9 +79,12 @@ class PathRefiner:
         better = self.total(moved) + corner * len(moved) < self.total(path) + corner * len(path)
         return moved if better else path
 
-    def finish(self, path: Floats) -> Floats:
-        """The path after a last descent, without the waypoints that gain nothing."""
-        return self.shortcut(self._descend(path), 0.0)
+    def finish(self, path: Floats, number: int = 0) -> Floats:
+        """The path after a last descent, without the waypoints that gain too little."""
+        return self.shortcut(self._descend(path), self._corner(path, number))
+
+    def _corner(self, path: Floats, number: int) -> float:
+        return _CORNER * self.total(path) / 3.0 ** (number // _ROUNDS_PER_CORNER)
 
     def shortcut(self, points: Floats, corner: float) -> Floats:
         """The cheapest chain of proven motions through some of ``points`` (k, dof), of which consecutive ones are free.

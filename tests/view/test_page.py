@@ -89,7 +89,7 @@ def test_worst_points_are_the_lowest_minima(solved: Plan) -> None:
         around = np.clip(point.share + np.array([-0.004, 0.0, 0.004]), 0, 1)
         w = manipulability(robot, configurations_at(path, shares, around))
         assert w[1] == pytest.approx(point.w)
-        assert w[1] <= w.min() + 1e-12
+        assert w[1] <= w.min() * (1.0 + 1e-4)  # the minimum is that of samples 0.01 rad apart
     assert len(points) < 2 or (points[0].w <= points[1].w and abs(points[0].share - points[1].share) > 0.1)
 
 
