@@ -19,6 +19,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("collision",),
     ("query",),
     ("paths", "roadmap"),
+    ("motion",),
     ("costs",),
     ("view", "learning"),
     ("tradeoff",),

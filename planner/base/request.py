@@ -30,6 +30,7 @@ Backend = Literal["fcl", "coal"]
 Metric = Literal["joint", "workspace"]
 Charge = Literal["nodes", "edges"]
 ManipulabilityCost = Literal["inverse", "log", "linear"]
+TimeLaw = Literal["blended", "stop-at-corners"]
 
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 DEFAULT_COST: ManipulabilityCost = "log"
@@ -209,6 +210,24 @@ class PlanRequest(SweepRequest):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_share(self.beta)
+
+
+@dataclass(frozen=True)
+class TimingRequest:
+    """The limits that a motion keeps, and its time law; whether the robot allows them is judged with the robot."""
+
+    time_law: TimeLaw = "blended"
+    """How a path becomes a motion: corners rounded as far as that is proven free, or a stop at every corner."""
+    limits: Path | None = None
+    """A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints."""
+    velocity_scale: float | None = None
+    """Share of the velocity limits to use, above 0 up to 1."""
+    acceleration_scale: float | None = None
+    """Share of the acceleration limits to use, above 0 up to 1."""
+    acceleration: float | None = None
+    """Acceleration limit of every joint, rad/s² (m/s² where a joint slides), in place of the robot's own."""
+    jerk: float | None = None
+    """Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own."""
 
 
 def _plain(value: Any) -> Any:

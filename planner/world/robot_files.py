@@ -37,6 +37,14 @@ class Source(Strict):
         return (urdf.example_robot_data() / "robots" if self.package else folder) / self.file
 
 
+class MotionFile(Strict):
+    """How fast the joints may change their velocity: one number for all planned joints, or one for each."""
+
+    acceleration: float | list[float]  # rad/s², m/s² where a joint slides
+    jerk: float | list[float] | None = None  # rad/s³, m/s³
+    source: str  # who says so
+
+
 class RobotFile(Strict):
     """What a ``robot.yaml`` holds."""
 
@@ -50,6 +58,7 @@ class RobotFile(Strict):
     manipulability: Rows | None = None
     fixed_joints: dict[str, Coordinate] = pydantic.Field(default_factory=dict)
     disabled_pairs: list[tuple[str, str]] | None = None
+    motion: MotionFile | None = None
 
     @pydantic.model_validator(mode="before")
     @classmethod
