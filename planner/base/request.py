@@ -213,11 +213,9 @@ class PlanRequest(SweepRequest):
 
 
 @dataclass(frozen=True)
-class TimingRequest:
-    """The limits that a motion keeps, and its time law; whether the robot allows them is judged with the robot."""
+class LimitsRequest:
+    """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
 
-    time_law: TimeLaw = "blended"
-    """How a path becomes a motion: corners rounded as far as that is proven free, or a stop at every corner."""
     limits: Path | None = None
     """A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints."""
     velocity_scale: float | None = None
@@ -228,6 +226,14 @@ class TimingRequest:
     """Acceleration limit of every joint, rad/s² (m/s² where a joint slides), in place of the robot's own."""
     jerk: float | None = None
     """Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own."""
+
+
+@dataclass(frozen=True)
+class TimingRequest(LimitsRequest):
+    """How a path becomes a motion."""
+
+    time_law: TimeLaw = "blended"
+    """Corners rounded as far as that is proven free, or a stop at every corner."""
 
 
 def _plain(value: Any) -> Any:

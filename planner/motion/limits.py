@@ -11,7 +11,7 @@ import pydantic
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, PlannerError, RobotError, choices
-from planner.base.request import TimingRequest
+from planner.base.request import LimitsRequest
 from planner.base.yamlfile import parse_yaml, read_text, validate
 from planner.world.robot import Robot
 
@@ -21,7 +21,7 @@ UNITS = {"velocity": "/s", "acceleration": "/s²", "jerk": "/s³"}
 ASSUMED_VELOCITY = 1.0  # rad/s, m/s
 ASSUMED_ACCELERATION = 5.0  # rad/s², m/s²
 ASSUMED_JERK_PER_ACCELERATION = 100.0  # 1/s: full acceleration is there 10 ms after none
-_LARGEST = 1e6  # no joint comes near it; beyond it times drown in rounding
+_LARGEST = {"velocity": 1e4, "acceleration": 1e4, "jerk": 1e7}  # no joint comes near; times would drown in rounding
 
 
 class LimitError(PlannerError):
@@ -35,7 +35,7 @@ class MotionLimits:
     Units are rad (m where a joint slides) and s. ``source`` says for each of the three where they come from.
 
         MotionLimits.of(robot)                                          # the URDF's and the robot file's
-        MotionLimits.of(robot, TimingRequest(velocity_scale=0.2))
+        MotionLimits.of(robot, LimitsRequest(velocity_scale=0.2))
     """
 
     joints: tuple[str, ...]
@@ -49,13 +49,13 @@ class MotionLimits:
             _require_usable(self.joints, getattr(self, kind), kind, self.source[kind])
 
     @staticmethod
-    def of(robot: Robot, request: TimingRequest | None = None) -> MotionLimits:
+    def of(robot: Robot, request: LimitsRequest | None = None) -> MotionLimits:
         """The robot's limits as ``request`` changes them; velocities beyond the URDF's are refused.
 
         Where the URDF or the robot's file says nothing a figure is assumed, and ``source`` says so. Raises
         :class:`LimitError` for limits that are zero, negative, not finite, missing or beyond the robot's.
         """
-        request = request or TimingRequest()
+        request = request or LimitsRequest()
         limits, scales = _of_robot(robot), {}
         if request.limits is not None:
             limits, scales = _with_file(limits, request.limits)
@@ -141,11 +141,11 @@ def _each_joint(robot: Robot, kind: str, values: float | list[float]) -> Floats:
 
 
 def _require_usable(joints: tuple[str, ...], values: Floats, kind: str, source: str) -> None:
-    bad = np.flatnonzero(~((values > 0) & (values <= _LARGEST)))
+    bad = np.flatnonzero(~((values > 0) & (values <= _LARGEST[kind])))
     if len(bad):
         raise LimitError(
             f"{kind} limit {values[bad[0]]:g} of joint '{joints[bad[0]]}' ({source}) is not usable: "
-            f"give a number above 0, {_LARGEST:g} at most."
+            f"give a number above 0, {_LARGEST[kind]:g} at most."
         )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.polynomials import derivative, evaluate, extrema
+from planner.motion.limits import MotionLimits
 
 Interpolation = Literal["lines", "cubics", "quintics"]
 DEGREE: dict[Interpolation, int] = {"lines": 1, "cubics": 3, "quintics": 5}
@@ -19,14 +20,16 @@ class Trajectory:
     """Joint positions as polynomials of time: piece i runs from ``times[i]`` to ``times[i + 1]``.
 
     ``coefficients`` (k, degree + 1, dof) are those of u = (t - times[i]) / (times[i + 1] - times[i]) in [0, 1],
-    ascending powers; ``times`` (k + 1,) s increase strictly. ``law`` says how the times came about, ``proof`` what is
-    proven of all this, empty where nothing is. Make one with :meth:`through`.
+    ascending powers; ``times`` (k + 1,) s increase strictly. ``law`` says how the times came about, ``limits`` what
+    they were made for, ``proven`` whether all of it is proven, and ``proof`` what. Make one with :meth:`through`.
     """
 
     joints: tuple[str, ...]
     times: Floats
     coefficients: Floats
     law: str = "given"
+    limits: MotionLimits | None = None
+    proven: bool = False
     proof: dict[str, Any] = field(default_factory=dict)
 
     @staticmethod
@@ -36,6 +39,7 @@ class Trajectory:
         q: Floats,
         qd: Floats | None = None,
         qdd: Floats | None = None,
+        *,
         law: str = "given",
     ) -> Trajectory:
         """The trajectory that a ROS 2 joint trajectory controller runs through points (k, dof) at ``times`` (k,).

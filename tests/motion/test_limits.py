@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import PlannerError
-from planner.base.request import TimingRequest
+from planner.base.request import LimitsRequest
 from planner.motion.limits import MotionLimits
 from tests.worlds import ROBOTS, load
 
@@ -40,7 +40,7 @@ def test_panda_has_the_makers_figures() -> None:
 
 
 def test_options_scale_and_replace() -> None:
-    limits = MotionLimits.of(ARM, TimingRequest(velocity_scale=0.5, acceleration=8.0, acceleration_scale=0.25))
+    limits = MotionLimits.of(ARM, LimitsRequest(velocity_scale=0.5, acceleration=8.0, acceleration_scale=0.25))
     np.testing.assert_allclose(limits.velocity, 0.5 * ARM.velocity)
     np.testing.assert_allclose(limits.acceleration, 2.0)
     np.testing.assert_allclose(limits.jerk, 800.0)
@@ -55,20 +55,20 @@ joint_limits:
   {A}: {{max_acceleration: 3.0, max_velocity: 1.5}}
   finger: {{max_velocity: 0.1}}
 """
-    limits = MotionLimits.of(ARM, TimingRequest(limits=file_of(tmp_path, text)))
+    limits = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
     assert limits.velocity.tolist() == [0.75, 0.5]
     assert limits.acceleration.tolist() == [3.0, 5.0]
     assert limits.source["acceleration"].startswith("joint_limits.yaml, the rest assumed")
-    whole = MotionLimits.of(ARM, TimingRequest(limits=file_of(tmp_path, text), velocity_scale=1.0))
+    whole = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text), velocity_scale=1.0))
     assert whole.velocity.tolist() == [1.5, 1.0]
 
 
 BAD_OPTIONS = [
-    (TimingRequest(acceleration=0.0), f"acceleration limit 0 of joint '{A}'"),
-    (TimingRequest(acceleration=float("nan")), "acceleration limit nan"),
-    (TimingRequest(jerk=-1.0), "jerk limit -1"),
-    (TimingRequest(velocity_scale=0.0), "velocity scale 0"),
-    (TimingRequest(acceleration_scale=1.5), "acceleration scale 1.5"),
+    (LimitsRequest(acceleration=0.0), f"acceleration limit 0 of joint '{A}'"),
+    (LimitsRequest(acceleration=float("nan")), "acceleration limit nan"),
+    (LimitsRequest(jerk=-1.0), "jerk limit -1"),
+    (LimitsRequest(velocity_scale=0.0), "velocity scale 0"),
+    (LimitsRequest(acceleration_scale=1.5), "acceleration scale 1.5"),
 ]
 BAD_FILES = [
     ("joint_limits: {}", f"has no joint '{A}'"),
@@ -84,7 +84,7 @@ BAD_FILES = [
 
 
 @pytest.mark.parametrize(("request_", "sentence"), BAD_OPTIONS)
-def test_bad_options_are_refused(request_: TimingRequest, sentence: str) -> None:
+def test_bad_options_are_refused(request_: LimitsRequest, sentence: str) -> None:
     with pytest.raises(PlannerError, match=sentence.replace(".", r"\.")) as caught:
         MotionLimits.of(ARM, request_)
     assert caught.value.exit_code == 3
@@ -93,7 +93,7 @@ def test_bad_options_are_refused(request_: TimingRequest, sentence: str) -> None
 @pytest.mark.parametrize(("text", "sentence"), BAD_FILES)
 def test_bad_files_are_refused(text: str, sentence: str, tmp_path: Path) -> None:
     with pytest.raises(PlannerError, match=sentence) as caught:
-        MotionLimits.of(ARM, TimingRequest(limits=file_of(tmp_path, text)))
+        MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
     assert caught.value.exit_code == 3
     assert "\n" not in str(caught.value)
 
