@@ -16,6 +16,7 @@ from planner.cli.arguments import prepared
 from planner.cli.bench import bench
 from planner.cli.catalogue import robots, scenes
 from planner.cli.check import check
+from planner.cli.export import export
 from planner.cli.plan import plan
 from planner.cli.reproduce import reproduce
 from planner.cli.roadmap import roadmap
@@ -29,6 +30,7 @@ app.command(plan)
 app.command(sweep)
 app.command(view)
 app.command(check)
+app.command(export)
 app.command(robots)
 app.command(scenes)
 app.command(name="robot-yaml")(robot_yaml)

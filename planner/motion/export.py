@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import io
 import json
+import shlex
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -23,7 +25,7 @@ SUFFIX: dict[Format, str] = {"ros-yaml": "yaml", "ros-json": "json", "moveit": "
 _PER_SECOND = 1_000_000_000
 _LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
 _NEAR = 0.1  # of 1 / rate: a further point that near to a knot is left out
-LONGEST_ARGUMENT = 131_072  # bytes of one argument of a command on Linux
+LONGEST_ARGUMENT = 131_000  # bytes of one argument of a command on Linux, and what stands around the message
 
 
 def export(trajectory: Trajectory, kind: Format, rate: float | None = None, skip_first_point: bool = False) -> bytes:
@@ -36,8 +38,7 @@ def export(trajectory: Trajectory, kind: Format, rate: float | None = None, skip
     if skip_first_point:
         nanoseconds = nanoseconds[1:]
     t = trajectory.times[0] + nanoseconds / _PER_SECOND
-    columns = [trajectory.at(t, order) for order in range(3)]
-    columns[2] = _accelerations(trajectory, t)
+    columns = [_values(trajectory, t, order) for order in range(3)]
     if kind == "csv":
         return _csv(trajectory.joints, nanoseconds, columns).encode()
     if kind == "npz":
@@ -47,15 +48,15 @@ def export(trajectory: Trajectory, kind: Format, rate: float | None = None, skip
     if kind == "moveit":
         message = {"joint_trajectory": message, "multi_dof_joint_trajectory": {"joint_names": [], "points": []}}
     if kind == "ros-json":
-        return (json.dumps(message, allow_nan=False) + "\n").encode()
+        return (_flow(message) + "\n").encode()
     return _yaml(message).encode()
 
 
-def goal_command(content: str) -> str:
-    """The command line that sends a trajectory as a FollowJointTrajectory goal, of the content of a ros-json file."""
+def goal_command(file: Path) -> str:
+    """The command line that sends the trajectory of a ros-json ``file`` as a FollowJointTrajectory goal."""
     action = "control_msgs/action/FollowJointTrajectory"
     controller = "/joint_trajectory_controller/follow_joint_trajectory"
-    return f"ros2 action send_goal {controller} {action} '{{trajectory: {content.strip()}}}'"
+    return f'ros2 action send_goal {controller} {action} "{{trajectory: $(cat {shlex.quote(str(file))})}}"'
 
 
 def _knots(trajectory: Trajectory, rate: float | None) -> Ints:
@@ -81,9 +82,9 @@ def require_rate(rate: float) -> None:
         raise OptionError(f"rate {rate:g} Hz is not usable: give a number from 0.1 to 10000.")
 
 
-def _accelerations(trajectory: Trajectory, t: Floats) -> Floats:
-    """At knots the mean of both sides."""
-    found, knots = trajectory.at(t, 2), trajectory.knots(2)
+def _values(trajectory: Trajectory, t: Floats, order: int) -> Floats:
+    """Positions (n, dof) at ``t`` (n,), or a derivative; at knots what :meth:`Trajectory.knots` says."""
+    found, knots = trajectory.at(t, order), trajectory.knots(order)
     row = np.searchsorted(trajectory.times, t - 0.5 / _PER_SECOND).clip(0, len(trajectory.times) - 1)
     at_knot = np.abs(trajectory.times[row] - t) < 0.5 / _PER_SECOND
     found[at_knot] = knots[row[at_knot]]
@@ -108,6 +109,16 @@ def _message(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) 
     return {"header": header, "joint_names": list(joints), "points": points}
 
 
+def _flow(value: Any) -> str:
+    """JSON that YAML reads alike: of a number such as 1e-09 YAML 1.1, which ROS reads, would make a text."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{json.dumps(key)}: {_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    text = json.dumps(value, allow_nan=False)
+    return text.replace("e", ".0e") if isinstance(value, float) and "." not in text else text
+
+
 def _yaml(value: dict[str, Any], indent: str = "") -> str:
     """Mappings and lists of mappings in block style, everything in them in flow style, which is JSON."""
     lines = []
@@ -118,7 +129,7 @@ def _yaml(value: dict[str, Any], indent: str = "") -> str:
             entries = [_yaml(entry, indent + "    ") for entry in item]
             lines.append(f"{indent}{key}:\n" + "".join(f"{indent}  - {e[len(indent) + 4 :]}" for e in entries))
         else:
-            lines.append(f"{indent}{key}: {json.dumps(item, allow_nan=False)}\n")
+            lines.append(f"{indent}{key}: {_flow(item)}\n")
     return "".join(lines)
 
 

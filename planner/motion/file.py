@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -95,19 +96,25 @@ def load_trajectory(path: Path) -> Trajectory:
         raise FileError(f"{where}: its times do not increase strictly; mend the file.")
     given = {"lines": 1, "cubics": 2, "quintics": 3}[file.interpolation]
     made = Trajectory.through(tuple(file.joints), times, *map(_rows, columns[:given]), law=file.law)
-    return Trajectory(
-        made.joints, made.times, made.coefficients, file.law, _limits(file, where), file.proven, file.proof
-    )
+    limits = _limits(file.limits, made.joints, where)
+    return replace(made, limits=limits, proven=file.proven, proof=file.proof)
 
 
 def _rows(rows: list[list[float]]) -> Floats:
     return np.array(rows, dtype=float)
 
 
-def _limits(file: _File, where: str) -> MotionLimits | None:
-    if file.limits is None:
+def limits_in(data: Any, where: str) -> MotionLimits | None:
+    """The limits that plain data of a ``trajectory.json`` hold, if they do; :class:`FileError` for damaged ones."""
+    if not isinstance(data, dict) or not isinstance(data.get("limits"), dict):
         return None
-    velocity, acceleration, jerk = (frozen(getattr(file.limits, kind)) for kind in KINDS)
-    if {len(velocity), len(acceleration), len(jerk)} != {len(file.joints)} or not set(KINDS) <= set(file.limits.source):
+    return _limits(validate(_Limits, data["limits"], where), tuple(map(str, data.get("joints", ()))), where)
+
+
+def _limits(limits: _Limits | None, joints: tuple[str, ...], where: str) -> MotionLimits | None:
+    if limits is None:
+        return None
+    velocity, acceleration, jerk = (frozen(getattr(limits, kind)) for kind in KINDS)
+    if {len(velocity), len(acceleration), len(jerk)} != {len(joints)} or not set(KINDS) <= set(limits.source):
         raise FileError(f"{where}: its limits are not one value for each joint, each with its source; mend the file.")
-    return MotionLimits(tuple(file.joints), velocity, acceleration, jerk, file.limits.source)
+    return MotionLimits(joints, velocity, acceleration, jerk, limits.source)

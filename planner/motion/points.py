@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,8 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError
 from planner.base.files import is_folder
 from planner.base.yamlfile import parse_yaml, read_text
-from planner.motion.file import TRAJECTORY_NAME
+from planner.motion.file import TRAJECTORY_NAME, limits_in
+from planner.motion.limits import MotionLimits
 from planner.motion.trajectory import Trajectory
 from planner.paths.file import PathFile, cells, in_order, is_number, joint_names, matrix, parse
 from planner.world.robot import Robot
@@ -38,6 +39,7 @@ class Points:
     joints: tuple[str, ...]
     times: Floats
     columns: tuple[Floats, ...]
+    limits: MotionLimits | None = None  # that the file says it was made for
 
     def fault(self) -> str | None:
         """Why no controller runs these times and velocities, as part of a sentence; None where one does."""
@@ -83,7 +85,12 @@ def read_points(path: Path, robot: Robot) -> Points | None:
             found = _from_data(parse(read_text(path, "joint path"), where), where)
         case _:
             return None
-    return None if found is None else _in_order(*found, robot, where)
+    if found is None:
+        return None
+    points = _in_order(*found, robot, where)
+    own = path.suffix.lower() == ".json" and path.name.endswith(TRAJECTORY_NAME)
+    limits = limits_in(parse(read_text(path, "trajectory"), where), where) if own else None
+    return replace(points, limits=limits if limits is not None and limits.joints == robot.joints else None)
 
 
 def _in_order(times: Floats, columns: list[Floats], names: Any, robot_name: Any, robot: Robot, where: str) -> Points:

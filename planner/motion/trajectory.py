@@ -12,6 +12,7 @@ from planner.base.polynomials import derivative, evaluate, extrema
 from planner.motion.limits import MotionLimits
 
 Interpolation = Literal["lines", "cubics", "quintics"]
+_NOISE = 1e-12  # rad/s, rad/s²: what rounding makes of nothing
 DEGREE: dict[Interpolation, int] = {"lines": 1, "cubics": 3, "quintics": 5}
 
 
@@ -81,9 +82,13 @@ class Trajectory:
         return np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
 
     def knots(self, order: int = 0) -> Floats:
-        """Positions (k + 1, dof) at the knots, or their derivative; where it jumps, the mean of both sides."""
+        """Positions (k + 1, dof) at the knots, or their derivative; where it jumps, the mean of both sides.
+
+        A velocity or acceleration that is 0 but for rounding is 0.
+        """
         before, after = self.ends(order)
-        return np.concatenate([after[:1], 0.5 * (before[:-1] + after[1:]), before[-1:]])
+        values = np.concatenate([after[:1], 0.5 * (before[:-1] + after[1:]), before[-1:]])
+        return np.where(np.abs(values) < _NOISE, 0.0, values) if order else values
 
     def ends(self, order: int = 0) -> tuple[Floats, Floats]:
         """A derivative at the end and at the beginning of every piece (k, dof) each."""
