@@ -52,6 +52,7 @@ DOORS = {
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")},
     "ctypes": {"planner.native.library", "planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
+    "toppra": {"planner.studies.bench_motion.toppra_law"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli")},
 }
 

@@ -49,6 +49,13 @@ def time_path(
     stays on the path. Either exists for every path. ``proof`` says what is proven of the result; a path that touches
     something is timed too, and nothing is proven then.
     """
+    return timed_curve(path, checker, limits, law, floor)[0]
+
+
+def timed_curve(
+    path: Floats, checker: CollisionChecker, limits: MotionLimits | None, law: TimeLaw, floor: float
+) -> tuple[Trajectory, Curve]:
+    """As :func:`time_path`, with the rounded path that the motion runs along."""
     robot = checker.robot
     asked = _Asked(
         without_standstill(np.asarray(path, dtype=float)), EdgeProver(checker), MotionLimits.of(robot), floor
@@ -66,7 +73,7 @@ def time_path(
         widths = narrower
     record = proof.to_dict(checker.world.margin, checker.name)
     record |= {"corners": corners, "corners_blended": int((widths > 0).sum())}
-    return replace(trajectory, limits=asked.limits, proven=proof.whole, proof=record)
+    return replace(trajectory, limits=asked.limits, proven=proof.whole, proof=record), curve
 
 
 def _provable_widths(asked: _Asked) -> Floats:
