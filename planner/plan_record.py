@@ -29,7 +29,7 @@ from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.view.page import Content, page, save_page
-from planner.view.shown_path import ShownPath, on_roadmap, path_rows
+from planner.view.shown_path import ShownPath, on_roadmap, path_rows, shown_motion
 from planner.world.robot import Robot
 from planner.world.run_record import run_record
 from planner.world.scene import Scene
@@ -168,15 +168,16 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
         return [], 0
     beta, shown, costs = plan.request.beta, list(plan.alternatives), (plan.cost.manipulability, plan.cost.distance)
     rows, field = path_rows(plan.robot, plan.path, *costs), on_roadmap(plan.layered, plan.cost_to_go)
+    motion = None if plan.trajectory is None else shown_motion(plan.trajectory, plan.checker)
     for k, other in enumerate(shown):
         assert other.interval is not None
         assert other.costs is not None
         if np.isclose(other.costs, costs, rtol=1e-9).all() and other.interval[0] <= beta <= other.interval[1]:
-            shown[k] = ShownPath(plan.path, rows, other.interval, field, costs)
+            shown[k] = ShownPath(plan.path, rows, other.interval, field, costs, motion)
             return shown, k
     # as good as the others at this one beta, as may be at 0, at 1 and where two intervals meet
     place = sum(other.interval is not None and other.interval[0] < beta for other in shown)
-    shown.insert(place, ShownPath(plan.path, rows, (beta, beta), field, costs))
+    shown.insert(place, ShownPath(plan.path, rows, (beta, beta), field, costs, motion))
     return shown, place
 
 
