@@ -10,7 +10,7 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats, frozen
-from planner.base.errors import FileError, PlannerError, RobotError, choices
+from planner.base.errors import FileError, PlannerError, choices
 from planner.base.request import LimitsRequest
 from planner.base.yamlfile import parse_yaml, read_text, validate
 from planner.world.robot import Robot
@@ -110,11 +110,11 @@ def _of_robot(robot: Robot) -> MotionLimits:
     if motion is None:
         acceleration, source = np.full(robot.dof, ASSUMED_ACCELERATION), "assumed: the robot's file gives none"
     else:
-        acceleration, source = _each_joint(robot, "acceleration", motion.acceleration), motion.source
+        acceleration, source = _each_joint(robot, motion.acceleration), motion.source
     if motion is None or motion.jerk is None:
         jerk, of_jerk = ASSUMED_JERK_PER_ACCELERATION * acceleration, _assumed_jerk()
     else:
-        jerk, of_jerk = _each_joint(robot, "jerk", motion.jerk), motion.source
+        jerk, of_jerk = _each_joint(robot, motion.jerk), motion.source
     return MotionLimits(
         robot.joints,
         frozen(velocity),
@@ -128,16 +128,9 @@ def _assumed_jerk() -> str:
     return f"assumed: {ASSUMED_JERK_PER_ACCELERATION:g}/s times the acceleration"
 
 
-def _each_joint(robot: Robot, kind: str, values: float | list[float]) -> Floats:
-    """One number for all joints, or the first of a list of one for each joint from the base on."""
-    if isinstance(values, float | int):
-        return np.full(robot.dof, float(values))
-    if len(values) < robot.dof:
-        raise RobotError(
-            f"the robot file of '{robot.name}' gives {len(values)} values of {kind} for {robot.dof} joints: "
-            "give one number, or one for each joint."
-        )
-    return np.array(values[: robot.dof], dtype=float)
+def _each_joint(robot: Robot, values: float | list[float]) -> Floats:
+    """One number for all planned joints, or one for each."""
+    return np.full(robot.dof, float(values)) if isinstance(values, float | int) else np.array(values, dtype=float)
 
 
 def _require_usable(joints: tuple[str, ...], values: Floats, kind: str, source: str) -> None:

@@ -58,7 +58,7 @@ class Robot:
     carried: tuple[Body, ...] = ()  # of ``bodies``, those that a link holds without being part of it
     touching: frozenset[frozenset[str]] = frozenset()  # what these may touch, by name
     states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # named by its SRDF, of the planned joints
-    motion: MotionFile | None = None  # None: nobody has said
+    motion: MotionFile | None = None  # of the planned joints, in their order; None: nobody has said
 
     @staticmethod
     def load(
@@ -200,7 +200,7 @@ def assemble(
         base=frozen(base),
         source=description,
         states=states_of_joints(files.srdf, planned) if files.srdf else {},
-        motion=file.motion if file else None,
+        motion=files.motion(planned),
         **parts,
     )
 

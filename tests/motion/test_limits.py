@@ -11,6 +11,7 @@ import pytest
 from planner.base.errors import PlannerError
 from planner.base.request import LimitsRequest
 from planner.motion.limits import MotionLimits
+from planner.world.robot import Robot
 from tests.worlds import ROBOTS, load
 
 ARM = load("planar_2r")
@@ -37,6 +38,12 @@ def test_panda_has_the_makers_figures() -> None:
     assert limits.acceleration.tolist() == [15, 7.5, 10, 12.5, 15, 20, 20]
     assert limits.jerk.tolist() == [7500, 3750, 5000, 6250, 7500, 10000, 10000]
     assert "Franka" in limits.text()
+
+
+def test_figures_go_by_joint_whichever_joints_are_planned() -> None:
+    some = Robot.load("panda", tool="panda_link5")
+    limits = MotionLimits.of(some)
+    assert limits.acceleration.tolist() == [15, 7.5, 10, 12.5, 15]
 
 
 def test_options_scale_and_replace() -> None:

@@ -53,7 +53,7 @@ def _measured(
     problem: Problem, plain: PlanRequest, motion: LimitsRequest, asked: dict[str, Any], progress: Progress
 ) -> list[Row]:
     """The row of a problem; none where stopped."""
-    request = replace(plain, scene=str(problem.scene), request=problem.request)
+    request = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
     columns = measure(request, motion, progress.renamed(lambda stage, done, total: None))
     return [] if progress.stopped else [_row(problem, asked, **columns)]
 
