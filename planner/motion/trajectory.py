@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.polynomials import derivative, evaluate, extrema
-from planner.motion.limits import MotionLimits
+from planner.motion.limits import LimitError, MotionLimits
+
+if TYPE_CHECKING:
+    from planner.motion.stopping import Stop
 
 Interpolation = Literal["lines", "cubics", "quintics"]
 _NOISE = 1e-12  # rad/s, rad/s²: what rounding makes of nothing
@@ -94,6 +97,19 @@ class Trajectory:
         """A derivative at the end and at the beginning of every piece (k, dof) each."""
         slope, h = derivative(self.coefficients, order), np.diff(self.times)[:, None]
         return slope.sum(axis=1) / h**order, slope[:, 0] / h**order
+
+    def stop_at(self, t: float) -> Stop:
+        """Braking from ``t`` s on along the same curve, within the limits that the trajectory was made for.
+
+        Raises :class:`LimitError` where it was made for none: see :func:`planner.motion.stopping.stop_at`.
+        """
+        from planner.motion.stopping import stop_at
+
+        if self.limits is None:
+            raise LimitError(
+                "the trajectory says no limits to brake within: give them to planner.motion.stopping.stop_at."
+            )
+        return stop_at(self, t, self.limits)
 
     def extrema(self, order: int = 0) -> tuple[Floats, Floats]:
         """The least and largest value (k, dof) of a derivative on every piece, exact but for rounding."""
