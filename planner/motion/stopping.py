@@ -11,6 +11,8 @@ from planner.motion.limits import MotionLimits
 from planner.motion.trajectory import Trajectory
 
 _STEP = 2e-3  # s of the trajectory between two changes of the braking, at most
+_STILL = 1e-9  # rad/s: no motion to brake
+_AT_REST = 1e-12  # of x: nothing is left but rounding
 _KEPT = 1e-3  # share of the acceleration that is kept in hand for the cubics between the knots
 
 
@@ -35,21 +37,24 @@ def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits) -> Stop:
     itself, so that at worst the motion ends where the trajectory does.
     """
     t = float(np.clip(t, trajectory.times[0], trajectory.times[-1]))
+    if np.abs(trajectory.at(t, 1)).max() < _STILL:
+        q = np.repeat(trajectory.at(t), 2, axis=0)
+        return Stop(Trajectory.through(trajectory.joints, np.array([0.0, _STEP]), q, 0.0 * q, law="stop"), t, 0.0)
     s = _grid(trajectory, t)
     slope, bend = trajectory.at(s, 1), trajectory.at(s, 2)
-    x, c = [1.0], [0.0]
+    x, moments, clock = [1.0], [t], [0.0]
     for k, step in enumerate(np.diff(s).tolist()):
-        if x[-1] == 0.0:
-            break
         u = _least(slope[k : k + 2], bend[k : k + 2], x[-1], step, limits.acceleration)
-        x.append(max(0.0, x[-1] + 2.0 * step * u))
-        c.append(c[-1] + 2.0 * step / (np.sqrt(x[-2]) + np.sqrt(x[-1])))
-    n = len(x)
-    speed = np.sqrt(x)
-    speed[-1] = 0.0
-    made = _through(trajectory, np.array(c), s[:n], slope[:n] * speed[:, None])
+        step = min(step, -0.5 * x[-1] / u) if u < 0 else step  # it may come to rest on the way
+        x.append(max(0.0, x[-1] + 2.0 * step * u) if moments[-1] + step < s[-1] else 0.0)
+        moments.append(moments[-1] + step)
+        clock.append(clock[-1] + 2.0 * step / (np.sqrt(x[-2]) + np.sqrt(x[-1])))
+        if x[-1] < _AT_REST:
+            break
+    x[-1] = 0.0
+    made = _through(trajectory, np.array(clock), np.array(moments), np.sqrt(x)[:, None])
     shares = [(made.largest(1) / limits.velocity).max(), (made.largest(2) / limits.acceleration).max()]
-    return Stop(made, float(s[n - 1]), max(0.0, float(max(shares)) - 1.0))
+    return Stop(made, moments[-1], max(0.0, float(max(shares)) - 1.0))
 
 
 def _grid(trajectory: Trajectory, t: float) -> Floats:
@@ -62,19 +67,16 @@ def _grid(trajectory: Trajectory, t: float) -> Floats:
 
 
 def _least(slope: Floats, bend: Floats, x: float, step: float, most: Floats) -> float:
-    """The least u, 0 at most, that keeps accelerations within ``most`` (dof,) and x from falling below 0."""
+    """The least u, 0 at most, that keeps accelerations within ``most`` (dof,) at both ends of an interval."""
     allowed = np.maximum((1.0 - _KEPT) * most, np.abs(bend) * x)
     by_u = np.concatenate([slope[0], slope[1] + 2.0 * step * bend[1]])
     rest = np.concatenate([bend[0], bend[1]]) * x
     room = np.concatenate([allowed[0], allowed[1]])
     with np.errstate(divide="ignore", invalid="ignore"):
         low = np.where(by_u > 0, (-room - rest) / by_u, np.where(by_u < 0, (room - rest) / by_u, -np.inf))
-    return min(0.0, max(float(low.max()), -x / (2.0 * step)))
+    return min(0.0, float(low.max()))
 
 
-def _through(trajectory: Trajectory, times: Floats, s: Floats, qd: Floats) -> Trajectory:
-    """The cubics through the states at ``s`` of the trajectory, at new ``times``."""
-    q = trajectory.at(s)
-    if len(times) == 1:
-        times, q, qd = np.array([0.0, _STEP]), np.repeat(q, 2, axis=0), np.zeros((2, q.shape[1]))
-    return Trajectory.through(trajectory.joints, times, q, qd, law="stop")
+def _through(trajectory: Trajectory, times: Floats, s: Floats, speed: Floats) -> Trajectory:
+    """The cubics through the trajectory's states at ``s`` (n,), run through at ``times`` (n,) with ``speed`` (n, 1)."""
+    return Trajectory.through(trajectory.joints, times, trajectory.at(s), speed * trajectory.at(s, 1), law="stop")

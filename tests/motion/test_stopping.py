@@ -22,14 +22,14 @@ def test_it_brakes_along_the_curve_within_limits(motion: Trajectory, share: floa
     t = share * motion.duration
     stop = motion.stop_at(t)
     made = stop.trajectory
-    assert stop.excess <= 5e-3
+    assert stop.excess <= 0.02
     np.testing.assert_allclose(made.at(0.0), motion.at(t), atol=1e-12)
     if 0 < share < 1:
         np.testing.assert_allclose(made.at(0.0, 1), motion.at(t, 1), atol=1e-9)
     assert not made.knots(1)[-1].any()
     np.testing.assert_allclose(made.at(made.duration), motion.at(stop.rest), atol=1e-12)
     assert stop.rest <= motion.duration + 2.1e-3
-    assert made.duration <= 2.0 * (motion.duration - t) + 0.01
+    assert made.duration <= motion.duration - t + 0.01
     curve = motion.at(np.linspace(t, motion.duration, 20_001))
     for q in made.at(np.linspace(0.0, made.duration, 60)):
         assert np.abs(curve - q).max(axis=1).min() < 2e-4
@@ -39,10 +39,10 @@ def test_it_brakes_as_hard_as_one_joint_allows_on_a_line(solved: Plan) -> None:
     """There it takes v / a of the joint that is at its limit."""
     line = time_path(solved.path[:2], solved.checker)
     assert line.limits is not None
-    for share in (0.2, 0.4, 0.5):
+    for share in (0.2, 0.3, 0.4):
         stop, v = line.stop_at(share * line.duration), line.at(share * line.duration, 1)[0]
         quickest = (np.abs(v) / line.limits.acceleration).max()
-        assert stop.trajectory.duration == pytest.approx(quickest, rel=0.03)
+        assert stop.trajectory.duration == pytest.approx(quickest, abs=5e-3)
 
 
 def test_without_limits_it_says_so() -> None:
