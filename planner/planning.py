@@ -24,6 +24,8 @@ from planner.query.open import make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.tradeoff.alternatives import paths_for_every_beta
 
+_OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
+
 
 def plan(
     request: PlanRequest | None = None,
@@ -68,7 +70,7 @@ def plan(
     if timing is None:
         return solved
     with clock("timing"):
-        floor = request.min_manipulability
+        floor = max(request.min_manipulability, _OF_DIP_FLOOR * solved.dip_floor)
         trajectory = time_path(solved.path, query.checker, limits, law=timing.time_law, floor=floor)
     return replace(solved, trajectory=trajectory)
 

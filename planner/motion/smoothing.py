@@ -8,7 +8,7 @@ so that the mean reaches the corner itself.
 
 The knots are those of the motion, and ``window`` behind each. On lines the mean is a cubic between them, and its
 acceleration is continuous; on parabolas it is nearly one: the cubics with its positions and velocities at the knots
-have accelerations that jump by some percent of the limit.
+have accelerations that may jump there, by a fifth of the limit at the most seen.
 """
 
 from __future__ import annotations
