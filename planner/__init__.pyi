@@ -2,12 +2,17 @@ from . import gabf as gabf
 from .base.errors import PlannerError as PlannerError
 from .base.outcome import Outcome as Outcome
 from .base.progress import Progress as Progress
+from .base.request import LimitsRequest as LimitsRequest
 from .base.request import PlanRequest as PlanRequest
 from .base.request import SweepRequest as SweepRequest
+from .base.request import TimingRequest as TimingRequest
 from .base.versions import __version__ as __version__
 from .collision import make_checker as make_checker
 from .costs.network import build_network as build_network
 from .gabf.routes import paths_from as paths_from
+from .motion.limits import MotionLimits as MotionLimits
+from .motion.timing import time_path as time_path
+from .motion.trajectory import Trajectory as Trajectory
 from .plan_record import Plan as Plan
 from .planning import plan as plan
 from .planning import with_alternatives as with_alternatives

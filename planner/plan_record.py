@@ -1,4 +1,4 @@
-"""A plan with everything it was made from, and its files: ``plan.json``, ``plan.html`` and ``roadmap.npz``."""
+"""A plan with everything it was made from, and its files: plan.json, plan.html, roadmap.npz and trajectory.json."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ from planner.costs.lower_bound import cost_lower_bound
 from planner.costs.manipulability_floor import LayeredNetwork, first_violation
 from planner.costs.network import PathCost
 from planner.kinematics.manipulability import manipulability
+from planner.motion.file import TRAJECTORY_NAME, save_trajectory
+from planner.motion.trajectory import Trajectory
 from planner.paths.measure import corners, measure_path, path_manipulability
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.view.page import Content, page, save_page
-from planner.view.shown_path import ShownPath, on_roadmap, path_rows
+from planner.view.shown_path import ShownPath, on_roadmap, path_rows, shown_motion
 from planner.world.robot import Robot
 from planner.world.run_record import run_record
 from planner.world.scene import Scene
@@ -62,6 +64,7 @@ class Plan:
     curve: tuple[tuple[int, float], ...] = ()  # (rounds of effort, best cost)
     dip_floor: float = 0.0  # under w, so that the path does not fall below both its ends; 0 where none was set
     edges_removed: int = 0
+    trajectory: Trajectory | None = None  # along the path, where one was asked for
     max_error_vs_oracle: float | None = None
     certificate: tuple[gabf.Certificate, ...] = ()
     alternatives: tuple[ShownPath, ...] = ()
@@ -91,7 +94,7 @@ class Plan:
     def save(self, folder: Path | str) -> None:
         """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
 
-        Raises :class:`FileError` where that cannot be done.
+        With a trajectory also ``trajectory.json``. Raises :class:`FileError` where that cannot be done.
         """
         save_plan(self, Path(folder))
 
@@ -106,6 +109,7 @@ def plan_record(plan: Plan) -> dict[str, Any]:
         "cost": asdict(plan.cost) if plan.cost else None,
         "quality": _quality(plan),
         **_measures(plan),
+        "trajectory": _motion(plan.trajectory),
         "roadmap": roadmap_record(plan.roadmap, plan.edges_removed),
         "gabf": _gabf(plan),
         "timings_s": rounded(plan.timings),
@@ -113,15 +117,19 @@ def plan_record(plan: Plan) -> dict[str, Any]:
 
 
 def save_plan(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
-    """Write the three files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
+    """Write the files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
     return save_plan_page(plan, folder, save_plan_without_page(plan, folder, timings))
 
 
 def save_plan_without_page(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
-    """Write ``plan.json`` and ``roadmap.npz``, take the page of an earlier plan away, and return the record."""
+    """Write all but the page, take what an earlier plan left of the rest away, and return the record."""
     make_folder(folder)
     remove(folder / PAGE_NAME)
     save_roadmap(plan.roadmap, folder / ROADMAP_NAME)
+    if plan.trajectory is None:
+        remove(folder / TRAJECTORY_NAME)
+    else:
+        save_trajectory(plan.trajectory, folder / TRAJECTORY_NAME, plan.robot.name, plan.scene.name)
     record = plan_record(plan)
     record["timings_s"] |= rounded(timings or {})
     write_json(folder / JSON_NAME, record)
@@ -160,16 +168,27 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
         return [], 0
     beta, shown, costs = plan.request.beta, list(plan.alternatives), (plan.cost.manipulability, plan.cost.distance)
     rows, field = path_rows(plan.robot, plan.path, *costs), on_roadmap(plan.layered, plan.cost_to_go)
+    motion = None if plan.trajectory is None else shown_motion(plan.trajectory, plan.checker)
     for k, other in enumerate(shown):
         assert other.interval is not None
         assert other.costs is not None
         if np.isclose(other.costs, costs, rtol=1e-9).all() and other.interval[0] <= beta <= other.interval[1]:
-            shown[k] = ShownPath(plan.path, rows, other.interval, field, costs)
+            shown[k] = ShownPath(plan.path, rows, other.interval, field, costs, motion)
             return shown, k
     # as good as the others at this one beta, as may be at 0, at 1 and where two intervals meet
     place = sum(other.interval is not None and other.interval[0] < beta for other in shown)
-    shown.insert(place, ShownPath(plan.path, rows, (beta, beta), field, costs))
+    shown.insert(place, ShownPath(plan.path, rows, (beta, beta), field, costs, motion))
     return shown, place
+
+
+def _motion(trajectory: Trajectory | None) -> dict[str, Any] | None:
+    """What ``plan.json`` says of the trajectory beside it."""
+    if trajectory is None:
+        return None
+    corners = {key: trajectory.proof[key] for key in ("corners", "corners_blended")}
+    limits = "" if trajectory.limits is None else trajectory.limits.text()
+    law = {"law": trajectory.law, "duration": trajectory.duration, "limits": limits}
+    return {**law, **corners, "proven": trajectory.proven}
 
 
 def _measures(plan: Plan) -> dict[str, Any]:
@@ -252,6 +271,8 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(
             ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
         )
+    if record["trajectory"]:
+        rows.append(("motion", _motion_text(record["trajectory"])))
     if field:
         rows.append(("settled", _settling(field)))
         rows += _certified(field)
@@ -269,6 +290,12 @@ def _quality_rows(quality: dict[str, Any]) -> list[tuple[str, str]]:
         rounds = quality["curve"][-1]["rounds"]
         rows.append(("effort", f"{rounds} rounds took the best cost from {costs[0]:.4f} to {costs[-1]:.4f}"))
     return rows
+
+
+def _motion_text(motion: dict[str, Any]) -> str:
+    corners = f"{motion['corners_blended']} of {motion['corners']} corners rounded"
+    proof = "proven free and within limits" if motion["proven"] else "NOT proven as a whole"
+    return f"{motion['duration']:.3f} s, {corners}, {proof}; {motion['limits']}"
 
 
 def _floor_text(w: dict[str, Any]) -> str:

@@ -11,31 +11,42 @@ from planner import gabf
 from planner.base.arrays import Ints, frozen
 from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.base.request import PlanRequest
+from planner.base.request import PlanRequest, TimingRequest
 from planner.costs.conditioning import judge_conditioning
 from planner.costs.healing import HealingNetwork, warm_start
 from planner.costs.improvement import improved_roadmap, of_size_asked, without_dip
 from planner.costs.manipulability_floor import LayeredNetwork
 from planner.costs.network import build_network, path_cost
+from planner.motion.limits import MotionLimits
+from planner.motion.timing import time_path
 from planner.plan_record import Plan
 from planner.query.open import make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.tradeoff.alternatives import paths_for_every_beta
 
+_OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
 
-def plan(request: PlanRequest | None = None, progress: Progress = QUIET, **options: Any) -> Plan:
+
+def plan(
+    request: PlanRequest | None = None,
+    progress: Progress = QUIET,
+    timing: TimingRequest | None = None,
+    **options: Any,
+) -> Plan:
     """Plan as the paper does: RRT roadmap, manipulability at nodes, GABF for the cost-to-go, minimising neighbours.
 
         plan(robot="panda", scene="shelf", beta=0.2)
         plan(PlanRequest(seed=3), nodes=200)
 
-    ``options`` are fields of :class:`PlanRequest`, in place of those of ``request``. ``progress`` is called with
+    ``options`` are fields of :class:`PlanRequest`, in place of those of ``request``. With ``timing`` a path that is
+    found becomes a trajectory too, see :func:`planner.motion.timing.time_path`. ``progress`` is called with
     (stage, done, total); once it is asked to stop the work ends as soon as it can, and what there is comes back with
     ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
     """
     request, clock = replace(request or PlanRequest(), **options), Stopwatch()
     with clock("setup"):
         query = make_query(request)
+        limits = None if timing is None else MotionLimits.of(query.robot, timing)
     with clock("roadmap"):
         roadmap = obtain_roadmap(request, query, progress)
     draft = Plan(request, Outcome.INTERRUPTED, query.robot, query.scene, query.checker, roadmap, timings=clock.seconds)
@@ -55,7 +66,13 @@ def plan(request: PlanRequest | None = None, progress: Progress = QUIET, **optio
         return solved
     with clock("path"):
         conditioning = judge_conditioning(query.robot, solved.roadmap, solved.path, request)
-    return replace(solved, goal=query.goal_at(solved.path[-1]), conditioning=conditioning)
+    solved = replace(solved, goal=query.goal_at(solved.path[-1]), conditioning=conditioning)
+    if timing is None:
+        return solved
+    with clock("timing"):
+        floor = max(request.min_manipulability, _OF_DIP_FLOOR * solved.dip_floor)
+        trajectory = time_path(solved.path, query.checker, limits, law=timing.time_law, floor=floor)
+    return replace(solved, trajectory=trajectory)
 
 
 def _improve(draft: Plan, progress: Progress) -> Plan:

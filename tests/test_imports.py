@@ -19,6 +19,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("collision",),
     ("query",),
     ("paths", "roadmap"),
+    ("motion",),
     ("costs",),
     ("view", "learning"),
     ("tradeoff",),
@@ -51,6 +52,7 @@ DOORS = {
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")},
     "ctypes": {"planner.native.library", "planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
+    "toppra": {"planner.studies.bench_motion.toppra_law"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli")},
 }
 

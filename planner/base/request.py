@@ -30,6 +30,7 @@ Backend = Literal["fcl", "coal"]
 Metric = Literal["joint", "workspace"]
 Charge = Literal["nodes", "edges"]
 ManipulabilityCost = Literal["inverse", "log", "linear"]
+TimeLaw = Literal["blended", "stop-at-corners"]
 
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 DEFAULT_COST: ManipulabilityCost = "log"
@@ -218,6 +219,30 @@ class PlanRequest(SweepRequest):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_share(self.beta)
+
+
+@dataclass(frozen=True)
+class LimitsRequest:
+    """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
+
+    limits: Path | None = None
+    """A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints."""
+    velocity_scale: float | None = None
+    """Share of the velocity limits to use, above 0 up to 1."""
+    acceleration_scale: float | None = None
+    """Share of the acceleration limits to use, above 0 up to 1."""
+    acceleration: float | None = None
+    """Acceleration limit of every joint, rad/s² (m/s² where a joint slides), in place of the robot's own."""
+    jerk: float | None = None
+    """Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own."""
+
+
+@dataclass(frozen=True)
+class TimingRequest(LimitsRequest):
+    """How a path becomes a motion."""
+
+    time_law: TimeLaw = "blended"
+    """Corners rounded as far as that is proven free, or a stop at every corner."""
 
 
 def _plain(value: Any) -> Any:

@@ -26,3 +26,4 @@ PROOF_OF_CHECK = 2e-4  # in `planner check`, which says what is undecided
 EXTRA_CLEARANCE = 8e-3  # for motions that only improve a path: passing closer is slow to prove too
 
 SHOWN_STATES = 241  # states of the motion that a page plays, evenly spaced in joint motion, both ends included
+CLEARANCES_OF_MOTION = 61  # states of a motion, evenly spaced in time, at which its page shows the clearance

@@ -17,6 +17,7 @@ from planner.cli.batch import batch
 from planner.cli.bench import bench
 from planner.cli.catalogue import robots, scenes
 from planner.cli.check import check
+from planner.cli.export import export
 from planner.cli.plan import plan
 from planner.cli.reproduce import reproduce
 from planner.cli.roadmap import roadmap
@@ -33,6 +34,7 @@ app.command(batch)
 app.command(view)
 app.command(check)
 app.command(schema)
+app.command(export)
 app.command(robots)
 app.command(scenes)
 app.command(name="robot-yaml")(robot_yaml)

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json as json_text
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from planner.base.request import WorldRequest
+from planner.base.request import LimitsRequest, WorldRequest
 from planner.cli.common import Flag
 from planner.cli.terminal import complain, say, show, watching
+
+if TYPE_CHECKING:
+    from planner.collision.checker import CollisionChecker
+    from planner.motion.points import Points
 
 EXIT_NOT_USABLE = 4
 
@@ -18,19 +22,28 @@ EXIT_NOT_USABLE = 4
 def check(
     path: tyro.conf.Positional[Path],
     request: Annotated[WorldRequest, tyro.conf.arg(name="")] = WorldRequest(),  # noqa: B008 (frozen)
+    motion: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
     step: float = 0.001,
     json: Flag = False,
     debug: Flag = False,
 ) -> int:
-    """Check a joint path from any source again: limits, contacts, clearance, proofs, manipulability.
+    """Check a joint path or trajectory from any source again: limits, contacts, clearance, proofs, manipulability.
 
     PATH is a plan.json, a JSON list of rows, {"joints": [...], "path": [...]}, a trajectory message with joint_names
-    and points as JSON, or a CSV; columns with names are put in order and others, as a time, left out. Values are rad
-    (m where a joint slides), the motion between two rows is straight in joint space. Examples:
+    and points as JSON, or a CSV; columns with names are put in order and others left out. Values are rad (m where a
+    joint slides), the motion between two rows is straight in joint space.
+
+    Rows with times are a trajectory: a trajectory.json or its folder, a JointTrajectory, RobotTrajectory or
+    FollowJointTrajectory goal as JSON or YAML, a CSV with a column t or time, or an .npz with t, q and qd. Then what a
+    ROS 2 joint trajectory controller makes of it is checked (lines, with velocities cubics, with accelerations
+    quintics) against the limits on velocity, acceleration and jerk too: those of the options, else of the
+    trajectory.json, else the robot's own. Examples:
 
     planner check out/plan.json
 
     planner check trajectory.csv --robot panda --scene shelf --margin 0.01 --collision coal
+
+    planner check moveit.yaml --robot panda --scene shelf --acceleration-scale 0.5
 
     Limits are named first. A path that looks like degrees is not checked further.
 
@@ -48,6 +61,7 @@ def check(
     from rich.markup import escape
     from rich.table import Table
 
+    from planner.motion.points import read_points
     from planner.paths.file import read_joint_path
     from planner.paths.report import excess_text, report_record, report_rows, verdict_sentence
     from planner.query.open import open_world
@@ -55,6 +69,9 @@ def check(
 
     checker = open_world(request)
     robot, scene = checker.robot, checker.world.scene
+    points = read_points(path, robot)
+    if points is not None:
+        return _check_trajectory(path, checker, points, motion, step, json)
     waypoints = read_joint_path(path, robot)
     if json:
         report = check_path(checker, waypoints, step)
@@ -66,6 +83,33 @@ def check(
         with watching() as progress:
             report = check_path(checker, waypoints, step, progress)
         table = Table("", "", title=escape(f"{path}: {robot.name} in {scene.name}"), show_header=False)
+        for name, value in report_rows(report):
+            table.add_row(name, escape(value))
+        show(table)
+        say(verdict_sentence(report))
+    return 0 if report.ok else EXIT_NOT_USABLE
+
+
+def _check_trajectory(
+    path: Path, checker: CollisionChecker, points: Points, motion: LimitsRequest, step: float, json: bool
+) -> int:
+    from rich.markup import escape
+    from rich.table import Table
+
+    from planner.motion.check import check_trajectory
+    from planner.motion.limits import MotionLimits
+    from planner.motion.report import report_record, report_rows, verdict_sentence
+
+    own = points.limits if motion == LimitsRequest() else None
+    limits = own or MotionLimits.of(checker.robot, motion)
+    if json:
+        report = check_trajectory(checker, points, limits, step)
+        say(json_text.dumps(report_record(report), indent=1, allow_nan=False))
+    else:
+        with watching() as progress:
+            report = check_trajectory(checker, points, limits, step, progress)
+        title = f"{path}: {checker.robot.name} in {checker.world.scene.name}"
+        table = Table("", "", title=escape(title), show_header=False)
         for name, value in report_rows(report):
             table.add_row(name, escape(value))
         show(table)

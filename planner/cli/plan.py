@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.base.interrupts import leaving_on_interrupt
-from planner.base.request import PlanRequest
+from planner.base.request import PlanRequest, TimingRequest
 from planner.cli.common import STARTED, Flag
 from planner.cli.terminal import complain, say, show, working
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 def plan(
     request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
+    timing: Annotated[TimingRequest, tyro.conf.arg(name="")] = TimingRequest(),  # noqa: B008 (frozen)
+    no_timing: Flag = False,
     out: Path = Path("out"),
     view: Flag = False,
     json: Flag = False,
@@ -41,13 +43,18 @@ def plan(
     The same command and seed give the same path and roadmap, on any load and on every x86-64 processor with FMA (made
     since 2013), as long as the versions in plan.json are the same.
 
-    Writes plan.json, plan.html (open it in a browser) and roadmap.npz. Exit code 0: solved; 2: a wrong option;
+    A path becomes a motion: corners are rounded as far as that is proven free, and the quickest motion within the
+    limits on velocity, acceleration and jerk is proven as a curve in time.
+
+    Writes plan.json, plan.html (open it in a browser), roadmap.npz and trajectory.json, which 'planner export' turns
+    into what a controller takes. Exit code 0: solved; 2: a wrong option;
     3: an unusable robot, scene, state or file; 4: no path within the budget; 130: interrupted.
 
     Ctrl-C saves what there is, without the page; where --out holds a plan already that is kept, and the interrupted
     one goes into the folder 'interrupted' inside it ('interrupted-2' and so on where that is taken).
 
     Args:
+        no_timing: Leave the path without times: no trajectory.json.
         out: Folder to write into.
         view: Serve the page on this machine when it is written, until Ctrl-C.
         json: Print plan.json on standard output, and nothing else there.
@@ -59,20 +66,22 @@ def plan(
     from planner import planning
     from planner.base.outcome import Outcome
     from planner.cli.interrupted import folder_for_interrupted, kept
+    from planner.motion.file import TRAJECTORY_NAME
     from planner.plan_record import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_plan_page, save_plan_without_page
     from planner.view.serve import serve
 
     imported = time.perf_counter() - STARTED
     with working() as progress:
-        result = planning.with_alternatives(planning.plan(request, progress), progress)
+        result = planning.with_alternatives(planning.plan(request, progress, None if no_timing else timing), progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
         record = save_plan_without_page(result, place, {"import": imported, "total": time.perf_counter() - STARTED})
-        written = f"Written: {place / JSON_NAME}, {place / ROADMAP_NAME}"
+        others = "" if result.trajectory is None else f", {place / TRAJECTORY_NAME}"
+        written = f"Written: {place / JSON_NAME}, {place / ROADMAP_NAME}{others}"
         with leaving_on_interrupt(f"stopping without the page. {result.outcome.value} {written}"):
             if not progress.stopped:
                 record = save_plan_page(result, place, record)
-                written = f"Written: {place / JSON_NAME}, {place / PAGE_NAME}, {place / ROADMAP_NAME}"
+                written = f"Written: {place / JSON_NAME}, {place / PAGE_NAME}, {place / ROADMAP_NAME}{others}"
     tell = complain if json else say
     if json:
         say((place / JSON_NAME).read_text().rstrip())

@@ -43,12 +43,12 @@ def read_joint_path(path: Path, robot: Robot) -> Floats:
     text = read_text(path, "joint path")
     match path.suffix.lower():
         case ".json":
-            content = _from_json(_parse(text, where), where)
+            content = _from_json(parse(text, where), where)
         case ".csv":
             content = _from_csv(text, robot, where)
         case other:
             raise FileError(f"{where} ends in '{other}': give a .json or .csv file.")
-    rows = _in_order(content, robot, where)
+    rows = in_order(content, robot, where)
     bad = np.argwhere(~np.isfinite(rows))
     if len(bad):
         row, joint = bad[0]
@@ -63,7 +63,8 @@ def read_joint_path(path: Path, robot: Robot) -> Floats:
     return frozen(np.where(robot.continuous, robot.unwound(rows), rows))  # other joints to the last bit
 
 
-def _in_order(content: PathFile, robot: Robot, where: str) -> Floats:
+def in_order(content: PathFile, robot: Robot, where: str) -> Floats:
+    """The rows with their columns in the robot's order of joints; :class:`FileError` where that cannot be."""
     if content.robot not in (None, robot.name):
         raise FileError(f"{where} is for robot '{content.robot}', not '{robot.name}': choose it with --robot.")
     if not len(content.rows):
@@ -87,7 +88,8 @@ def _in_order(content: PathFile, robot: Robot, where: str) -> Floats:
     return content.rows[:, [content.names.index(joint) for joint in robot.joints]]
 
 
-def _parse(text: str, where: str) -> Any:
+def parse(text: str, where: str) -> Any:
+    """Plain data out of JSON text."""
     try:
         return json.loads(text)
     except ValueError as error:
@@ -99,7 +101,7 @@ def _parse(text: str, where: str) -> Any:
 def _from_json(data: Any, where: str) -> PathFile:
     """A path out of plain data; trajectories may be wrapped as ROS messages wrap them."""
     if isinstance(data, list):
-        return PathFile(_matrix(data, where))
+        return PathFile(matrix(data, where))
     if isinstance(data, dict):
         require_readable_version(data, where)
         if "intervals" in data:
@@ -113,7 +115,7 @@ def _from_json(data: Any, where: str) -> PathFile:
             return _from_json(data["trajectory"][0], where)
         rows = _rows_of(data, where)
         if rows is not None:
-            return PathFile(_matrix(rows, where), _joint_names(data, where), _text(data.get("robot")))
+            return PathFile(matrix(rows, where), joint_names(data, where), _text(data.get("robot")))
     raise FileError(f"{where} holds no path: give {_FORMATS}.")
 
 
@@ -125,7 +127,8 @@ def _rows_of(data: dict[str, Any], where: str) -> Any:
     return next((data[key] for key in _ROWS if key in data), None)
 
 
-def _joint_names(data: dict[str, Any], where: str) -> tuple[str, ...] | None:
+def joint_names(data: dict[str, Any], where: str) -> tuple[str, ...] | None:
+    """The names of the columns, None where a file gives none."""
     names = next((data[key] for key in _NAMES if key in data), None)
     if names is None:
         return None
@@ -143,23 +146,25 @@ def _from_csv(text: str, robot: Robot, where: str) -> PathFile:
     lines = [line.strip() for line in text.lstrip("\ufeff").splitlines() if line.strip()]
     names = None
     if lines:
-        first = _cells(lines[0].lstrip("# "))
-        if set(first) & set(robot.joints) or (not lines[0].startswith("#") and not all(map(_is_number, first))):
+        first = cells(lines[0].lstrip("# "))
+        if set(first) & set(robot.joints) or (not lines[0].startswith("#") and not all(map(is_number, first))):
             names = tuple(first)
-    cells = [_cells(line) for line in lines[names is not None :] if not line.startswith("#")]
+    table = [cells(line) for line in lines[names is not None :] if not line.startswith("#")]
     if names is not None:  # a column that is not asked for may hold words
-        cells = [[cell if _is_number(cell) else "nan" for cell in row] for row in cells]
-    return PathFile(_matrix(cells, where), names)
+        table = [[cell if is_number(cell) else "nan" for cell in row] for row in table]
+    return PathFile(matrix(table, where), names)
 
 
-def _cells(line: str) -> list[str]:
+def cells(line: str) -> list[str]:
+    """The columns of a line of a CSV, whatever separates them."""
     for mark in (",", ";", "\t"):
         if mark in line:
             return [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
     return line.split()
 
 
-def _is_number(text: str) -> bool:
+def is_number(text: str) -> bool:
+    """Whether a cell of a CSV holds a number."""
     try:
         float(text)
     except ValueError:
@@ -167,7 +172,7 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _matrix(rows: Any, where: str) -> Floats:
+def matrix(rows: Any, where: str) -> Floats:
     """Rows of numbers, or of their text, of equal length, as an array (k, columns)."""
     if not isinstance(rows, Sequence) or isinstance(rows, str):
         raise FileError(f"{where} holds no list of rows: give {_FORMATS}.")

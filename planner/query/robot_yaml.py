@@ -34,6 +34,8 @@ def _what(files: RobotFiles, robot: Robot, folder: Path) -> Iterator[str]:
     yield f"home: {json.dumps([float(value) for value in robot.home])}"
     yield f"manipulability: {robot.manipulability}"
     yield f"fixed_joints: {json.dumps(dict(robot.fixed_joints))}"
+    if robot.motion is not None:
+        yield f"motion: {json.dumps(robot.motion.model_dump(exclude_none=True), ensure_ascii=False)}"
 
 
 def _description(robot: Robot) -> str:

@@ -12,9 +12,11 @@ from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobian, manipulability
 from planner.paths.measure import dense_path
+from planner.view.shown_path import ShownMotion
 from planner.world.robot import Robot
 
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
+_FINE = 1001  # moments at which the lowest w of a motion is looked for
 _APART = 0.1  # worst points nearer than this share of the path are one
 
 
@@ -27,18 +29,51 @@ class WorstPoint:
     position: tuple[float, float, float]
 
 
-def motion_data(robot: Robot, path: Floats) -> dict[str, Any]:
-    """What the page's script moves the robot by, along a joint path (k, dof) of one configuration or more."""
+def motion_data(robot: Robot, path: Floats, motion: ShownMotion | None = None) -> dict[str, Any]:
+    """What the page's script moves the robot by, along a joint path (k, dof) of one configuration or more.
+
+    With a ``motion`` its states at evenly spaced times take the place of the path's waypoints: shares are of time then.
+    """
+    if motion is not None:
+        return _motion_in_time(robot, path, motion)
     shares, total = path_shares(path)
     q = configurations_at(path, shares, np.linspace(0.0, 1.0, SHOWN_STATES))
     return {
         "waypoints": np.round(path, 9).tolist(),
         "shares": shares.tolist(),
         "length": round(total, 6),
-        "w": np.round(manipulability(robot, q), 7).tolist(),
-        "ellipsoids": np.round(ellipsoids(robot, q[::2]), 4).tolist(),
         "worst": [vars(point) for point in worst_points(robot, path)],
         "seconds": max(2.0, total * _SECONDS_PER_RADIAN) if len(path) > 1 else 0.0,
+        **_along(robot, q),
+    }
+
+
+def _along(robot: Robot, q: Floats) -> dict[str, Any]:
+    """What is drawn of the states (n, dof) of a path at even shares."""
+    return {
+        "w": np.round(manipulability(robot, q), 7).tolist(),
+        "ellipsoids": np.round(ellipsoids(robot, q[::2]), 4).tolist(),
+    }
+
+
+def _motion_in_time(robot: Robot, path: Floats, motion: ShownMotion) -> dict[str, Any]:
+    trajectory = motion.trajectory
+    times = np.linspace(trajectory.times[0], trajectory.times[-1], SHOWN_STATES)
+    q, fine = trajectory.at(times), np.linspace(trajectory.times[0], trajectory.times[-1], _FINE)
+    of_limits = {}
+    if trajectory.limits is not None:
+        for order, kind in ((1, "velocity"), (2, "acceleration")):
+            share = trajectory.at(times, order) / getattr(trajectory.limits, kind)
+            of_limits[kind] = np.round(share.T, 4).tolist()
+    clearance = None if motion.clearance is None else np.round(motion.clearance, 5).tolist()
+    return {
+        "waypoints": np.round(q, 9).tolist(),
+        "shares": np.linspace(0.0, 1.0, SHOWN_STATES).tolist(),
+        "length": round(path_shares(path)[1], 6),
+        "worst": [vars(point) for point in _lowest(robot, trajectory.at(fine), np.linspace(0.0, 1.0, _FINE))],
+        "seconds": trajectory.duration,
+        "motion": {"duration": trajectory.duration, "clearance": clearance, **of_limits},
+        **_along(robot, q),
     }
 
 
@@ -97,7 +132,12 @@ def ellipsoids(robot: Robot, q: Floats) -> Floats:
 def worst_points(robot: Robot, path: Floats) -> list[WorstPoint]:
     """The two lowest local minima of w, densely sampled along a path; the lowest first, ends included."""
     dense = dense_path(path)
-    w, (shares, _) = manipulability(robot, dense), path_shares(dense)
+    return _lowest(robot, dense, path_shares(dense)[0])
+
+
+def _lowest(robot: Robot, dense: Floats, shares: Floats) -> list[WorstPoint]:
+    """The two lowest local minima of w over states (n, dof) at ``shares`` (n,) of the way."""
+    w = manipulability(robot, dense)
     chosen: list[int] = []
     for row in _local_minima(w):
         if all(abs(shares[row] - shares[other]) > _APART for other in chosen):

@@ -137,7 +137,7 @@ function markWorst(path) {
     dot.position.set(...point.position);
     dots.add(dot);
     const line = document.createElement("button"), mark = document.createElement("button");
-    line.textContent = `w = ${short(point.w)} ${data.unit} at ${percent(point.share)} of the way`;
+    line.textContent = `w = ${short(point.w)} ${data.unit} at ${moment(path, point.share)}${path.motion ? "" : " of the way"}`;
     mark.textContent = `w ${short(point.w)}`;
     mark.className = "mark";
     for (const button of [line, mark]) {
@@ -169,7 +169,8 @@ function goTo(place) {
   placeJoints(configurationAt(path, share), share);
   element("scrub").value = 1000 * share;
   element("spark").querySelector(".here").setAttribute("d", `M${1000 * share} 0V100`);
-  element("now").textContent = `${w(path)} · ${percent(share)}`;
+  markMoment();
+  element("now").textContent = `${w(path)} · ${moment(path, share)}`;
   element("now-other").textContent = other ? w(other) : "";
   root.dataset.share = share.toFixed(4);
 }
@@ -189,7 +190,7 @@ function play() {
   let last = performance.now();
   const step = (now) => {
     if (!playing) return;
-    goTo(share + Math.max(0, now - last) / (1000 * shownPath().seconds));
+    goTo(share + (speed() * Math.max(0, now - last)) / (1000 * shownPath().seconds));
     last = now;
     if (share >= 1) stop();
     else requestAnimationFrame(step);
@@ -236,6 +237,8 @@ function showPath(k) {
   fillNumbers(path, other);
   markWorst(path);
   drawCurve(path, other);
+  drawMotion(path);
+  makeRoom();
   drawJoints(path, other);
   markCosts();
   if (element("colour").value === "cost" || !root.dataset.colour) colourRoadmap(path);
@@ -344,6 +347,7 @@ async function main() {
   fold(narrow()); // so that on a phone the robot is seen
   startPanel();
   startPlayer();
+  startMotion();
   startPointer();
   startRoadmap(shownPath);
   startTradeoff();

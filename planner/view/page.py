@@ -12,6 +12,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
+from planner.base.resolutions import SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
 from planner.roadmap.roadmap import Roadmap
@@ -20,7 +21,7 @@ from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
-from planner.view.shown_path import W_UNIT, Rows, ShownPath
+from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
 from planner.world.robot import Robot, load_visuals
 from planner.world.scene import Scene
 
@@ -82,7 +83,7 @@ def page(content: Content) -> str:
     roadmap = draw_roadmap(canvas, content.roadmap, robot) if content.roadmap else None
     for k, shown in enumerate(content.paths):
         if len(shown.path) > 1:
-            draw_path(canvas, f"paths/{k}", robot, shown.path)
+            draw_path(canvas, f"paths/{k}", robot, shown.path if shown.motion is None else _curve(shown.motion))
     centre, radius = extent(
         robot, content.scene, visuals or robot.bodies, _poses(content, configuration), _points(content)
     )
@@ -120,10 +121,15 @@ def _paths(content: Content) -> list[dict[str, Any]]:
             "costs": item.costs,
             "numbers": item.numbers,
             "cost": _field(item.cost_to_go),
-            **motion_data(content.robot, item.path),
+            **motion_data(content.robot, item.path, item.motion),
         }
         for item in shown
     ]
+
+
+def _curve(motion: ShownMotion) -> Floats:
+    """States (n, dof) along a motion, close enough to draw the tool's way by."""
+    return motion.trajectory.at(np.linspace(motion.trajectory.times[0], motion.trajectory.times[-1], SHOWN_STATES))
 
 
 def _field(x: Floats | None) -> list[float | None] | None:

@@ -31,8 +31,10 @@ function drawHeights(high) {
 }
 
 function drawShares(path) {
-  const places = [0, 25, 50, 75].map((place) => label(`${place} %`, place, "left", place === 75 ? "minor" : ""));
-  element("shares").replaceChildren(...places, label(`100 % of ${path.length.toFixed(2)} rad`, 100, "left", "whole"));
+  const named = (place) => (path.motion ? moment(path, place / 100) : `${place} %`);
+  const places = [0, 25, 50, 75].map((place) => label(named(place), place, "left", place === 75 ? "minor" : ""));
+  const whole = path.motion ? moment(path, 1) : `100 % of ${path.length.toFixed(2)} rad`;
+  element("shares").replaceChildren(...places, label(whole, 100, "left", "whole"));
 }
 
 const curveLine = (w) => w.map((value, k) => `${((1000 * k) / (w.length - 1)).toFixed(1)} ${curveY(value).toFixed(2)}`).join("L");

@@ -39,7 +39,7 @@ function limitText(path) {
   const nearest = nearestLimit(path);
   if (!nearest) return "every joint turns freely";
   const { room, j, share } = nearest;
-  const where = path.waypoints.length > 1 ? ` at ${percent(share)} of the way` : "";
+  const where = path.waypoints.length > 1 ? ` at ${moment(path, share)}${path.motion ? "" : " of the way"}` : "";
   const much = `${Math.abs(room).toFixed(Math.abs(room) < 0.01 ? 4 : 2)} ${data.joints.unit[j]}`;
   return room < 0 ? `${data.joints.names[j]} is ${much} beyond its limit${where}`
     : `${data.joints.names[j]} is nearest to a limit: ${much}${where}`;

@@ -8,7 +8,11 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
+from planner.base.resolutions import CLEARANCES_OF_MOTION
+from planner.collision.checker import CollisionChecker
+from planner.collision.clearance import Clearance
 from planner.costs.manipulability_floor import LayeredNetwork
+from planner.motion.trajectory import Trajectory
 from planner.paths.measure import measure_path
 from planner.world.robot import Robot
 
@@ -17,10 +21,26 @@ W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}
 
 
 @dataclass(frozen=True, eq=False)
+class ShownMotion:
+    """A trajectory along a path, and its ``clearance`` (n,) m at evenly spaced times; None where nothing is checked."""
+
+    trajectory: Trajectory
+    clearance: Floats | None
+
+
+def shown_motion(trajectory: Trajectory, checker: CollisionChecker) -> ShownMotion:
+    """A trajectory with its clearance, from its beginning to its end."""
+    times = np.linspace(trajectory.times[0], trajectory.times[-1], CLEARANCES_OF_MOTION)
+    clearance = Clearance(checker)(trajectory.at(times))
+    return ShownMotion(trajectory, clearance if np.isfinite(clearance).all() else None)
+
+
+@dataclass(frozen=True, eq=False)
 class ShownPath:
     """A path (k, dof) rad, what is said about it, and where known its betas and the cost-to-go (n,) of the roadmap.
 
     ``costs``: Omega and D. A path with costs but without an interval is non-dominated, and no beta makes it optimal.
+    With a ``motion`` the robot is shown at its times.
     """
 
     path: Floats
@@ -28,6 +48,7 @@ class ShownPath:
     interval: tuple[float, float] | None = None
     cost_to_go: Floats | None = None
     costs: tuple[float, float] | None = None
+    motion: ShownMotion | None = None
 
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:

@@ -18,7 +18,7 @@ from planner.base.targets import TURN
 from planner.base.yamlfile import FARTHEST
 from planner.world import urdf
 from planner.world.poses import pose
-from planner.world.robot_files import ALL_JOINTS, JointChoice, RobotFiles, Rows, read_robot
+from planner.world.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, Rows, read_robot
 from planner.world.shapes import Body, Carried
 from planner.world.srdf import states_of_joints
 
@@ -58,6 +58,7 @@ class Robot:
     carried: tuple[Body, ...] = ()  # of ``bodies``, those that a link holds without being part of it
     touching: frozenset[frozenset[str]] = frozenset()  # what these may touch, by name
     states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # named by its SRDF, of the planned joints
+    motion: MotionFile | None = None  # of the planned joints, in their order; None: nobody has said
 
     @staticmethod
     def load(
@@ -199,6 +200,7 @@ def assemble(
         base=frozen(base),
         source=description,
         states=states_of_joints(files.srdf, planned) if files.srdf else {},
+        motion=files.motion(planned),
         **parts,
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -37,6 +37,14 @@ class Source(Strict):
         return (urdf.example_robot_data() / "robots" if self.package else folder) / self.file
 
 
+class MotionFile(Strict):
+    """How fast the joints may change their velocity: one number for all planned joints, or one for each."""
+
+    acceleration: float | list[float]  # rad/s², m/s² where a joint slides
+    jerk: float | list[float] | None = None  # rad/s³, m/s³
+    source: str  # who says so
+
+
 class RobotFile(Strict):
     """What a ``robot.yaml`` holds."""
 
@@ -50,6 +58,7 @@ class RobotFile(Strict):
     manipulability: Rows | None = None
     fixed_joints: dict[str, Coordinate] = pydantic.Field(default_factory=dict)
     disabled_pairs: list[tuple[str, str]] | None = None
+    motion: MotionFile | None = None
 
     @pydantic.model_validator(mode="before")
     @classmethod
@@ -142,14 +151,34 @@ class RobotFiles:
         for state in sorted(self.srdf.states if self.srdf else (), key=lambda item: -len(item.values)):
             found |= state.values if state.name == HOME else {}
         if self.file and self.file.home:
-            joints = self.file.joints or urdf.chain_joints(self.model, _known_tool(self.model, self.file.tool))
-            if len(joints) != len(self.file.home):
-                raise RobotError(
-                    f"robot file {self.origin}: home has {len(self.file.home)} values, the robot {len(joints)} joints, "
-                    f"{choices(joints)}: give one value per joint."
-                )
-            found |= dict(zip(joints, self.file.home, strict=True))
+            found |= self._by_joint(self.file, self.file.home, "home")
         return {joint: value for joint, value in found.items() if self.model.existJointName(joint)}
+
+    def motion(self, planned: Sequence[str]) -> MotionFile | None:
+        """What the robot file says of accelerations and jerks, its lists in the order of ``planned`` joints.
+
+        None where it says nothing, or not of all of these joints.
+        """
+        motion = self.file.motion if self.file else None
+        if self.file is None or motion is None:
+            return None
+        lists = {kind: values for kind in ("acceleration", "jerk") if isinstance(values := getattr(motion, kind), list)}
+        of_joint = {kind: self._by_joint(self.file, values, kind) for kind, values in lists.items()}
+        if any(joint not in values for values in of_joint.values() for joint in planned):
+            return None
+        return motion.model_copy(
+            update={kind: [values[joint] for joint in planned] for kind, values in of_joint.items()}
+        )
+
+    def _by_joint(self, file: RobotFile, values: Sequence[float], what: str) -> dict[str, float]:
+        """One value for each joint that the robot file plans; :class:`RobotError` where there are more or fewer."""
+        joints = file.joints or urdf.chain_joints(self.model, _known_tool(self.model, file.tool))
+        if len(joints) != len(values):
+            raise RobotError(
+                f"robot file {self.origin}: {what} has {len(values)} values, the robot {len(joints)} joints, "
+                f"{choices(joints)}: give one value per joint."
+            )
+        return dict(zip(joints, values, strict=True))
 
     @cached_property
     def disabled_pairs(self) -> frozenset[frozenset[str]] | None:

@@ -16,6 +16,7 @@ from planner.base.request import PlanRequest
 from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
+from planner.motion.timing import time_path
 from planner.paths.measure import path_manipulability
 from planner.plan_record import Plan, shown_paths
 from planner.planning import plan, with_alternatives
@@ -23,6 +24,7 @@ from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.page import of_tradeoff
 from planner.tradeoff.sweep import Tradeoff, sweep
 from planner.view.motion import configurations_at, ellipsoids, motion_data, path_shares, worst_points
+from planner.view.shown_path import shown_motion
 from tests.browser import page_data
 from tests.worlds import ROBOTS, checker_of, load, random_q
 
@@ -53,6 +55,21 @@ def test_motion_is_even_in_joint_space(solved: Plan) -> None:
     data = motion_data(solved.robot, solved.path)
     np.testing.assert_allclose(data["w"], manipulability(solved.robot, q), atol=1e-7)
     np.testing.assert_allclose(data["ellipsoids"][60], ellipsoids(solved.robot, q[[120]])[0], atol=1e-4)
+
+
+def test_a_motion_is_even_in_time(solved: Plan) -> None:
+    trajectory = time_path(solved.path, solved.checker)
+    data = motion_data(solved.robot, solved.path, shown_motion(trajectory, solved.checker))
+    assert data["seconds"] == data["motion"]["duration"] == trajectory.duration
+    q = trajectory.at(np.linspace(0.0, trajectory.duration, SHOWN_STATES))
+    np.testing.assert_allclose(data["waypoints"], q, atol=1e-8)
+    np.testing.assert_allclose(data["w"], manipulability(solved.robot, q), atol=1e-6)
+    for kind in ("velocity", "acceleration"):
+        shares = np.array(data["motion"][kind])
+        assert shares.shape == (solved.robot.dof, SHOWN_STATES)
+        assert 0.9 < np.abs(shares).max() <= 1.0 + 1e-4
+    assert min(data["motion"]["clearance"]) > 0
+    assert data["worst"][0]["w"] <= min(data["w"]) + 1e-9
 
 
 def test_a_path_of_one_configuration_stands_still() -> None:

@@ -17,6 +17,7 @@ from planner.base.request import PlanRequest
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
+from planner.motion.timing import time_path
 from planner.paths.measure import path_manipulability
 from planner.plan_record import Plan
 from planner.planning import plan, with_alternatives
@@ -214,6 +215,29 @@ def test_play_goes_on_to_the_end_and_starts_over(tab: Tab) -> None:
     tab.run("shownPath().seconds = 1000, play()")
     assert float(dataset(tab, "share")) < 0.01
     assert text(tab, "play") == "Pause"
+
+
+def test_a_motion_is_shown_in_time_with_plots(window: Tab, made: Plan, tmp_path: Path) -> None:
+    """Charts of all joints and the clearance; the pointer over them moves the robot to that moment."""
+    trajectory = time_path(made.path, made.checker)
+    file = tmp_path / "motion.html"
+    file.write_text(replace(made, trajectory=trajectory).page())
+    assert window.open(file), window.console
+    window.run("showPlots(true)")
+    assert window.run("document.querySelectorAll('#plots svg').length") == 4
+    assert window.run("document.querySelectorAll('#plots .way').length") == 3 * made.robot.dof + 1
+    box = "document.querySelector('#plots svg').getBoundingClientRect()"
+    event = f"new PointerEvent('pointermove', {{ clientX: {box}.left + 0.25 * {box}.width, bubbles: true }})"
+    window.run(f"element('plots').dispatchEvent({event})")
+    assert float(dataset(window, "share")) == pytest.approx(0.25, abs=2e-3)
+    assert text(window, "now").endswith(f"{0.25 * trajectory.duration:.2f} s")
+    q = window.run("configurationAt(shownPath(), share)")
+    np.testing.assert_allclose(q, trajectory.at(0.25 * trajectory.duration)[0], atol=2e-2)
+    assert window.run(
+        "element('panel').getBoundingClientRect().bottom <= element('player').getBoundingClientRect().top"
+    )
+    window.run("showPlots(false)")
+    assert window.run("element('plots').hidden")
 
 
 def test_keys_and_scrubber(tab: Tab) -> None:

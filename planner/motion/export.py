@@ -1,0 +1,147 @@
+"""A trajectory in the formats that controllers and other programs take.
+
+A ROS 2 joint trajectory controller runs positions as lines, positions and velocities as cubics, and with accelerations
+as quintics. The points are the knots of the trajectory's own polynomials, with what makes the controller interpolate
+these: what it runs is what was proven. Points in between, as ``rate`` asks for, lie on the same polynomials.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import shlex
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import FileError, OptionError
+from planner.motion.trajectory import DEGREE, Trajectory
+
+Format = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz"]
+SUFFIX: dict[Format, str] = {"ros-yaml": "yaml", "ros-json": "json", "moveit": "yaml", "csv": "csv", "npz": "npz"}
+
+_PER_SECOND = 1_000_000_000
+_LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
+_NEAR = 0.1  # of 1 / rate: a further point that near to a knot is left out
+LONGEST_ARGUMENT = 131_000  # bytes of one argument of a command on Linux, and what stands around the message
+
+
+def export(trajectory: Trajectory, kind: Format, rate: float | None = None, skip_first_point: bool = False) -> bytes:
+    """The content of a file of this ``kind``; times count from the first knot.
+
+    ``rate`` (Hz) adds points at least that often. ``skip_first_point`` leaves out the first one, which is where the
+    robot stands: some controllers refuse a point at time 0. The others keep their times.
+    """
+    nanoseconds = _knots(trajectory, rate)
+    if skip_first_point:
+        nanoseconds = nanoseconds[1:]
+    t = trajectory.times[0] + nanoseconds / _PER_SECOND
+    columns = [_values(trajectory, t, order) for order in range(3)]
+    if kind == "csv":
+        return _csv(trajectory.joints, nanoseconds, columns).encode()
+    if kind == "npz":
+        return _npz(trajectory.joints, nanoseconds / _PER_SECOND, columns)
+    given = (DEGREE[trajectory.interpolation] + 1) // 2
+    message = _message(trajectory.joints, nanoseconds, columns[:given])
+    if kind == "moveit":
+        message = {"joint_trajectory": message, "multi_dof_joint_trajectory": {"joint_names": [], "points": []}}
+    if kind == "ros-json":
+        return (_flow(message) + "\n").encode()
+    return _yaml(message).encode()
+
+
+def goal_command(file: Path) -> str:
+    """The command line that sends the trajectory of a ros-json ``file`` as a FollowJointTrajectory goal."""
+    action = "control_msgs/action/FollowJointTrajectory"
+    controller = "/joint_trajectory_controller/follow_joint_trajectory"
+    return f'ros2 action send_goal {controller} {action} "{{trajectory: $(cat {shlex.quote(str(file))})}}"'
+
+
+def _knots(trajectory: Trajectory, rate: float | None) -> Ints:
+    """Whole nanoseconds from the first knot of all points, strictly increasing."""
+    since = trajectory.times - trajectory.times[0]
+    if since[-1] > _LONGEST:
+        raise FileError(f"the trajectory takes {since[-1]:g} s: a ROS duration holds {_LONGEST} s; give a shorter one.")
+    knots = np.round(since * _PER_SECOND).astype(np.int64)
+    if (np.diff(knots) <= 0).any():
+        raise FileError("two knots of the trajectory are less than a nanosecond apart: time the path anew.")
+    if rate is None:
+        return knots
+    require_rate(rate)
+    more = np.round(np.arange(1, int(since[-1] * rate) + 1) / rate * _PER_SECOND).astype(np.int64)
+    behind = np.searchsorted(knots, more).clip(1, len(knots) - 1)
+    away = np.minimum(np.abs(more - knots[behind - 1]), np.abs(knots[behind] - more))
+    return np.union1d(knots, more[(away >= _NEAR / rate * _PER_SECOND) & (more < knots[-1])])
+
+
+def require_rate(rate: float) -> None:
+    """Raise :class:`OptionError` unless ``rate`` (Hz) is one that a controller can have."""
+    if not 0.1 <= rate <= 10_000.0:
+        raise OptionError(f"rate {rate:g} Hz is not usable: give a number from 0.1 to 10000.")
+
+
+def _values(trajectory: Trajectory, t: Floats, order: int) -> Floats:
+    """Positions (n, dof) at ``t`` (n,), or a derivative; at knots what :meth:`Trajectory.knots` says."""
+    found, knots = trajectory.at(t, order), trajectory.knots(order)
+    row = np.searchsorted(trajectory.times, t - 0.5 / _PER_SECOND).clip(0, len(trajectory.times) - 1)
+    at_knot = np.abs(trajectory.times[row] - t) < 0.5 / _PER_SECOND
+    found[at_knot] = knots[row[at_knot]]
+    return found
+
+
+def _message(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> dict[str, Any]:
+    """trajectory_msgs/JointTrajectory as plain data."""
+    rows: list[list[list[float]]] = [column.tolist() for column in columns]
+    rows += [[[] for _ in nanoseconds]] * (3 - len(rows))
+    points = [
+        {
+            "positions": q,
+            "velocities": qd,
+            "accelerations": qdd,
+            "effort": [],
+            "time_from_start": dict(zip(("sec", "nanosec"), divmod(int(t), _PER_SECOND), strict=True)),
+        }
+        for t, q, qd, qdd in zip(nanoseconds, *rows, strict=True)
+    ]
+    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    return {"header": header, "joint_names": list(joints), "points": points}
+
+
+def _flow(value: Any) -> str:
+    """JSON that YAML reads alike: of a number such as 1e-09 YAML 1.1, which ROS reads, would make a text."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{json.dumps(key)}: {_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    text = json.dumps(value, allow_nan=False)
+    return text.replace("e", ".0e") if isinstance(value, float) and "." not in text else text
+
+
+def _yaml(value: dict[str, Any], indent: str = "") -> str:
+    """Mappings and lists of mappings in block style, everything in them in flow style, which is JSON."""
+    lines = []
+    for key, item in value.items():
+        if isinstance(item, dict) and key != "time_from_start":
+            lines.append(f"{indent}{key}:\n{_yaml(item, indent + '  ')}")
+        elif isinstance(item, list) and item and isinstance(item[0], dict):
+            entries = [_yaml(entry, indent + "    ") for entry in item]
+            lines.append(f"{indent}{key}:\n" + "".join(f"{indent}  - {e[len(indent) + 4 :]}" for e in entries))
+        else:
+            lines.append(f"{indent}{key}: {_flow(item)}\n")
+    return "".join(lines)
+
+
+def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> str:
+    names = ["t", *joints, *(f"{j}_velocity" for j in joints), *(f"{j}_acceleration" for j in joints)]
+    lines = [",".join(names)]
+    for t, row in zip(nanoseconds.tolist(), np.concatenate(columns, axis=1).tolist(), strict=True):
+        lines.append(",".join([f"{t // _PER_SECOND}.{t % _PER_SECOND:09d}", *map(repr, row)]))
+    return "\n".join(lines) + "\n"
+
+
+def _npz(joints: tuple[str, ...], t: Floats, columns: list[Floats]) -> bytes:
+    content = io.BytesIO()
+    np.savez(content, t=t, q=columns[0], qd=columns[1], qdd=columns[2], joints=np.array(joints))
+    return content.getvalue()

@@ -1,0 +1,198 @@
+"""How fast each joint may move, accelerate and jerk, and who says so."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pydantic
+
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import FileError, PlannerError, choices
+from planner.base.request import LimitsRequest
+from planner.base.yamlfile import parse_yaml, read_text, validate
+from planner.world.robot import Robot
+
+KINDS = ("velocity", "acceleration", "jerk")
+UNITS = {"velocity": "/s", "acceleration": "/s²", "jerk": "/s³"}
+
+ASSUMED_VELOCITY = 1.0  # rad/s, m/s
+ASSUMED_ACCELERATION = 5.0  # rad/s², m/s²
+ASSUMED_JERK_PER_ACCELERATION = 100.0  # 1/s: full acceleration is there 10 ms after none
+_LARGEST = {"velocity": 1e4, "acceleration": 1e4, "jerk": 1e7}  # no joint comes near; times would drown in rounding
+
+
+class LimitError(PlannerError):
+    """A motion limit that no motion can keep, or that the robot does not allow."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionLimits:
+    """Limits (dof,) on the absolute velocity, acceleration and jerk of each joint, in the robot's order of joints.
+
+    Units are rad (m where a joint slides) and s. ``source`` says for each of the three where they come from.
+
+        MotionLimits.of(robot)                                          # the URDF's and the robot file's
+        MotionLimits.of(robot, LimitsRequest(velocity_scale=0.2))
+    """
+
+    joints: tuple[str, ...]
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    source: dict[str, str]
+
+    def __post_init__(self) -> None:
+        for kind in KINDS:
+            _require_usable(self.joints, getattr(self, kind), kind, self.source[kind])
+
+    @staticmethod
+    def of(robot: Robot, request: LimitsRequest | None = None) -> MotionLimits:
+        """The robot's limits as ``request`` changes them; velocities beyond the URDF's are refused.
+
+        Where the URDF or the robot's file says nothing a figure is assumed, and ``source`` says so. Raises
+        :class:`LimitError` for limits that are zero, negative, not finite, missing or beyond the robot's.
+        """
+        request = request or LimitsRequest()
+        limits, scales = _of_robot(robot), {}
+        if request.limits is not None:
+            limits, scales = _with_file(limits, request.limits)
+        for kind in ("acceleration", "jerk"):
+            value = getattr(request, kind)
+            if value is not None:
+                limits = _with(limits, kind, np.full(robot.dof, float(value)), f"--{kind} {value:g}")
+        if request.acceleration is not None and request.jerk is None and "assumed" in limits.source["jerk"]:
+            limits = _with(limits, "jerk", ASSUMED_JERK_PER_ACCELERATION * limits.acceleration, _assumed_jerk())
+        for kind in ("velocity", "acceleration"):
+            asked = getattr(request, f"{kind}_scale")
+            limits = _scaled(limits, kind, scales.get(kind, 1.0) if asked is None else asked)
+        _require_within_urdf(robot, limits)
+        return limits
+
+    def to_dict(self) -> dict[str, Any]:
+        """The limits as ``trajectory.json`` has them."""
+        return {kind: getattr(self, kind).tolist() for kind in KINDS} | {"source": dict(self.source)}
+
+    def text(self) -> str:
+        """The limits in words, as they stand beside every duration."""
+        return "; ".join(
+            f"{kind} up to {_range(getattr(self, kind))} rad{UNITS[kind]} ({self.source[kind]})" for kind in KINDS
+        )
+
+
+def _range(values: Floats) -> str:
+    low, high = float(values.min()), float(values.max())
+    return f"{high:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+
+
+def _with(limits: MotionLimits, kind: str, values: Floats, source: str) -> MotionLimits:
+    _require_usable(limits.joints, values, kind, source)
+    return replace(limits, **{kind: frozen(values)}, source={**limits.source, kind: source})
+
+
+def _scaled(limits: MotionLimits, kind: str, scale: float) -> MotionLimits:
+    if not 0.0 < scale <= 1.0:
+        raise LimitError(f"{kind} scale {scale:g} is not usable: give a share of the limits, above 0 up to 1.")
+    if scale == 1.0:
+        return limits
+    return _with(limits, kind, scale * getattr(limits, kind), f"{limits.source[kind]}, times {scale:g}")
+
+
+def _of_robot(robot: Robot) -> MotionLimits:
+    unknown = ~(robot.velocity > 0)
+    velocity, says = np.where(unknown, ASSUMED_VELOCITY, robot.velocity), "URDF"
+    if unknown.any():
+        of = "" if unknown.all() else f" for {choices(np.array(robot.joints)[unknown])}"
+        says = f"assumed{of}: the URDF gives none"
+    motion = robot.motion
+    if motion is None:
+        acceleration, source = np.full(robot.dof, ASSUMED_ACCELERATION), "assumed: the robot's file gives none"
+    else:
+        acceleration, source = _each_joint(robot, motion.acceleration), motion.source
+    if motion is None or motion.jerk is None:
+        jerk, of_jerk = ASSUMED_JERK_PER_ACCELERATION * acceleration, _assumed_jerk()
+    else:
+        jerk, of_jerk = _each_joint(robot, motion.jerk), motion.source
+    return MotionLimits(
+        robot.joints,
+        frozen(velocity),
+        frozen(acceleration),
+        frozen(jerk),
+        {"velocity": says, "acceleration": source, "jerk": of_jerk},
+    )
+
+
+def _assumed_jerk() -> str:
+    return f"assumed: {ASSUMED_JERK_PER_ACCELERATION:g}/s times the acceleration"
+
+
+def _each_joint(robot: Robot, values: float | list[float]) -> Floats:
+    """One number for all planned joints, or one for each."""
+    return np.full(robot.dof, float(values)) if isinstance(values, float | int) else np.array(values, dtype=float)
+
+
+def _require_usable(joints: tuple[str, ...], values: Floats, kind: str, source: str) -> None:
+    bad = np.flatnonzero(~((values > 0) & (values <= _LARGEST[kind])))
+    if len(bad):
+        raise LimitError(
+            f"{kind} limit {values[bad[0]]:g} of joint '{joints[bad[0]]}' ({source}) is not usable: "
+            f"give a number above 0, {_LARGEST[kind]:g} at most."
+        )
+
+
+def _require_within_urdf(robot: Robot, limits: MotionLimits) -> None:
+    known = robot.velocity > 0
+    beyond = np.flatnonzero(known & (limits.velocity > robot.velocity * (1 + 1e-9)))
+    if len(beyond):
+        k = beyond[0]
+        raise LimitError(
+            f"velocity limit {limits.velocity[k]:g} of joint '{robot.joints[k]}' ({limits.source['velocity']}) is "
+            f"beyond the URDF's {robot.velocity[k]:g}: give that or less."
+        )
+
+
+class _JointLimit(pydantic.BaseModel):
+    """One joint of a MoveIt joint_limits.yaml; a limit counts unless its has_ key says false."""
+
+    model_config = pydantic.ConfigDict(extra="ignore", frozen=True)
+
+    has_velocity_limits: bool = True
+    max_velocity: float | None = None
+    has_acceleration_limits: bool = True
+    max_acceleration: float | None = None
+    has_jerk_limits: bool = True
+    max_jerk: float | None = None
+
+    def value(self, kind: str) -> float | None:
+        return getattr(self, f"max_{kind}") if getattr(self, f"has_{kind}_limits") else None
+
+
+class _LimitsFile(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="ignore", frozen=True)
+
+    joint_limits: dict[str, _JointLimit]
+    default_velocity_scaling_factor: float = 1.0
+    default_acceleration_scaling_factor: float = 1.0
+
+
+def _with_file(limits: MotionLimits, path: Path) -> tuple[MotionLimits, dict[str, float]]:
+    """The limits with those of a MoveIt joint_limits.yaml in their place, and its default scaling factors."""
+    where = f"joint limits {path}"
+    data = parse_yaml(read_text(path, "joint limits"), where)
+    if isinstance(data, dict) and "joint_limits" not in data:
+        raise FileError(f"{where} has no key 'joint_limits': give a MoveIt joint_limits.yaml.")
+    file = validate(_LimitsFile, data, where)
+    missing = [joint for joint in limits.joints if joint not in file.joint_limits]
+    if missing:
+        raise LimitError(f"{where} has no joint '{missing[0]}'; it has {choices(file.joint_limits)}: add it.")
+    for kind in KINDS:
+        found = [file.joint_limits[joint].value(kind) for joint in limits.joints]
+        if any(value is not None for value in found):
+            own = getattr(limits, kind)
+            values = np.array([own[k] if value is None else value for k, value in enumerate(found)], dtype=float)
+            partly = "" if all(value is not None for value in found) else f", the rest {limits.source[kind]}"
+            limits = _with(limits, kind, values, f"{path.name}{partly}")
+    scales = {kind: getattr(file, f"default_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
+    return limits, scales

@@ -1,0 +1,142 @@
+"""What is proven of a trajectory: no contact on any of its curves, limits between its samples, the floor under w."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import Bools, Ints
+from planner.base.resolutions import PROOF
+from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability_proof import prove_floor
+from planner.motion.limits import KINDS, MotionLimits
+from planner.motion.trajectory import Trajectory
+from planner.query.resolve import beyond_limits
+from planner.world.robot import Robot
+
+ROUNDING = 1e-6  # relative: a limit exceeded by less comes from numbers that were printed and read back
+_CLOSER = (1.0, 0.1, 0.01)  # of the room: what is undecided is tried again with less
+ASSUMES = "the geometry of robot and scene as given, a controller that follows the interpolation, floating point"
+
+
+@dataclass(frozen=True)
+class Excess:
+    """A limit that is exceeded: ``joint`` reaches ``value`` instead of ``limit`` between ``begin`` and ``end`` s."""
+
+    kind: str  # position, velocity, acceleration or jerk
+    joint: str
+    value: float
+    limit: float
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False)
+class MotionProof:
+    """The verdicts (k,) on a trajectory's pieces, the limits that it breaks, and the floor under w.
+
+    ``pair`` (k,) is what stopped a piece's proof. ``floor_holds`` (k,) says where w is proven to stay above ``floor``;
+    of the stretches from a start and to a goal below the floor nothing is asked.
+    """
+
+    verdict: Ints
+    pair: Ints
+    excesses: tuple[Excess, ...]
+    floor: float
+    floor_holds: Bools
+
+    @property
+    def free(self) -> bool:
+        """Every piece is proven free."""
+        return bool((self.verdict == Verdict.FREE).all())
+
+    @property
+    def whole(self) -> bool:
+        """All that was asked is proven."""
+        return self.free and not self.excesses and bool(self.floor_holds.all())
+
+    def to_dict(self, margin: float, library: str) -> dict[str, Any]:
+        """The proof as ``trajectory.json`` has it."""
+        found: dict[str, Any] = {
+            "pieces": len(self.verdict),
+            "pieces_free": int((self.verdict == Verdict.FREE).sum()),
+            "margin": margin,
+            "collision": library,
+            "limits_exceeded": [excess.kind for excess in self.excesses],
+            "assumes": ASSUMES,
+        }
+        if self.floor > 0:
+            found["floor"] = {"asked": self.floor, "pieces_above": int(self.floor_holds.sum())}
+        return found
+
+
+def prove_motion(
+    trajectory: Trajectory, prover: EdgeProver, limits: MotionLimits, floor: float = 0.0, room: float = PROOF
+) -> MotionProof:
+    """Prove the pieces free, the limits kept by their exact extrema, and w above ``floor`` once it is reached."""
+    verdict, pair = _free(trajectory, prover, room)
+    holds = floor_holds(trajectory, prover.robot, floor)
+    return MotionProof(verdict, pair, limits_exceeded(trajectory, prover.robot, limits), floor, holds)
+
+
+def _free(trajectory: Trajectory, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:
+    proofs = prover.prove_curves(trajectory.coefficients, room)
+    verdict, pair = proofs.verdict.copy(), proofs.pair.copy()
+    for share in _CLOSER[1:]:
+        open_ = np.flatnonzero(verdict == Verdict.UNDECIDED)
+        if not len(open_):
+            break
+        again = prover.prove_curves(trajectory.coefficients[open_], share * room)
+        verdict[open_], pair[open_] = again.verdict, again.pair
+    return verdict, pair
+
+
+def floor_holds(trajectory: Trajectory, robot: Robot, floor: float) -> Bools:
+    """(k,) where w is proven to stay at or above ``floor``, but for the ways up from the start and down to the end.
+
+    Those are the pieces before the first and behind the last knot at which w reaches the floor.
+    """
+    holds = np.ones(len(trajectory.coefficients), dtype=bool)
+    if floor <= 0:
+        return holds
+    above = np.flatnonzero(manipulability(robot, trajectory.knots()) >= floor)
+    if len(above) > 1:
+        inner = slice(int(above[0]), int(above[-1]))
+        holds[inner] = prove_floor(robot, trajectory.coefficients[inner], floor).holds
+    return holds
+
+
+def limits_exceeded(trajectory: Trajectory, robot: Robot, limits: MotionLimits) -> tuple[Excess, ...]:
+    """The worst excess of each kind of limit, by the exact extrema of every piece."""
+    found = [_position_excess(trajectory, robot)]
+    for order, kind in enumerate(KINDS, start=1):
+        if trajectory.coefficients.shape[1] == 2 and order > 1:
+            break  # lines: the velocity jumps, which no limit on its change allows; the law says so
+        most = getattr(limits, kind)
+        share = trajectory.largest(order) / most
+        piece, joint = np.unravel_index(int(share.argmax()), share.shape)
+        if share[piece, joint] > 1.0 + ROUNDING:
+            value = float(share[piece, joint] * most[joint])
+            found.append(_excess(trajectory, kind, int(piece), int(joint), value, float(most[joint])))
+    return tuple(excess for excess in found if excess is not None)
+
+
+def _position_excess(trajectory: Trajectory, robot: Robot) -> Excess | None:
+    low, high = trajectory.extrema()
+    below, above = beyond_limits(robot, low), beyond_limits(robot, high)
+    beyond = np.maximum(below, above)
+    piece, joint = np.unravel_index(int(beyond.argmax()), beyond.shape)
+    if not beyond[piece, joint]:
+        return None
+    over = above[piece, joint] >= below[piece, joint]
+    value = (high if over else low)[piece, joint]
+    limit = (robot.upper if over else robot.lower)[joint]
+    return _excess(trajectory, "position", int(piece), int(joint), float(value), float(limit))
+
+
+def _excess(trajectory: Trajectory, kind: str, piece: int, joint: int, value: float, limit: float) -> Excess:
+    begin, end = trajectory.times[piece : piece + 2].tolist()
+    return Excess(kind, trajectory.joints[joint], value, limit, begin, end)

@@ -1,0 +1,135 @@
+"""What a checked trajectory's report says, as rows of text and as plain data."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from planner.collision.edge_prover import Verdict
+from planner.motion.check import TrajectoryReport
+from planner.motion.limits import KINDS, UNITS
+from planner.motion.proof import Excess
+from planner.query.resolve import DEGREES
+
+
+def verdict_sentence(report: TrajectoryReport) -> str:
+    """Whether the trajectory is usable, in one sentence; if not, the first reason."""
+    if report.fault:
+        return f"Not usable: {report.fault}."
+    if report.degrees:
+        return f"Not usable: positions are beyond the joint limits: {DEGREES}"
+    assert report.proof is not None
+    if report.proof.excesses:
+        return f"Not usable: {excess_text(report, report.proof.excesses[0])}."
+    if report.contact is not None:
+        return f"Not usable: {_contact(report)}."
+    undecided = int((report.proof.verdict == Verdict.UNDECIDED).sum())
+    if not undecided:
+        return "Free and within all limits, at every moment; every piece between two points is proven free as a whole."
+    return f"Within all limits, and free wherever it was sampled; {_count(undecided, 'piece')} could not be proven."
+
+
+def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
+    """The report as the terminal's table has it."""
+    size = _count(len(report.points.times), "point")
+    rows = [("limits", report.limits.text())]
+    if report.fault:
+        return [("trajectory", size), ("times", report.fault), *rows]
+    if report.trajectory is None or report.proof is None:
+        return [("trajectory", size), ("joint limits", DEGREES), *rows]
+    found = report.trajectory
+    begin = f", beginning {found.times[0]:.3f} s after the start" if found.times[0] > 0 else ""
+    rows = [("trajectory", f"{size}, {found.duration:.3f} s{begin}, run as {found.interpolation} between them"), *rows]
+    broken = {excess.kind: excess for excess in report.proof.excesses}
+    rows.append(("joint limits", excess_text(report, broken["position"]) if "position" in broken else "within limits"))
+    for order, kind in enumerate(KINDS, start=1):
+        share = _share(report, order, kind)
+        text = f"{100 * share:.1f} % of the limit at most" if share is not None else "jumps: lines have no finite one"
+        rows.append((kind, excess_text(report, broken[kind]) if kind in broken else text))
+    rows.append(("first contact", _contact(report)))
+    proven = int((report.proof.verdict == Verdict.FREE).sum())
+    rows.append(("proofs", f"{proven} of {_count(len(report.proof.verdict), 'piece')} proven free as a whole"))
+    if report.w is not None and report.w_times is not None:
+        at = report.w_times[report.w.argmin()]
+        text = f"min {report.w.min():.3g} (at {at:.3f} s), mean {report.w.mean():.3g}"
+        rows.append(("manipulability w", f"{text}, frame {report.checker.robot.tool}"))
+    return rows
+
+
+def report_record(report: TrajectoryReport) -> dict[str, Any]:
+    """The report as plain data; s, rad, m."""
+    world, found, proof = report.checker.world, report.trajectory, report.proof
+    record: dict[str, Any] = {
+        "ok": report.ok,
+        "message": verdict_sentence(report),
+        "robot": world.robot.name,
+        "scene": world.scene.name,
+        "joints": list(world.robot.joints),
+        "collision": report.checker.name,
+        "margin": world.margin,
+        "step": report.step,
+        "points": len(report.points.times),
+        "fault": report.fault,
+        "degrees": report.degrees,
+        "limits": report.limits.to_dict(),
+    }
+    if found is None or proof is None or report.w is None:
+        return record
+    return record | {
+        "duration": found.duration,
+        "interpolation": found.interpolation,
+        "shares": {kind: _share(report, order, kind) for order, kind in enumerate(KINDS, start=1)},
+        "exceeded": [asdict(excess) for excess in proof.excesses],
+        "contact": _contact_record(report),
+        "pieces": {verdict.name.lower(): int((proof.verdict == verdict).sum()) for verdict in Verdict},
+        "manipulability": {"min": float(report.w.min()), "mean": float(report.w.mean())},
+    }
+
+
+def excess_text(report: TrajectoryReport, excess: Excess) -> str:
+    """Which joint breaks which limit by how much and when, as part of a sentence."""
+    robot = report.checker.robot
+    unit = ("m" if robot.prismatic[robot.joints.index(excess.joint)] else "rad") + UNITS.get(excess.kind, "")
+    times = f"between {excess.begin:.3f} and {excess.end:.3f} s"
+    if excess.kind == "position":
+        return (
+            f"joint '{excess.joint}' is at {excess.value:.6g} {times}, {abs(excess.value - excess.limit):.3g} {unit} "
+            f"beyond its limit of {excess.limit:.6g}"
+        )
+    more = 100 * (excess.value / excess.limit - 1)
+    return (
+        f"joint '{excess.joint}' reaches {excess.value:.6g} {unit} of {excess.kind} {times}, {more:.3g} % over its "
+        f"limit of {excess.limit:g}"
+    )
+
+
+def _share(report: TrajectoryReport, order: int, kind: str) -> float | None:
+    """The largest share of a limit that is used; None for the accelerations of lines."""
+    found = report.trajectory
+    if found is None or (found.interpolation == "lines" and order > 1):
+        return None
+    return float(np.max(found.largest(order) / getattr(report.limits, kind)))
+
+
+def _contact(report: TrajectoryReport) -> str:
+    found = report.contact
+    if found is None:
+        return f"none, sampled every {1000 * report.step:g} mm of motion"
+    how = f"{found.contact} {found.contact.how(report.checker.world.margin)}"
+    if found.q is None:
+        return f"{how} between {found.begin:.4f} and {found.end:.4f} s"
+    return f"{how} at {found.begin:.4f} s, q:{','.join(f'{value:.4f}' for value in found.q)}"
+
+
+def _contact_record(report: TrajectoryReport) -> dict[str, Any] | None:
+    found = report.contact
+    if found is None:
+        return None
+    pair = [found.contact.first, found.contact.second]
+    return {"begin": found.begin, "end": found.end, "pair": pair, "q": None if found.q is None else found.q.tolist()}
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"

@@ -1,0 +1,134 @@
+"""From the phases of a motion to cubics of limited jerk between knots at whole nanoseconds.
+
+The mean of a motion over the last ``window`` seconds keeps its limits on positions, velocities and accelerations, as
+means do, and its jerk is the change of the acceleration over the window by the window: no more than twice the limit on
+acceleration by ``window``. It begins and ends at rest where the motion does, ``window`` later (a moving-average filter:
+Biagiotti and Melchiorri 2008). On a line the result is still on the line. At a stop the motion waits for a ``window``,
+so that the mean reaches the corner itself.
+
+The knots are those of the motion, and ``window`` behind each. On lines the mean is a cubic between them, and its
+acceleration is continuous; on parabolas it is nearly one: the cubics with its positions and velocities at the knots
+have accelerations that may jump there, by a fifth of the limit at the most seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.motion.curve import Curve
+from planner.motion.time_optimal import Phase
+from planner.motion.trajectory import Trajectory
+
+NANOSECOND = 1e-9
+_APART = 10_000  # ns: knots nearer than this are one, for the noise of cubics between them grows with 1 / h²
+_SHORTEST_WINDOW = 1e-3  # s
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """The knots of a motion along a curve: ``nanoseconds`` (k,), positions and velocities (k, dof) there.
+
+    ``piece`` (k - 1,) is the curve's piece that the motion is on after each knot.
+    """
+
+    nanoseconds: Ints
+    q: Floats
+    qd: Floats
+    piece: Ints
+
+    def trajectory(self, joints: tuple[str, ...], law: str) -> Trajectory:
+        """The cubics between the knots."""
+        return Trajectory.through(joints, in_seconds(self.nanoseconds), self.q, self.qd, law=law)
+
+
+def in_seconds(nanoseconds: Ints) -> Floats:
+    """Seconds (k,), the same to the last bit wherever they are computed."""
+    return np.asarray(nanoseconds / 1e9, dtype=np.float64)
+
+
+def window_for(acceleration: Floats, jerk: Floats) -> int:
+    """Nanoseconds to take the mean over so that no jerk is beyond its limit (dof,)."""
+    return int(np.ceil(max(float((2.0 * acceleration / jerk).max()), _SHORTEST_WINDOW) / NANOSECOND))
+
+
+def knots_of(curve: Curve, phases: list[Phase], stretch: float, window: int) -> Timed:
+    """The knots of ``phases``, ``stretch`` times as slow, with a wait of ``window`` ns at every stop on the way."""
+    rows: list[tuple[int, Floats, Floats, int]] = []
+    clock, start = 0.0, 0
+    for k, phase in enumerate(phases):
+        begin = start + clock / NANOSECOND
+        late = (np.ceil(begin) - begin) * NANOSECOND  # the knot is where the phase is at the next whole nanosecond
+        rows.append((int(np.ceil(begin)), *_state(curve, phase, min(late, stretch * phase.duration), stretch)))
+        clock += stretch * phase.duration
+        last = k + 1 == len(phases)
+        if last or (phases[k + 1].piece != phase.piece and curve.stop[phase.piece]):
+            start = int(np.ceil(start + clock / NANOSECOND))
+            corner = curve.coefficients[phase.piece].sum(axis=0)
+            rows.append((start, corner, np.zeros_like(corner), phase.piece))
+            clock, start = 0.0, start if last else start + window
+    return _without_crowding(rows)
+
+
+def _state(curve: Curve, phase: Phase, t: float, stretch: float) -> tuple[Floats, Floats, int]:
+    """Position, velocity and piece ``t`` s into a phase that is ``stretch`` times as slow."""
+    t /= stretch
+    s = phase.s + (phase.speed + 0.5 * phase.acceleration * t) * t
+    speed = (phase.speed + phase.acceleration * t) / stretch
+    c0, c1, c2 = curve.coefficients[phase.piece]
+    return c0 + (c1 + c2 * s) * s, (c1 + 2.0 * s * c2) * speed, phase.piece
+
+
+def _without_crowding(rows: list[tuple[int, Floats, Floats, int]]) -> Timed:
+    kept = rows[:1]
+    for row in rows[1:]:
+        if row[0] - kept[-1][0] >= _APART:
+            kept.append(row)
+        elif not row[2].any():  # a stop has to stay: take the place of the knot before it
+            kept[-1] = (kept[-1][0] if len(kept) == 1 else row[0], *row[1:])
+    times, q, qd, piece = zip(*kept, strict=True)
+    return Timed(np.array(times), np.array(q), np.array(qd), np.array(piece[:-1]))
+
+
+def smoothed(timed: Timed, window: int) -> Timed:
+    """The mean of the motion over the last ``window`` ns, from its beginning to ``window`` after its end."""
+    end = int(timed.nanoseconds[-1])
+    times = np.unique(np.concatenate([timed.nanoseconds, timed.nanoseconds + window]))
+    times = times[np.concatenate([[True], np.diff(times) >= _APART])]
+    times[-1] = end + window
+    base = _with_rest(timed, window).trajectory((), "")
+    now, before = in_seconds(times), in_seconds(times - window)
+    q, qd = _means(base, before, now), (base.at(now) - base.at(before)) / (window * NANOSECOND)
+    q[0], q[-1], qd[0], qd[-1] = timed.q[0], timed.q[-1], 0.0, 0.0
+    piece = np.clip(np.searchsorted(timed.nanoseconds, times[:-1], side="right") - 1, 0, len(timed.piece) - 1)
+    return Timed(times, q, qd, timed.piece[piece])
+
+
+def _with_rest(timed: Timed, window: int) -> Timed:
+    """The motion with a ``window`` of rest before it and after it."""
+    times = timed.nanoseconds
+    return Timed(
+        np.concatenate([[times[0] - window], times, [times[-1] + window]]),
+        np.concatenate([timed.q[:1], timed.q, timed.q[-1:]]),
+        np.concatenate([0.0 * timed.qd[:1], timed.qd, 0.0 * timed.qd[-1:]]),
+        np.concatenate([timed.piece[:1], timed.piece, timed.piece[-1:]]),
+    )
+
+
+def _means(base: Trajectory, low: Floats, high: Floats) -> Floats:
+    """Means (n, dof) of the positions from ``low`` to ``high`` (n,): Simpson's rule, exact for cubics, piece by piece.
+
+    Summed up is the difference to the position at ``high``, which is small, so that nothing is lost to rounding.
+    """
+    at_high = base.at(high)
+    total = np.zeros_like(at_high)
+    first, last = base.piece_at(low), base.piece_at(high)
+    for offset in range(int((last - first).max()) + 1):
+        piece = np.minimum(first + offset, last)
+        a, b = np.maximum(low, base.times[piece]), np.minimum(high, base.times[piece + 1])
+        width = np.where(first + offset <= last, np.maximum(b - a, 0.0), 0.0)
+        values = base.at(a) + 4.0 * base.at(a + 0.5 * width) + base.at(a + width) - 6.0 * at_high
+        total += width[:, None] / 6.0 * values
+    return at_high + total / (high - low)[:, None]

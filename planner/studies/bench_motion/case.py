@@ -1,0 +1,63 @@
+"""One problem of ``planner bench motion``: plan, time the path, look at the motion with the other library."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from planner.base.errors import PlannerError
+from planner.base.outcome import Outcome
+from planner.base.progress import Progress
+from planner.base.request import LimitsRequest, PlanRequest
+from planner.collision import BACKENDS, make_checker
+from planner.motion.check import sampled_contact
+from planner.motion.limits import KINDS, MotionLimits
+from planner.motion.timing import time_path, timed_curve
+from planner.motion.trajectory import Trajectory
+from planner.plan_record import Plan
+from planner.planning import plan
+from planner.studies.bench_motion.toppra_law import installed, toppra_duration
+
+STEP = 1e-4  # m of motion between two looks at a motion
+REFUSED = "refused"
+
+
+def measure(request: PlanRequest, motion: LimitsRequest, progress: Progress) -> dict[str, Any]:
+    """The columns of a row; input that the planner refuses is a row like any other."""
+    try:
+        found = plan(request, progress)
+    except PlannerError as error:
+        return {"outcome": REFUSED, "message": str(error)}
+    columns = {"outcome": found.outcome.key, "message": found.outcome.value}
+    return columns | (_timed(found, motion) if found.outcome is Outcome.SOLVED else {})
+
+
+def _timed(found: Plan, motion: LimitsRequest) -> dict[str, Any]:
+    limits, floor = MotionLimits.of(found.robot, motion), found.request.min_manipulability
+    begin = time.process_time()
+    trajectory, curve = timed_curve(found.path, found.checker, limits, "blended", floor)
+    seconds = time.process_time() - begin
+    stopping = time_path(found.path, found.checker, limits, law="stop-at-corners", floor=floor)
+    other = next(name for name in BACKENDS if name != found.request.collision)
+    contact = sampled_contact(trajectory, make_checker(found.robot, found.scene, other), STEP)
+    toppra = toppra_duration(curve, limits.velocity, limits.acceleration) if installed() else None
+    return {
+        "blended_s": trajectory.duration,
+        "stopping_s": stopping.duration,
+        "toppra_s": toppra,
+        "corners": trajectory.proof["corners"],
+        "blended": trajectory.proof["corners_blended"],
+        "proven": trajectory.proven,
+        "largest_share": _largest_share(trajectory, limits),
+        "contact": "" if contact is None else f"{contact.contact} at {contact.begin:.4f} s",
+        "knots": len(trajectory.times),
+        "cpu_s": seconds,
+    }
+
+
+def _largest_share(trajectory: Trajectory, limits: MotionLimits) -> float:
+    """The largest share of any limit that is used, by the exact extrema of the cubics."""
+    shares = [trajectory.largest(order) / getattr(limits, kind) for order, kind in enumerate(KINDS, start=1)]
+    return float(np.max(shares))

@@ -1,0 +1,62 @@
+"""``planner bench motion``: the motions of a folder of planning problems."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
+from planner.base.request import LimitsRequest, PlanRequest
+from planner.base.versions import versions
+from planner.motion.limits import MotionLimits
+from planner.studies.bench_motion.case import measure
+from planner.studies.bench_motion.report import Row, to_markdown
+from planner.studies.bench_plan.problems import Problem, find_problems
+from planner.studies.table import Bench, run_bench, software
+from planner.world.robot import Robot
+
+
+def bench_motion(
+    folder: Path,
+    out: Path,
+    plain: PlanRequest,
+    motion: LimitsRequest,
+    progress: Progress = QUIET,
+) -> Bench[Row]:
+    """Plan every problem of :func:`find_problems` in ``folder`` as ``plain`` says, and time its path within limits.
+
+    ``out`` gets ``motion.csv`` and ``motion.md``; rows that are there already are kept. Raises OptionError for options
+    that the problem decides, LimitError for limits that the robot does not allow, FileError for unusable folders.
+    """
+    if not isinstance(plain.robot, str):
+        raise OptionError("give the robot by its name or its URDF.")
+    limits = MotionLimits.of(Robot.load(plain.robot), motion).text()
+    asked = {"robot": plain.robot, "collision": plain.collision, "nodes": plain.nodes, "limits": limits}
+    asked |= {"seed": plain.seed, "software": software(versions())}
+    return run_bench(
+        out,
+        "motion",
+        Row,
+        find_problems(folder),
+        lambda table, problem: table.find(_row(problem, asked, outcome="", message="").key),
+        lambda problem: _measured(problem, plain, motion, asked, progress),
+        to_markdown,
+        "problems",
+        progress,
+        lambda row: (row.robot, row.collision, row.nodes, row.limits, row.problem, row.seed),
+    )
+
+
+def _measured(
+    problem: Problem, plain: PlanRequest, motion: LimitsRequest, asked: dict[str, Any], progress: Progress
+) -> list[Row]:
+    """The row of a problem; none where stopped."""
+    request = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
+    columns = measure(request, motion, progress.renamed(lambda stage, done, total: None))
+    return [] if progress.stopped else [_row(problem, asked, **columns)]
+
+
+def _row(problem: Problem, asked: dict[str, Any], **columns: Any) -> Row:
+    return Row(problem=problem.name, kind=problem.kind, content=problem.content, **asked, **columns)

@@ -1,0 +1,111 @@
+"""Curves called free are: sampled densely by the other backend, attacked by an optimiser that wants contact."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.base.polynomials import derivative, evaluate, part
+from planner.collision import make_checker, second_checker
+from planner.collision.checker import CollisionChecker
+from planner.collision.clearance import Clearance
+from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.world.poses import pose
+from planner.world.robot import Robot
+from planner.world.shapes import Box
+from tests.worlds import checker_of, load, scene_of
+
+WALL = scene_of((Box((0.02, 0.3, 0.3)), pose([0.6, 0.3, 0.0])))
+
+
+def curves(robot: Robot, n: int, degree: int, seed: int, reach: float = 0.5) -> np.ndarray:
+    """Random curves (n, degree + 1, dof) whose Bernstein coefficients, and so all of them, lie within limits."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(robot.lower, robot.upper, size=(n, 1, robot.dof))
+    points = np.clip(points + reach * rng.normal(size=(n, degree + 1, robot.dof)), robot.lower, robot.upper)
+    powers = np.zeros((n, degree + 1, robot.dof))
+    for j in range(degree + 1):  # sum_j B_j(s) p_j, expanded
+        basis = np.polynomial.Polynomial([1.0])
+        for _ in range(j):
+            basis *= np.polynomial.Polynomial([0.0, 1.0])
+        for _ in range(degree - j):
+            basis *= np.polynomial.Polynomial([1.0, -1.0])
+        powers += _choose(degree, j) * np.array(basis.coef, dtype=float)[None, :, None] * points[:, j : j + 1]
+    return powers
+
+
+def _choose(n: int, k: int) -> float:
+    return float(np.prod([(n - i) / (i + 1) for i in range(k)]))
+
+
+def states(curve: np.ndarray, count: int) -> np.ndarray:
+    return evaluate(np.repeat(curve[None], count, axis=0), np.linspace(0.0, 1.0, count))
+
+
+def sampled_every(checker: CollisionChecker, curve: np.ndarray, step: float) -> np.ndarray:
+    """States on a curve between which no point moves further than ``step`` m."""
+    fastest = np.abs(derivative(curve[None])).sum(axis=1)
+    motion = float(checker.world.reach.motion(fastest).max())
+    return states(curve, int(np.ceil(motion / step)) + 1)
+
+
+def both(name: str) -> tuple[CollisionChecker, CollisionChecker]:
+    """FCL, which proves, and coal, which judges."""
+    checker = make_checker(load(name), WALL) if name == "planar_2r" else checker_of(name, "paper")
+    return checker, second_checker(checker)
+
+
+@pytest.mark.parametrize(("name", "degree"), [("planar_2r", 2), ("planar_2r", 5), ("iiwa14", 3)])
+def test_verdicts_hold_for_the_other_backend(name: str, degree: int) -> None:
+    checker, judge = both(name)
+    found = curves(load(name), 60, degree, seed=degree)
+    proofs = EdgeProver(checker).prove_curves(found)
+    assert proofs.free.sum() >= 5
+    assert (proofs.verdict == Verdict.COLLIDES).sum() >= 5
+    assert (proofs.verdict == Verdict.UNDECIDED).mean() < 0.15
+    for k in np.flatnonzero(proofs.free)[np.argsort(proofs.clearance[proofs.free])][:6]:
+        assert judge.first_contact(sampled_every(judge, found[k], 2e-3)) is None
+    for k in np.flatnonzero(proofs.verdict == Verdict.COLLIDES)[:6]:
+        assert judge.first_contact(sampled_every(judge, found[k], 2e-3)) is not None
+
+
+@pytest.mark.parametrize("name", ["planar_2r", "iiwa14"])
+def test_an_optimiser_finds_no_less_clearance_than_is_claimed(name: str) -> None:
+    """Golden sections around the nearest samples of the tightest free curves, by the other backend."""
+    checker, judge = both(name)
+    found = curves(load(name), 60, 3, seed=11, reach=0.8)
+    proofs, clearance = EdgeProver(checker).prove_curves(found), Clearance(judge)
+    s = np.linspace(0.0, 1.0, 33)
+    for k in np.flatnonzero(proofs.free)[np.argsort(proofs.clearance[proofs.free])][:3]:
+        near = s[clearance(states(found[k], 33)).argmin()]
+        low, high = max(0.0, near - s[1]), min(1.0, near + s[1])
+        for _ in range(12):
+            inner = np.array([low + 0.382 * (high - low), low + 0.618 * (high - low)])
+            left, right = clearance(evaluate(np.repeat(found[k][None], 2, axis=0), inner))
+            low, high = (low, inner[1]) if left < right else (inner[0], high)
+            assert min(left, right) >= proofs.clearance[k] - 2e-5
+
+
+def test_a_segment_is_a_curve_of_degree_one() -> None:
+    """And of any higher degree with nothing in its further coefficients; part by part it is as free as whole."""
+    robot = load("planar_2r")
+    prover = EdgeProver(make_checker(robot, WALL))
+    line = curves(robot, 40, 1, seed=3, reach=1.0)
+    whole = prover.prove(line[:, 0], line[:, 1])
+    for name in ("verdict", "pair", "samples", "clearance"):
+        np.testing.assert_array_equal(getattr(prover.prove_curves(line), name), getattr(whole, name))
+    padded = np.concatenate([line, np.zeros((len(line), 2, robot.dof))], axis=1)
+    np.testing.assert_array_equal(prover.prove_curves(padded).verdict, whole.verdict)
+    free = line[whole.free & (whole.clearance > 1e-3)]
+    half = part(free, np.zeros(len(free)), np.full(len(free), 0.5))
+    assert prover.prove_curves(half).free.all()
+
+
+def test_a_curve_that_swings_into_a_wall_between_its_ends() -> None:
+    """Both ends are free, and so is the straight way between them: only the curve touches."""
+    robot = load("planar_2r")
+    prover = EdgeProver(make_checker(robot, WALL))
+    start = np.array([-0.6, 0.0])
+    swing = np.array([[start, [0.0, 0.0], [0.0, 0.0]], [start, [6.0, 0.0], [-6.0, 0.0]]])
+    proofs = prover.prove_curves(swing)
+    assert proofs.verdict.tolist() == [Verdict.FREE, Verdict.COLLIDES]

@@ -1,0 +1,137 @@
+"""Exports read back: what a controller interpolates between their points is what was proven, in every format."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+import yaml
+
+from planner.base.errors import PlannerError
+from planner.collision import make_checker
+from planner.motion.export import SUFFIX, Format, export, goal_command
+from planner.motion.file import TRAJECTORY_NAME, load_trajectory, save_trajectory
+from planner.motion.points import read_points
+from planner.motion.timing import time_path
+from planner.motion.trajectory import Trajectory
+from planner.world.poses import pose
+from planner.world.shapes import Box
+from tests.worlds import load, scene_of
+
+ARM = load("planar_2r")
+A, B = ARM.joints
+PATH = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
+MADE = time_path(PATH, make_checker(ARM, scene_of((Box((0.1, 0.1, 0.1)), pose([5.0, 0.0, 0.0])))))
+FORMATS: tuple[Format, ...] = get_args(Format)
+
+
+def read_back(content: bytes, kind: Format, folder: Path) -> Trajectory:
+    path = folder / f"back.{SUFFIX[kind]}"
+    path.write_bytes(content)
+    points = read_points(path, ARM)
+    assert points is not None
+    assert points.fault() is None
+    return points.trajectory()
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_every_format_gives_the_same_polynomials(kind: Format, tmp_path: Path) -> None:
+    found = read_back(export(MADE, kind), kind, tmp_path)
+    np.testing.assert_allclose(found.times, MADE.times, rtol=1e-15)
+    np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-14)
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_further_points_lie_on_the_same_curve(kind: Format, tmp_path: Path) -> None:
+    found = read_back(export(MADE, kind, rate=250.0), kind, tmp_path)
+    assert np.diff(found.times).max() <= 1.2 / 250.0
+    assert len(found.times) > len(MADE.times)
+    t = np.linspace(0.0, MADE.duration, 3001)
+    for order, close in enumerate((1e-13, 1e-10, 1e-6)):
+        np.testing.assert_allclose(found.at(t, order), MADE.at(t, order), atol=close, rtol=0)
+
+
+def test_the_first_point_can_be_left_out(tmp_path: Path) -> None:
+    found = read_back(export(MADE, "ros-json", skip_first_point=True), "ros-json", tmp_path)
+    np.testing.assert_allclose(found.times, MADE.times[1:], rtol=1e-15)
+    np.testing.assert_allclose(found.coefficients, MADE.coefficients[1:], atol=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["ros-yaml", "ros-json", "moveit"])
+def test_ros_reads_the_messages_as_yaml(kind: Format) -> None:
+    """ROS reads YAML 1.1, to which 1e-09 is a text."""
+    tiny = replace(MADE, coefficients=MADE.coefficients * 1e-9)
+    message = yaml.safe_load(export(tiny, kind))
+    message = message.get("joint_trajectory", message)
+    assert message["joint_names"] == [A, B]
+    times = [p["time_from_start"]["sec"] * 10**9 + p["time_from_start"]["nanosec"] for p in message["points"]]
+    assert all(0 <= p["time_from_start"]["nanosec"] < 10**9 for p in message["points"])
+    assert (np.diff(times) > 0).all()
+    assert message["points"][-1]["velocities"] == [0.0, 0.0]
+    values = [v for p in message["points"] for v in (*p["positions"], *p["velocities"])]
+    assert all(isinstance(value, float) for value in values)
+    assert json.loads(export(tiny, "ros-json"))["points"] == message["points"]
+
+
+def test_columns_go_by_name_and_others_are_left_out(tmp_path: Path) -> None:
+    message = json.loads(export(MADE, "ros-json"))
+    message["joint_names"] = ["finger", B, A]
+    for point in message["points"]:
+        for key in ("positions", "velocities"):
+            point[key] = [0.02, *point[key][::-1]]
+    for wrapped in (message, {"trajectory": message}, {"goal": {"trajectory": message}}):
+        found = read_back(json.dumps(wrapped).encode(), "ros-json", tmp_path)
+        np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-14)
+
+
+def test_our_own_file_comes_back_as_it_was(tmp_path: Path) -> None:
+    save_trajectory(MADE, tmp_path / TRAJECTORY_NAME, "planar_2r", "empty")
+    found = load_trajectory(tmp_path)
+    np.testing.assert_array_equal(found.times, MADE.times)
+    np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-15)
+    assert (found.law, found.proven, found.proof) == (MADE.law, MADE.proven, MADE.proof)
+    assert found.limits is not None
+    assert MADE.limits is not None
+    assert found.limits.to_dict() == MADE.limits.to_dict()
+    record = json.loads((tmp_path / TRAJECTORY_NAME).read_text())
+    assert record["duration"] == record["points"][-1]["t"] == MADE.duration
+    points = read_points(tmp_path, ARM)
+    assert points is not None
+    assert points.limits is not None
+
+
+FILE = {"law": "x", "interpolation": "cubics", "joints": [A], "points": [{"t": 0, "q": [1], "qd": [0], "qdd": [0]}] * 2}
+BAD = [
+    ('{"points": []}', "is missing"),
+    ("[1, 2]", "holds no mapping"),
+    ("{", "is no JSON"),
+    (json.dumps({**FILE, "points": [{"t": 0, "q": [1], "qd": [0]}] * 2}), "is missing"),
+    (json.dumps({**FILE, "joints": [A, B]}), "one value for each of its 2 joints"),
+    (json.dumps(FILE), "do not increase"),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), BAD)
+def test_damaged_files_are_refused(text: str, sentence: str, tmp_path: Path) -> None:
+    (tmp_path / TRAJECTORY_NAME).write_text(text)
+    with pytest.raises(PlannerError, match=sentence) as caught:
+        load_trajectory(tmp_path)
+    assert caught.value.exit_code == 3
+
+
+def test_bad_rates_and_overlong_motions_are_refused() -> None:
+    for rate in (0.0, float("nan"), 1e6):
+        with pytest.raises(PlannerError, match="is not usable"):
+            export(MADE, "csv", rate=rate)
+    with pytest.raises(PlannerError, match="a ROS duration holds"):
+        export(replace(MADE, times=MADE.times * 1e10), "ros-yaml")
+
+
+def test_the_goal_is_sent_with_one_command() -> None:
+    command = goal_command(Path("a b.json"))
+    assert command.startswith("ros2 action send_goal /joint_trajectory_controller/follow_joint_trajectory")
+    assert "$(cat 'a b.json')" in command

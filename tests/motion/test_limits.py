@@ -1,0 +1,111 @@
+"""Limits from the URDF, the robot's file, MoveIt's file and options; bad ones are refused in one sentence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.base.errors import PlannerError
+from planner.base.request import LimitsRequest
+from planner.motion.limits import MotionLimits
+from planner.world.robot import Robot
+from tests.worlds import ROBOTS, load
+
+ARM = load("planar_2r")
+A, B = ARM.joints
+
+
+def file_of(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "joint_limits.yaml"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_robot_has_limits_and_says_where_they_come_from(name: str) -> None:
+    limits = MotionLimits.of(load(name))
+    assert limits.joints == load(name).joints
+    np.testing.assert_array_equal(limits.velocity, load(name).velocity)
+    assert all(limits.source.values())
+    assert ("assumed" in limits.source["acceleration"]) == (name != "panda")
+
+
+def test_panda_has_the_makers_figures() -> None:
+    limits = MotionLimits.of(load("panda"))
+    assert limits.acceleration.tolist() == [15, 7.5, 10, 12.5, 15, 20, 20]
+    assert limits.jerk.tolist() == [7500, 3750, 5000, 6250, 7500, 10000, 10000]
+    assert "Franka" in limits.text()
+
+
+def test_figures_go_by_joint_whichever_joints_are_planned() -> None:
+    some = Robot.load("panda", tool="panda_link5")
+    limits = MotionLimits.of(some)
+    assert limits.acceleration.tolist() == [15, 7.5, 10, 12.5, 15]
+
+
+def test_options_scale_and_replace() -> None:
+    limits = MotionLimits.of(ARM, LimitsRequest(velocity_scale=0.5, acceleration=8.0, acceleration_scale=0.25))
+    np.testing.assert_allclose(limits.velocity, 0.5 * ARM.velocity)
+    np.testing.assert_allclose(limits.acceleration, 2.0)
+    np.testing.assert_allclose(limits.jerk, 800.0)
+    assert limits.source["acceleration"] == "--acceleration 8, times 0.25"
+
+
+def test_a_moveit_file_replaces_what_it_gives(tmp_path: Path) -> None:
+    text = f"""
+default_velocity_scaling_factor: 0.5
+joint_limits:
+  {B}: {{has_velocity_limits: true, max_velocity: 1.0, has_acceleration_limits: false, max_acceleration: 0, x: 1}}
+  {A}: {{max_acceleration: 3.0, max_velocity: 1.5}}
+  finger: {{max_velocity: 0.1}}
+"""
+    limits = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
+    assert limits.velocity.tolist() == [0.75, 0.5]
+    assert limits.acceleration.tolist() == [3.0, 5.0]
+    assert limits.source["acceleration"].startswith("joint_limits.yaml, the rest assumed")
+    whole = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text), velocity_scale=1.0))
+    assert whole.velocity.tolist() == [1.5, 1.0]
+
+
+BAD_OPTIONS = [
+    (LimitsRequest(acceleration=0.0), f"acceleration limit 0 of joint '{A}'"),
+    (LimitsRequest(acceleration=float("nan")), "acceleration limit nan"),
+    (LimitsRequest(jerk=-1.0), "jerk limit -1"),
+    (LimitsRequest(velocity_scale=0.0), "velocity scale 0"),
+    (LimitsRequest(acceleration_scale=1.5), "acceleration scale 1.5"),
+]
+BAD_FILES = [
+    ("joint_limits: {}", f"has no joint '{A}'"),
+    (f"joint_limits: {{{A}: {{max_velocity: 1}}}}", f"has no joint '{B}'"),
+    (f"joint_limits: {{{A}: {{max_velocity: 9}}, {B}: {{}}}}", "beyond the URDF's 2"),
+    (f"joint_limits: {{{A}: {{max_velocity: .nan}}, {B}: {{}}}}", "velocity limit nan"),
+    (f"joint_limits: {{{A}: {{max_acceleration: -3}}, {B}: {{}}}}", "acceleration limit -3"),
+    (f"joint_limits: {{{A}: {{max_velocity: fast}}, {B}: {{}}}}", "max_velocity' is wrong"),
+    ("joints: {}", "has no key 'joint_limits'"),
+    ("[1]", "holds no mapping"),
+    ("{", "is not valid YAML"),
+]
+
+
+@pytest.mark.parametrize(("request_", "sentence"), BAD_OPTIONS)
+def test_bad_options_are_refused(request_: LimitsRequest, sentence: str) -> None:
+    with pytest.raises(PlannerError, match=sentence.replace(".", r"\.")) as caught:
+        MotionLimits.of(ARM, request_)
+    assert caught.value.exit_code == 3
+
+
+@pytest.mark.parametrize(("text", "sentence"), BAD_FILES)
+def test_bad_files_are_refused(text: str, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(PlannerError, match=sentence) as caught:
+        MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
+    assert caught.value.exit_code == 3
+    assert "\n" not in str(caught.value)
+
+
+def test_a_urdf_without_velocities_gets_assumed_ones() -> None:
+    limits = MotionLimits.of(replace(ARM, velocity=np.array([0.0, 2.0])))
+    assert limits.velocity.tolist() == [1.0, 2.0]
+    assert limits.source["velocity"] == f"assumed for {A}: the URDF gives none"

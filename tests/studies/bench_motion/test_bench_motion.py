@@ -1,0 +1,54 @@
+"""``planner bench motion``: one problem, planned, timed and judged; a second run measures nothing."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from planner.base.errors import PlannerError
+from planner.base.request import LimitsRequest, PlanRequest
+from planner.studies.bench_motion.report import Row, aims
+from planner.studies.bench_motion.run import bench_motion
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "scenes" / "examples"
+PLAIN = PlanRequest("panda", collision="coal", nodes=60)
+
+
+def problems(folder: Path) -> Path:
+    folder.mkdir()
+    for kind in ("scene", "request"):
+        shutil.copy(EXAMPLES / f"{kind}0001.yaml", folder)
+    return folder
+
+
+def test_a_problem_is_timed_judged_and_kept(tmp_path: Path) -> None:
+    folder, limits = problems(tmp_path / "one"), LimitsRequest(acceleration=5.0)
+    result = bench_motion(folder, tmp_path / "out", PLAIN, limits)
+    (row,) = result.rows
+    assert result.complete
+    assert (row.outcome, row.contact, row.proven) == ("solved", "", True)
+    assert row.largest_share is not None
+    assert row.largest_share <= 1.0
+    assert row.blended_s is not None
+    assert row.stopping_s is not None
+    assert row.blended_s <= row.stopping_s
+    assert "| all | 1 | 1 | 1 | 0 |" in result.report
+    again = bench_motion(folder, tmp_path / "out", PLAIN, limits)
+    assert again.rows[0].cpu_s == pytest.approx(row.cpu_s, rel=1e-4)  # it was not measured again
+    assert "--acceleration 5" in (tmp_path / "out" / "motion.md").read_text()
+
+
+def test_bad_limits_are_refused_before_any_work(tmp_path: Path) -> None:
+    with pytest.raises(PlannerError, match="velocity scale 2"):
+        bench_motion(problems(tmp_path / "one"), tmp_path / "out", PLAIN, LimitsRequest(velocity_scale=2.0))
+    assert not (tmp_path / "out").exists()
+
+
+def test_aims_are_missed_where_something_touches_or_is_not_timed() -> None:
+    asked = ("p", "k", 0, "panda", "coal", 60, "limits", "content", "software", "solved", "")
+    good = Row(*asked, 1.0, 2.0, 1.0, 3, 3, True, 1.0, "", 50, 0.1)
+    bad = Row(*asked, 1.9, 2.0, 1.0, 3, 0, False, 1.1, "'a' and 'b' at 0.1 s", 50, 0.3)
+    assert all(verdict.holds for verdict in aims([good]))
+    assert not any(verdict.holds for verdict in aims([bad])[1:])
