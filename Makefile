@@ -20,7 +20,7 @@ test: .venv/ready
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal
 
 docs: .venv/ready
-	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_build/html
+	$(BIN)/python -m sphinx -q -E -W --keep-going -b html docs docs/_build/html
 	$(BIN)/python docs/check_site.py docs/_build/html
 
 release: .venv/ready

@@ -19,6 +19,7 @@ nb_execution_mode = "off"  # the notebooks are shown as they are kept; the test 
 html_theme = "furo"
 html_title = "gabf-planner"
 html_static_path = ["_static"]
+html_css_files = ["wrapped.css"]
 html_math_renderer = "mathml"
 html_show_copyright = False
 

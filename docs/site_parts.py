@@ -17,7 +17,7 @@ from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-_WIDTH = "100"  # columns of the help
+_WIDTH = "78"  # columns of the help
 _TEX = str.maketrans({"°": r"^\circ", "∞": r"\infty "})  # characters of our formulas that docutils does not know
 _CODE = re.compile(r"(``.*?``|:\w+:`.*?`)")
 
@@ -111,7 +111,8 @@ def help_text(*words: str) -> str:
 
 
 def _subcommands(*words: str) -> list[str]:
-    found = re.search(r"usage: .*?\{([\w,\s-]+)\}", help_text(*words), re.DOTALL)
+    usage, _, rest = help_text(*words).partition("\n\n")
+    found = None if "positional arguments" in rest else re.search(r"\{([\w,\s-]+)\}", usage)
     return re.split(r",\s*", found.group(1)) if found else []
 
 

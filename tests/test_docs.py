@@ -73,6 +73,15 @@ def test_the_scene_example_shows_every_kind_of_obstacle() -> None:
     assert {obstacle.type for obstacle in scene.obstacles} == {"box", "cylinder", "sphere", "capsule", "mesh"}
 
 
+def test_the_reference_has_every_command() -> None:
+    from docs.site_parts import commands as documented
+
+    listed = documented()
+    assert {("plan",), ("schema",), ("roadmap", "check"), ("reproduce", "laws"), ("bench", "plan")} <= set(listed)
+    assert len(set(listed)) == len(listed)
+    assert not any(word == "None" for words in listed for word in words)
+
+
 def test_the_moving_picture_is_small_and_moves() -> None:
     from PIL import Image
 
