@@ -24,6 +24,7 @@ from planner.query.open import make_query
 from planner.roadmap.obtain import obtain_roadmap
 from planner.tradeoff.alternatives import paths_for_every_beta
 
+_EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 2  # betas refined too, else the one asked for would be best for all
 _OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
 
 
@@ -80,6 +81,10 @@ def _improve(draft: Plan, progress: Progress) -> Plan:
     request = draft.request
     improved = improved_roadmap(draft.roadmap, draft.checker, request, request.beta, progress)
     roadmap, level = improved.roadmap, 0.0
+    for beta in _EXTREMES:
+        if beta != request.beta:
+            fewer = replace(request, effort=min(request.rounds, _ROUNDS_PER_EXTREME))
+            roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress).roadmap
     if request.above_ends and request.min_manipulability <= 0:
         roadmap, level = without_dip(roadmap, draft.checker, request, progress)
     if request.roadmap is None:

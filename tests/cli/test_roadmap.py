@@ -50,7 +50,7 @@ def refused_and_kept(result: tuple[int, str, str], text: str, file: Path, before
 
 
 def test_build_is_what_plan_grows(run: Run, kept: Path, tmp_path: Path) -> None:
-    code, _, err = run("plan", *world(tmp_path), "--nodes", "60", "--out", str(tmp_path / "plan"))
+    code, _, err = run("plan", *world(tmp_path), "--nodes", "60", "--effort", "0", "--out", str(tmp_path / "plan"))
     assert code == 0, err
     assert load_roadmap(tmp_path / "plan" / "roadmap.npz").sha256 == load_roadmap(kept).sha256
 
