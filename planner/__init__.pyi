@@ -19,6 +19,7 @@ from .planning import with_alternatives as with_alternatives
 from .roadmap.build import build_roadmap as build_roadmap
 from .roadmap.storage import load_roadmap as load_roadmap
 from .roadmap.storage import save_roadmap as save_roadmap
+from .session.session import Session as Session
 from .tradeoff.sweep import Tradeoff as Tradeoff
 from .tradeoff.sweep import sweep as sweep
 from .view.notebook import show as show

@@ -22,7 +22,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("motion",),
     ("costs",),
     ("view", "learning"),
-    ("tradeoff",),
+    ("tradeoff", "session"),
     ("plan_record",),
     ("planning",),
     ("figures",),

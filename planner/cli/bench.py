@@ -348,6 +348,43 @@ def roadmap(
     return measure(out, lambda progress: bench_roadmap(out, world, nodes, queries, seed, time_limit, progress))
 
 
+@bench.command
+def replan(
+    folder: tyro.conf.Positional[Path],
+    out: Path = Path("bench-replan"),
+    robot: str = "panda",
+    collision: Backend = "coal",
+    nodes: int = PAPER_NODES,
+    changes: int = 100,
+    seed: int = 0,
+    time_limit: float = 1200.0,
+    debug: Flag = False,
+) -> int:
+    """Problems whose world changes: time to a new proven path against planning anew, the field against D* Lite.
+
+    Problems are those of 'planner bench plan'. Obstacles are moved, added, removed, and put on the route. Writes
+    replan.csv, one row a change, and replan.md.
+
+    Args:
+        folder: Folder of the problems.
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        collision: Collision library to plan with; the paths are checked by the other one.
+        nodes: Configurations in the roadmap.
+        changes: Changes of each problem's world.
+        seed: Seed of the roadmaps and the changes.
+        time_limit: Seconds after which a problem is killed and recorded as timed out.
+        debug: Show tracebacks of errors.
+    """
+
+    from planner.studies.bench_replan.run import bench_replan
+
+    return measure(
+        out,
+        lambda progress: bench_replan(folder, out, robot, collision, nodes, changes, seed, time_limit, progress),
+    )
+
+
 class Measured(Protocol):
     """What a benchmark returns: its report, Markdown, and whether that is all that was asked for."""
 

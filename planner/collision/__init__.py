@@ -36,7 +36,12 @@ def second_checker(checker: CollisionChecker) -> CollisionChecker:
     Coal is quick, and shares no code with FCL's proofs. So it is used where its answer is confirmed by a proof, to find
     motions that are likely free, and where it confirms a proof, to check finished paths once more.
     """
-    return checker if checker.name == "coal" else _backend("coal")(checker.world)
+    return checker if checker.name == "coal" else coal_checker(checker.world)
+
+
+def coal_checker(world: World) -> CollisionChecker:
+    """A checker by coal of any world, one with some of the pairs only included."""
+    return _backend("coal")(world)
 
 
 def _backend(name: str) -> type[CollisionChecker]:

@@ -8,6 +8,7 @@ that were sampled. The loop is compiled: ``native/source/prover.hpp``.
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -65,6 +66,12 @@ class EdgeProver:
         self._reach = np.ascontiguousarray(self.world.pair_reach)
         self._is_static: Bools = ~np.any(self.world.pair_reach, axis=1)
         self.static_contact = self._find_static_contact()
+
+    def only(self, pairs: Bools) -> EdgeProver:
+        """A prover of these ``pairs`` (pairs,) alone: what it calls free may touch in others."""
+        part = copy.copy(self)
+        part._is_static = self._is_static | ~pairs
+        return part
 
     def _find_static_contact(self) -> Contact | None:
         """A pair that no joint can move (the base and an obstacle), if it touches."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from planner.base.arrays import Floats
@@ -26,6 +28,7 @@ def hull_corners(points: Floats) -> Floats:
         return points
 
 
+@lru_cache(maxsize=1024)
 def dent(mesh: Mesh) -> float:
     """How deep (m) the surface of a mesh lies below its convex hull at most, roughly; inf where it is not closed.
 

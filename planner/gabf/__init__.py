@@ -11,6 +11,7 @@ from planner.gabf import examples
 from planner.gabf.assumptions import Premises, overestimate
 from planner.gabf.bounds import T_star_corrected, T_star_printed, T_star_sharp
 from planner.gabf.certificates import Assumption, Certificate, certify
+from planner.gabf.healing import Healing, heal, raised_start
 from planner.gabf.kernels import (
     Additive,
     EdgeIntegral,
@@ -42,6 +43,7 @@ __all__ = [
     "Ending",
     "EverySteps",
     "FixedTime",
+    "Healing",
     "Kernel",
     "Law",
     "Multiplicative",
@@ -65,10 +67,12 @@ __all__ = [
     "control_input",
     "examples",
     "extract_path",
+    "heal",
     "max_error",
     "named_law",
     "oracle",
     "overestimate",
+    "raised_start",
     "residual",
     "right_side",
     "solve",

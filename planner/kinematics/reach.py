@@ -7,6 +7,7 @@ a sum over the joints bounds the motion along any straight joint-space segment (
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -29,8 +30,12 @@ class Reach:
     @staticmethod
     def of(robot: Robot, bodies: tuple[Body, ...] | None = None) -> Reach:
         """Reach of the robot's own bodies, or of any others that its joints carry."""
+        return _own_reach(robot) if bodies is None else Reach._of(robot, bodies)
+
+    @staticmethod
+    def _of(robot: Robot, bodies: tuple[Body, ...]) -> Reach:
         chain = Chain.of(robot)
-        rows = [_reach_of(robot, chain, body) for body in (robot.bodies if bodies is None else bodies)]
+        rows = [_reach_of(robot, chain, body) for body in bodies]
         return Reach(frozen(np.reshape(rows, (len(rows), robot.dof))))
 
     def motion(self, delta: Floats) -> Floats:
@@ -41,6 +46,12 @@ class Reach:
         """(n_pairs, dof): the same for one body seen from another; joints that carry both do not count."""
         first, second = self.bodies[pairs[:, 0]], self.bodies[pairs[:, 1]]
         return np.where((first > 0) & (second > 0), 0.0, first + second)
+
+
+@lru_cache(maxsize=16)
+def _own_reach(robot: Robot) -> Reach:
+    """Kept, as a world that changes asks for the same robot's again and again."""
+    return Reach._of(robot, robot.bodies)
 
 
 def _reach_of(robot: Robot, chain: Chain, body: Body) -> Floats:

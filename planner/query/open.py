@@ -70,12 +70,27 @@ def make_query(request: RoadmapRequest, near_start: bool = True) -> Query:
         robot = _widened(robot, [start, *(goal for _, goal in goals)])
     _judge(robot, scene)
     checker = make_checker(robot, scene, request.collision, request.margin)
+    return resolve_query(checker, start, goals, request.ik_solutions, near_start)
+
+
+def resolve_query(
+    checker: CollisionChecker,
+    start: Target,
+    goals: list[tuple[str, Target]],
+    ik_solutions: int,
+    near_start: bool = True,
+) -> Query:
+    """The configurations of a start and of goals with their texts; raises :class:`StateError` for unusable ones.
+
+    ``near_start`` as in :func:`make_query`.
+    """
+    robot, scene = checker.robot, checker.world.scene
     states = states_of(robot, scene)
     starts = resolve(start, checker, states, "start")
     ends, names = [], []
     for name, goal in goals:
         role = "goal" if len(goals) == 1 else f"goal '{name}'"
-        ends.append(resolve(goal, checker, states, role, request.ik_solutions, starts if near_start else None))
+        ends.append(resolve(goal, checker, states, role, ik_solutions, starts if near_start else None))
         names += [name] * len(ends[-1])
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()

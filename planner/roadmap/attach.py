@@ -37,15 +37,16 @@ def attach(
     seed: int = 0,
     settings: GrowthSettings | None = None,
     progress: Progress = QUIET,
+    join: bool = True,
 ) -> Roadmap:
     """The roadmap with ``starts`` (s, dof) and ``goals`` (g, dof) as its starts and goals.
 
     Those that are not nodes yet become nodes, linked to their nearest neighbours and by straight motions from start to
     goal, wherever that is proven. Where a start is then still disconnected from every goal, RRTConnect grows a path
-    between them and the largest component: at most ``settings.join_motions`` motions per try. Then the best paths get
-    proven short cuts past their waypoints. The cost scale stays: costs mean the same as before.
-    One roadmap serves many starts: one field over it answers all of them. Raises :class:`StateError` for an end that is
-    not free.
+    between them and the largest component: at most ``settings.join_motions`` motions per try; with ``join`` False
+    nothing grows. Then the best paths get proven short cuts past their waypoints. The cost scale stays: costs mean the
+    same as before. One roadmap serves many starts: one field over it answers all of them. Raises :class:`StateError`
+    for an end that is not free.
     """
     settings = settings or GrowthSettings()
     grow_way = partial(grow, seed=seed, settings=settings, progress=progress)
@@ -58,7 +59,7 @@ def attach(
         return roadmap
     builder.link(np.arange(len(roadmap.nodes), len(builder.nodes)), NEIGHBOURS)
     builder.link_straight(first, last, settings.range)
-    for start in dict.fromkeys(first.tolist()):
+    for start in dict.fromkeys(first.tolist() if join else ()):
         builder.bring_together(start, last)
     new = builder.nodes[len(roadmap.nodes) :]
     linked = replace(enlarged(roadmap, builder.prover, new, builder.edges), starts=first, goals=last)

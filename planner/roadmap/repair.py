@@ -117,7 +117,7 @@ def repair(
     anew = np.ones(m, dtype=bool) if everything else judge.doubtful()
     touched = np.zeros(m, dtype=bool)
     if something_new and not everything:
-        part = type(checker)(_restricted(world, scene_pairs, self_rows))
+        part = type(checker)(restricted(world, scene_pairs, self_rows))
         touched = ~anew & ~judge.out_of_reach(part, ~anew)
         judge.prove(EdgeProver(part, progress), touched)
     judge.forget(anew)
@@ -233,7 +233,7 @@ def _require_same_joints(roadmap: Roadmap, robot: Robot) -> None:
         )
 
 
-def _restricted(world: World, scene_pairs: Bools, self_rows: Bools) -> World:
+def restricted(world: World, scene_pairs: Bools, self_rows: Bools) -> World:
     """The world with these pairs only; obstacles that none of them names are left out."""
     touched = np.flatnonzero(scene_pairs.any(axis=0))
     obstacles = tuple(world.obstacles[k] for k in touched)

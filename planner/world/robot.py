@@ -121,9 +121,14 @@ def shorter_way(delta: Floats, turns: Bools) -> Floats:
 
 
 def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
-    """The robot holding further shapes; each counts as a link of its own name that may touch the link that holds it."""
+    """The robot holding further shapes; each counts as a link of its own name that may touch the link that holds it.
+
+    Raises :class:`RobotError` where a frame is not there, or a name is a link's.
+    """
     bodies, touching = [], set(robot.touching)
     for item in carried:
+        if item.name in {body.link for body in robot.bodies}:
+            raise RobotError(f"the robot carries '{item.name}', but a link has that name: give it another one.")
         frame = robot.model.frames[urdf.frame_id(robot.model, item.link)]
         placement = frozen(frame.placement.homogeneous @ item.placement)
         bodies.append(Body(item.name, item.name, int(frame.parentJoint), item.shape, placement, (0.8, 0.6, 0.3, 1.0)))

@@ -96,6 +96,34 @@ ObstacleFile = Annotated[
 ]
 
 
+class _Held(Strict):
+    """What is carried: placed in the frame of a link of the robot, which it may touch, as it may ``touch_links``."""
+
+    link: Name = pydantic.Field(min_length=1)
+    touch_links: tuple[Name, ...] = ()
+
+
+class CarriedBoxFile(_Held, BoxFile): ...
+
+
+class CarriedSphereFile(_Held, SphereFile): ...
+
+
+class CarriedCylinderFile(_Held, CylinderFile): ...
+
+
+class CarriedCapsuleFile(_Held, CapsuleFile): ...
+
+
+class CarriedMeshFile(_Held, MeshFile): ...
+
+
+CarriedFile = Annotated[
+    CarriedBoxFile | CarriedSphereFile | CarriedCylinderFile | CarriedCapsuleFile | CarriedMeshFile,
+    pydantic.Field(discriminator="type"),
+]
+
+
 class PlacementFile(Strict):
     """How a scene sets a robot up: where its base stands, which tool it uses, what is held fixed."""
 
@@ -110,15 +138,16 @@ class SceneFile(Strict):
     name: Name | None = None
     description: str = ""
     obstacles: list[ObstacleFile] = pydantic.Field(default_factory=list)
+    carried: list[CarriedFile] = pydantic.Field(default_factory=list)
     states: dict[str, dict[str, str]] = pydantic.Field(default_factory=dict)
     robots: dict[str, PlacementFile] = pydantic.Field(default_factory=dict)
 
     @pydantic.model_validator(mode="after")
     def _distinct_names(self) -> SceneFile:
-        names = [obstacle.name for obstacle in self.obstacles]
+        names = [item.name for item in (*self.obstacles, *self.carried)]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
-            raise ValueError(f"obstacle name '{twice[0]}' is used twice; names must differ")
+            raise ValueError(f"name '{twice[0]}' is used twice; names must differ, also those of carried things")
         return self
 
 
@@ -178,4 +207,7 @@ def _from_moveit(scene: PlanningScene) -> Scene:
 
 def _build(file: SceneFile, path: Path) -> Scene:
     obstacles = tuple(Obstacle(item.name, item.shape(path.parent), item.matrix()) for item in file.obstacles)
-    return Scene(file.name or path.stem, obstacles, file.description, file.states, file.robots)
+    carried = tuple(
+        Carried(item.link, item.name, item.shape(path.parent), item.matrix(), item.touch_links) for item in file.carried
+    )
+    return Scene(file.name or path.stem, obstacles, file.description, file.states, file.robots, carried)

@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 from planner.base.errors import FileError, PlannerError, SceneError
 from planner.base.targets import Named, parse_target
 from planner.world.poses import pose, se3
-from planner.world.robot import Robot
+from planner.world.robot import Robot, with_carried
 from planner.world.scene import Scene
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from planner.world.urdf import frame_id
 from tests.worlds import SCENES
 
 STL = """solid one
@@ -266,3 +267,39 @@ def test_every_set_up_fits_its_robot(name):
         placement = scene.placement(robot)
         made = Robot.load(robot, placement.tool, placement.fixed_joints, placement.base.matrix())
         assert made.name == robot
+
+
+CARRIED = """
+obstacles: [{name: box, type: box, size: [0.1, 0.1, 0.1], position: [1, 1, 1]}]
+carried:
+  - {name: rod, type: capsule, radius: 0.01, length: 0.2, position: [0, 0, 0.1], link: link_2, touch_links: [link_1]}
+"""
+
+
+def test_what_is_carried_becomes_a_body_of_the_link_that_holds_it(scene):
+    made = scene(CARRIED)
+    robot = with_carried(Robot.load("planar_2r"), made.carried)
+    (rod,) = robot.carried
+    held = robot.model.frames[frame_id(robot.model, "link_2")]
+    assert (rod.name, rod.shape, rod.joint) == ("rod", Capsule(0.01, 0.2), held.parentJoint)
+    np.testing.assert_allclose(rod.placement, held.placement.homogeneous @ pose([0, 0, 0.1]))
+    assert robot.touching == {frozenset(("rod", "link_2")), frozenset(("rod", "link_1"))}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (", link: link_2", "", "'carried.0.capsule.link' is missing"),
+        ("link: link_2", 'link: ""', "carried.0.capsule.link"),
+        ("touch_links: [link_1]", "touch_links: 3", "touch_links"),
+        ("radius: 0.01", "radius: .nan", "radius"),
+        ("name: rod", "name: box", "'box' is used twice"),
+        ("link: link_2", "link: hand", "frame 'hand' not found"),
+        ("name: rod", "name: link_1", "a link has that name"),
+    ],
+)
+def test_a_bad_carried_entry_is_named(scene, old, new, words):
+    assert old in CARRIED
+    with pytest.raises(PlannerError) as caught:
+        with_carried(Robot.load("planar_2r"), scene(CARRIED.replace(old, new)).carried)
+    assert words in str(caught.value)

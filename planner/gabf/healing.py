@@ -1,0 +1,139 @@
+"""A disturbed field finds back: the start from the x at hand, raised only where what x relied on is gone.
+
+From below, x counts up at the pace of the smallest arc cost; from above it falls in as many steps as there are hops.
+So states that a change may have left too low are first raised to an overestimate, and all others stay as they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import AssumptionError
+from planner.gabf.laws import Law
+from planner.gabf.network import Network
+from planner.gabf.oracle import max_error, oracle
+from planner.gabf.problem import Problem, reduce
+from planner.gabf.reachability import ranges
+from planner.gabf.result import CostToGo
+from planner.gabf.solve import solve
+
+
+@dataclass(frozen=True, eq=False)
+class Healing:
+    """A field that settled again, and what that took.
+
+    ``raised`` (k,): the nodes that were lifted before the run; ``moved`` (m,): those whose x is another now. The run's
+    own clock begins at 0; ``since_tau`` is what an earlier clock showed when the network changed.
+    """
+
+    cost_to_go: CostToGo
+    raised: Ints
+    moved: Ints
+    since_tau: float
+
+    @property
+    def settling_tau(self) -> float | None:
+        """When the field settled, on the clock that was running when the network changed."""
+        found = self.cost_to_go.settling_tau
+        return None if found is None else self.since_tau + found
+
+    @property
+    def settling_time(self) -> float | None:
+        """The same in seconds: before T_p under a law that has one, as every tau is."""
+        tau = self.settling_tau
+        return None if tau is None else float(self.cost_to_go.law.clock.time(tau))
+
+    @property
+    def updates(self) -> int:
+        """How often a node's parent value was computed."""
+        return self.cost_to_go.evaluations * int(np.isfinite(self.cost_to_go.x).sum())
+
+    @cached_property
+    def error(self) -> float:
+        """The largest error of x against Dijkstra's, see :func:`planner.gabf.max_error`."""
+        return max_error(self.cost_to_go, oracle(self.cost_to_go.network))
+
+
+def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0, **options: Any) -> Healing:
+    """The field of ``net`` from the states ``x`` (n,) that another network left behind, see :func:`raised_start`.
+
+    ``since_tau`` 0 starts a new clock, as is needed after T_p, where the gain is zero. The reading of a clock that
+    still runs (``result.end_tau`` of a run that was ended by ``until_tau``) lets the change act within that clock: the
+    equation in tau is autonomous, so only the date of settling is another. ``options`` are those of
+    :func:`planner.gabf.solve`. Raises AssumptionError for a law that needs strict overestimates: start that anew.
+    """
+    if law is not None and law.needs_overestimate:
+        raise AssumptionError(
+            f"the {law.name} law needs starts above the optimum everywhere, and a healing field is at it almost "
+            "everywhere: start anew with solve(net, law), or take the SingularityFree law"
+        )
+    start = raised_start(net, x)
+    found = solve(net, law, x0=start, **options)
+    reached = np.isfinite(found.x)
+    before = np.asarray(x, dtype=np.float64)
+    return Healing(
+        found,
+        raised=np.flatnonzero(reached & (start != before)),
+        moved=np.flatnonzero(reached & (found.x != before)),
+        since_tau=since_tau,
+    )
+
+
+def raised_start(net: Network, x: Floats) -> Floats:
+    """(n,) overestimates of x* that keep ``x`` (n,) wherever a chain of arcs to a source bears it; +inf as in x*.
+
+    An arc (i, j) bears x_i if f_i(x_j, w_ij) <= x_i. Along such arcs from the sources on, x_i >= x_i* follows from
+    x_j >= x_j* as f is increasing. The other nodes, the subtree that relied on arcs that vanished or rose, get what
+    the cheapest arc towards the nodes before them costs, layer by layer: the cost of some path, so an overestimate
+    too. Where arcs fell nothing needs to be raised. Ours.
+    """
+    problem = reduce(net)
+    y = np.asarray(x, dtype=np.float64)[problem.nodes]
+    y[problem.n_rows :] = problem.anchors
+    readers = _Readers(problem)
+    settled = _borne(problem, readers, y)
+    frontier = np.flatnonzero(settled)
+    while frontier.size:
+        arcs = readers.of(frontier)
+        arcs = arcs[~settled[problem.owners[arcs]]]
+        owners = problem.owners[arcs]
+        offers = problem.arcs.take(arcs)(y[problem.heads[arcs]])
+        frontier = np.unique(owners)
+        y[frontier] = np.inf
+        np.minimum.at(y, owners, offers)
+        settled[frontier] = True
+    return problem.unpack(y)
+
+
+class _Readers:
+    """The arcs of a problem by the node that they lead to."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._order = np.argsort(problem.heads, kind="stable")
+        counts = np.bincount(problem.heads, minlength=problem.nodes.size)
+        self._indptr = np.concatenate(([0], np.cumsum(counts)))
+
+    def of(self, nodes: Ints) -> Ints:
+        """The arcs that read one of ``nodes``, by their positions in the problem."""
+        return self._order[ranges(self._indptr[nodes], self._indptr[nodes + 1] - self._indptr[nodes])]
+
+
+def _borne(problem: Problem, readers: _Readers, y: Floats) -> Bools:
+    """(R + S,) the nodes that arcs with f(y_j) <= y_i lead from to a source."""
+    with np.errstate(invalid="ignore"):
+        bears = problem.arcs(y[problem.heads]) <= y[problem.owners]
+    bears &= np.isfinite(y[problem.owners])
+    borne = np.zeros(problem.nodes.size, dtype=bool)
+    borne[problem.n_rows :] = True
+    frontier = np.arange(problem.n_rows, problem.nodes.size)
+    while frontier.size:
+        arcs = readers.of(frontier)
+        owners = problem.owners[arcs[bears[arcs]]]
+        frontier = np.unique(owners[~borne[owners]])
+        borne[frontier] = True
+    return borne

@@ -1,0 +1,137 @@
+"""From a query to its answer: ends are linked, the field heals, and only if that is of no use the roadmap grows."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, frozen
+from planner.base.outcome import Outcome
+from planner.base.request import Charge, ManipulabilityCost, Metric
+from planner.costs.network import build_network, path_cost
+from planner.query.open import Query
+from planner.roadmap.attach import attach
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.repair import repair
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.roadmap.storage import same_world
+from planner.session.live_world import LiveWorld
+from planner.session.report import Answer, Edges
+from planner.session.search import Found, RoadmapNetwork, search
+
+_GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: beyond it the oldest ones go
+
+
+@dataclass(frozen=True)
+class Costs:
+    """What a network's costs are made of, see :func:`planner.costs.network.build_network`."""
+
+    manipulability: ManipulabilityCost
+    metric: Metric
+    charge: Charge
+
+    def network(self, roadmap: Roadmap, beta: float) -> gabf.Network:
+        return build_network(roadmap, beta, self.manipulability, self.metric, self.charge)
+
+
+@dataclass(frozen=True)
+class Planning:
+    """How a session plans: the law of its field, its costs, the size of its first roadmap, its growth."""
+
+    law: gabf.Law
+    costs: Costs
+    nodes: int
+    seed: int
+    growth: GrowthSettings
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """The world, and the field ``x`` over the nodes of its roadmap that the last query left behind."""
+
+    live: LiveWorld
+    x: Floats
+
+
+def adopted(live: LiveWorld, roadmap: Roadmap) -> LiveWorld:
+    """With a kept roadmap, as far as it holds in this world."""
+    if not same_world(roadmap, live.checker):
+        repaired = repair(roadmap, live.checker)
+        assert repaired is not None  # nobody has asked to stop
+        roadmap = repaired.roadmap
+    return live.with_roadmap(roadmap)
+
+
+def answered(moment: Moment, query: Query, beta: float, planning: Planning) -> tuple[Moment, Answer]:
+    """The moment after a query, and the query's answer."""
+    begin, may_grow = time.perf_counter(), moment.live.kept is not None
+    moment = _without_old_guests(moment if may_grow else _with_first_roadmap(moment, query, planning))
+    live, linked = _attached(moment.live, query, planning, join=False)
+    edges, nodes = [linked], len(live.roadmap.nodes)
+    searches = [_search(Moment(live, moment.x), beta, planning)]
+    edges.append(Edges.between(live.proofs, searches[-1].live.proofs))
+    if may_grow and not len(searches[-1].steps):
+        before = searches[-1].live
+        live = before.proven(np.flatnonzero(before.proofs.open))  # growth begins at nodes that are proven free
+        live, grown = _attached(live, query, planning, join=True)
+        edges.append(grown)
+        if live.held(live.proofs.free).connected:
+            searches.append(_search(Moment(live, searches[-1].field.x), beta, planning))
+            edges.append(Edges.between(live.proofs, searches[-1].live.proofs))
+    last = searches[-1]
+    live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else last.live
+    solved = len(last.steps) > 0
+    path = path_waypoints(live.roadmap, live.checker.robot, last.steps)
+    answer = Answer(
+        outcome=Outcome.SOLVED if solved else Outcome.NO_PATH,
+        path=path,
+        path_nodes=frozen(last.steps, np.int64),
+        goal=query.goal_at(path[-1]) if solved else None,
+        cost=path_cost(last.field.network, last.steps) if solved else None,
+        edges=sum(edges, Edges()),
+        nodes_grown=len(live.roadmap.nodes) - nodes,
+        rounds=sum(each.rounds for each in searches),
+        raised=sum(each.raised for each in searches),
+        updates=sum(each.updates for each in searches),
+        field=last.field,
+        seconds=time.perf_counter() - begin,
+    )
+    return Moment(live, last.field.x), answer
+
+
+def _with_first_roadmap(moment: Moment, query: Query, planning: Planning) -> Moment:
+    checker = moment.live.checker
+    roadmap = build_roadmap(checker.robot, checker, query.starts, query.goals, planning.nodes, planning.seed)
+    return replace(moment, live=moment.live.with_roadmap(roadmap))
+
+
+def _without_old_guests(moment: Moment) -> Moment:
+    """Without the oldest nodes that came with queries, where these have become many."""
+    live, n = moment.live, len(moment.live.roadmap.nodes)
+    most, keep = int(_GUESTS * live.lasting), np.ones(n, dtype=bool)
+    if n - live.lasting > most:
+        keep[live.lasting : n - most // 2] = False
+    x = np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)])
+    return Moment(live if keep.all() else live.without_nodes(keep), x[keep])
+
+
+def _attached(live: LiveWorld, query: Query, planning: Planning, join: bool) -> tuple[LiveWorld, Edges]:
+    """With the query's ends linked, and where ``join`` with what grew to bring them together; what came of edges.
+
+    Nothing grows before every edge is decided, so what is open counts as free.
+    """
+    before = live.held(~live.proofs.blocked)
+    if join:  # ends that the roadmap has already would need nothing
+        before = replace(before, starts=before.starts[:0])
+    after = attach(before, live.checker, query.starts, query.goals, planning.seed, planning.growth, join=join)
+    return live.enlarged(after), Edges(proven=len(after.edges) - len(before.edges))
+
+
+def _search(moment: Moment, beta: float, planning: Planning) -> Found:
+    live, n = moment.live, len(moment.live.roadmap.nodes)
+    network = RoadmapNetwork(live.roadmap, lambda roadmap: planning.costs.network(roadmap, beta))
+    return search(live, network, np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)]), planning.law)

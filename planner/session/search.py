@@ -1,0 +1,107 @@
+"""The search for a path that is proven now: lazily, along the routes that the field prefers.
+
+Edges that a change has opened count as free until the field's path uses them. Then they are proven, and with the first
+that fails those around the path too; the field heals, and its path is another. (Lazy PRM, Bohlin and Kavraki 2000, with
+a field in the place of a search.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Bools, Floats, Ints
+from planner.collision import coal_checker, second_checker
+from planner.collision.checker import CollisionChecker
+from planner.paths.measure import path_contact
+from planner.roadmap.repair import restricted
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.session.edge_proofs import clauses_of
+from planner.session.live_world import LiveWorld
+
+_MANY = 0.5  # share of the clauses beyond which a checker of them alone gains nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Where a search ended: the world with what was proven on the way, the field, and the nodes (k,) of the path.
+
+    ``steps`` is empty where no edges, open ones included, join a start and a goal.
+    """
+
+    live: LiveWorld
+    field: gabf.CostToGo
+    steps: Ints
+    rounds: int
+    raised: int
+    updates: int
+
+
+class RoadmapNetwork:
+    """The network of a roadmap whose edges come and go; costs stay, so it is built once."""
+
+    def __init__(self, roadmap: Roadmap, build: Callable[[Roadmap], gabf.Network]) -> None:
+        self.roadmap, self.whole = roadmap, build(roadmap)
+        n = len(roadmap.nodes)
+        low, high = (choose(self.whole.tails, self.whole.indices) for choose in (np.minimum, np.maximum))
+        self._edge = np.searchsorted(roadmap.edges[:, 0] * n + roadmap.edges[:, 1], low * n + high)
+
+    def without(self, edges: Bools) -> gabf.Network:
+        """The network that lacks some ``edges`` (m,) of the roadmap."""
+        return self.whole.without_arcs(np.flatnonzero(edges[self._edge]))
+
+    def edges_of(self, steps: Ints) -> Ints:
+        """The edges (k - 1,) between consecutive nodes ``steps`` (k,)."""
+        n, edges = len(self.roadmap.nodes), self.roadmap.edges
+        low, high = np.minimum(steps[:-1], steps[1:]), np.maximum(steps[:-1], steps[1:])
+        return np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+
+
+def search(live: LiveWorld, network: RoadmapNetwork, x: Floats, law: gabf.Law) -> Found:
+    """The cheapest path over edges that are proven now and hold a second check, from the field ``x`` (n,) on."""
+    rounds = raised = updates = 0
+    while True:
+        healing = gabf.heal(network.without(live.proofs.blocked), x, law)
+        field, x = healing.cost_to_go, healing.cost_to_go.x
+        rounds, raised, updates = rounds + 1, raised + len(healing.raised), updates + healing.updates
+        steps = _cheapest_path(live.roadmap.starts, field)
+        live, holds = _prove_path(live, network, steps)
+        if holds:
+            return Found(live, field, steps, rounds, raised, updates)
+
+
+def _cheapest_path(starts: Ints, field: gabf.CostToGo) -> Ints:
+    """The nodes (k,) from the start of the least cost-to-go to a goal; none where no start reaches one."""
+    start = int(starts[np.argmin(field.x[starts])])
+    if not np.isfinite(field.x[start]):
+        return np.zeros(0, dtype=np.int64)
+    return gabf.extract_path(field.network, field, start)
+
+
+def _prove_path(live: LiveWorld, network: RoadmapNetwork, steps: Ints) -> tuple[LiveWorld, bool]:
+    """The world after what was open of a path over nodes ``steps`` (k,) was proven, and whether all of it holds."""
+    rows = network.edges_of(steps)
+    live = live.proven(rows[live.proofs.open[rows]])
+    if live.proofs.blocked[rows].any():
+        around = np.isin(live.roadmap.edges, steps).any(axis=1)
+        return live.proven(np.flatnonzero(around & live.proofs.open)), False
+    unseen = ~live.proofs.seen[rows]
+    judge = _judge(live, np.asarray(unseen.any(axis=0)))
+    path = path_waypoints(live.roadmap, live.checker.robot, steps)
+    for k in np.flatnonzero(unseen.any(axis=1)):
+        if path_contact(judge, path[k : k + 2]) is not None:
+            return replace(live, proofs=live.proofs.refused(int(rows[k]))), False
+    return replace(live, proofs=live.proofs.confirmed(rows)), True
+
+
+def _judge(live: LiveWorld, clauses: Bools) -> CollisionChecker:
+    """A second checker that knows at least the pairs of some clauses, and is quicker for knowing few."""
+    if clauses.mean() > _MANY or not clauses.any():
+        return second_checker(live.checker)
+    world = live.world
+    pairs = clauses[clauses_of(world)[1]]
+    scene = pairs[: world.checked.size].reshape(world.checked.shape)
+    return coal_checker(restricted(world, world.checked & scene, pairs[world.checked.size :]))

@@ -1,0 +1,249 @@
+"""A robot, a scene and a roadmap that live together: the world changes, and paths are found again."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats
+from planner.base.errors import OptionError, PlannerError, StateError
+from planner.base.request import (
+    DEFAULT_CHARGE,
+    DEFAULT_COST,
+    DEFAULT_METRIC,
+    PAPER_NODES,
+    Backend,
+    Charge,
+    LawName,
+    ManipulabilityCost,
+    Metric,
+    State,
+    Thing,
+    WorldRequest,
+    require_nodes,
+    require_seed,
+    require_share,
+)
+from planner.base.targets import joints_text, parse_target, parse_targets
+from planner.collision.checker import CollisionChecker, is_free
+from planner.query.open import Query, resolve_query, states_of
+from planner.query.resolve import resolve_as_is
+from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import load_roadmap
+from planner.session.answer import Costs, Moment, Planning, adopted, answered
+from planner.session.live_world import LiveWorld
+from planner.session.report import Answer, Change, Edges
+from planner.world.robot import Robot
+from planner.world.scene import Scene
+from planner.world.shapes import Obstacle
+
+IK_SOLUTIONS = 8  # of a goal that is a tool position, as `planner plan` has it
+
+
+class Session:
+    """Plans in a world that changes, without beginning anew: most of a roadmap survives a change, and the field heals.
+
+        session = planner.Session("panda", "shelf", collision="coal")
+        session.plan("start", "goal").path
+        session.move("divider", position=[0.1, 0.62, 0.8])
+        answer = session.replan()
+        answer.path, answer.edges, answer.seconds
+
+    Edges are proven again where a change spends their clearance, and only once a path is to use them. What an obstacle
+    blocks is kept, and regained when it goes. The roadmap grows only where start and goal have come apart. The same
+    calls with the same seed give the same answers. A call that raises leaves the session as it was.
+    """
+
+    def __init__(
+        self,
+        robot: Thing,
+        scene: Thing,
+        roadmap: Roadmap | Path | str | None = None,
+        *,
+        tool: str | None = None,
+        collision: Backend = "fcl",
+        margin: float = 0.0,
+        nodes: int = PAPER_NODES,
+        seed: int = 0,
+        law: LawName = "singularity-free",
+        prescribed_time: float = 4.0,
+        metric: Metric = DEFAULT_METRIC,
+        manipulability_cost: ManipulabilityCost = DEFAULT_COST,
+        charge: Charge = DEFAULT_CHARGE,
+        join_motions: int | None = None,
+    ) -> None:
+        """``roadmap``, or its file, of the same joints in any scene; without one the first plan builds it.
+
+        ``join_motions``: how many motions growth may check before it gives up, 8000 per joint where left out; the
+        other options are those of :class:`PlanRequest`. Raises :class:`PlannerError` for unusable input, a law
+        that cannot heal included.
+        """
+        require_nodes(nodes)
+        require_seed(seed)
+        dynamics = gabf.named_law(law, prescribed_time)
+        if dynamics.needs_overestimate:
+            raise OptionError(f"the {law} law needs strict overestimates, so its field cannot heal: take another law.")
+        costs = Costs(manipulability_cost, metric, charge)
+        self._planning = Planning(dynamics, costs, nodes, seed, GrowthSettings(join_motions=join_motions))
+        self._busy = threading.Lock()
+        live = LiveWorld.of(WorldRequest(robot=robot, scene=scene, tool=tool, collision=collision, margin=margin))
+        if roadmap is not None:
+            live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(Path(roadmap)))
+        self._now = Moment(live, np.zeros(0))
+        self._asked: tuple[State, State, float, Query] | None = None
+        self._end: Floats | None = None  # where the last path ends
+
+    def __repr__(self) -> str:
+        world, kept = self._now.live.world, self._now.live.kept
+        return f"<Session: {world.robot.name} in {world.scene.name}, {kept or 'no roadmap yet'}>"
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as it is now, with what the arm carries."""
+        return self._now.live.scene
+
+    @property
+    def robot(self) -> Robot:
+        """The robot with what it carries now."""
+        return self._now.live.checker.robot
+
+    @property
+    def checker(self) -> CollisionChecker:
+        """The checker of the world as it is now."""
+        return self._now.live.checker
+
+    @property
+    def roadmap(self) -> Roadmap:
+        """Nodes and edges that are proven in the world as it is now; :class:`PlannerError` before the first plan."""
+        live = self._now.live
+        if live.kept is None:
+            raise PlannerError("the session has no roadmap yet: plan first, or give it one.")
+        edges = live.proofs.free
+        nodes = np.zeros(len(live.roadmap.nodes), dtype=bool)
+        nodes[live.roadmap.edges[edges]] = True
+        return live.held(edges).part(nodes, np.ones(int(edges.sum()), dtype=bool))
+
+    def add(self, obstacle: Obstacle) -> Change:
+        """Put an obstacle into the world."""
+        return self._change(f"obstacle '{obstacle.name}' added", lambda live: live.add(obstacle))
+
+    def move(
+        self,
+        name: str,
+        position: Iterable[float] | None = None,
+        rpy: Iterable[float] | None = None,
+        quaternion: Iterable[float] | None = None,
+    ) -> Change:
+        """Put the obstacle ``name`` to a ``position`` (m), turned by ``rpy`` (rad) or ``quaternion`` [x, y, z, w].
+
+        What is left out stays as it is.
+        """
+        given = {"position": position, "rpy": rpy, "quaternion": quaternion}
+        data = {key: np.asarray(value).tolist() for key, value in given.items() if value is not None}
+        return self._change(f"obstacle '{name}' moved", lambda live: live.move(name, data))
+
+    def remove(self, name: str) -> Change:
+        """Take the obstacle ``name`` out of the world."""
+        return self._change(f"obstacle '{name}' removed", lambda live: live.remove(name))
+
+    def attach(self, name: str, frame: str, touch_links: Sequence[str] = (), at: State | None = None) -> Change:
+        """Let ``frame`` carry the obstacle ``name``, which may touch ``touch_links`` and the link itself.
+
+        ``at`` is the state in which the arm takes it; left out, the end of the last path.
+        """
+        return self._change(
+            f"'{name}' attached to '{frame}'",
+            lambda live: live.attach(name, frame, tuple(touch_links), self._held_at(live, at)),
+        )
+
+    def detach(self, name: str, at: State | None = None) -> Change:
+        """Let go of what is carried: it stays where the arm holds it, and the links that might touch it still may.
+
+        ``at`` is the state in which the arm lets go; left out, the end of the last path.
+        """
+        return self._change(f"'{name}' detached", lambda live: live.detach(name, self._held_at(live, at)))
+
+    def plan(self, start: State = "start", goal: State = "goal", beta: float = 0.5) -> Answer:
+        """A path from ``start`` to ``goal``, written as everywhere, or joint values; ``beta`` in [0, 1].
+
+        Raises :class:`StateError` where one of them cannot be used, :class:`OptionError` for a beta out of range.
+        """
+        require_share(beta)
+        with self._alone():
+            return self._answer(start, goal, beta, _resolved(self._now.live, start, goal))
+
+    def replan(self) -> Answer:
+        """The last question once more, in the world as it is now; :class:`PlannerError` where none was asked.
+
+        Of a start or goal that is a tool position, the configurations stay that are still free.
+        """
+        with self._alone():
+            if self._asked is None:
+                raise PlannerError("nothing was asked yet: call plan(start, goal) first.")
+            start, goal, beta, query = self._asked
+            query = _still_free(self._now.live, query) or _resolved(self._now.live, start, goal)
+            return self._answer(start, goal, beta, query)
+
+    def _answer(self, start: State, goal: State, beta: float, query: Query) -> Answer:
+        now, answer = answered(self._now, query, beta, self._planning)
+        self._now = replace(now, live=replace(now.live, stands=query.starts))
+        self._asked = start, goal, beta, query
+        self._end = answer.path[-1] if answer.solved else None
+        return answer
+
+    def _change(self, what: str, apply: Callable[[LiveWorld], LiveWorld]) -> Change:
+        with self._alone():
+            begin, before = time.perf_counter(), self._now.live
+            after = apply(before)
+            self._now = replace(self._now, live=after)
+            edges = Edges.between(before.proofs, after.proofs, checked=False)
+            return Change(what, edges, time.perf_counter() - begin)
+
+    def _held_at(self, live: LiveWorld, at: State | None) -> Floats:
+        if at is not None:
+            target = parse_target(at if isinstance(at, str) else joints_text(at))
+            return resolve_as_is(target, live.checker, states_of(live.bare, live.scene), "at")
+        if self._end is None:
+            raise StateError("no path has been planned at whose end the arm stands: say where it is with at=.")
+        return self._end
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """One call at a time: a second one is refused, it does not wait."""
+        if not self._busy.acquire(blocking=False):
+            raise PlannerError("the session is busy with another call: wait for that, or make a session per thread.")
+        try:
+            yield
+        finally:
+            self._busy.release()
+
+
+def _resolved(live: LiveWorld, start: State, goal: State) -> Query:
+    first = start if isinstance(start, str) else joints_text(start, "start")
+    last = goal if isinstance(goal, str) else joints_text(goal, "goal")
+    return resolve_query(live.checker, parse_target(first), parse_targets(last), IK_SOLUTIONS)
+
+
+def _still_free(live: LiveWorld, query: Query) -> Query | None:
+    """The query's configurations that are free; None where no start or no goal is."""
+    starts, goals = (np.array([is_free(live.checker, q) for q in ends]) for ends in (query.starts, query.goals))
+    if not (starts.any() and goals.any()):
+        return None
+    names = tuple(name for name, free in zip(query.goal_names, goals, strict=True) if free)
+    return replace(
+        query,
+        checker=live.checker,
+        scene=live.scene,
+        robot=live.checker.robot,
+        starts=query.starts[starts],
+        goals=query.goals[goals],
+        goal_names=names,
+    )

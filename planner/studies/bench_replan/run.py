@@ -1,0 +1,79 @@
+"""``planner bench replan``: each problem of a folder, changed many times; new proven paths against planning anew."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
+from planner.base.request import PAPER_NODES, Backend, require_nodes, require_seed
+from planner.base.versions import versions
+from planner.studies.bench_plan.problems import Problem, find_problems
+from planner.studies.bench_replan.report import Row, to_markdown
+from planner.studies.process import run_module
+from planner.studies.table import Bench, ResultsFile, run_bench, software
+
+
+def bench_replan(
+    folder: Path,
+    out: Path,
+    robot: str = "panda",
+    collision: Backend = "coal",
+    nodes: int = PAPER_NODES,
+    changes: int = 100,
+    seed: int = 0,
+    time_limit: float = 1200.0,
+    progress: Progress = QUIET,
+) -> Bench[Row]:
+    """Change each problem of :func:`find_problems` ``changes`` times; write ``replan.csv`` and ``replan.md``.
+
+    Each problem has a process of its own, which is killed after ``time_limit`` seconds. Problems that are measured
+    already are kept. Raises OptionError for numbers out of range, FileError where a folder cannot be used.
+    """
+    require_nodes(nodes)
+    require_seed(seed)
+    if changes < 1 or not time_limit > 0:
+        raise OptionError("give at least one change, and a time limit above 0 s.")
+    problems = find_problems(folder)
+
+    def blank(problem: Problem) -> Row:
+        asked = robot, collision, nodes, seed, changes, problem.content, software(versions())
+        return Row(problem.name, *asked, 0, "none", "crashed")
+
+    return run_bench(
+        out,
+        "replan",
+        Row,
+        problems,
+        lambda table, problem: _kept(table, blank(problem)),
+        lambda problem: _measure(problem, blank(problem), time_limit, progress),
+        to_markdown,
+        "problems",
+        progress,
+        order=lambda row: row.key,
+    )
+
+
+def _kept(table: ResultsFile[Row], blank: Row) -> list[Row]:
+    return [row for row in table.rows if row.asked == blank.asked]
+
+
+def _measure(problem: Problem, blank: Row, time_limit: float, progress: Progress) -> list[Row]:
+    """The rows of one problem; none where stopped."""
+    options = {name: getattr(blank, name) for name in ("robot", "collision", "nodes", "seed", "changes")}
+    options |= {"scene": str(problem.scene), "motion_plan_request": str(problem.request)}
+    with tempfile.TemporaryDirectory() as place:
+        written = Path(place) / "rows.json"
+        arguments = [str(written), json.dumps(options)]
+        ended = run_module("planner.studies.bench_replan.case", arguments, progress, time_limit)
+        if ended.over_time:
+            return [replace(blank, outcome="timed out", message=f"Killed after {time_limit:g} s.")]
+        if ended.code is None:
+            return []
+        if ended.code != 0:
+            return [replace(blank, message=f"The process ended with code {ended.code}: {ended.last_words}")]
+        rows = json.loads(written.read_text())
+        return [replace(blank, number=k, **columns) for k, columns in enumerate(rows, start=1)]

@@ -1,0 +1,268 @@
+"""A session in a changing world: what it believes is what proving everything says, whatever happened before."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+
+from planner.base.errors import OptionError, PlannerError, SceneError, StateError
+from planner.base.outcome import Outcome
+from planner.collision import make_checker
+from planner.collision.edge_prover import EdgeProver
+from planner.paths.measure import path_contact
+from planner.roadmap.repair import segments
+from planner.roadmap.storage import same_world
+from planner.session.live_world import LiveWorld
+from planner.session.session import Session
+from planner.world.poses import pose
+from planner.world.scene import Scene
+from planner.world.shapes import Box, Obstacle, Sphere
+from tests.coal_judge import CoalWorld
+from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
+
+BALL = Obstacle("ball", Sphere(0.08), pose([-0.5, 0.5, 0]))
+WALLS = [Obstacle(f"wall {k}", Box((0.1, 0.02, 0.2)), pose([x, 0.0, 0.0])) for k, x in enumerate((0.35, -0.35))]
+
+
+def fresh(**options) -> Session:
+    return Session(load("planar_2r"), make_post().world.scene, post_roadmap(), join_motions=300, **options)
+
+
+def live(session: Session) -> LiveWorld:
+    return session._now.live
+
+
+def everything_decided(session: Session) -> LiveWorld:
+    now = live(session)
+    return now.proven(np.flatnonzero(now.proofs.open))
+
+
+def require_true(session: Session) -> None:
+    """What is free is what a prover of the whole world proves, and clearances are no larger than distances."""
+    now = everything_decided(session)
+    checker = make_checker(session.robot, session.scene)
+    proofs = EdgeProver(checker).prove(*segments(now.roadmap, session.robot, np.arange(len(now.roadmap.edges))))
+    np.testing.assert_array_equal(now.proofs.free, proofs.free)
+    if session.scene.allowed:
+        return  # the judge measures what may touch, too
+    world, roadmap = CoalWorld(checker.world), now.held(now.proofs.free)
+    for row in range(0, len(roadmap.edges), 7):
+        (start,), (delta,) = segments(roadmap, session.robot, np.array([row]))
+        assert roadmap.clearance[row] <= world.nearest_along(start, delta, 0.05, 0.005) + 1e-5
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_changes_the_edges_are_those_that_a_proof_of_all_gives(seed: int) -> None:
+    rng, session = np.random.default_rng(seed), fresh()
+    session.plan(POST_START, POST_GOAL)
+    for step in range(12):
+        names = [obstacle.name for obstacle in session.scene.obstacles]
+        kind = rng.integers(4)
+        try:
+            if kind == 0 or not names:
+                size = rng.uniform(0.02, 0.15, 3)
+                session.add(Obstacle(f"box {step}", Box(tuple(size)), pose([*rng.uniform(-0.9, 0.9, 2), 0.0])))
+            elif kind == 1:
+                session.remove(str(rng.choice(names)))
+            else:
+                far = 0.5 if kind == 2 else 0.01
+                name = str(rng.choice(names))
+                place = next(o.placement[:3, 3] for o in session.scene.obstacles if o.name == name)
+                session.move(
+                    name, position=place + rng.uniform(-far, far, 3) * [1, 1, 0], rpy=[0, 0, rng.uniform(0, far)]
+                )
+            answer = session.replan()
+        except (SceneError, StateError):
+            continue
+        assert answer.error <= 1e-9
+        if answer.solved:
+            assert path_contact(make_checker(session.robot, session.scene, "coal"), answer.path) is None
+    require_true(session)
+
+
+def test_what_an_obstacle_blocks_comes_back_without_a_check_when_it_goes() -> None:
+    session = fresh()
+    first = session.plan(POST_START, POST_GOAL)
+    before = session.roadmap
+    session.add(BALL)
+    now = everything_decided(session)
+    lost = int(now.proofs.blocked.sum())
+    assert lost > 0
+    object.__setattr__(session._now, "live", now)
+    change = session.remove("ball")
+    assert (change.edges.regained, change.edges.proven) == (lost, 0)
+    np.testing.assert_array_equal(session.roadmap.edges, before.edges)
+    assert same_world(session.roadmap, session.checker)
+    again = session.replan()
+    np.testing.assert_array_equal(again.path, first.path)
+    assert again.edges.proven == 0
+
+
+def test_a_short_move_spends_clearance_only() -> None:
+    session = fresh()
+    session.plan(POST_START, POST_GOAL)
+    clearance = live(session).proofs.clearance
+    change = session.move("thing0", position=[0.75, 0.004, 0])
+    assert change.edges.opened == int((clearance <= 0.004 + 1e-9).sum())
+    assert change.edges.opened < len(clearance)
+    assert change.edges.removed == change.edges.proven == 0
+
+
+def test_only_edges_on_preferred_routes_are_proven_again() -> None:
+    session = fresh()
+    session.plan(POST_START, POST_GOAL)
+    change = session.add(Obstacle("far", Sphere(0.1), pose([0.0, 0.0, 3.0])))
+    answer = session.replan()
+    assert change.edges.opened == len(live(session).roadmap.edges)
+    assert answer.solved
+    assert answer.edges.proven == len(answer.path) - 1
+
+
+def test_walls_part_start_and_goal_and_nothing_is_lost_when_they_go() -> None:
+    session = fresh()
+    first = session.plan(POST_START, POST_GOAL)
+    nodes = len(live(session).roadmap.nodes)
+    for wall in WALLS:
+        session.add(wall)
+    parted = session.replan()
+    assert parted.outcome is Outcome.NO_PATH
+    assert len(parted.path) == 0
+    for wall in WALLS:
+        session.remove(wall.name)
+    again = session.replan()
+    assert again.solved
+    assert again.cost is not None
+    assert first.cost is not None
+    assert again.cost.total <= first.cost.total * (1 + 1e-12)
+    assert len(live(session).roadmap.nodes) == nodes
+
+
+def test_growth_joins_what_has_come_apart() -> None:
+    session = fresh()
+    session.plan(POST_START, POST_GOAL)
+    now = live(session)
+    # as if proofs had failed on every edge: only growth can help
+    object.__setattr__(
+        session._now,
+        "live",
+        now.with_roadmap(
+            now.roadmap.part(np.ones(len(now.roadmap.nodes), dtype=bool), np.zeros(len(now.roadmap.edges), dtype=bool))
+        ),
+    )
+    answer = session.replan()
+    assert answer.solved
+    require_true(session)
+
+
+def test_carried_things_count_as_the_arm_and_are_put_down_again() -> None:
+    session = fresh()
+    session.plan(POST_START, POST_GOAL)
+    session.add(Obstacle("tool", Sphere(0.06), pose([2.0, 2.0, 0.0])))
+    session.move("tool", position=[0.2, -0.95, 0.0])
+    place = session.scene.obstacles[-1].placement
+    session.attach("tool", "link_2", at=POST_START)
+    assert [item.name for item in session.scene.carried] == ["tool"]
+    answer = session.replan()
+    assert answer.error <= 1e-9
+    require_true(session)
+    session.detach("tool", at=POST_START)
+    np.testing.assert_allclose(session.scene.obstacles[-1].placement, place, atol=1e-12)
+    assert session.robot.carried == ()
+    require_true(session)
+
+
+def test_the_same_calls_give_the_same_answers() -> None:
+    paths = []
+    for _ in range(2):
+        session = fresh(seed=3)
+        session.plan(POST_START, POST_GOAL, beta=0.3)
+        session.add(BALL)
+        session.move("thing0", position=[0.7, 0.1, 0])
+        paths.append(session.replan().path)
+    np.testing.assert_array_equal(*paths)
+
+
+BAD = {
+    "an unknown name": (lambda s: s.move("nothing", position=[0, 0, 1]), "obstacles are thing0"),
+    "nothing to remove": (lambda s: s.remove("nothing"), "not found"),
+    "a NaN": (lambda s: s.move("thing0", position=[np.nan, 0, 0]), "position"),
+    "too few numbers": (lambda s: s.move("thing0", position=[1.0, 0]), "position"),
+    "a NaN placement": (lambda s: s.add(Obstacle("x", Sphere(0.1), np.full((4, 4), np.nan))), "placement"),
+    "no size": (lambda s: s.add(Obstacle("x", Sphere(0.0), pose())), "size"),
+    "a name that is taken": (lambda s: s.add(Obstacle("thing0", Sphere(0.1), pose([3, 0, 0]))), "taken"),
+    "a link's name": (lambda s: s.add(Obstacle("link_1", Sphere(0.1), pose([3, 0, 0]))), "taken"),
+    "into the base": (lambda s: s.add(Obstacle("x", Sphere(0.3), pose())), "choose another place"),
+    "into the arm": (lambda s: s.add(Obstacle("x", Sphere(0.05), pose([0.27, -0.42, 0]))), "choose another place"),
+    "an unknown frame": (lambda s: s.attach("thing0", "hand", at=POST_START), "frames are"),
+    "an unknown link": (lambda s: s.attach("thing0", "link_2", ["hand"], at=POST_START), "links with shapes are"),
+    "nothing carried": (lambda s: s.detach("thing0", at=POST_START), "not carried"),
+    "a beta": (lambda s: s.plan(POST_START, POST_GOAL, beta=2.0), "outside"),
+    "a start": (lambda s: s.plan([0.0], POST_GOAL), "joint values"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_call_is_a_sentence_and_leaves_the_session_as_it_was(name: str) -> None:
+    session = fresh()
+    first = session.plan(POST_START, POST_GOAL)
+    before = session._now
+    call, words = BAD[name]
+    with pytest.raises(PlannerError, match=words) as caught:
+        call(session)
+    assert "\n" not in str(caught.value)
+    assert session._now is before
+    np.testing.assert_array_equal(session.replan().path, first.path)
+
+
+def test_a_second_caller_is_refused() -> None:
+    session, errors = fresh(), []
+
+    def call() -> None:
+        try:
+            session.add(BALL)
+        except PlannerError as error:
+            errors.append(str(error))
+
+    with session._alone():
+        thread = threading.Thread(target=call)
+        thread.start()
+        thread.join()
+    assert "busy" in errors[0]
+    session.add(BALL)
+
+
+def test_questions_that_cannot_be_answered() -> None:
+    session = Session(load("planar_2r"), Scene("none"))
+    with pytest.raises(PlannerError, match="plan first"):
+        _ = session.roadmap
+    with pytest.raises(PlannerError, match="nothing was asked"):
+        session.replan()
+    session.add(BALL)
+    with pytest.raises(StateError, match="at="):
+        session.attach("ball", "link_2")
+    with pytest.raises(OptionError, match="heal"):
+        Session(load("planar_2r"), Scene("none"), law="prescribed-time")
+
+
+def test_nothing_grows_over_many_changes_and_queries() -> None:
+    session, rng = fresh(), np.random.default_rng(0)
+    session.plan(POST_START, POST_GOAL)
+    lasting = live(session).lasting
+    for step in range(60):
+        session.add(Obstacle(f"guest {step}", Sphere(0.02), pose([2.0, 0, 0])))
+        session.remove(f"guest {step}")
+        session.plan(POST_START + rng.uniform(-0.1, 0.1, 2), POST_GOAL)
+    now = live(session)
+    assert len(now.roadmap.nodes) <= 1.5 * lasting + 2
+    assert now.proofs.known.shape == (len(now.roadmap.edges), 2)
+    assert now.scene.allowed == frozenset()
+    require_true(session)
+
+
+def test_a_roadmap_of_another_scene_is_kept_as_far_as_it_holds() -> None:
+    session = Session(load("planar_2r"), Scene("ball", (BALL,)), post_roadmap())
+    assert len(session.roadmap.edges) > 0
+    assert same_world(session.roadmap, session.checker)
+    assert session.plan(POST_START, POST_GOAL).solved
