@@ -54,5 +54,5 @@ def _quicker(words: list[str]) -> list[str]:
     """The command with fewer nodes and less effort, where it has any."""
     if words[1] in ("plan", "sweep", "batch") or words[1:3] == ["roadmap", "build"]:
         fewer = [*words, "--nodes", "80"] if "--roadmap" not in words else words
-        return fewer if "--effort" in words else [*fewer, "--effort", "0"]
+        return fewer if words[1] == "roadmap" or "--effort" in words else [*fewer, "--effort", "0"]
     return ["20" if before == "--nodes" else word for before, word in zip(["", *words], words, strict=False)]

@@ -59,7 +59,7 @@ def test_plan_writes_the_contract(solved: Path) -> None:
     assert len(record["path"][0]) == 7
     cost = record["cost"]
     assert cost["total"] == pytest.approx(0.5 * cost["manipulability"] + 0.5 * cost["distance"], rel=1e-12)
-    assert {path.name for path in solved.iterdir()} == {"plan.json", "plan.html", "roadmap.npz"}
+    assert {path.name for path in solved.iterdir()} == {"plan.json", "plan.html", "roadmap.npz", "trajectory.json"}
 
 
 def test_two_fresh_processes_give_the_same_path_under_load(tmp_path: Path) -> None:
@@ -354,4 +354,4 @@ def test_every_option_changes_what_it_says(solved: Path, tmp_path: Path, run: Ru
     between = 0.7 * np.array(base["path"][0]) + 0.3 * np.array(base["path"][1])
     moved = plan("--start", "q:" + ",".join(map(repr, between.tolist())))
     assert np.allclose(moved["path"][0], between)
-    assert moved["roadmap"]["nodes"] == base["roadmap"]["nodes"] + 1
+    assert moved["roadmap"]["nodes"] > base["roadmap"]["nodes"]  # and short cuts may cut it up
