@@ -73,6 +73,9 @@ class WorldRequest:
         for name in ("robot", "scene"):
             if isinstance(getattr(self, name), Path):
                 object.__setattr__(self, name, str(getattr(self, name)))
+        for name in ("srdf", "motion_plan_request", "roadmap"):
+            if isinstance(getattr(self, name, None), str):
+                object.__setattr__(self, name, Path(getattr(self, name)))
         if self.joints is not None:
             object.__setattr__(self, "joints", names_text(self.joints))
         require_one_choice(self.group, self.joints)
