@@ -49,13 +49,14 @@ def attach(
     for an end that is not free.
     """
     settings = settings or GrowthSettings()
-    grow_way = partial(grow, seed=seed, settings=settings, progress=progress)
-    builder = _Builder(roadmap, checker, grow_way, progress)
+    grow_path = partial(grow, seed=seed, settings=settings, progress=progress)
+    builder = _Builder(roadmap, checker, grow_path, progress)
     first, last = (
         np.array([builder.index(free_configuration(q, checker, role)) for q in ends], dtype=np.int64)
         for role, ends in (("start", starts), ("goal", goals))
     )
-    if np.array_equal(first, roadmap.starts) and np.array_equal(last, roadmap.goals):
+    same = np.array_equal(first, roadmap.starts) and np.array_equal(last, roadmap.goals)
+    if same and (roadmap.connected or not join):
         return roadmap
     builder.link(np.arange(len(roadmap.nodes), len(builder.nodes)), NEIGHBOURS)
     builder.link_straight(first, last, settings.range)
@@ -74,11 +75,11 @@ class _Builder:
         self,
         roadmap: Roadmap,
         checker: CollisionChecker,
-        grow_way: Callable[..., Growth],
+        grow_path: Callable[..., Growth],
         progress: Progress,
     ) -> None:
         self.robot, self.prover = checker.robot, RecordingProver(checker, progress)
-        self.grow_way, self.progress = grow_way, progress
+        self.grow_path, self.progress = grow_path, progress
         self.nodes, self.edges = roadmap.nodes, roadmap.edges
 
     def index(self, q: Floats) -> int:
@@ -143,7 +144,7 @@ class _Builder:
             return False
         first, last, n = np.flatnonzero(roots), np.flatnonzero(ends), len(self.nodes)
         # no more nodes than the path itself needs
-        growth = self.grow_way(self.prover, self.nodes[first], self.nodes[last], 0)
+        growth = self.grow_path(self.prover, self.nodes[first], self.nodes[last], 0)
         if growth.joined:
             new, edges = renumbered(growth, first, n, last)
             self.nodes = np.vstack([self.nodes, new])

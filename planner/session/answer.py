@@ -125,8 +125,6 @@ def _attached(live: LiveWorld, query: Query, planning: Planning, join: bool) -> 
     Nothing grows before every edge is decided, so what is open counts as free.
     """
     before = live.held(~live.proofs.blocked)
-    if join:  # ends that the roadmap has already would need nothing
-        before = replace(before, starts=before.starts[:0])
     after = attach(before, live.checker, query.starts, query.goals, planning.seed, planning.growth, join=join)
     return live.enlarged(after), Edges(proven=len(after.edges) - len(before.edges))
 

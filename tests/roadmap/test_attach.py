@@ -229,3 +229,12 @@ def test_a_way_that_is_not_there_is_said_so(caplog):
     new = attach(some, shut, POST_START[None], np.array([[np.pi / 2, 0.0]]), settings=GrowthSettings(join_motions=300))
     assert not new.connected
     assert "neither direct links nor 0 nodes more joined start and goal" in caplog.text
+
+
+def test_ends_that_have_come_apart_are_joined_again():
+    old = post_roadmap()
+    apart = old.part(np.ones(len(old.nodes), dtype=bool), ~np.isin(old.edges, old.goals).any(axis=1))
+    assert not apart.connected
+    same = old.nodes[old.starts], old.nodes[old.goals]
+    assert attach(apart, make_post(), *same, join=False) is apart
+    assert attach(apart, make_post(), *same).connected
