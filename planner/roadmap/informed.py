@@ -131,7 +131,8 @@ def _in_ellipsoid(
     if longest >= apart + 2.0 * float((robot.upper - robot.lower).max()) or apart == 0.0:
         return rng.uniform(robot.lower, robot.upper, size=(count, dof))
     ball = rng.normal(size=(count, dof))
-    ball *= rng.random((count, 1)) ** (1.0 / dof) / np.linalg.norm(ball, axis=1, keepdims=True)
+    radius = np.array([math.pow(share, 1.0 / dof) for share in rng.random(count).tolist()])  # the same bits everywhere
+    ball *= radius[:, None] / np.linalg.norm(ball, axis=1, keepdims=True)
     ball *= 0.5 * np.sqrt(max(longest**2 - apart**2, 0.0))
     ball[:, 0] *= longest / np.sqrt(max(longest**2 - apart**2, 1e-300))
     mirror = axis / apart - np.eye(dof)[0]  # Householder: takes the first axis to that of the ellipsoid

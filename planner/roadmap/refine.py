@@ -9,6 +9,7 @@ moves downhill in cost, or at random near that, so that it slides along what it 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -122,7 +123,8 @@ class PathRefiner:
         far = np.linalg.norm(step, axis=1)
         ahead = step / np.maximum(far, 1e-300)[:, None]
         turns = np.linalg.norm(np.diff(ahead, axis=0), axis=1) > _STRAIGHT
-        reach = np.exp(self._rng.uniform(*np.log(_ROUNDING), size=len(turns)))
+        # NumPy's own exp has other last bits on other processors
+        reach = np.array([math.exp(r) for r in self._rng.uniform(*map(math.log, _ROUNDING), size=len(turns)).tolist()])
         rows = [path[:1]]
         for k, turn in enumerate(turns):
             near = min(reach[k], 0.45 * far[k], 0.45 * far[k + 1])

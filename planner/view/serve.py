@@ -39,7 +39,8 @@ def serve(
         announce(f"Serving {address} on this machine only; Ctrl-C ends it.")
         if open_browser:
             announce(_open(address))
-        asked.wait()
+        while not asked.wait(0.5):  # a signal that reaches another thread does not wake this one
+            pass
 
 
 def require_port(port: int) -> None:
