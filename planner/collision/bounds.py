@@ -22,7 +22,6 @@ from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Shape, 
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)
 _CONVEX = 1e-5  # m: a mesh nowhere deeper below its hull counts as convex
 _BOXES = 64  # boxes a mesh obstacle
-ROUNDING = 1e-9  # m: by which a bound may exceed the truth, kilometres from the origin
 
 
 class ClearanceBound:
@@ -64,7 +63,7 @@ class ClearanceBound:
 
     def looks_free(self, q: Floats) -> bool:
         """Whether no surfaces of checked pairs are within the margin in any configuration (n, dof)."""
-        return self.native.first_near(q, 0.0) == len(q)
+        return self.native.first_near(q) == len(q)
 
 
 def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> int:

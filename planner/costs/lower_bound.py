@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.request import Charge, ManipulabilityCost, Metric
-from planner.kinematics.forward import Chain, tool_positions
+from planner.kinematics.forward import tool_positions
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import manipulability_cost
 from planner.world.robot import Robot
@@ -38,5 +38,5 @@ def _straight(robot: Robot, starts: Floats, goals: Floats, metric: Metric) -> Fl
     """(s, g) straight-line lengths, rad of joint motion or metres of the tool's."""
     if metric == "joint":
         return np.linalg.norm(robot.difference(starts[:, None], goals[None]), axis=2)
-    here, there = (tool_positions(robot, q, Chain.of(robot)) for q in (starts, goals))
+    here, there = (tool_positions(robot, q) for q in (starts, goals))
     return np.linalg.norm(here[:, None] - there[None], axis=2)

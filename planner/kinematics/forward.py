@@ -65,11 +65,10 @@ def joint_placements(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     return chain.native.placements(q)
 
 
-def tool_positions(robot: Robot, q: Floats, chain: Chain | None = None) -> Floats:
+def tool_positions(robot: Robot, q: Floats) -> Floats:
     """Positions (n, 3) of the tool frame in the world (m) for configurations (n, dof)."""
     frame = robot.model.frames[robot.tool_id]
-    native = (chain or Chain.of(robot)).native
-    return native.points(np.atleast_2d(q), int(frame.parentJoint), frame.placement.translation)
+    return Chain.of(robot).native.points(np.atleast_2d(q), int(frame.parentJoint), frame.placement.translation)
 
 
 def tool_pose(robot: Robot, q: Floats) -> pin.SE3:

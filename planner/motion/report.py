@@ -11,6 +11,7 @@ from planner.collision.edge_prover import Verdict
 from planner.motion.check import TrajectoryReport
 from planner.motion.limits import KINDS, UNITS
 from planner.motion.proof import Excess
+from planner.paths.report import circumstances
 from planner.query.resolve import DEGREES
 
 
@@ -60,16 +61,11 @@ def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
 
 def report_record(report: TrajectoryReport) -> dict[str, Any]:
     """The report as plain data; s, rad, m."""
-    world, found, proof = report.checker.world, report.trajectory, report.proof
+    found, proof = report.trajectory, report.proof
     record: dict[str, Any] = {
         "ok": report.ok,
         "message": verdict_sentence(report),
-        "robot": world.robot.name,
-        "scene": world.scene.name,
-        "joints": list(world.robot.joints),
-        "collision": report.checker.name,
-        "margin": world.margin,
-        "step": report.step,
+        **circumstances(report.checker, report.step),
         "points": len(report.points.times),
         "fault": report.fault,
         "degrees": report.degrees,

@@ -123,6 +123,7 @@ class _Bend:
         return x
 
     def forward(self, x: float, most: float) -> tuple[list[Phase], float]:
+        """Speed up as much as ``x`` and ``most`` at the end allow; ``most`` is in the next piece's parameter."""
         most = min(most / self.joint if self.joint else 0.0, self.x)
         low, high, _, _ = self._range(x, most)
         u = high if high >= low else 0.5 * (low + high)  # they cross by rounding only

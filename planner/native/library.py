@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 1  # of the functions' arguments: what planner_version() says
+_VERSION = 2  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _double = ctypes.c_int, ctypes.c_double
@@ -46,7 +46,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
     "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
-    "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _double, _Pointer),
+    "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "world_prove": (_Pointer, *3 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
@@ -55,7 +55,7 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
     "world_new": (_Pointer, (_Pointer, _double)),
     "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer)),
-    "world_first_near": (_int, (_Pointer, _int, _Pointer, _double)),
+    "world_first_near": (_int, (_Pointer, _int, _Pointer)),
 }
 
 
@@ -233,22 +233,23 @@ class NativeWorld:
         _library.world_coarse(self.handle, len(bounds), _at(rotation), _at(position), _at(bounds))
         return bounds
 
-    def close(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: float = np.inf) -> Floats:
+    def close(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
         """Lower bounds (k,) on the distances of ``pairs`` (k,) in configurations ``rows`` (k,), by planes.
 
-        A micrometre from the distance, or at least ``enough``; 0 where they touch.
+        A micrometre from the distance, and short of it by no more than dents are deep where these are farther apart
+        than that; 0 where they touch.
         """
         rotation, position, rows, pairs = _floats(rotation), _floats(position), _ints(rows), _ints(pairs)
         bounds, n = np.empty(len(rows)), position.shape[1]
         _library.world_close(
-            self.handle, n, _at(rotation), _at(position), len(rows), _at(rows), _at(pairs), enough, _at(bounds)
+            self.handle, n, _at(rotation), _at(position), len(rows), _at(rows), _at(pairs), _at(bounds)
         )
         return bounds
 
-    def first_near(self, q: Floats, doubt: float) -> int:
+    def first_near(self, q: Floats) -> int:
         """The first configuration of (n, dof) where a pair is within ``doubt`` (m) of the margin; n where none is."""
         q = _floats(q)
-        return _library.world_first_near(self.handle, len(q), _at(q), doubt)
+        return _library.world_first_near(self.handle, len(q), _at(q))
 
     def prove(
         self, reach: Floats, is_static: Bools, coefficients: Floats, room: float

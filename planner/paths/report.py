@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import Verdict
 from planner.collision.world import Contact
 from planner.paths.check import Excess, PathReport
@@ -47,19 +48,26 @@ def report_rows(report: PathReport) -> list[tuple[str, str]]:
     ]
 
 
+def circumstances(checker: CollisionChecker, step: float) -> dict[str, Any]:
+    """What a path or a trajectory was checked against, as plain data; ``step`` (m) between two samples."""
+    world = checker.world
+    return {
+        "robot": world.robot.name,
+        "scene": world.scene.name,
+        "joints": list(world.robot.joints),
+        "collision": checker.name,
+        "margin": world.margin,
+        "step": step,
+    }
+
+
 def report_record(report: PathReport) -> dict[str, Any]:
     """The report as plain data; segments and waypoints count from 0, units are rad and m."""
-    world = report.checker.world
     places = np.linspace(0.0, 1.0, _PROFILE)
     return {
         "ok": report.ok,
         "message": verdict_sentence(report),
-        "robot": world.robot.name,
-        "scene": world.scene.name,
-        "joints": list(world.robot.joints),
-        "collision": report.checker.name,
-        "margin": world.margin,
-        "step": report.step,
+        **circumstances(report.checker, report.step),
         "waypoints": len(report.path),
         "path_length": {"joint": report.joint_length, "workspace": report.workspace_length},
         "limits": None if report.excess is None else vars(report.excess),
@@ -71,8 +79,8 @@ def report_record(report: PathReport) -> dict[str, Any]:
             "min": float(report.w.min()),
             "mean": float(report.w.mean()),
             **_place_record(report.lowest),
-            "rows": world.robot.manipulability,
-            "frame": world.robot.tool,
+            "rows": report.checker.robot.manipulability,
+            "frame": report.checker.robot.tool,
             "profile": np.interp(places, report.shares, report.w).tolist(),
         },
     }

@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.resolutions import TOOL_ALONG_EDGE, W_STATES_PER_EDGE
-from planner.kinematics.forward import Chain, tool_positions
+from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.world.robot import Robot
 
@@ -29,7 +29,7 @@ def edge_lengths(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floa
     row = np.repeat(np.arange(len(edges)), pieces + 1)
     first = np.concatenate([[0], np.cumsum(pieces + 1)[:-1]]).astype(np.int64)
     s = (np.arange(len(row)) - first[row]) / pieces[row] if len(row) else np.zeros(0)
-    tool = tool_positions(robot, nodes[edges[row, 0]] + s[:, None] * delta[row], Chain.of(robot))
+    tool = tool_positions(robot, nodes[edges[row, 0]] + s[:, None] * delta[row])
     steps = np.linalg.norm(np.diff(tool, axis=0), axis=1)
     steps[first[1:] - 1] = 0.0  # from one edge's end to the next one's start
     length = np.add.reduceat(np.concatenate([steps, [0.0]]), first) if len(edges) else np.zeros(0)

@@ -10,7 +10,7 @@ from planner.base.arrays import Floats
 from planner.base.products import product
 from planner.base.request import DEFAULT_COST, DEFAULT_METRIC, Charge, ManipulabilityCost, Metric
 from planner.base.resolutions import W_STATES_PER_EDGE
-from planner.kinematics.forward import Chain, tool_positions
+from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.measure import simpson_weights
 from planner.roadmap.scale import CostScale, manipulability_cost
@@ -64,6 +64,6 @@ class MotionCost:
         if self.metric == "joint":
             return length / self.scale.joint_length
         states = a[:, None] + _SHARES[:, None] * delta[:, None]
-        tool = tool_positions(self.robot, states.reshape(-1, self.robot.dof), Chain.of(self.robot))
+        tool = tool_positions(self.robot, states.reshape(-1, self.robot.dof))
         steps = np.diff(tool.reshape(len(a), -1, 3), axis=1)
         return np.linalg.norm(steps, axis=2).sum(axis=1) / self.scale.tool_length

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +87,7 @@ class Robot:
         """(dof,) which joints slide (their values are metres)."""
         return np.array([self.model.joints[k].shortname().startswith("JointModelP") for k in range(1, self.dof + 1)])
 
-    @property
+    @cached_property
     def tool_id(self) -> int:
         return urdf.frame_id(self.model, self.tool)
 

@@ -42,7 +42,7 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 1; }
+int planner_version() { return 2; }
 
 Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns, const double* offset,
                  const double* slide, const double* axis) {
@@ -195,9 +195,7 @@ void world_add_target(World* world, int item, int is_cylinder, const double* tur
 // pairs (n, 2) of items, in the order of their numbers
 void world_set_pairs(World* world, int n, const int64_t* pairs, const uint8_t* checked) {
     for (int p = 0; p < n; ++p) {
-        Pair pair{static_cast<int>(pairs[2 * p]), static_cast<int>(pairs[2 * p + 1]), false, checked[p] != 0};
-        pair.is_scene = pair.second >= world->bodies;
-        world->pairs.push_back(pair);
+        world->pairs.push_back({static_cast<int>(pairs[2 * p]), static_cast<int>(pairs[2 * p + 1]), checked[p] != 0});
     }
 }
 
@@ -213,9 +211,9 @@ void world_coarse(const World* world, int n, const double* rotation, const doubl
     }
 }
 
-// close lower bounds (count,) of numbered pairs in configurations `rows` of n; `enough` (m) is close enough
+// close lower bounds (count,) of numbered pairs in configurations `rows` of n
 void world_close(const World* world, int n, const double* rotation, const double* position, int count,
-                 const int64_t* rows, const int64_t* pairs, double enough, double* bounds) {
+                 const int64_t* rows, const int64_t* pairs, double* bounds) {
     std::vector<Frame> frames(world->chain.dof() + 1);
     int64_t placed = -1;
     for (int k = 0; k < count; ++k) {
@@ -228,7 +226,7 @@ void world_close(const World* world, int n, const double* rotation, const double
         }
         const int pair = static_cast<int>(pairs[k]);
         Vec apart = world->between_middles(pair, frames.data());
-        bounds[k] = world->close(pair, frames.data(), apart, {enough});
+        bounds[k] = world->close(pair, frames.data(), apart, Closeness());
     }
 }
 
@@ -246,12 +244,11 @@ void world_prove(const World* world, const double* reach, const uint8_t* is_stat
         });
 }
 
-// The first of configurations (n, dof) in which a pair is not farther apart than the margin, or n. What is no farther
-// apart than `doubt` (m) beyond that counts too.
-int world_first_near(const World* world, int n, const double* q, double doubt) {
+// The first of configurations (n, dof) in which a pair is not farther apart than the margin, or n.
+int world_first_near(const World* world, int n, const double* q) {
     Scratch scratch = world->scratch();
     std::vector<double> bounds(world->pair_count());
-    const double enough = world->margin + doubt;
+    const double enough = world->margin;
     for (int k = 0; k < n; ++k) {
         world->chain.place(q + static_cast<size_t>(k) * world->chain.dof(), scratch.frames.data());
         world->coarse(scratch.frames.data(), scratch, bounds.data());

@@ -58,7 +58,7 @@ struct Item {
 
 struct Pair {
     int first, second;  // numbers of items
-    bool is_scene, checked;
+    bool checked;
 };
 
 // What one thread works in.

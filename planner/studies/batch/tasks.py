@@ -41,6 +41,7 @@ class Task:
 
     @property
     def asked(self) -> str:
+        """A hash of the options and of the files that they name: what a row was planned for."""
         digest = hashlib.sha256(json.dumps(self.options, sort_keys=True).encode())
         for value in (self.options[name] for name in _FILES):
             if value and is_file(Path(value)):
