@@ -31,6 +31,7 @@ _BATCH = 100  # configurations between two looks at which pairs are decided
 # boxes of joint values that the proof of one pair may look at: with two joints between the links they suffice for a
 # gap of some millimetres, with more joints for links that are well apart
 _BOXES_OF_TWO, _BOXES = 200_000, 20_000
+_ROUNDING = 1e-9  # m by which a computed bound may exceed the distance
 
 
 class Reason(Enum):
@@ -103,10 +104,9 @@ def _touching(
         pairs = np.flatnonzero(asked & ((touched == 0) | (missed <= (1 - ALWAYS) * samples)))
         q = rng.uniform(robot.lower, robot.upper, size=(min(_BATCH, samples - first), robot.dof))
         rotation, position = joint_placements(checker.chain, q)
-        near = checker.bound.coarse(rotation, position)[:, pairs] <= 0
-        for row in np.flatnonzero(near.any(axis=1)):
-            some = pairs[near[row]]
-            touched[some] += checker.distances(rotation[:, row], position[:, row], some) <= 0
+        rows, near = np.nonzero(checker.bound.coarse(rotation, position)[:, pairs] <= 0)
+        contacts = checker.bound.close(rotation, position, rows, pairs[near]) <= 0
+        touched += np.bincount(pairs[near][contacts], minlength=len(touched))
         progress("samples", first + len(q), samples)
     return touched
 
@@ -152,9 +152,11 @@ def _gaps(checker: CollisionChecker, q: Floats, need: Floats) -> Floats:
     """Lower bounds (n,) on the pair's distance, as close as it takes to exceed ``need``; below 0 where it touches."""
     rotation, position = joint_placements(checker.chain, q)
     gap, only = np.maximum(checker.bound.coarse(rotation, position)[:, 0], 0.0), np.zeros(1, dtype=np.int64)
-    for row in np.flatnonzero(gap <= need):
-        distance = float(checker.distances(rotation[:, row], position[:, row], only)[0])
-        gap[row] = max(gap[row], distance - checker.error(distance)) if distance > 0 else -1.0
+    rows = np.flatnonzero(gap <= need)
+    gap[rows] = np.maximum(gap[rows], checker.bound.close(rotation, position, rows, np.zeros_like(rows)) - _ROUNDING)
+    for row in rows[gap[rows] <= 0]:
+        if checker.distances(rotation[:, row], position[:, row], only)[0] <= 0:
+            gap[row] = -1.0
     return gap
 
 

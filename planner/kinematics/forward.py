@@ -71,6 +71,16 @@ def tool_positions(robot: Robot, q: Floats) -> Floats:
     return Chain.of(robot).native.points(np.atleast_2d(q), int(frame.parentJoint), frame.placement.translation)
 
 
+def tool_path_lengths(robot: Robot, start: Floats, delta: Floats, pieces: Ints) -> Floats:
+    """Lengths (n,) of the tool's paths (m) along straight joint motions from ``start`` by ``delta``, (n, dof).
+
+    They are measured as chords between ``pieces`` (n,) + 1 evenly spaced states.
+    """
+    frame = robot.model.frames[robot.tool_id]
+    point = frame.placement.translation
+    return Chain.of(robot).native.path_lengths(start, delta, pieces, int(frame.parentJoint), point)
+
+
 def tool_pose(robot: Robot, q: Floats) -> pin.SE3:
     """The tool frame's placement in the world for one configuration (dof,)."""
     data = robot.model.createData()

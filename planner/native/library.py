@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 2  # of the functions' arguments: what planner_version() says
+_VERSION = 3  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _double = ctypes.c_int, ctypes.c_double
@@ -27,6 +27,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "chain_free": (_Pointer,),
     "chain_placements": (_Pointer, _int, *3 * [_Pointer]),
     "chain_points": (_Pointer, _int, _Pointer, _int, *2 * [_Pointer]),
+    "chain_path_lengths": (_Pointer, _int, *3 * [_Pointer], _int, _Pointer, _int, _Pointer),
     "chain_inverse": (
         _Pointer,
         _int,
@@ -124,6 +125,18 @@ class NativeChain:
         q, point, positions = _floats(q), _floats(point), np.empty((len(q), 3))
         _library.chain_points(self.handle, len(q), _at(q), joint, _at(point), _at(positions))
         return positions
+
+    def path_lengths(self, start: Floats, delta: Floats, pieces: Ints, joint: int, point: Floats) -> Floats:
+        """Lengths (n,) of the paths of a ``point`` (3,) that ``joint`` carries, along straight joint motions.
+
+        They go from ``start`` by ``delta`` (n, dof); chords between ``pieces`` (n,) + 1 evenly spaced states.
+        """
+        start, delta, pieces, point = _floats(start), _floats(delta), _ints(pieces), _floats(point)
+        lengths, n = np.empty(len(start)), len(start)
+        _library.chain_path_lengths(
+            self.handle, n, _at(start), _at(delta), _at(pieces), joint, _at(point), threads(), _at(lengths)
+        )
+        return lengths
 
     def manipulability(self, q: Floats, joint: int, point: Floats, rows: int) -> Floats:
         """The volume (n,) that the first ``rows`` rows of the Jacobian of a point span; columns, where fewer."""

@@ -9,7 +9,6 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Proofs
-from planner.world.robot import Robot
 
 
 class RecordingProver(EdgeProver):
@@ -38,20 +37,20 @@ class RecordingProver(EdgeProver):
         Pieces of a motion that was proven as a whole are proven on their own; where that leaves one undecided
         nothing is claimed for it: clearance 0, no samples.
         """
-        robot = self.world.robot
-        found = [self._recall(robot, nodes[i], nodes[j]) for i, j in edges]
-        missing = [row for row, known in enumerate(found) if known is None]
+        a, b = nodes[edges[:, 0]], nodes[edges[:, 1]]
+        forth, back = self.robot.difference(a, b), self.robot.difference(b, a)
+
+        def recall() -> list[tuple[float, int] | None]:
+            # whichever end a proof began at
+            ends = zip(a, forth, b, back, strict=True)
+            return [self._known.get(_key(p, there)) or self._known.get(_key(q, hence)) for p, there, q, hence in ends]
+
+        missing = [row for row, known in enumerate(recall()) if known is None]
         if missing:
-            a, b = nodes[edges[missing, 0]], nodes[edges[missing, 1]]
-            self.prove(a, robot.difference(a, b))
-        known = [self._recall(robot, nodes[i], nodes[j]) or (0.0, 0) for i, j in edges]
+            self.prove(a[missing], forth[missing])
+        known = [found or (0.0, 0) for found in recall()]
         clearance, samples = np.array(known, dtype=float).reshape(-1, 2).T
         return np.maximum(clearance, 0.0), samples.astype(np.int64)
-
-    def _recall(self, robot: Robot, a: Floats, b: Floats) -> tuple[float, int] | None:
-        """What is known of the segment between two nodes, whichever end its proof began at."""
-        forth = self._known.get(_key(a, robot.difference(a, b)))
-        return forth or self._known.get(_key(b, robot.difference(b, a)))
 
 
 def _key(start: Floats, delta: Floats) -> tuple[bytes, bytes]:

@@ -122,11 +122,10 @@ def grow_tree(
 
 def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
     """Add to ``forest`` the part of ``tree``, rooted in its nodes, that proven motions connect to it."""
-    if not tree.edges:
+    if not len(tree.edges):
         return
-    edges = np.array(tree.edges, dtype=np.int64)
-    a, b = tree.nodes[edges[:, 0]], tree.nodes[edges[:, 1]]
-    edges = edges[motions.prover.prove(a, motions.robot.difference(a, b), motions.room).free]
+    a, b = tree.nodes[tree.edges[:, 0]], tree.nodes[tree.edges[:, 1]]
+    edges = tree.edges[motions.prover.prove(a, motions.robot.difference(a, b), motions.room).free]
     children: dict[int, list[int]] = {}
     for parent, child in edges.tolist():
         children.setdefault(parent, []).append(child)

@@ -59,6 +59,8 @@ def connect(
     between siblings of a tree adds an edge and no choice.
     """
     robot, accepted = prover.robot, edges.reshape(-1, 2)
+    if progress.stopped or len(accepted) >= target:
+        return accepted
     candidates = candidate_links(robot, nodes, accepted)
     direct = _lengths(robot, nodes, candidates)
     # links only shorten paths, so a detour measured earlier is never too small: measure again only those on top

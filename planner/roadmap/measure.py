@@ -6,7 +6,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.resolutions import TOOL_ALONG_EDGE, W_STATES_PER_EDGE
-from planner.kinematics.forward import tool_positions
+from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import manipulability
 from planner.world.robot import Robot
 
@@ -26,14 +26,7 @@ def edge_lengths(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floa
     delta = robot.difference(nodes[edges[:, 0]], nodes[edges[:, 1]]).reshape(-1, robot.dof)
     joint = np.linalg.norm(delta, axis=1)
     pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
-    row = np.repeat(np.arange(len(edges)), pieces + 1)
-    first = np.concatenate([[0], np.cumsum(pieces + 1)[:-1]]).astype(np.int64)
-    s = (np.arange(len(row)) - first[row]) / pieces[row] if len(row) else np.zeros(0)
-    tool = tool_positions(robot, nodes[edges[row, 0]] + s[:, None] * delta[row])
-    steps = np.linalg.norm(np.diff(tool, axis=0), axis=1)
-    steps[first[1:] - 1] = 0.0  # from one edge's end to the next one's start
-    length = np.add.reduceat(np.concatenate([steps, [0.0]]), first) if len(edges) else np.zeros(0)
-    return joint, length
+    return joint, tool_path_lengths(robot, nodes[edges[:, 0]], delta, pieces)
 
 
 def edge_manipulability(robot: Robot, nodes: Floats, edges: Ints) -> Floats:

@@ -11,8 +11,9 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
+from planner.roadmap.forest import Forest
 from planner.world.robot import Robot, shorter_way
 
 MotionCheck = Callable[[Floats, Floats], bool]
@@ -38,10 +39,10 @@ class JointSpace:
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """What RRT grew: ``nodes`` (n, dof) and the pairs of them that a motion joins."""
+    """What RRT grew: ``nodes`` (n, dof) and the ``edges`` (m, 2), from a node to one that was added later."""
 
     nodes: Floats
-    edges: list[tuple[int, int]]
+    edges: Ints
 
 
 def seed_everything(seed: int) -> None:
@@ -62,6 +63,7 @@ class TreePlanners:
     def __init__(self, space: JointSpace, check: MotionCheck, progress: Progress = QUIET) -> None:
         self.checked = self.accepted = 0
         self.on_accept: Callable[[int], None] = lambda accepted: None
+        self._grown: Forest | None = None
         self._space, self._check, self._progress = space, check, progress
         self._joints, self._wraps = range(len(space.lower)), space.wrap.tolist() if space.wrap.any() else None
         self._ompl_space = _ompl_space(space)
@@ -107,29 +109,33 @@ class TreePlanners:
         return self._configurations(ompl_path)
 
     def rrt(self, roots: Floats, step: float, wanted: int, limit: int) -> Tree:
-        """Grow from every row of ``roots`` until ``wanted`` nodes are added or ``limit`` motions were checked."""
-        self.accepted = 0
+        """Grow from every row of ``roots`` until ``wanted`` nodes are added or ``limit`` motions were checked.
+
+        Its nodes are the roots, then those that were added, in that order. RRT adds a node wherever it may move to, so
+        the motions that were accepted are the tree: reading it from OMPL takes as long as growing it.
+        """
+        grown = Forest(roots)
+        self.accepted, self._grown = 0, grown
         planner = og.RRT(self._info)
         planner.setRange(step)
         planner.setGoalBias(0.0)
         planner.setProblemDefinition(self._problem(roots, _Nowhere(self._info)))
         planner.setup()
         planner.solve(self._until(self.checked + limit, wanted))
-        data = ob.PlannerData(self._info)
-        planner.getPlannerData(data)
-        nodes = [self._read(data.getVertex(k).getState()) for k in range(data.numVertices())]
-        edges = [(k, int(child)) for k in range(len(nodes)) for child in data.getEdges(k)]
-        return Tree(np.array(nodes, dtype=float).reshape(-1, roots.shape[1]), edges)
+        self._grown = None
+        return Tree(grown.nodes(), grown.edges())
 
     def _takes(self, a: Any, b: Any) -> bool:
         """Whether OMPL may move between two of its states."""
         if self._progress.stopped:
             return False
         self.checked += 1
-        first = self._read(a)
-        free = bool(self._check(first, self._space.difference(first, self._read(b))))  # a numpy.bool_ ends in bad_cast
+        first, second = self._read(a), self._read(b)
+        free = bool(self._check(first, self._space.difference(first, second)))  # a numpy.bool_ ends in bad_cast
         if free:
             self.accepted += 1
+            if self._grown is not None:
+                self._grown.add_edge(first, second)
             self.on_accept(self.accepted)
         return free
 

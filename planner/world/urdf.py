@@ -90,7 +90,9 @@ def read_description(path: Path) -> Description:
     )
     elements = sum(1 for _ in root.iterfind("link/collision"))
     name = root.get("name") or path.stem
-    mimics = tuple(_mimic(joint) for joint in root.findall("joint") if joint.find("mimic") is not None)
+    # talos_reduced leaves <mimic> in joints that it makes fixed: those follow nobody
+    moving = [joint for joint in root.findall("joint") if joint.get("type") != "fixed"]
+    mimics = tuple(_mimic(joint) for joint in moving if joint.find("mimic") is not None)
     bare = frozenset(
         link.get("name", "")
         for link in root.findall("link")

@@ -42,7 +42,7 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 2; }
+int planner_version() { return 3; }
 
 Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns, const double* offset,
                  const double* slide, const double* axis) {
@@ -81,6 +81,32 @@ void chain_points(const Chain* chain, int n, const double* q, int last, const do
         const Vec there = frames[last] * vec_at(point);
         positions[3 * k] = there.x, positions[3 * k + 1] = there.y, positions[3 * k + 2] = there.z;
     }
+}
+
+// Lengths (n,) of the paths that a point takes, carried by joint `last`, while q goes straight from start (n, dof) by
+// delta (n, dof): chords between pieces (n,) + 1 evenly spaced states.
+void chain_path_lengths(const Chain* chain, int n, const double* start, const double* delta, const int64_t* pieces,
+                        int last, const double* point, int threads, double* lengths) {
+    const int dof = chain->dof();
+    struct Worker {
+        std::vector<Frame> frames;
+        std::vector<double> q;
+    };
+    auto make = [&] { return Worker{std::vector<Frame>(dof + 1), std::vector<double>(dof)}; };
+    share_out(n, threads, 64, make, [&](int k, Worker& worker) {
+        const double *from = start + static_cast<size_t>(k) * dof, *by = delta + static_cast<size_t>(k) * dof;
+        double sum = 0.0;
+        Vec before;
+        for (int64_t piece = 0; piece <= pieces[k]; ++piece) {
+            const double s = static_cast<double>(piece) / static_cast<double>(pieces[k]);
+            for (int j = 0; j < dof; ++j) worker.q[j] = from[j] + s * by[j];
+            chain->place(worker.q.data(), worker.frames.data());
+            const Vec here = worker.frames[last] * vec_at(point);
+            if (piece > 0) sum += length(here - before);
+            before = here;
+        }
+        lengths[k] = sum;
+    });
 }
 
 // w (n,): the volume that the first `rows` rows of the Jacobian of a point span, or its columns where these are fewer
