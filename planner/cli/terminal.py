@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from planner.base.progress import Progress, Report, StopRequest
 
@@ -19,6 +19,18 @@ if TYPE_CHECKING:
     from planner.studies.report import Verdict
 
 T = TypeVar("T")
+
+
+class Measured(Protocol):
+    """What a benchmark returns: its report, Markdown, and whether that is all that was asked for."""
+
+    @property
+    def report(self) -> str: ...
+    @property
+    def complete(self) -> bool: ...
+
+
+M = TypeVar("M", bound=Measured)
 
 
 def say(text: str) -> None:
@@ -68,6 +80,18 @@ def run_into(folder: Path, run: Callable[[Progress], T]) -> T:
     require_writable_folder(folder)
     with working() as progress:
         return run(progress)
+
+
+def measured(folder: Path, run: Callable[[Progress], M]) -> M:
+    """The result of a benchmark that writes into ``folder``; its report is shown."""
+    result = run_into(folder, run)
+    say(result.report)
+    return result
+
+
+def measure(folder: Path, run: Callable[[Progress], Measured]) -> int:
+    """Run a benchmark and show its report; the exit code tells whether it is complete."""
+    return 0 if measured(folder, run).complete else 130
 
 
 @contextmanager

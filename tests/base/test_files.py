@@ -69,3 +69,39 @@ def test_names_that_cannot_be_looked_up_are_no_files(tmp_path: Path) -> None:
     for name in ("x" * 300, "a\0b"):
         with pytest.raises(FileError, match="cannot be looked up"):
             is_file(tmp_path / name)
+
+
+@pytest.fixture
+def loop(tmp_path: Path) -> Path:
+    """Two links that name each other."""
+    (tmp_path / "a").symlink_to(tmp_path / "b")
+    (tmp_path / "b").symlink_to(tmp_path / "a")
+    return tmp_path / "a"
+
+
+def test_places_that_cannot_be_written_are_found_before_any_work(tmp_path: Path, loop: Path) -> None:
+    before = sorted(tmp_path.rglob("*"))
+    for place in (
+        tmp_path / ("x" * 300),
+        tmp_path / "new" / ("x" * 300),
+        loop,
+        loop / "c",
+        Path("/dev/full"),
+        Path("a\0"),
+    ):
+        with pytest.raises(FileError, match=r"cannot be written: .*; choose another place"):
+            require_writable_folder(place)
+    for place in (tmp_path / ("x" * 250), loop, Path("/dev/full"), tmp_path):
+        with pytest.raises(FileError):
+            require_writable_file(place)
+    require_writable_folder(tmp_path / "one" / "two")
+    require_writable_file(tmp_path / "one" / "two.npz")
+    assert sorted(tmp_path.rglob("*")) == before, "nothing is left behind"
+
+
+def test_looking_a_place_up(tmp_path: Path, loop: Path) -> None:
+    assert not is_file(tmp_path / "nothing")
+    assert not is_file(tmp_path)
+    for place in (tmp_path / ("x" * 300), loop, Path("a\0")):
+        with pytest.raises(FileError, match="cannot be looked up"):
+            is_file(place)

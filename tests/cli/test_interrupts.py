@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from planner.base.progress import StopRequest
-from planner.cli.interrupted import file_for_interrupted, folder_for_interrupted, kept
 from tests.command_line import Run, command
 
 LIMIT = 30  # s: machines that run tests are busy
@@ -82,31 +81,6 @@ def test_a_solved_plan_is_kept(tmp_path: Path) -> None:
         record = json.loads((out / "interrupted" / "plan.json").read_text())
         assert record["outcome"] == "interrupted"
         assert {path.name for path in (out / "interrupted").iterdir()} == {"plan.json", "roadmap.npz"}
-
-
-def test_where_an_interrupted_result_goes(tmp_path: Path) -> None:
-    names = ("plan.json", "plan.html", "roadmap.npz")
-    assert folder_for_interrupted(tmp_path / "new", names) == tmp_path / "new"
-    assert folder_for_interrupted(tmp_path, names) == tmp_path
-    (tmp_path / "roadmap.npz").touch()  # perhaps of hours of work
-    assert folder_for_interrupted(tmp_path, names) == tmp_path / "interrupted"
-    record = tmp_path / "plan.json"
-    for text in ('{"outcome": "solved"}', '{"outcome": "no_path"}', "[]", "{", "\udcff"):
-        record.write_text(text, errors="surrogateescape")
-        assert folder_for_interrupted(tmp_path, names) == tmp_path / "interrupted"
-        assert folder_for_interrupted(tmp_path, names, resumed=True) == tmp_path / "interrupted"
-    record.write_text('{"outcome": "interrupted"}')
-    assert folder_for_interrupted(tmp_path, names) == tmp_path / "interrupted"
-    assert folder_for_interrupted(tmp_path, names, resumed=True) == tmp_path
-    for k, name in enumerate(("interrupted", "interrupted-2"), start=2):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "plan.json").touch()
-        assert folder_for_interrupted(tmp_path, names) == tmp_path / f"interrupted-{k}"
-    assert file_for_interrupted(tmp_path / "roadmap.npz") == tmp_path / "roadmap.interrupted.npz"
-    (tmp_path / "roadmap.interrupted.npz").touch()
-    assert file_for_interrupted(tmp_path / "roadmap.npz") == tmp_path / "roadmap.interrupted-2.npz"
-    assert file_for_interrupted(tmp_path / "none.npz") == tmp_path / "none.npz"
-    assert kept(tmp_path, tmp_path) == ""
 
 
 def test_an_interrupted_build_keeps_the_roadmap_there(

@@ -14,19 +14,6 @@ PLAN = ("plan", "--robot", "planar_2r", "--scene", "empty", "--start", "q:-1,0.5
 WORLD = ("--robot", "planar_2r", "--scene", "empty")
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a plan and its trajectory."""
-    from planner.base.request import PlanRequest, TimingRequest
-    from planner.plan_record import save_plan_without_page
-    from planner.planning import plan
-
-    folder = tmp_path_factory.mktemp("made")
-    request = PlanRequest("planar_2r", "empty", start="q:-1,0.5", goal="q:1,0.9", nodes=60)
-    save_plan_without_page(plan(request, timing=TimingRequest()), folder)
-    return folder
-
-
 def test_plan_writes_a_trajectory_and_says_how_long_it_takes(run: Run, tmp_path: Path) -> None:
     code, out, _ = run(*PLAN, "--out", str(tmp_path), "--acceleration", "3")
     assert code == 0
@@ -57,31 +44,10 @@ def test_bad_limits_write_nothing(run: Run, tmp_path: Path, words: tuple[str, st
     assert not (tmp_path / "none").exists()
 
 
-@pytest.mark.parametrize("kind", ["ros-yaml", "ros-json", "moveit", "csv", "npz"])
-def test_what_is_exported_is_proven_by_check(run: Run, made: Path, tmp_path: Path, kind: str) -> None:
-    file = tmp_path / f"motion.{ {'ros-yaml': 'yaml', 'ros-json': 'json', 'moveit': 'yaml'}.get(kind, kind) }"
-    code, out, _ = run("export", str(made), "--format", kind, "--rate", "100", "--out", str(file))
-    assert code == 0
-    assert ("ros2 action send_goal" in out) == (kind == "ros-json")
-    code, out, _ = run("check", str(file), *WORLD, "--json")
-    assert code == 0
-    report = json.loads(out)
-    assert report["ok"]
-    assert report["pieces"]["free"] == report["points"] - 1
-    assert max(report["shares"].values()) <= 1.0 + 1e-6
-
-
-def test_check_of_a_trajectory_in_words(run: Run, made: Path) -> None:
-    code, out, _ = run("check", str(made), *WORLD)
+def test_check_of_a_trajectory_in_words(run: Run, timed_plan: Path) -> None:
+    code, out, _ = run("check", str(timed_plan), *WORLD)
     assert code == 0
     assert "Free and within all limits" in out
-    code, out, _ = run("check", str(made), *WORLD, "--acceleration-scale", "0.5")
+    code, out, _ = run("check", str(timed_plan), *WORLD, "--acceleration-scale", "0.5")
     assert code == 4
     assert "over its limit of 2.5" in out
-
-
-def test_export_refuses_what_is_no_trajectory(run: Run, tmp_path: Path) -> None:
-    for words, code in ((("export", str(tmp_path)), 3), (("export", str(tmp_path), "--rate", "0"), 2)):
-        found, _, err = run(*words)
-        assert found == code
-        assert err.startswith("planner: error: ")

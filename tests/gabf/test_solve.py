@@ -25,31 +25,6 @@ def test_results_are_read_only_and_repeatable():
         one.x[0] = 1.0
 
 
-def test_settling_time_is_the_first_after_which_all_errors_stay_in_the_band():
-    x_star = gabf.oracle(NET)
-    for law in (gabf.SingularityFree(), gabf.Nominal()):
-        for tolerance in (1e-2, 1e-9):
-            result = solve(NET, law, save=gabf.EverySteps(1), settle_tolerance=tolerance)
-            saved, finite = result.trajectory, np.isfinite(x_star)
-            error = np.abs(saved.x - x_star)[:, finite] / np.maximum(1, x_star[finite])
-            inside = error.max(axis=1) <= tolerance
-            last_outside = np.flatnonzero(~inside)[-1]
-            assert saved.tau[last_outside] < result.settling_tau <= saved.tau[last_outside + 1]
-
-
-def test_settling_time_converges_with_the_tolerance():
-    tau = [solve(NET, solver=gabf.Splitting(tol)).settling_tau for tol in (0.05, 0.02, 0.005, 0.0005)]
-    errors = np.abs(np.array(tau[:-1]) / tau[-1] - 1)
-    assert errors[0] < 0.1
-    assert errors[2] < 0.01
-    assert errors[2] < errors[1] < errors[0]
-
-
-def test_settled_from_the_start():
-    result = solve(NET, x0=gabf.oracle(NET))
-    assert (result.settling_tau, result.settling_time, result.steps) == (0.0, 0.0, 0)
-
-
 def test_a_small_residual_is_not_taken_for_convergence():
     """Two nodes linked by one arc of 0.002 and far from the source: from zeros they rise together, slowly."""
     net = from_arcs(3, [(1, 2, 0.002), (2, 1, 0.002), (1, 0, 0.5)])

@@ -36,16 +36,6 @@ def test_the_declared_order_is_the_measured_one(name, law):
     assert measured == pytest.approx(make(1.0).order, abs=0.3)
 
 
-def test_rk45_has_order_five_where_the_flow_is_smooth():
-    net, law = chain(3), gabf.Nominal()
-    errors = []
-    for step in (0.4, 0.2):
-        solver = gabf.RungeKutta45(rtol=1.0, atol=1e3, max_step=step)
-        x = solve(net, law, x0=9.0, solver=solver, until_tau=4.0, save=AtTimes([4.0])).trajectory.x[0]
-        errors.append(abs(x[2] - (2 + np.exp(-4.0) * (7 + 8 * 4.0))))
-    assert np.log2(errors[0] / errors[1]) > 4.5
-
-
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda s: s.name)
 def test_every_solver_follows_the_same_trajectory(solver):
     t = np.array([0.0, 0.02, 0.05, 0.1])
@@ -64,29 +54,6 @@ def test_solvers_agree_on_when_a_chain_settles(solver, law):
     net = chain(2)
     result = solve(net, law, x0=3.0, solver=solver)
     assert result.settling_tau == pytest.approx(law.flow.time_between(2.0, 1e-9), rel=0.02)
-
-
-@pytest.mark.parametrize("start", [None, 0.0, START], ids=["above", "zeros", "ramp"])
-@pytest.mark.parametrize("law", [gabf.Nominal(), gabf.SingularityFree()], ids=lambda law: law.name)
-def test_splitting_settles_when_a_tight_rk45_does(law, start):
-    times = [
-        solve(NET, law, start, solver, settle_tolerance=1e-3).settling_tau
-        for solver in (gabf.Splitting(0.002), gabf.RungeKutta45(1e-8, 1e-10))
-    ]
-    assert times[0] == pytest.approx(times[1], rel=0.02)
-
-
-def test_rk45_chatters_and_says_that_nothing_is_proved():
-    result = solve(NET, solver=gabf.RungeKutta45(), until_tau=40.0)
-    assert result.outcome is gabf.Ending.BUDGET_SPENT
-    assert result.settling_tau is None
-    assert gabf.max_error(result, gabf.oracle(NET)) <= result.error_bound
-
-
-def test_rk45_settles_on_a_loose_tolerance():
-    result = solve(NET, gabf.Nominal(), solver=gabf.RungeKutta45(1e-9, 1e-12), settle_tolerance=1e-3)
-    assert result.outcome is gabf.Ending.SETTLED
-    assert gabf.max_error(result, gabf.oracle(NET)) <= 1e-3
 
 
 def test_right_side_is_what_the_paper_writes():

@@ -14,7 +14,6 @@ import yaml
 from planner.base.errors import PlannerError
 from planner.collision import make_checker
 from planner.motion.export import SUFFIX, Format, export, goal_command
-from planner.motion.file import TRAJECTORY_NAME, load_trajectory, save_trajectory
 from planner.motion.points import read_points
 from planner.motion.timing import time_path
 from planner.motion.trajectory import Trajectory
@@ -75,52 +74,6 @@ def test_ros_reads_the_messages_as_yaml(kind: Format) -> None:
     values = [v for p in message["points"] for v in (*p["positions"], *p["velocities"])]
     assert all(isinstance(value, float) for value in values)
     assert json.loads(export(tiny, "ros-json"))["points"] == message["points"]
-
-
-def test_columns_go_by_name_and_others_are_left_out(tmp_path: Path) -> None:
-    message = json.loads(export(MADE, "ros-json"))
-    message["joint_names"] = ["finger", B, A]
-    for point in message["points"]:
-        for key in ("positions", "velocities"):
-            point[key] = [0.02, *point[key][::-1]]
-    for wrapped in (message, {"trajectory": message}, {"goal": {"trajectory": message}}):
-        found = read_back(json.dumps(wrapped).encode(), "ros-json", tmp_path)
-        np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-14)
-
-
-def test_our_own_file_comes_back_as_it_was(tmp_path: Path) -> None:
-    save_trajectory(MADE, tmp_path / TRAJECTORY_NAME, "planar_2r", "empty")
-    found = load_trajectory(tmp_path)
-    np.testing.assert_array_equal(found.times, MADE.times)
-    np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-15)
-    assert (found.law, found.proven, found.proof) == (MADE.law, MADE.proven, MADE.proof)
-    assert found.limits is not None
-    assert MADE.limits is not None
-    assert found.limits.to_dict() == MADE.limits.to_dict()
-    record = json.loads((tmp_path / TRAJECTORY_NAME).read_text())
-    assert record["duration"] == record["points"][-1]["t"] == MADE.duration
-    points = read_points(tmp_path, ARM)
-    assert points is not None
-    assert points.limits is not None
-
-
-FILE = {"law": "x", "interpolation": "cubics", "joints": [A], "points": [{"t": 0, "q": [1], "qd": [0], "qdd": [0]}] * 2}
-BAD = [
-    ('{"points": []}', "is missing"),
-    ("[1, 2]", "holds no mapping"),
-    ("{", "is no JSON"),
-    (json.dumps({**FILE, "points": [{"t": 0, "q": [1], "qd": [0]}] * 2}), "is missing"),
-    (json.dumps({**FILE, "joints": [A, B]}), "one value for each of its 2 joints"),
-    (json.dumps(FILE), "do not increase"),
-]
-
-
-@pytest.mark.parametrize(("text", "sentence"), BAD)
-def test_damaged_files_are_refused(text: str, sentence: str, tmp_path: Path) -> None:
-    (tmp_path / TRAJECTORY_NAME).write_text(text)
-    with pytest.raises(PlannerError, match=sentence) as caught:
-        load_trajectory(tmp_path)
-    assert caught.value.exit_code == 3
 
 
 def test_bad_rates_and_overlong_motions_are_refused() -> None:

@@ -7,25 +7,9 @@ import itertools
 import numpy as np
 import pytest
 
-from planner.collision import make_checker
 from planner.collision.checker import is_free
-from planner.collision.clearance import Clearance
 from planner.paths.measure import joint_path_length, path_clearance, path_contact
-from planner.world.scene import Scene
 from tests.worlds import checker_of, load, random_q
-
-
-@pytest.mark.parametrize(("robot", "scene"), [("iiwa14", "paper"), ("ur5", "table"), ("planar_2r", "window")])
-def test_clearance_agrees_with_coal_and_with_state_checks(robot: str, scene: str) -> None:
-    fcl, coal = checker_of(robot, scene), make_checker(load(robot), Scene.load(scene), backend="coal")
-    q = random_q(load(robot), 60)
-    ours, theirs = Clearance(fcl)(q), Clearance(coal)(q)
-    free = np.array([is_free(fcl, each) for each in q])
-    assert free.any()
-    assert not free.all()
-    np.testing.assert_array_equal(ours[free] > 0, True)
-    np.testing.assert_allclose(ours[free], theirs[free], atol=2e-4)
-    np.testing.assert_allclose(ours[~free], 0.0, atol=1e-6)
 
 
 def test_the_first_contact_is_where_a_dense_look_finds_it() -> None:

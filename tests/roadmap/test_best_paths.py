@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 
 from planner.base.request import PlanRequest
-from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import joint_path_length, path_contact, path_manipulability
 from planner.planning import plan
 from planner.roadmap.best_paths import MotionCost, _with_dips, add_refined_paths, best_path, refine_path
 from planner.roadmap.build import DENSITY, build_roadmap
-from planner.roadmap.escape_singularity import ascend_manipulability
-from planner.roadmap.measure import edge_manipulability, simpson_weights
-from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import component_labels
 from planner.roadmap.scale import manipulability_cost
 from tests.worlds import checker_of, load, make_post, small_plan
@@ -127,55 +121,7 @@ def ends() -> tuple[np.ndarray, np.ndarray]:
     return POST_START[None], POST_GOAL[None]
 
 
-# along edges
-
-
-def test_edge_manipulability_and_simpson() -> None:
-    robot, rng = load("iiwa14"), np.random.default_rng(1)
-    nodes = rng.uniform(robot.lower, robot.upper, (4, 7))
-    edges = np.array([[0, 1], [2, 3]])
-    w = edge_manipulability(robot, nodes, edges)
-    assert w.shape == (2, W_STATES_PER_EDGE)
-    np.testing.assert_allclose(w[:, 0], manipulability(robot, nodes[[0, 2]]))
-    np.testing.assert_allclose(w[:, -1], manipulability(robot, nodes[[1, 3]]), rtol=1e-9)
-    s = np.linspace(0, 1, 9)
-    assert simpson_weights(9) @ (4 * s**3 - s) == pytest.approx(0.5)
-
-
 # out of a singularity
-
-
-@pytest.mark.parametrize("name", ["iiwa14", "panda", "ur5"])
-def test_climbing_rises_all_the_way(name: str) -> None:
-    robot, checker = load(name), checker_of(name)
-    rng, done = np.random.default_rng(2), 0
-    for q in rng.uniform(robot.lower, robot.upper, (12, robot.dof)):
-        start = float(manipulability(robot, q[None])[0])
-        if not checker.bound.looks_free(q[None]) or start > 0.02:
-            continue
-        way = ascend_manipulability(EdgeProver(checker), q, 0.03)
-        share = np.linspace(0, 1, 12)[:, None]
-        w = manipulability(robot, np.concatenate([a + share * (b - a) for a, b in itertools.pairwise(way)]))
-        assert w.min() >= start - 1e-12
-        assert w[-1] >= 0.03
-        assert path_contact(checker, way) is None
-        done += 1
-    assert done
-
-
-def test_a_state_above_the_floor_needs_no_climb() -> None:
-    q = np.array([0.0, 0.5, 0, -1.2, 0, 0.8, 0])
-    assert len(ascend_manipulability(EdgeProver(checker_of("iiwa14")), q, 1e-3)) == 1
-
-
-def test_motions_with_a_floor_refuse_what_dips() -> None:
-    robot, prover = load("planar_2r"), EdgeProver(checker_of("planar_2r"))
-    a, through_straight = np.array([0.0, 0.8]), np.array([0.0, -1.6])
-    assert Motions(prover).proven(a, through_straight)
-    assert not Motions(prover, 0.01).proven(a, through_straight)
-    assert Motions(prover, 0.01).proven(a, np.array([1.0, 0.3]))
-    assert not Motions(prover, 0.01).looks_free(0.05)(a, through_straight)
-    assert manipulability(robot, a[None])[0] > 0.01
 
 
 def test_a_dip_inside_a_motion_becomes_a_node() -> None:

@@ -3,27 +3,20 @@
 import numpy as np
 import pytest
 
-from planner.base.errors import OptionError, StateError
+from planner.base.errors import StateError
 from planner.base.progress import Progress
 from planner.base.resolutions import PROOF
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver, Verdict, recheck
-from planner.kinematics.forward import tool_positions
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import Growth, GrowthSettings, grow
-from planner.roadmap.measure import edge_lengths
 from planner.roadmap.roadmap import component_labels
 from planner.world.poses import pose
 from planner.world.shapes import Box, Sphere
 from tests.random_shapes import box_mesh
-from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, scene_of
+from tests.worlds import POST_GOAL, POST_START, checker_of, load, scene_of
 
 A, B = POST_START[None], POST_GOAL[None]
-
-
-@pytest.fixture(scope="module")
-def post():
-    return make_post()
 
 
 def grown(checker, nodes=60, seed=0, starts=A, goals=B, **more) -> Growth:
@@ -202,23 +195,6 @@ def test_the_growth_of_a_mesh_scene_is_free_too():
 # the whole roadmap
 
 
-def test_build_roadmap_has_the_papers_density(post):
-    roadmap = build_roadmap(load("planar_2r"), post, A[0], B[0], nodes=60)
-    assert len(roadmap.nodes) == 60
-    assert len(roadmap.edges) == round(60 * 2029 / 1012)
-    assert roadmap.proven.all()
-    assert roadmap.connected
-    assert (np.lexsort((roadmap.edges[:, 1], roadmap.edges[:, 0])) == np.arange(len(roadmap.edges))).all()
-
-
-def test_build_roadmap_says_how_far_it_is(post):
-    heard = []
-    build_roadmap(load("planar_2r"), post, A[0], B[0], nodes=40, progress=Progress(lambda *args: heard.append(args)))
-    assert {stage for stage, _, _ in heard} == {"first path", "roadmap", "links"}
-    links = [done for stage, done, _ in heard if stage == "links"]
-    assert links[-1] == round(40 * 2029 / 1012)
-
-
 @pytest.mark.parametrize("floor", [0.1, 1e9])
 def test_ways_up_to_the_floor_are_grown_once(floor):
     robot = load("planar_2r")
@@ -236,26 +212,6 @@ def test_no_search_between_ends_that_no_way_leads_up_from():
     growth = grow(EdgeProver(checker_of("planar_2r")), A, B, 2, 0, GrowthSettings(floor=1e9))
     assert growth.motions == 0
     assert not growth.joined
-
-
-def test_one_node_is_no_roadmap():
-    with pytest.raises(OptionError, match=r"1 nodes make no roadmap: give a whole number from 2"):
-        build_roadmap(load("planar_2r"), checker_of("planar_2r"), A[0], B[0], nodes=1)
-
-
-@pytest.mark.parametrize("name", ["planar_2r", "iiwa14", "kinova"])
-def test_edge_lengths_against_a_plain_sum(name):
-    robot, rng = load(name), np.random.default_rng(0)
-    nodes = rng.uniform(robot.lower, robot.upper, size=(8, robot.dof))
-    edges = np.array([[0, 1], [1, 2], [2, 3], [3, 7], [0, 7], [4, 4], [5, 6]])
-    joint, tool = edge_lengths(robot, nodes, edges)
-    for (i, j), ours, way in zip(edges, joint, tool, strict=True):
-        delta = robot.difference(nodes[i], nodes[j])
-        assert ours == pytest.approx(np.linalg.norm(delta))
-        fine = tool_positions(robot, nodes[i] + np.linspace(0, 1, 2001)[:, None] * delta)
-        assert way == pytest.approx(np.linalg.norm(np.diff(fine, axis=0), axis=1).sum(), rel=2e-3, abs=1e-12)
-    empty = edge_lengths(robot, nodes, np.zeros((0, 2), dtype=int))
-    assert [len(length) for length in empty] == [0, 0]
 
 
 def test_a_ball_in_the_way_of_the_start_is_refused():

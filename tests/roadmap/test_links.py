@@ -15,7 +15,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.roadmap.links import candidate_links, connect, nearest_neighbours
 from planner.roadmap.roadmap import component_labels
 from tests.random_shapes import QUICK
-from tests.worlds import load, make_post, random_q
+from tests.worlds import load, random_q
 
 
 def nearest_by_tree(nodes, count) -> tuple[np.ndarray, np.ndarray]:
@@ -65,11 +65,6 @@ def test_candidates_are_every_near_pair_once_and_none_that_is_known():
     assert {tuple(p) for p in pairs} == near - taken
     first = {(min(i, int(index[i, 0])), max(i, int(index[i, 0]))) for i in range(50)} - taken
     assert {tuple(p) for p in pairs[: len(first)]} == first
-
-
-@pytest.fixture(scope="module")
-def post():
-    return make_post()
 
 
 @pytest.fixture(scope="module")

@@ -11,18 +11,15 @@ from typing import Any
 
 import pytest
 
-from planner.base.errors import FileError, OptionError
+from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.base.request import PlanRequest
 from planner.planning import plan
 from planner.studies.batch import run as module
 from planner.studies.batch.run import Batch, Row, run_batch
-from planner.studies.batch.tasks import read_tasks
 from planner.studies.bench_plan.rows import CRASHED, REFUSED, SOLVED, TIMED_OUT
-from planner.studies.parallel import measured_cases
 from planner.studies.process import Ended, run_module
 from planner.studies.table import read_rows
-from tests.command_line import Run
 
 PLAIN = PlanRequest(robot="planar_2r", scene="empty", nodes=40, collision="coal")
 PLANS = """plans:
@@ -105,15 +102,6 @@ def test_a_process_that_is_killed_is_tried_once_more(
     assert [row.outcome for row in done.rows] == [SOLVED, SOLVED, CRASHED]
 
 
-def test_cases_at_once_are_each_measured_once_and_none_after_a_stop() -> None:
-    assert dict(measured_cases([3, 4, 5], lambda case: case**2, 2, Progress())) == {0: 9, 1: 16, 2: 25}
-    measured: list[int] = []
-    progress = Progress(stop=lambda: len(measured) >= 2)
-    for _, case in measured_cases(range(50), lambda case: case, 1, progress):
-        measured.append(case)
-    assert measured == [0, 1]
-
-
 def test_a_process_that_the_system_kills_costs_no_other_row(
     source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -144,50 +132,8 @@ def test_an_interrupted_batch_goes_on(source: Path, tmp_path: Path) -> None:
     assert second.rows[0] == first.rows[0]
 
 
-def test_csv_and_paths_beside_the_file(tmp_path: Path) -> None:
-    (tmp_path / "cell.yaml").write_text("obstacles: []\n")
-    path = tmp_path / "batch.csv"
-    path.write_text(
-        'name,scene,goal,beta,min-manipulability,request\na,cell.yaml,"q:0.3,0.4",0.2,,\n,shelf,goal,,0.01,\n'
-    )
-    a, b = read_tasks(path, PLAIN)
-    assert (a.name, a.request.scene, a.request.beta) == ("a", str(tmp_path / "cell.yaml"), 0.2)
-    assert (b.name, b.request.scene, b.request.beta, b.request.min_manipulability) == ("0002", "shelf", 0.5, 0.01)
-    before = a.asked
-    (tmp_path / "cell.yaml").write_text("obstacles: []\nname: other\n")
-    assert a.asked != before
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("plans: []", "plans"),
-        ("plan: [{}]", "plan"),
-        ("plans: [{speed: 1}]", "plan '0001': option 'speed' not found"),
-        ("plans: [{beta: 2}]", "beta 2 is outside"),
-        ("plans: [{name: a, nodes: many}]", "plan 'a': option 'nodes'"),
-        ("plans: [{name: a}, {name: a}]", "two plans called 'a'"),
-        ("plans: [{name: ../a}]", "cannot be the name of a folder"),
-        ("plans: [{name: /a}]", "cannot be the name of a folder"),
-    ],
-)
-def test_a_file_that_makes_no_sense_is_refused_by_plan_and_option(text: str, message: str, tmp_path: Path) -> None:
-    path = tmp_path / "batch.yaml"
-    path.write_text(text)
-    with pytest.raises(FileError, match=message):
-        read_tasks(path, PLAIN)
-
-
 def test_jobs_and_time_limit_in_range(source: Path, tmp_path: Path) -> None:
     with pytest.raises(OptionError, match="0 jobs"):
         run_batch(source, tmp_path, PLAIN, 0)
     with pytest.raises(OptionError, match="time limit"):
         run_batch(source, tmp_path, PLAIN, time_limit=0)
-
-
-def test_the_command_ends_with_4_where_some_are_not_solved(source: Path, tmp_path: Path, run: Run) -> None:
-    options = ("--robot", "planar_2r", "--scene", "empty", "--nodes", "20", "--pages")
-    code, out, _ = run("batch", str(source), *options, "--out", str(tmp_path / "out"))
-    assert code == 4
-    assert "2 of 3 solved" in out
-    assert (tmp_path / "out" / "one" / "plan.html").is_file()

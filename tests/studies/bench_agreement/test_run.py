@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,11 +11,10 @@ import pytest
 from planner.base.errors import OptionError, SceneError
 from planner.base.progress import Progress
 from planner.collision import make_checker
-from planner.collision.checker import CollisionChecker, is_free
+from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
 from planner.studies.bench_agreement import run as bench
-from planner.studies.bench_agreement.check_speed import free_edges, measure_speed
-from planner.studies.bench_agreement.contact_band import band, crossing, disagreement
+from planner.studies.bench_agreement.contact_band import band
 from planner.studies.bench_agreement.report import Row, aims, to_markdown
 from planner.studies.bench_agreement.run import batch_differences, bench_agreement, verdicts
 from planner.studies.table import read_rows
@@ -71,55 +69,18 @@ def test_verdicts_are_coals_own_distances() -> None:
     assert verdicts(fcl, coal, q, progress=Progress(stop=lambda: True)) is None
 
 
-def _ball(radius: float) -> Scene:
+def ball_of(radius: float) -> Scene:
     """A ball beside planar_2r, which touches it when the arm turns there."""
     return Scene("ball", (Obstacle("ball", Sphere(radius), pose([0.5, 0.5, 0.0])),))
 
 
-def _pair(fcl_radius: float = 0.1) -> tuple[CollisionChecker, CollisionChecker]:
+def pair_of(fcl_radius: float = 0.1) -> tuple[CollisionChecker, CollisionChecker]:
     """FCL and coal; with another radius FCL sees a ball that is not the one that coal sees."""
     robot = load("planar_2r")
-    return make_checker(robot, _ball(fcl_radius), "fcl"), make_checker(robot, _ball(0.1), "coal")
+    return make_checker(robot, ball_of(fcl_radius), "fcl"), make_checker(robot, ball_of(0.1), "coal")
 
 
 FREE, TOUCHING = np.array([-0.5, 0.0]), np.array([0.75, 0.0])
-
-
-def test_around_a_contact_they_part_company_within_the_band() -> None:
-    fcl, coal = _pair()
-    assert is_free(fcl, FREE)
-    assert not is_free(fcl, TOUCHING)
-    assert all(one.explained for one in crossing(fcl, coal, FREE, TOUCHING))
-
-
-@pytest.mark.parametrize(("radius", "who"), [(0.1002, "fcl"), (0.0998, "coal")])
-def test_a_library_that_is_wrong_is_found_around_a_contact(radius: float, who: str) -> None:
-    """A ball that is 0.2 mm too large or too small for one of them: off by more than the band, and by that much."""
-    fcl, coal = _pair(radius)
-    found = crossing(fcl, coal, FREE, TOUCHING)
-    worst = max(found, key=lambda one: one.band_m)
-    assert not worst.explained
-    assert 0.00005 < worst.band_m <= 0.00021
-    assert {one.touching_by for one in found} == {who}
-    assert (worst.first, worst.second) == ("link_2", "ball")
-
-
-def test_a_disagreement_names_its_pair_as_both_measure_it() -> None:
-    fcl, coal = _pair(0.15)
-    low, high = 0.0, 1.0
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if is_free(fcl, FREE + middle * (TOUCHING - FREE)) else (low, middle)
-    q = FREE + (high + 1e-3) * (TOUCHING - FREE)
-    one = disagreement(fcl, coal, q)
-    assert one is not None
-    assert (one.touching_by, one.second) == ("fcl", "ball")
-    assert one.coal_m == pytest.approx(0.05, abs=0.005)
-    assert one.fcl_m is not None
-    assert one.fcl_m <= 0
-    assert not one.explained
-    assert disagreement(fcl, coal, FREE) is None
-    assert disagreement(fcl, coal, TOUCHING) is None
 
 
 class Forgetful:
@@ -140,39 +101,11 @@ class Forgetful:
 
 
 def test_a_library_that_changes_its_mind_in_batches_is_found() -> None:
-    fcl, _ = _pair()
+    fcl, _ = pair_of()
     touching = np.array([TOUCHING, TOUCHING + 0.01])
     assert batch_differences(fcl, FREE[None], touching) == 0
     assert batch_differences(fcl, FREE[:0].reshape(0, 2), touching) == 0
     assert batch_differences(Forgetful(fcl), FREE[None], touching) == 2  # type: ignore[arg-type]
-
-
-def test_disagreements_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the wrong ball for FCL the bench says so in its row, its aims and its report."""
-    balls = {"fcl": make_checker(load("planar_2r"), _ball(0.3), "fcl"), "coal": _pair()[1]}
-    monkeypatch.setattr(bench, "open_world", lambda request: balls[request.collision])
-    row = bench_agreement(tmp_path, states=200, robots=("planar_2r",), scenes=("ball",)).rows[0]
-    assert row.disagreed == row.unexplained > 5
-    assert len(json.loads(row.listed)) == 20
-    assert not aims([row])[0].holds
-    text = (tmp_path / "agreement.md").read_text()
-    assert "Disagreements:" in text
-    assert "| planar_2r | ball | fcl | link_2, ball |" in text
-
-
-def test_speeds_are_over_free_states_and_edges_only() -> None:
-    fcl, coal = _pair()
-    q = random_q(load("planar_2r"), 200, seed=5)
-    free = np.array([row for row in q if is_free(fcl, row)])
-    edges = free_edges((fcl, coal), free, most=5)
-    assert len(edges) == 5
-    for states in edges:
-        assert len(states) > 10
-        assert fcl.first_contact(states) is None
-    speed = measure_speed({"fcl": fcl, "coal": coal}, free)
-    assert all(value and value > 0 for of in speed.values() for value in (of.single, of.batch, of.edge))
-    nothing = measure_speed({"fcl": fcl}, free[:0])["fcl"]
-    assert (nothing.single, nothing.batch, nothing.edge) == (None, None, None)
 
 
 def test_it_goes_on_where_it_stopped(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,19 +26,6 @@ def test_changed_files_load_or_are_refused_with_a_sentence(tmp_path: Path) -> No
         assert "refused" in ended, f"{kind}: nothing was changed enough to be refused"
 
 
-@pytest.mark.parametrize("kind", kinds())
-def test_the_unchanged_file_loads(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Otherwise every case is refused for one reason, and nothing is tested."""
-    for name in ("mutated_text", "mutated_bytes", "mutated_xml"):
-        as_it_is = lambda data, rng: data.encode() if isinstance(data, str) else data  # noqa: E731
-        monkeypatch.setattr(f"planner.studies.bench_fuzz.cases.{name}", as_it_is)
-    monkeypatch.setattr("planner.studies.bench_fuzz.cases.mutated_tree", lambda data, rng: data)
-    monkeypatch.setattr("planner.studies.bench_fuzz.cases._odd_array", lambda array, rng: array)
-    file = tmp_path / f"file{kinds()[kind].suffix}"
-    file.write_bytes(make(0, 0, kinds()[kind]))
-    assert judge(kinds()[kind].use, file) == ("loaded", "")
-
-
 def _refuse(text: str) -> Callable[[Path], None]:
     def use(path: Path) -> None:
         raise FileError(text)

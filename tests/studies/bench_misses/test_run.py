@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from ompl import base as ob
 
 from planner.base.errors import OptionError, RobotError
 from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.studies.bench_misses import run as bench
-from planner.studies.bench_misses.report import Row, to_markdown
-from planner.studies.bench_misses.resolution import states_by_ompls_rule
-from planner.studies.bench_misses.run import bench_misses, judge, look_closely
-from planner.studies.bench_misses.thin_obstacles import KINDS, thin_case
+from planner.studies.bench_misses.report import Row
+from planner.studies.bench_misses.run import bench_misses, judge
+from planner.studies.bench_misses.thin_obstacles import thin_case
 from planner.studies.table import read_rows
-from planner.world.poses import pose
-from planner.world.robot import Robot
 from planner.world.scene import Scene
-from planner.world.shapes import Box, Obstacle
-from tests.worlds import load, random_q
+from tests.worlds import load
 
 
 @pytest.fixture(scope="module")
@@ -65,30 +59,6 @@ def test_a_stop_keeps_what_is_there(tmp_path: Path) -> None:
     assert "Interrupted" in (tmp_path / "misses.md").read_text()
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_cases_are_thin_and_their_ends_are_free(kind: str) -> None:
-    robot = load("iiwa14")
-    case = thin_case(make_checker(robot, Scene("empty"), "coal"), kind, 0.003, np.random.default_rng(4))
-    for item in case.scene.obstacles:
-        size = np.array(item.shape.size) if isinstance(item.shape, Box) else np.array([2 * item.shape.radius])  # type: ignore[union-attr]
-        assert size.min() == pytest.approx(0.003)
-    assert len(case.scene.obstacles) == {"wall": 1, "pole": 1, "window": 4}[kind]
-    checker = make_checker(robot, case.scene, "fcl")
-    assert checker.first_contact(np.vstack([case.start, case.start + case.delta])) is None
-    for q in (case.start, case.start + case.delta):
-        assert ((q >= robot.lower) & (q <= robot.upper)).all()
-
-
-def _wall_between() -> tuple[Robot, Scene, np.ndarray, np.ndarray]:
-    """A wall of 1 mm that planar_2r's stretched arm passes halfway between two states of OMPL's rule."""
-    robot = load("planar_2r")
-    start, delta = np.array([-0.08, 0.0]), np.array([0.16, 0.0])
-    states = states_by_ompls_rule(robot, start, delta)
-    assert len(states) == 3  # so 0 is looked at, and the wall stands beside it
-    wall = Obstacle("wall", Box((0.02, 0.001, 0.5)), pose([0.895, 0.036, 0.0], rpy=[0, 0, 0.04]))
-    return robot, Scene("wall", (wall,)), start, delta
-
-
 def test_a_prover_that_looks_away_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """The suite would see a miss: with proofs that call everything free, every touching edge is one."""
     robot = load("planar_2r")
@@ -110,73 +80,6 @@ def test_a_prover_that_looks_away_is_found_out(monkeypatch: pytest.MonkeyPatch) 
     text = next(one for one in blind if one.missed("fcl")).describe()
     assert text["certified by"] == ["fcl", "coal"]
     assert "Box" in text["obstacles"][0]["shape"]
-
-
-def test_a_close_look_sees_what_ompls_rule_does_not() -> None:
-    robot, scene, start, delta = _wall_between()
-    checker = make_checker(robot, scene, "coal")
-    assert checker.first_contact(states_by_ompls_rule(robot, start, delta)) is None
-    touches, looks = look_closely(checker, start, delta)
-    assert touches
-    reach = float(checker.world.reach.motion(delta[None]).max())
-    assert looks >= reach / 1e-4
-
-
-@pytest.mark.parametrize("name", ["iiwa14", "panda", "planar_2r", "kinova"])
-def test_the_rule_is_ompls(name: str) -> None:
-    """OMPL's own count of segments, on a space made here as the planner makes it."""
-    robot = load(name)
-    space = _space(robot)
-    info = ob.SpaceInformation(space)
-    info.setStateValidityChecker(lambda state: True)
-    info.setup()
-    first, second = random_q(robot, 40, seed=1), random_q(robot, 40, seed=2)
-    for a, b in zip(first, second, strict=True):
-        parts = space.validSegmentCount(_state(info, robot, a), _state(info, robot, b))
-        states = states_by_ompls_rule(robot, a, robot.difference(a, b))
-        assert len(states) == parts + 1
-        assert np.allclose(states[-1], a + robot.difference(a, b))
-    assert len(states_by_ompls_rule(robot, first[0], np.zeros(robot.dof))) == 2
-
-
-def _space(robot: Robot) -> ob.StateSpace:
-    def real(lower: np.ndarray, upper: np.ndarray) -> ob.RealVectorStateSpace:
-        part, bounds = ob.RealVectorStateSpace(len(lower)), ob.RealVectorBounds(len(lower))
-        for k in range(len(lower)):
-            bounds.setLow(k, float(lower[k]))
-            bounds.setHigh(k, float(upper[k]))
-        part.setBounds(bounds)
-        return part
-
-    if not robot.continuous.any():
-        return real(robot.lower, robot.upper)
-    space = ob.CompoundStateSpace()
-    for k, wraps in enumerate(robot.continuous):
-        part = ob.SO2StateSpace() if wraps else real(robot.lower[k : k + 1], robot.upper[k : k + 1])
-        space.addSubspace(part, 1.0)
-    return space
-
-
-def _state(info: ob.SpaceInformation, robot: Robot, q: np.ndarray) -> ob.State:
-    state = info.allocState()
-    for k, value in enumerate(robot.normalise(q)):
-        if not robot.continuous.any():
-            state[k] = float(value)
-        elif robot.continuous[k]:
-            state[k].value = float(value)
-        else:
-            state[k][0] = float(value)
-    return state
-
-
-def test_misses_are_shouted() -> None:
-    row = Row("panda", "wall", 1.0, 40, 0, 20, 22, 3, 20, 1, 0, 20, 0, 0, 1000, '[{"start": [1]}]', "here")
-    text = to_markdown([row, replace(row, robot="ur5", fcl_missed=0, found="")], complete=True)
-    assert "OMPL's default rule calls 44 free, of which **6 touch**" in text
-    assert "40 with FCL, of which **1 touch**" in text
-    assert '- Missed before panda: [{"start": [1]}]' in text
-    assert "Missed before ur5" not in text
-    assert "Software: here." in text
 
 
 def test_wrong_input(tmp_path: Path) -> None:

@@ -14,18 +14,15 @@ import pytest
 from planner.base.errors import FileError, OptionError
 from planner.base.progress import Progress
 from planner.base.request import PlanRequest
-from planner.collision import make_checker
 from planner.paths.measure import joint_path_length
 from planner.planning import plan
 from planner.studies.bench_plan import run as bench
-from planner.studies.bench_plan.case import measure, path_contacts
 from planner.studies.bench_plan.problems import find_problems
-from planner.studies.bench_plan.report import aims, compare, to_markdown
-from planner.studies.bench_plan.rows import CRASHED, NO_PATH, REFUSED, SOLVED, TIMED_OUT, Row, by_settings
+from planner.studies.bench_plan.rows import CRASHED, REFUSED, SOLVED, TIMED_OUT, Row, by_settings
 from planner.studies.bench_plan.run import bench_plan
 from planner.studies.bench_roadmap.ompl_log import to_log, write_logs
 from planner.studies.table import read_rows
-from tests.worlds import POST_GOAL, POST_START, load, make_post
+from tests.worlds import load
 
 PLAIN = PlanRequest(robot="planar_2r", nodes=40, collision="coal")
 
@@ -182,31 +179,6 @@ def test_a_stop_saves_what_there_is(problems: Path, tmp_path: Path) -> None:
     assert "Interrupted: the runs that were not measured" in (tmp_path / "plan.md").read_text()
 
 
-def test_no_path_is_no_crash(tmp_path: Path) -> None:
-    trap = tmp_path / "trap.yaml"
-    trap.write_text(
-        "obstacles:\n"
-        "  - {name: left, type: box, size: [0.02, 0.6, 0.4], position: [0.0, 0.5, 0.0]}\n"
-        "  - {name: right, type: box, size: [0.02, 0.6, 0.4], position: [0.0, -0.5, 0.0]}\n"
-    )
-    columns = measure(PlanRequest("planar_2r", str(trap), start="q:0,0", goal="q:3.1,0", nodes=30, collision="coal"))
-    assert columns["outcome"] == NO_PATH
-    assert columns["nodes"] >= 2
-    assert "length_rad" not in columns
-
-
-def test_contacts_are_counted_by_the_segment() -> None:
-    """Straight across the post, twice: two segments touch, the way between them does not."""
-    other = make_checker(load("planar_2r"), make_post().world.scene, "coal")
-    across = np.array([POST_START * [1, 0], POST_GOAL * [1, 0]])
-    path = np.vstack([across, across[1] + [0.1, 0], across[0]])
-    found = path_contacts(other, path)
-    assert [text.split(" at ")[0] for text in found] == ["segment 0", "segment 2"]
-    assert "'post'" in found[0] or "thing0" in found[0]
-    assert path_contacts(other, path[:1]) == []
-    assert path_contacts(other, np.array([[0.0, 0.0]]))[0].startswith("segment 0 at 0")
-
-
 def row(**more) -> Row:
     plain = Row(
         *("posts/1", "posts", 0, "panda", "coal", 1000, 1.0, False, "", 60.0, "abcd", "here", SOLVED, "yes"),
@@ -233,49 +205,6 @@ def bare(outcome: str, **more) -> Row:
     empty = dict.fromkeys(("total_s", "first_path_s", "nodes", "edges", "certified", "waypoints", "length_rad"))
     empty |= dict.fromkeys(("length_m", "w_min", "w_mean", "clearance_m", "contacts", "memory_mib"))
     return row(outcome=outcome, message="why", **empty | more)
-
-
-def test_the_report_counts() -> None:
-    rows = [row(seed=k, total_s=1.0 + k, clearance_m=0.001 * (k + 1)) for k in range(4)]
-    rows += [row(seed=4, total_s=11.0), bare(REFUSED, seed=5), bare(TIMED_OUT, seed=6), bare(NO_PATH, seed=7)]
-    text = to_markdown(rows)
-    line = next(line for line in text.splitlines() if line.startswith("| all "))
-    cells = [cell.strip() for cell in line.strip("|").split("|")]
-    assert cells[:9] == ["all", "8", "1", "5", "71 %", "4", "1", "1", "0"]
-    assert cells[9:11] == ["3", "9.6"]  # median and 95th percentile of 1, 2, 3, 4, 11
-    assert cells[16:18] == ["3", "1"]
-    assert "- posts/1, seed 5: refused: why" in text
-    first = aims(rows)[0]
-    assert (first.confirmed, first.of) == (4, 7)
-    assert [aim.holds for aim in aims(rows)[1:]] == [True, True, True, True]
-    assert to_markdown([]).startswith("# planner bench plan")
-
-
-def test_aims_are_missed() -> None:
-    bad = [row(contacts=1, contact="segment 0", certified=1999, first_path_s=0.6, total_s=5.1)]
-    assert [aim.confirmed for aim in aims(bad)] == [1, 0, 0, 0, 0]
-    assert "1 segments touch; segment 0" in to_markdown(bad)
-    assert [aim.of for aim in aims([row(collision="fcl")])[3:]] == [0, 0]
-
-
-def test_settings_are_compared_on_what_both_solved() -> None:
-    base = [row(problem=f"p/{k}") for k in range(3)]
-    low = [row(problem=f"p/{k}", beta=0.0, length_rad=4.0 * (1.1 + 0.1 * k), w_mean=0.09) for k in range(2)]
-    low.append(bare(NO_PATH, problem="p/2", beta=0.0))
-    other = [row(problem="p/0", beta=0.0, nodes_asked=500, collision="fcl")]
-    table = [line for line in to_markdown([*low, *base, *other]).splitlines() if "against" in line or "beta" in line]
-    assert any(
-        line.startswith("| panda, coal, 1000 nodes, beta 0 | panda, coal, 1000 nodes, beta 1 | 2 | 1.15 |")
-        for line in table
-    )
-    assert sum(line.startswith("| panda") for line in table) == 1  # fcl at 500 nodes differs in more than one point
-    cells = compare("a", base, "b", low)
-    assert cells[:3] == ["b", "a", 2]
-    assert cells[3:7] == [pytest.approx(x) for x in (1.15, 1.0, 1.0, 1.5)]
-    assert cells[8:] == [1, 0]
-    # a floor and another beta at once are still set against length only
-    floor = [row(problem="p/0", beta=0.0, options="min_manipulability 0.03")]
-    assert "min_manipulability 0.03 | panda, coal, 1000 nodes, beta 1 |" in to_markdown([*base, *floor])
 
 
 def test_options_of_a_plan_tell_rows_apart(problems: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,12 +9,11 @@ import pytest
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.studies.bench_replan import run as bench
-from planner.studies.bench_replan.report import Row, aims, to_markdown
+from planner.studies.bench_replan.report import Row
 from planner.studies.bench_replan.run import bench_replan
 from planner.studies.table import read_rows
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "scenes" / "examples"
-PLAIN = Row("a/1", "panda", "coal", 100, 0, 4, "", "here", 1, "blocking the route", "solved", seconds=0.1, error=0.0)
 
 
 @pytest.fixture(scope="module")
@@ -50,15 +48,6 @@ def test_rows_that_are_there_are_not_measured_again(folder: Path, monkeypatch: p
 def test_a_stop_leaves_the_rest(tmp_path: Path) -> None:
     found = bench_replan(EXAMPLES, tmp_path, changes=4, progress=Progress(stop=lambda: True))
     assert (found.complete, found.rows) == (False, ())
-
-
-def test_aims_are_judged_by_what_was_measured() -> None:
-    slow = [replace(PLAIN, seconds=0.2, anew_s=1.0, contacts=1, error=1e-3)]
-    assert [aim.confirmed for aim in aims(slow)] == [0, 0, 0, 0]
-    fast = [replace(PLAIN, anew_s=1.0, contacts=0)]
-    assert [aim.confirmed for aim in aims(fast)] == [1, 1, 1, 1]
-    refused = replace(PLAIN, outcome="refused", seconds=None, message="no such thing.")
-    assert "refused. no such thing." in to_markdown([refused])
 
 
 def test_bad_numbers_are_refused(tmp_path: Path) -> None:

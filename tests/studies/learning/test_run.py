@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from planner import cli, learning
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.studies.learning import robot as learning_robot
@@ -20,12 +17,10 @@ from planner.studies.learning import scan as learning_scan
 from planner.studies.learning import study as learning_study
 from planner.studies.learning.cases import ERROR_DRIVEN, HEBBIAN
 from planner.studies.learning.figures import most_telling
-from planner.studies.learning.graphs import GOAL, OFFSET, RANGE, START, GridGraph, dijkstra_path, draw_grid
 from planner.studies.learning.robot import PRIORS, TASKS, RobotSettings
 from planner.studies.learning.robot_report import robot_verdicts
 from planner.studies.learning.run import run_learning, study_graph
 from planner.studies.learning.study import GraphStudy
-from planner.studies.learning.threshold import PRECISION, second_cost, threshold
 from planner.studies.learning.verdicts import learning_verdicts
 from planner.studies.report import Report, write_report
 
@@ -51,80 +46,6 @@ def report() -> Report:
 @pytest.fixture(scope="module")
 def study() -> GraphStudy:
     return study_graph(12, iterations=6, seed=0)
-
-
-def grid(seed: int) -> GridGraph:
-    return draw_grid(np.random.default_rng(seed))
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_a_graph_is_as_the_paper_describes_it(seed: int) -> None:
-    graph = grid(seed)
-    lattice = np.array([(x, y) for y in range(6) for x in range(6)]) / 5.0
-    assert np.abs(graph.position - lattice).max() <= OFFSET
-    distance = np.linalg.norm(graph.position[:, None] - graph.position[None], axis=2)
-    linked = np.zeros((36, 36), dtype=bool)
-    linked[graph.network.tails, graph.network.indices] = True
-    assert (linked == ((distance <= RANGE) & ~np.eye(36, dtype=bool))).all()
-    assert graph.d.tolist() == distance[graph.network.tails, graph.network.indices].tolist()
-    assert (graph.network.weight == 0.5).all()
-    corners = np.array([[0.0, 0.0], [1.0, 1.0]])
-    assert np.linalg.norm(graph.position[:, None] - corners, axis=2).argmin(axis=0).tolist() == [START, GOAL]
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_the_shortest_path_is_the_one_that_floyd_and_warshall_find(seed: int) -> None:
-    graph = grid(seed)
-    length = np.full((36, 36), np.inf)
-    length[graph.network.tails, graph.network.indices] = graph.d
-    np.fill_diagonal(length, 0.0)
-    for k in range(36):
-        length = np.minimum(length, length[:, k : k + 1] + length[k])
-    assert graph.shortest_length == pytest.approx(length[START, GOAL], rel=1e-12)
-    assert (graph.shortest[0], graph.shortest[-1]) == (START, GOAL)
-    assert graph.weights(graph.shortest).sum() == pytest.approx(graph.shortest_length, rel=1e-12)
-
-
-def test_the_second_path_is_the_second_of_all_paths() -> None:
-    graph = grid(3)
-    # all paths up to 6 % longer than the shortest, by depth-first search that gives up where none is left
-    left = np.array([dijkstra_from(graph, node) for node in range(36)])
-    limit, found = 1.06 * graph.shortest_length, []
-
-    def walk(node: int, been: tuple[int, ...], length: float) -> None:
-        if node == GOAL:
-            found.append(length)
-            return
-        for arc in range(int(graph.network.indptr[node]), int(graph.network.indptr[node + 1])):
-            head = int(graph.network.indices[arc])
-            if head not in been and length + graph.d[arc] + left[head] <= limit:
-                walk(head, (*been, head), length + float(graph.d[arc]))
-
-    walk(START, (START,), 0.0)
-    assert len(found) >= 2
-    assert sorted(found)[:2] == pytest.approx([graph.shortest_length, second_cost(graph, graph.d)], rel=1e-12)
-
-
-def dijkstra_from(graph: GridGraph, node: int) -> float:
-    from planner.studies.learning.graphs import distances
-
-    return float(distances(graph.network, graph.d)[node])
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_the_threshold_parts_right_from_wrong(seed: int) -> None:
-    graph = grid(seed)
-    found = threshold(graph)
-
-    def right(K: float) -> bool:
-        return np.array_equal(dijkstra_path(graph.network, -np.log1p(-graph.d / K))[0], graph.shortest)
-
-    assert found.longest < found.smallest <= found.bound
-    assert all(map(right, np.geomspace(found.smallest * (1.0 + PRECISION), 2.0 * found.bound, 60)))
-    if found.smallest > 1.001 * found.longest:
-        assert not right(found.smallest * (1.0 - 1e-6))
-    probes = np.geomspace(found.longest * 1.0001, found.smallest * 0.999, 25) if not found.holds_below else ()
-    assert not any(right(K) for K in probes if found.longest < K)
 
 
 def test_a_whole_run_keeps_the_contract(report: Report, tmp_path: Path) -> None:
@@ -244,24 +165,3 @@ def test_interrupted_runs_say_so() -> None:
 def test_numbers_out_of_range_are_refused(bad: dict[str, Any]) -> None:
     with pytest.raises(OptionError):
         run_learning(**bad)
-
-
-@pytest.mark.parametrize("bad", [{"roadmaps": 0}, {"executions": 0}, {"nodes": 5}])
-def test_robot_settings_out_of_range_are_refused(bad: dict[str, Any]) -> None:
-    with pytest.raises(OptionError, match=next(iter(bad))):
-        RobotSettings("iiwa14", **bad)
-
-
-def test_options_of_a_robot_need_one(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(sys, "argv", ["planner", "reproduce", "learning", "--scene", "paper", "--nodes", "50"])
-    with pytest.raises(SystemExit) as stop:
-        cli.main()
-    assert stop.value.code == 2
-    assert "--scene, --nodes asks for a robot's roadmaps: give --robot too" in capsys.readouterr().err
-
-
-def test_the_same_seed_gives_the_same_courses() -> None:
-    graph, again = (draw_grid(np.random.default_rng([4, 0, 7])) for _ in range(2))
-    runs = [learning.learn(g.network, ERROR_DRIVEN, g.d, 2)[-1] for g in (graph, again)]
-    assert runs[0].wbar.tolist() == runs[1].wbar.tolist()
-    assert runs[0].field.x.tolist() == runs[1].field.x.tolist()

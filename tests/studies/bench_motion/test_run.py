@@ -9,7 +9,6 @@ import pytest
 
 from planner.base.errors import PlannerError
 from planner.base.request import LimitsRequest, PlanRequest
-from planner.studies.bench_motion.report import Row, aims
 from planner.studies.bench_motion.run import bench_motion
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "scenes" / "examples"
@@ -44,11 +43,3 @@ def test_bad_limits_are_refused_before_any_work(tmp_path: Path) -> None:
     with pytest.raises(PlannerError, match="velocity scale 2"):
         bench_motion(problems(tmp_path / "one"), tmp_path / "out", PLAIN, LimitsRequest(velocity_scale=2.0))
     assert not (tmp_path / "out").exists()
-
-
-def test_aims_are_missed_where_something_touches_or_is_not_timed() -> None:
-    asked = ("p", "k", 0, "panda", "coal", 60, "limits", "content", "software", "solved", "")
-    good = Row(*asked, 1.0, 2.0, 1.0, 3, 3, True, 1.0, "", 50, 0.1)
-    bad = Row(*asked, 1.9, 2.0, 1.0, 3, 0, False, 1.1, "'a' and 'b' at 0.1 s", 50, 0.3)
-    assert all(verdict.holds for verdict in aims([good]))
-    assert not any(verdict.holds for verdict in aims([bad])[1:])

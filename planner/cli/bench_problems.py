@@ -1,0 +1,199 @@
+"""``planner bench plan|quality|motion|replan``: the benchmarks over a folder of planning problems."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from planner.base.request import DEFAULT_CHARGE, PAPER_NODES, Backend, Charge, LimitsRequest, PlanRequest
+from planner.cli.common import Flag
+from planner.cli.terminal import measure
+
+
+def plan(
+    folder: tyro.conf.Positional[Path],
+    out: Path = Path("bench-plan"),
+    robot: str = "panda",
+    collision: Backend = "fcl",
+    nodes: int = PAPER_NODES,
+    beta: float = 0.5,
+    charge: Charge = DEFAULT_CHARGE,
+    min_manipulability: float = 0.0,
+    margin: float = 0.0,
+    srdf: Path | None = None,
+    group: str | None = None,
+    base: str | None = None,
+    widen_limits: Flag = False,
+    seeds: tuple[int, ...] = (0, 1, 2),
+    time_limit: float = 60.0,
+    jobs: int = 1,
+    debug: Flag = False,
+) -> int:
+    """A folder of planning problems, each planned with several seeds: success, times, lengths, manipulability, safety.
+
+    A problem is request<X>.yaml, a MoveIt motion plan request, with scene<X>.yaml or scene<X>.scene beside it, in
+    FOLDER or in folders inside it, which are the scene types. Run again with another --beta, --nodes or --collision
+    and the same --out, and the report sets them side by side. Writes plan.csv, one row a run, plan.md, and
+    logs/<problem>.log for ompl_benchmark_statistics and Planner Arena.
+
+    Args:
+        folder: Folder of the problems.
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        collision: Collision library to plan with; the paths are checked by the other one.
+        nodes: Configurations in the roadmap.
+        beta: Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.
+        charge: Where the manipulability cost is charged: integrated along edges, or at nodes as in the paper.
+        min_manipulability: A floor under manipulability w that paths stay above, as 'planner plan' has it; 0 for none.
+        margin: Distance in metres to keep from every obstacle, and between links.
+        srdf: An SRDF in place of the robot's own: link pairs that need no check, groups.
+        group: Planning group of the SRDF: only its joints are planned.
+        base: Where the robot's base stands in the scenes: x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad).
+        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
+        seeds: Seeds to plan every problem with.
+        time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
+        jobs: Runs at once; their seconds are then those of a busy machine, all else is the same.
+        debug: Show tracebacks of errors.
+    """
+    from planner.studies.bench_plan.run import bench_plan
+
+    plain = PlanRequest(
+        robot,
+        collision=collision,
+        margin=margin,
+        srdf=srdf,
+        group=group,
+        base=base,
+        widen_limits=widen_limits,
+        nodes=nodes,
+        min_manipulability=min_manipulability,
+        charge=charge,
+        beta=beta,
+    )
+    return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress, jobs))
+
+
+def quality(
+    folder: tyro.conf.Positional[Path],
+    out: Path = Path("bench-quality"),
+    robot: str = "panda",
+    collision: Backend = "coal",
+    nodes: int = 1000,
+    seed: int = 0,
+    betas: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0),
+    efforts: tuple[int, ...] = (0, 6),
+    seconds: float = 5.0,
+    above_ends: Flag = False,
+    widen_limits: Flag = False,
+    debug: Flag = False,
+) -> int:
+    """How good paths are: length, corners, manipulability and time, beside OMPL's RRTConnect, RRT* and BIT*.
+
+    Problems are those of 'planner bench plan'. Writes quality.csv, one row a run, and quality.md: medians, and medians
+    of ratios to RRTConnect with simplification on the same problem.
+
+    Args:
+        folder: Folder of the problems.
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        collision: Collision library of all planners.
+        nodes: Configurations in the roadmap.
+        seed: Seed of all planners.
+        betas: Trade-offs to plan at.
+        efforts: Rounds of refinement and search to plan with.
+        seconds: Processor time that OMPL's planners get.
+        above_ends: Keep w above that of the lower end where such a path is found, as 'planner plan' has it.
+        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
+        debug: Show tracebacks of errors.
+    """
+    from planner.studies.bench_quality.run import bench_quality
+
+    plain = PlanRequest(
+        robot, collision=collision, nodes=nodes, seed=seed, widen_limits=widen_limits, above_ends=above_ends
+    )
+    return measure(out, lambda progress: bench_quality(folder, out, plain, betas, efforts, seconds, progress))
+
+
+def motion(
+    folder: tyro.conf.Positional[Path],
+    limits: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
+    out: Path = Path("bench-motion"),
+    robot: str = "panda",
+    collision: Backend = "fcl",
+    nodes: int = PAPER_NODES,
+    beta: float = 0.5,
+    min_manipulability: float = 0.0,
+    margin: float = 0.0,
+    widen_limits: Flag = False,
+    seed: int = 0,
+    debug: Flag = False,
+) -> int:
+    """A folder of planning problems: the motions along their paths, how long they take and what they break or touch.
+
+    A problem is as 'planner bench plan' has it. Durations are set against stopping at every corner and, where it is
+    installed, against toppra along the same rounded path; contacts are looked for at 0.1 mm of motion by the library
+    that has not planned. Writes motion.csv and motion.md.
+
+    Args:
+        folder: Folder of the problems.
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        collision: Collision library to plan and prove with.
+        nodes: Configurations in the roadmap.
+        beta: Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.
+        min_manipulability: A floor under manipulability w that paths and motions stay above; 0 for none.
+        margin: Distance in metres to keep from every obstacle, and between links.
+        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
+        seed: Seed to plan every problem with.
+        debug: Show tracebacks of errors.
+    """
+    from planner.studies.bench_motion.run import bench_motion
+
+    plain = PlanRequest(
+        robot,
+        collision=collision,
+        margin=margin,
+        widen_limits=widen_limits,
+        nodes=nodes,
+        seed=seed,
+        min_manipulability=min_manipulability,
+        beta=beta,
+    )
+    return measure(out, lambda progress: bench_motion(folder, out, plain, limits, progress))
+
+
+def replan(
+    folder: tyro.conf.Positional[Path],
+    out: Path = Path("bench-replan"),
+    robot: str = "panda",
+    collision: Backend = "coal",
+    nodes: int = PAPER_NODES,
+    changes: int = 100,
+    seed: int = 0,
+    time_limit: float = 1200.0,
+    debug: Flag = False,
+) -> int:
+    """Problems whose world changes: time to a new proven path against planning anew, the field against D* Lite.
+
+    Problems are those of 'planner bench plan'. Obstacles are moved, added, removed, and put on the route. Writes
+    replan.csv, one row a change, and replan.md.
+
+    Args:
+        folder: Folder of the problems.
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        collision: Collision library to plan with; the paths are checked by the other one.
+        nodes: Configurations in the roadmap.
+        changes: Changes of each problem's world.
+        seed: Seed of the roadmaps and the changes.
+        time_limit: Seconds after which a problem is killed and recorded as timed out.
+        debug: Show tracebacks of errors.
+    """
+    from planner.studies.bench_replan.run import bench_replan
+
+    return measure(
+        out,
+        lambda progress: bench_replan(folder, out, robot, collision, nodes, changes, seed, time_limit, progress),
+    )

@@ -1,0 +1,73 @@
+"""Text that people write: read, parsed without constructing objects, and checked against a model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pydantic
+import pytest
+
+from planner.base.errors import FileError, PlannerError, SceneError
+from planner.base.yamlfile import Coordinate, Size, Strict, parse_yaml, read_text, shown, validate
+from planner.world.scene import Scene
+
+
+def test_what_has_no_end_is_not_read_to_its_end() -> None:
+    with pytest.raises(FileError, match="larger than 256 MiB"):
+        Scene.load("/dev/zero")
+
+
+def test_whatever_is_quoted_is_short() -> None:
+    assert shown("a.b") == "'a.b'"
+    assert len(shown("x" * 10_000)) < 200
+    assert len(shown([["x" * 100] * 100] * 100)) < 2000
+    assert "thousands of digits" in shown(1 << 100_000)
+    with pytest.raises(FileError):
+        parse_yaml("!!timestamp x", "it")
+    assert issubclass(SceneError, PlannerError)
+
+
+class Ball(Strict):
+    radius: Size
+    at: list[Coordinate] = pydantic.Field(default_factory=list)
+
+
+def test_text_becomes_a_model() -> None:
+    found = validate(Ball, parse_yaml("{radius: 0.1, at: [0, -1.5]}", "it"), "it")
+    assert (found.radius, found.at) == (0.1, [0.0, -1.5])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{radius: 0.1, colour: red}", "unknown key 'colour'"),
+        ("{at: [0]}", "key 'radius' is missing"),
+        ("{radius: .nan}", "'radius'"),
+        ("{radius: 1.0e-9}", "greater than or equal to"),
+        ("{radius: 1, at: [1.0e+9]}", "'at.0' is wrong"),
+        ("- 1", "no mapping of keys"),
+    ],
+)
+def test_what_does_not_fit_is_named(text: str, words: str) -> None:
+    with pytest.raises(SceneError, match=words):
+        validate(Ball, parse_yaml(text, "it"), "it", SceneError)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" * 300 + "]" * 300, "a: [", "!!python/object/apply:os.getcwd []", "a: &x [*x]\n<<: 1", "2001-13-45"],
+)
+def test_no_text_constructs_anything_or_overflows(text: str) -> None:
+    with pytest.raises(FileError, match="mend the file"):
+        parse_yaml(text, "it")
+
+
+def test_unreadable_files_say_what_was_wanted(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"\xff\xfe\x00")
+    for path, words in (
+        (tmp_path / "none", "not found"),
+        (tmp_path / "a", "not UTF-8"),
+        (tmp_path, "Is a directory"),
+    ):
+        with pytest.raises(FileError, match=f"scene .*{words}"):
+            read_text(path, "scene")

@@ -1,0 +1,20 @@
+"""What several commands are tried on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from planner.base.request import PlanRequest, TimingRequest
+from planner.plan_record import save_plan_without_page
+from planner.planning import plan
+
+
+@pytest.fixture(scope="session")
+def timed_plan(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a plan and its trajectory."""
+    folder = tmp_path_factory.mktemp("made")
+    request = PlanRequest("planar_2r", "empty", start="q:-1,0.5", goal="q:1,0.9", nodes=60)
+    save_plan_without_page(plan(request, timing=TimingRequest()), folder)
+    return folder

@@ -1,0 +1,52 @@
+"""``planner bench plan`` as its users type it: a folder of problems, resumed, interrupted."""
+
+from __future__ import annotations
+
+import signal
+import time
+from pathlib import Path
+
+from planner.studies.bench_plan.rows import Row
+from planner.studies.table import read_rows
+from tests.command_line import Run, command
+from tests.studies.bench_plan.test_run import write_problem
+
+PLANAR = ("--robot", "planar_2r", "--collision", "coal", "--nodes", "30", "--seeds", "0")
+
+
+def test_a_problem_without_its_scene_is_a_refused_row(tmp_path: Path, run: Run) -> None:
+    write_problem(tmp_path / "p", "0001", (-1.0, 0.8), (1.0, -0.8))
+    (tmp_path / "p" / "request0002.yaml").write_text("start_state: {}\n")
+    code, text, _ = run("bench", "plan", str(tmp_path / "p"), *PLANAR, "--out", str(tmp_path / "o"))
+    assert code == 0
+    assert "| p | 2 | 1 | 1 | 100 % |" in text
+    rows = read_rows(tmp_path / "o" / "plan.csv", Row, "planner bench plan")
+    assert [row.outcome for row in rows] == ["solved", "refused"]
+    assert "scene0002.yaml" in rows[1].message
+    assert text.strip() == (tmp_path / "o" / "plan.md").read_text().strip()
+
+
+def test_ctrl_c_saves_and_goes_on_later(tmp_path: Path, run: Run) -> None:
+    write_problem(tmp_path / "p", "0001", (-1.0, 0.8), (1.0, -0.8))
+    write_problem(tmp_path / "p", "0002", (-1.0, 0.8), (1.0, -0.8))
+    arguments = ("bench", "plan", "p", *PLANAR, "--out", "o", "--time-limit", "1000")
+    process = command(*arguments, cwd=tmp_path)
+    until = time.monotonic() + 120
+    while not (tmp_path / "o" / "plan.csv").exists():
+        assert time.monotonic() < until
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    text, error = process.communicate(timeout=60)
+    assert "Traceback" not in error
+    assert process.returncode == 130
+    assert "Interrupted" in text
+    rows = read_rows(tmp_path / "o" / "plan.csv", Row, "planner bench plan")
+    assert [row.problem for row in rows] == ["p/0001"]
+    code, text, _ = run(
+        "bench", "plan", str(tmp_path / "p"), *PLANAR, "--out", str(tmp_path / "o"), "--time-limit", "1000"
+    )
+    assert code == 0
+    again = read_rows(tmp_path / "o" / "plan.csv", Row, "planner bench plan")
+    assert rows[0] in again
+    assert {row.problem for row in again} == {"p/0001", "p/0002"}

@@ -1,0 +1,72 @@
+"""What the terminal shows: one printable line for errors, a bar per stage, the report of a benchmark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from planner.base.errors import FileError
+from planner.base.progress import Progress
+from planner.cli.terminal import complain, measure, report_table, run_into, say, verdict_table, watching, working
+from planner.studies.report import Verdict
+
+
+def test_complaints_stay_on_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    complain("file 'a\nb\x1b[2J' not found")
+    assert capsys.readouterr().err == "planner: file 'a\\nb\\x1b[2J' not found\n"
+
+
+def test_names_that_are_no_text_are_said_all_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    say("scene\udcff.yaml")
+    assert capsys.readouterr().out == "scene\\udcff.yaml\n"
+
+
+@pytest.mark.parametrize("context", [working, watching])
+def test_each_stage_has_its_bar(context, capsys: pytest.CaptureFixture[str]) -> None:
+    with context() as progress:
+        progress("roadmap", 1, 4)
+        progress("roadmap", 9, 4)  # never beyond its end
+        progress("costs", 2, 3)
+        assert not progress.stopped
+    text = capsys.readouterr().err
+    assert "4/4" in text
+    assert "2/3" in text
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    worked: list[Progress] = []
+    with pytest.raises(FileError, match="cannot be written"):
+        run_into(tmp_path / "file" / "in", worked.append)
+    assert not worked
+
+
+@dataclass
+class Made:
+    report: str
+    complete: bool
+
+
+@pytest.mark.parametrize(("complete", "code"), [(True, 0), (False, 130)])
+def test_a_benchmark_shows_its_report(
+    complete: bool, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert measure(tmp_path, lambda _: Made("| a |", complete)) == code
+    assert capsys.readouterr().out == "| a |\n"
+
+
+def shown(renderable: object) -> str:
+    console = Console(width=200)
+    with console.capture() as capture:
+        console.print(renderable)
+    return capture.get()
+
+
+def test_tables_show_text_as_it_is() -> None:
+    table = shown(report_table([{"law": "[bold]nominal", "time": 1.5}]))
+    assert "[bold]nominal" in table
+    assert "1.5" in table
+    assert "9 of 10" in shown(verdict_table([Verdict("it is so", 9, 10, "[red]")]))

@@ -1,0 +1,72 @@
+"""The numbering of pairs, and what the words about a contact say."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.collision.world import Contact, World
+from planner.kinematics.forward import Chain, joint_placements
+from planner.world.poses import pose
+from planner.world.scene import Scene
+from planner.world.shapes import Obstacle, Sphere
+from tests.worlds import load, random_q
+
+ROBOT = load("planar_2r")
+SCENE = Scene(
+    "made",
+    (Obstacle("a", Sphere(0.1), pose([1, 0, 0])), Obstacle("b", Sphere(0.1), pose([0, 1, 0]))),
+    allowed=frozenset([frozenset((ROBOT.bodies[0].link, "b"))]),
+)
+
+
+def test_every_pair_has_a_number_and_its_members() -> None:
+    world = World.of(ROBOT, SCENE, frozenset())
+    bodies, obstacles = len(world.bodies), len(world.obstacles)
+    count = bodies * obstacles + len(world.self_pairs)
+    assert world.pair_reach.shape == (count, ROBOT.dof)
+    assert [world.members(pair) for pair in range(bodies * obstacles)] == list(np.ndindex(bodies, obstacles))
+    for pair in range(bodies * obstacles, count):
+        first, second = world.members(pair)
+        assert not world.is_scene_pair(pair)
+        assert world.bodies[first].joint != world.bodies[second].joint
+    assert str(world.contact(1)) == f"'{world.bodies[0].link}' and 'b'"
+    assert world.checked.tolist()[0] == [True, False]
+
+
+def test_disabled_links_are_no_pair() -> None:
+    every = World.of(ROBOT, SCENE, frozenset())
+    i, k = every.self_pairs[0]
+    off = frozenset([frozenset((every.bodies[i].link, every.bodies[k].link))])
+    left = {tuple(pair) for pair in World.of(ROBOT, SCENE, off).self_pairs.tolist()}
+    assert (int(i), int(k)) not in left
+    assert left < {tuple(pair) for pair in every.self_pairs.tolist()}
+
+
+def test_no_motion_changes_a_distance_by_more_than_the_reach_says() -> None:
+    """Of the centres of bodies, which are points of them."""
+    world = World.of(ROBOT, SCENE, frozenset())
+    chain = Chain.of(ROBOT)
+
+    def centres(q: np.ndarray) -> np.ndarray:
+        rotation, position = joint_placements(chain, q[None])
+        return np.array(
+            [rotation[body.joint, 0] @ body.placement[:3, 3] + position[body.joint, 0] for body in world.bodies]
+        )
+
+    for a, b in zip(random_q(ROBOT, 20), random_q(ROBOT, 20, seed=1), strict=True):
+        before, after = centres(a), centres(b)
+        most = world.pair_reach @ np.abs(b - a)
+        for pair in range(len(most)):
+            first, second = world.members(pair)
+            if world.is_scene_pair(pair):
+                other = [world.obstacles[second].placement[:3, 3]] * 2
+            else:
+                other = [before[second], after[second]]
+            change = np.linalg.norm(after[first] - other[1]) - np.linalg.norm(before[first] - other[0])
+            assert abs(change) <= most[pair] + 1e-12
+
+
+def test_a_contact_says_what_the_two_do() -> None:
+    assert Contact("a", "b").how(0.0) == "touch"
+    assert Contact("a", "b").how(0.005) == "are closer than the margin of 0.005 m"
+    assert "inside the other" in Contact("a", "b", enclosed=True).how(0.005)

@@ -1,0 +1,49 @@
+"""What is said of a checked trajectory: the first reason not to run it, with joint, number and moment."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from planner.motion.report import report_record, report_rows, verdict_sentence
+from tests.motion.test_check import report_of
+
+STILL = [[-0.3, 0.0], [-0.3, 0.0]]
+CASES = {
+    "usable": (([0.0, 4.0], STILL), "Free and within all limits"),
+    "times": (([0.0, 0.0], STILL), "Not usable: time does not increase from point 1"),
+    "degrees": (([0.0, 9.0], [[0.0, 0.0], [90.0, 0.0]]), "Not usable: positions are beyond the joint limits"),
+    "a limit": (([0.0, 4.0], [[-0.3, 0.0], [-0.3, 3.5]]), "Not usable: joint 'joint_2' is at 3.5"),
+    "too quick": (([0.0, 0.1], [[-0.3, 0.0], [-0.6, 0.0]]), "Not usable: joint 'joint_1' reaches 3 rad/s of velocity"),
+    "a contact": (([0.0, 9.0], [[-0.3, 0.0], [1.0, 0.0]]), "Not usable: 'link"),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_first_reason_is_named(name: str) -> None:
+    (times, rows), words = CASES[name]
+    report = report_of(times, rows)
+    assert verdict_sentence(report).startswith(words), verdict_sentence(report)
+    assert report.ok == (name == "usable")
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_record_is_plain_data_that_says_the_same(name: str) -> None:
+    (times, rows), _ = CASES[name]
+    report = report_of(times, rows)
+    record = report_record(report)
+    assert json.loads(json.dumps(record, allow_nan=False)) == record
+    assert record["ok"] == report.ok
+    assert record["points"] == 2
+    assert (record.get("contact") is not None) == (name == "a contact")
+    assert {excess["kind"] for excess in record.get("exceeded", [])} == {
+        "a limit": {"position"},
+        "too quick": {"velocity"},
+    }.get(name, set())
+    assert dict(report_rows(report))["trajectory"].startswith("2 points")
+
+
+def test_lines_have_no_acceleration_to_share() -> None:
+    shares = report_record(report_of([0.0, 4.0], STILL))["shares"]
+    assert shares == {"velocity": 0.0, "acceleration": None, "jerk": None}

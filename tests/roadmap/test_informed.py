@@ -1,0 +1,20 @@
+"""Informed samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.roadmap.informed import _in_ellipsoid
+from tests.worlds import load
+
+
+def test_samples_fill_the_ellipsoid() -> None:
+    robot, rng = load("planar_2r"), np.random.default_rng(0)
+    a, b = np.array([-0.5, 0.2]), np.array([0.4, -0.3])
+    q = _in_ellipsoid(robot, a, b, 1.3, 4000, rng)
+    far = np.linalg.norm(q - a, axis=1) + np.linalg.norm(q - b, axis=1)
+    assert far.max() <= 1.3 + 1e-12
+    inner = np.linalg.norm(q - a, axis=1) + np.linalg.norm(q - b, axis=1) < np.sqrt(1.06 + 0.25 * (1.69 - 1.06))
+    area = [length * np.sqrt(length**2 - 1.06) for length in (np.sqrt(1.06 + 0.25 * (1.69 - 1.06)), 1.3)]
+    assert inner.mean() == pytest.approx(area[0] / area[1], abs=0.03)

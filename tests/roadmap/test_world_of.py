@@ -1,0 +1,58 @@
+"""The world of a kept roadmap: its file's own, but for what is asked for otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.base.errors import FileError
+from planner.base.request import KeptRequest, WorldRequest
+from planner.query.open import open_world
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import same_world
+from planner.roadmap.world_of import reopen
+from planner.world.robot import with_widened_limits
+from tests.worlds import load, post_roadmap
+
+FILE = Path("kept.npz")
+
+
+def of_window(margin: float = 0.01) -> Roadmap:
+    """A roadmap of built-in names."""
+    checker = open_world(WorldRequest("planar_2r", "window", margin=margin))
+    return build_roadmap(checker.robot, checker, [0.0, 0.5], [0.1, 0.5], nodes=6)
+
+
+def test_built_in_names_and_the_margin_are_the_files() -> None:
+    roadmap = of_window()
+    checker = reopen(KeptRequest(), roadmap, FILE)
+    assert same_world(roadmap, checker)
+    assert checker.world.margin == 0.01
+    assert reopen(KeptRequest(margin=0.0, collision="coal"), roadmap, FILE).world.margin == 0.0
+
+
+def test_what_is_not_built_in_has_to_be_named() -> None:
+    with pytest.raises(FileError, match="is for scene 'made', which is not built in: say where it is with --scene"):
+        reopen(KeptRequest(), post_roadmap(), FILE)
+
+
+def test_another_robot_is_refused() -> None:
+    with pytest.raises(FileError, match="is for robot 'planar_2r', not 'ur5'"):
+        reopen(KeptRequest(robot="ur5", tool="tool0"), of_window(), FILE)
+
+
+def test_limits_are_widened_where_that_is_asked_for() -> None:
+    roadmap, robot = of_window(), load("planar_2r")
+    wide = with_widened_limits(robot, np.array([robot.upper + 0.2]))
+    grown = replace(
+        roadmap,
+        origin=replace(
+            roadmap.origin, world=replace(roadmap.origin.world, upper=tuple(wide.upper), lower=tuple(wide.lower))
+        ),
+    )
+    assert reopen(KeptRequest(), grown, FILE).robot.upper.tolist() == robot.upper.tolist()
+    np.testing.assert_allclose(reopen(KeptRequest(widen_limits=True), grown, FILE).robot.upper, wide.upper)

@@ -1,0 +1,45 @@
+"""What a batch is asked for: YAML, CSV and folders, refused by plan and option."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from planner.base.errors import FileError
+from planner.studies.batch.tasks import read_tasks
+from tests.studies.batch.test_run import PLAIN
+
+
+def test_csv_and_paths_beside_the_file(tmp_path: Path) -> None:
+    (tmp_path / "cell.yaml").write_text("obstacles: []\n")
+    path = tmp_path / "batch.csv"
+    path.write_text(
+        'name,scene,goal,beta,min-manipulability,request\na,cell.yaml,"q:0.3,0.4",0.2,,\n,shelf,goal,,0.01,\n'
+    )
+    a, b = read_tasks(path, PLAIN)
+    assert (a.name, a.request.scene, a.request.beta) == ("a", str(tmp_path / "cell.yaml"), 0.2)
+    assert (b.name, b.request.scene, b.request.beta, b.request.min_manipulability) == ("0002", "shelf", 0.5, 0.01)
+    before = a.asked
+    (tmp_path / "cell.yaml").write_text("obstacles: []\nname: other\n")
+    assert a.asked != before
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("plans: []", "plans"),
+        ("plan: [{}]", "plan"),
+        ("plans: [{speed: 1}]", "plan '0001': option 'speed' not found"),
+        ("plans: [{beta: 2}]", "beta 2 is outside"),
+        ("plans: [{name: a, nodes: many}]", "plan 'a': option 'nodes'"),
+        ("plans: [{name: a}, {name: a}]", "two plans called 'a'"),
+        ("plans: [{name: ../a}]", "cannot be the name of a folder"),
+        ("plans: [{name: /a}]", "cannot be the name of a folder"),
+    ],
+)
+def test_a_file_that_makes_no_sense_is_refused_by_plan_and_option(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "batch.yaml"
+    path.write_text(text)
+    with pytest.raises(FileError, match=message):
+        read_tasks(path, PLAIN)
