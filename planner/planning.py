@@ -49,7 +49,7 @@ def plan(
         query = make_query(request)
         limits = None if timing is None else MotionLimits.of(query.robot, timing)
     with clock("roadmap"):
-        roadmap = obtain_roadmap(request, query, progress)
+        roadmap = obtain_roadmap(request, query, progress, request.path_only)
     draft = Plan(request, Outcome.INTERRUPTED, query.robot, query.scene, query.checker, roadmap, timings=clock.seconds)
     if progress.stopped:
         return draft

@@ -118,6 +118,20 @@ def test_the_straight_motion_of_the_papers_scenario_collides(solved):
     assert recheck(solved.checker, start, goal - start, 5e-3) is not None
 
 
+def test_a_path_only_is_proven_with_nothing_grown_around_it(scenes):
+    found = plan(PlanRequest(robot="planar_2r", scene=scenes["post"], path_only=True))
+    assert_sound(found)
+    assert len(found.roadmap.nodes) < 80
+    assert found.roadmap.proven.all()
+    assert not found.curve
+
+
+@pytest.mark.parametrize("more", [{"nodes": 80}, {"roadmap": "roadmap.npz"}])
+def test_a_path_only_takes_no_roadmap(more):
+    with pytest.raises(OptionError, match="a path only has no roadmap around it: leave out"):
+        PlanRequest(path_only=True, **more)
+
+
 @pytest.mark.parametrize("beta", [0.0, 0.3, 0.5, 0.7, 1.0])
 def test_every_beta_is_optimal(small, beta):
     assert_sound(plan(replace(small, beta=beta)))

@@ -1,6 +1,8 @@
-"""Every built-in robot has a start, a goal and a home in every built-in scene."""
+"""Every built-in robot has a start, a goal and a home in every built-in scene; published problems can be planned."""
 
 from __future__ import annotations
+
+import itertools
 
 import numpy as np
 import pytest
@@ -10,9 +12,11 @@ from planner.base.request import PlanRequest, WorldRequest
 from planner.base.targets import parse_target
 from planner.collision.checker import is_free
 from planner.collision.fcl import FclChecker
+from planner.kinematics.forward import tool_pose
 from planner.planning import plan
 from planner.query.open import open_world
 from planner.query.resolve import beyond_limits, resolve
+from planner.world.poses import pose
 from tests.worlds import ROBOTS, SCENES
 
 PAIRS = [(robot, scene) for robot in ROBOTS for scene in SCENES]
@@ -41,3 +45,26 @@ def test_a_robot_gets_from_start_to_goal(robot: str, scene: str) -> None:
     for q in (found.path[0], found.path[-1], home):
         assert is_free(fcl, q)
         assert not beyond_limits(found.robot, q).any()
+
+
+TASKS = ("above-shelf", "top-shelf", "centre-shelf", "left-bin", "right-bin", "above-shelf")
+GRIPPER = {  # position (m) and rpy (rad) of the gripper's body, as the paper's code has them
+    "above-shelf": ((0.75, -0.12, 0.9), (0, -np.pi, -np.pi / 2)),
+    "top-shelf": ((0.75, 0.12, 0.67), (0, -np.pi, -np.pi / 2)),
+    "centre-shelf": ((0.75, 0.12, 0.41), (0, -np.pi, -np.pi / 2)),
+    "left-bin": ((0.08, 0.6, 0.22), (np.pi / 2, np.pi, 0)),
+    "right-bin": ((-0.08, -0.6, 0.22), (np.pi / 2, np.pi, np.pi)),
+}
+
+
+@pytest.mark.parametrize(("start", "goal"), list(itertools.pairwise(TASKS)))
+def test_every_task_of_the_gcs_paper_has_a_proven_path(start: str, goal: str) -> None:
+    """From where the paper puts the gripper, on the flange and turned by 90 degrees, with the gripper carried along."""
+    found = plan(PlanRequest("iiwa14", "gcs", start=start, goal=goal, collision="coal", path_only=True))
+    assert found.outcome is Outcome.SOLVED
+    fcl = FclChecker(found.checker.world)
+    for name, q in ((start, found.path[0]), (goal, found.path[-1])):
+        flange = tool_pose(found.robot, q).homogeneous
+        position, rpy = GRIPPER[name]
+        np.testing.assert_allclose(flange @ pose((0, 0, 0.069), (np.pi / 2, 0, 0)), pose(position, rpy), atol=2e-6)
+        assert is_free(fcl, q)

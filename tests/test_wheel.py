@@ -36,6 +36,7 @@ def test_the_wheel_holds_the_data(wheel: Path) -> None:
         "planner/_data/robots/iiwa14/visual/link_0.stl",
         "planner/_data/robots/panda/robot.yaml",
         "planner/_data/scenes/paper.yaml",
+        "planner/_data/scenes/published/gcs.yaml",
         "planner/view/page.js",
     ):
         assert name in names

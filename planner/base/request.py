@@ -218,10 +218,20 @@ class PlanRequest(SweepRequest):
     """Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only."""
     above_ends: bool = False
     """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost."""
+    path_only: bool = False
+    """Only a path, the first that is proven, after short cuts: no roadmap grows around it, so beta has next to nothing
+    to choose from, and it is refined only where --effort is given."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         require_share(self.beta)
+        if self.path_only and (self.nodes != PAPER_NODES or self.roadmap is not None):
+            raise OptionError("a path only has no roadmap around it: leave out nodes and roadmap, or path-only.")
+
+    @property
+    def rounds(self) -> int:
+        """As without ``path_only``, but none where the effort was left out."""
+        return 0 if self.path_only and self.effort is None else super().rounds
 
 
 @dataclass(frozen=True)
@@ -277,7 +287,10 @@ def require_share(beta: float) -> None:
 def require_nodes(nodes: int) -> None:
     """Raise :class:`OptionError` unless a roadmap of so many nodes makes sense."""
     if not 2 <= nodes <= 10_000_000:
-        raise OptionError(f"{nodes} nodes make no roadmap: give a whole number from 2 to 10000000.")
+        raise OptionError(
+            f"{nodes} nodes make no roadmap: give a whole number from 2 to 10000000; "
+            "'planner plan --path-only' needs none."
+        )
 
 
 def require_seed(seed: int) -> None:

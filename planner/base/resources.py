@@ -27,5 +27,21 @@ def robot_names() -> list[str]:
 
 
 def scene_names() -> list[str]:
-    """Names of the built-in scenes, sorted."""
+    """Names of the built-in scenes that every built-in robot has states in, sorted."""
     return sorted(path.stem for path in scenes_folder().glob("*.yaml"))
+
+
+def published_scene_names() -> list[str]:
+    """Names of the built-in scenes of published problems, each for the robots that it names, sorted."""
+    return sorted(path.stem for path in _published_folder().glob("*.yaml"))
+
+
+def scene_file(name: str) -> Path | None:
+    """The file of a built-in scene; None where there is none of that name."""
+    if name in scene_names():
+        return scenes_folder() / f"{name}.yaml"
+    return _published_folder() / f"{name}.yaml" if name in published_scene_names() else None
+
+
+def _published_folder() -> Path:
+    return scenes_folder() / "published"

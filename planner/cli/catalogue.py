@@ -32,16 +32,16 @@ def robots(json: Flag = False, debug: Flag = False) -> int:
 
 
 def scenes(json: Flag = False, debug: Flag = False) -> int:
-    """List the scenes, with their obstacles and named states.
+    """List the scenes, with their obstacles and named states; last those of published problems, for one robot each.
 
     Args:
         json: Print the list as JSON, states as they are written in the scene file.
         debug: Show tracebacks of errors.
     """
-    from planner.base.resources import scene_names
+    from planner.base.resources import published_scene_names, scene_names
     from planner.world.scene import Scene
 
-    records = [scene_record(Scene.load(name)) for name in scene_names()]
+    records = [scene_record(Scene.load(name)) for name in (*scene_names(), *published_scene_names())]
     say(json_text.dumps(records, indent=1, ensure_ascii=False) if json else "\n\n".join(map(_scene_text, records)))
     return 0
 

@@ -40,6 +40,8 @@ def plan(
 
     planner plan --goal goal --goal xyz:0.5,-0.4,0.9
 
+    planner plan --path-only
+
     The same command and seed give the same path and roadmap, on any load and on every x86-64 processor with FMA (made
     since 2013), as long as the versions in plan.json are the same.
 

@@ -10,16 +10,21 @@ from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap, require_same_world
 
+_FEWEST_NODES = 2  # those of the first paths, and links between them that shorten them
 
-def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUIET) -> Roadmap:
-    """A roadmap whose starts and goals are the query's. Raises :class:`PlannerError` for a file of another world."""
+
+def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUIET, path_only: bool = False) -> Roadmap:
+    """A roadmap whose starts and goals are the query's; with ``path_only`` nothing grows around the first paths.
+
+    Raises :class:`PlannerError` for a file of another world.
+    """
     if request.roadmap is None:
         return build_roadmap(
             query.robot,
             query.checker,
             query.starts,
             query.goals,
-            request.nodes,
+            _FEWEST_NODES if path_only else request.nodes,
             request.seed,
             progress,
             request.min_manipulability,

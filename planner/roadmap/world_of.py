@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.base.errors import FileError
 from planner.base.request import KeptRequest, WorldRequest
-from planner.base.resources import robot_names, scene_names
+from planner.base.resources import published_scene_names, robot_names, scene_names
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.query.open import open_world
@@ -25,7 +25,7 @@ def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionCheck
     origin = roadmap.origin
     world = WorldRequest(
         robot=request.robot or _built_in("robot", origin.robot, robot_names(), path),
-        scene=request.scene or _built_in("scene", origin.scene, scene_names(), path),
+        scene=request.scene or _built_in("scene", origin.scene, [*scene_names(), *published_scene_names()], path),
         tool=request.tool or origin.tool,
         srdf=request.srdf,
         group=request.group,

@@ -13,7 +13,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
 from planner.base.files import is_file
 from planner.base.hashing import content_hash
-from planner.base.resources import scene_names, scenes_folder
+from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.targets import TURN
 from planner.base.yamlfile import Coordinate, Name, Size, Strict, parse_yaml, read_text, validate
 from planner.world.meshes import read_mesh
@@ -169,12 +169,11 @@ class Scene:
 
         Raises :class:`SceneError` or ``FileError``.
         """
-        path = scenes_folder() / f"{name}.yaml" if name in scene_names() else Path(name)
+        path = scene_file(name) or Path(name)
         known = path.suffix.lower() in (".yaml", ".yml", ".scene")
         if not known and "/" not in name and not is_file(path):
-            raise SceneError(
-                f"scene '{name}' not found; scenes are {choices(scene_names())}, or give the path of a scene file."
-            )
+            there = choices([*scene_names(), *published_scene_names()])
+            raise SceneError(f"scene '{name}' not found; scenes are {there}, or give the path of a scene file.")
         where = f"scene file {path}"
         text = read_text(path, "scene file")
         if path.suffix.lower() == ".scene":

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from planner.base.request import PlanRequest, SweepRequest
-from planner.base.resources import robot_names, robots_folder, scene_names, scenes_folder
+from planner.base.resources import robot_names, robots_folder, scenes_folder
 from planner.plan_record import Plan, plan_record
 from planner.planning import plan
 from planner.tradeoff.record import sweep_record
@@ -65,8 +65,8 @@ def test_sweeps_are_as_the_schema_says(validator: jsonschema.Draft202012Validato
 
 @pytest.mark.parametrize("validator", ["scene"], indirect=True)
 def test_scene_files_are_as_the_schema_says(validator: jsonschema.Draft202012Validator) -> None:
-    for name in scene_names():
-        validator.validate(yaml.safe_load((scenes_folder() / f"{name}.yaml").read_text()))
+    for path in (*scenes_folder().glob("*.yaml"), *scenes_folder().glob("published/*.yaml")):
+        validator.validate(yaml.safe_load(path.read_text()))
     assert not validator.is_valid({"obstacles": [{"name": "a", "type": "box"}]})
     assert not validator.is_valid({"obstacle": []})
 
