@@ -44,6 +44,7 @@ DOORS = {
     "ompl": {
         "planner.roadmap.ompl_planners",
         "planner.studies.bench_roadmap.ompl_prm",
+        "planner.studies.bench_first_path.ompl_connect",
         "planner.studies.bench_quality.ompl_paths",
     },
     "fcl": {"planner.collision.fcl"},

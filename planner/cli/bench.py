@@ -7,7 +7,7 @@ from pathlib import Path
 import tyro
 
 from planner.base.request import Backend, WorldRequest
-from planner.cli.bench_problems import motion, plan, quality, replan
+from planner.cli.bench_problems import first_path, motion, plan, quality, replan
 from planner.cli.common import Flag
 from planner.cli.terminal import measure, measured
 
@@ -180,6 +180,7 @@ Rows that the folder already holds are not measured again, so an interrupted run
 """
 bench.command(gabf)
 bench.command(plan)
+bench.command(first_path)
 bench.command(quality)
 bench.command(motion)
 bench.command(misses)

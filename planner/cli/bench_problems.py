@@ -1,4 +1,4 @@
-"""``planner bench plan|quality|motion|replan``: the benchmarks over a folder of planning problems."""
+"""``planner bench plan|first-path|quality|motion|replan``: the benchmarks over a folder of planning problems."""
 
 from __future__ import annotations
 
@@ -73,6 +73,45 @@ def plan(
         beta=beta,
     )
     return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress, jobs))
+
+
+def first_path(
+    folder: tyro.conf.Positional[Path],
+    out: Path = Path("bench-first-path"),
+    robot: str = "panda",
+    collision: Backend = "coal",
+    python: tuple[str, ...] = (),
+    seed: int = 0,
+    seconds: float = 10.0,
+    widen_limits: Flag = False,
+    debug: Flag = False,
+) -> int:
+    """The time to a first path: ours, proven, beside OMPL's RRTConnect and planners of other environments.
+
+    Problems are those of 'planner bench plan'. roboplan and pyroboplan take part where they are given, each in an
+    environment of its own, as what they need clashes with this package:
+
+    planner bench first-path FOLDER --python roboplan=/opt/rp/bin/python pyroboplan=/opt/pyrp/bin/python
+
+    Writes first-path.csv, one row a run, and first-path.md: times, lengths, and how many paths touch something when the
+    other collision library looks at every millimetre of motion.
+
+    Args:
+        folder: Folder of the problems.
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        collision: Collision library to plan with; the paths are checked by the other one.
+        python: NAME=PATH: a planner, roboplan or pyroboplan, and the Python of the environment it is installed in.
+        seed: Seed of all planners.
+        seconds: Seconds after which the other planners give up.
+        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
+        debug: Show tracebacks of errors.
+    """
+    from planner.studies.bench_first_path.run import bench_first_path, environments
+
+    plain = PlanRequest(robot, collision=collision, seed=seed, widen_limits=widen_limits, path_only=True)
+    pythons = environments(python)
+    return measure(out, lambda progress: bench_first_path(folder, out, plain, pythons, seconds, progress))
 
 
 def quality(

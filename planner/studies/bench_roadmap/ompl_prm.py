@@ -27,21 +27,8 @@ class OmplPrm:
     """
 
     def __init__(self, robot: Robot, is_free: Callable[[Floats], bool], seed: int) -> None:
-        if robot.continuous.any():
-            raise OptionError(f"{robot.name} has continuous joints, which this comparison leaves out.")
-        ou.noOutputHandler()
-        ou.RNG.setSeed(seed + 1)
-        space = ob.RealVectorStateSpace(robot.dof)
-        bounds = ob.RealVectorBounds(robot.dof)
-        for k in range(robot.dof):
-            bounds.setLow(k, float(robot.lower[k]))
-            bounds.setHigh(k, float(robot.upper[k]))
-        space.setBounds(bounds)
         self._dof = robot.dof
-        self._info = ob.SpaceInformation(space)
-        self._state_check = _StateCheck(self._info, is_free, robot.dof)
-        self._info.setStateValidityChecker(self._state_check)
-        self._info.setup()
+        self._info, self._state_check = sampled_space(robot, is_free, seed)
         self._prm = og.PRM(self._info)
 
     def build(self, nodes: int) -> None:
@@ -68,14 +55,47 @@ class OmplPrm:
         self._prm.solve(ob.timedPlannerTerminationCondition(QUERY_SECONDS))
         if not problem.hasExactSolution():
             return np.zeros((0, self._dof))
-        path = problem.getSolutionPath()
-        return np.array([_read(path.getState(k), self._dof) for k in range(path.getStateCount())])
+        return configurations(problem.getSolutionPath(), self._dof)
 
     def _state(self, q: Floats) -> ob.State:
-        state = self._info.allocState()
-        for k, value in enumerate(q):
-            state[k] = float(value)
-        return state
+        return state_of(self._info, q)
+
+
+def sampled_space(
+    robot: Robot, is_free: Callable[[Floats], bool], seed: int
+) -> tuple[ob.SpaceInformation, ob.StateValidityChecker]:
+    """The joint space of ``robot``, its states checked by ``is_free``, motions at OMPL's default resolution.
+
+    The second has to be kept as long as the first. Raises :class:`OptionError` for a robot with continuous joints.
+    """
+    if robot.continuous.any():
+        raise OptionError(f"{robot.name} has continuous joints, which this comparison leaves out.")
+    ou.noOutputHandler()
+    ou.RNG.setSeed(seed + 1)
+    space = ob.RealVectorStateSpace(robot.dof)
+    bounds = ob.RealVectorBounds(robot.dof)
+    for k in range(robot.dof):
+        bounds.setLow(k, float(robot.lower[k]))
+        bounds.setHigh(k, float(robot.upper[k]))
+    space.setBounds(bounds)
+    info = ob.SpaceInformation(space)
+    check = _StateCheck(info, is_free, robot.dof)
+    info.setStateValidityChecker(check)
+    info.setup()
+    return info, check
+
+
+def state_of(info: ob.SpaceInformation, q: Floats) -> ob.State:
+    """A configuration (dof,) as OMPL's state."""
+    state = info.allocState()
+    for k, value in enumerate(q):
+        state[k] = float(value)
+    return state
+
+
+def configurations(path: og.PathGeometric, dof: int) -> Floats:
+    """The states of OMPL's path (k, dof)."""
+    return np.array([_read(path.getState(k), dof) for k in range(path.getStateCount())])
 
 
 class _StateCheck(ob.StateValidityChecker):

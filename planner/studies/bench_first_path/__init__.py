@@ -1,0 +1,1 @@
+"""``planner bench first-path``: the time to a first path, ours beside other planners', each in its own environment."""
