@@ -173,6 +173,33 @@ def roadmap(
     return measure(out, lambda progress: bench_roadmap(out, world, nodes, queries, seed, time_limit, progress))
 
 
+def tables(
+    folder: tyro.conf.Positional[Path | None] = None,
+    out: Path = Path("bench-tables"),
+    nodes: int = 1000,
+    betas: tuple[float, ...] = (1.0, 0.5, 0.0),
+    seed: int = 0,
+    debug: Flag = False,
+) -> int:
+    """Problems that were published with results: ours beside the published numbers, their sources, and what differs.
+
+    The five tasks of the GCS paper on the iiwa 14; with a FOLDER, its problems for the Panda, as 'planner bench plan'
+    has them, beside what VAMP publishes for MotionBenchMaker's. Writes tables.csv and tables.md, which also names what
+    could not be had.
+
+    Args:
+        folder: Folder of MotionBenchMaker's problems for the Panda; the tables of these are left out without it.
+        out: Folder to write into.
+        nodes: Configurations in the roadmaps.
+        betas: Trade-offs to plan at.
+        seed: Seed of the roadmaps.
+        debug: Show tracebacks of errors.
+    """
+    from planner.studies.bench_tables.run import bench_tables
+
+    return measure(out, lambda progress: bench_tables(out, folder, nodes, betas, seed, progress))
+
+
 bench = tyro.extras.SubcommandApp()
 bench.__doc__ = """Measure success, safety and speed; speed as ratios within one run.
 
@@ -189,3 +216,4 @@ bench.command(agreement)
 bench.command(fuzz)
 bench.command(roadmap)
 bench.command(replan)
+bench.command(tables)

@@ -1,0 +1,1 @@
+"""``planner bench tables``: ours beside published numbers, with their sources and what differs."""

@@ -1,0 +1,108 @@
+"""``planner bench tables``: problems that were published with results, planned by us, and both side by side."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
+from planner.base.request import PlanRequest
+from planner.base.versions import versions
+from planner.studies.bench_plan.problems import find_problems
+from planner.studies.bench_plan.rows import CRASHED
+from planner.studies.bench_tables.methods import asked_by
+from planner.studies.bench_tables.published import GCS, GCS_TASKS, MBM
+from planner.studies.bench_tables.report import Row, to_markdown
+from planner.studies.process import run_module
+from planner.studies.table import Bench, run_bench, software
+from planner.world.scene import Scene
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Tasks (start, goal) of one scene by one method; an empty start: the request's own."""
+
+    method: str
+    request: PlanRequest
+    tasks: tuple[tuple[str, str], ...]
+    blanks: tuple[Row, ...]  # of each task, before anything was measured
+
+
+def bench_tables(
+    out: Path,
+    folder: Path | None = None,
+    nodes: int = 1000,
+    betas: Sequence[float] = (1.0, 0.5, 0.0),
+    seed: int = 0,
+    progress: Progress = QUIET,
+) -> Bench[Row]:
+    """The five tasks of the GCS paper, and the problems in ``folder`` as MotionBenchMaker's for the Panda.
+
+    Writes ``tables.csv`` and ``tables.md`` to ``out``; rows that are there already are kept. Raises OptionError for
+    numbers out of range, FileError where a folder cannot be used.
+    """
+    if not betas:
+        raise OptionError("give at least one beta.")
+    plain = PlanRequest("iiwa14", GCS, collision="coal", nodes=nodes, seed=seed)
+    runs = [_run(GCS, method, request, GCS_TASKS) for method, request in asked_by(plain, betas, kept=True).items()]
+    plain = replace(plain, robot="panda", widen_limits=True)
+    for problem in [] if folder is None else find_problems(folder):
+        asked = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
+        for method, request in asked_by(asked, betas, kept=False).items():
+            runs.append(_run(MBM, method, request, (("", ""),), problem.name, problem.content))
+    return run_bench(
+        out,
+        "tables",
+        Row,
+        runs,
+        lambda table, run: [row for blank in run.blanks for row in table.find(blank.key)],
+        lambda run: _measure(run, progress),
+        to_markdown,
+        "runs",
+        progress,
+    )
+
+
+def _run(
+    table: str,
+    method: str,
+    request: PlanRequest,
+    tasks: tuple[tuple[str, str], ...],
+    name: str = "",
+    content: str | None = None,
+) -> _Run:
+    content = Scene.load(GCS).identity[:8] if content is None else content
+    blanks = tuple(
+        Row(
+            table,
+            name or f"{start} to {goal}",
+            method,
+            request.nodes,
+            request.seed,
+            request.collision,
+            content,
+            software(versions()),
+            CRASHED,
+        )
+        for start, goal in tasks
+    )
+    return _Run(method, request, tasks, blanks)
+
+
+def _measure(run: _Run, progress: Progress) -> list[Row]:
+    """The rows of one run, in a process of its own; none where stopped."""
+    asked = {name: str(value) if isinstance(value, Path) else value for name, value in asdict(run.request).items()}
+    options = json.dumps({"method": run.method, "tasks": run.tasks, "request": asked})
+    with tempfile.TemporaryDirectory() as place:
+        out = Path(place) / "rows.json"
+        ended = run_module("planner.studies.bench_tables.case", [str(out), options], progress)
+        if ended.code is None:
+            return []
+        if ended.code != 0:
+            message = f"the process ended with code {ended.code}: {ended.last_words}"
+            return [replace(blank, message=message) for blank in run.blanks]
+        return [replace(blank, **row) for blank, row in zip(run.blanks, json.loads(out.read_text()), strict=True)]
