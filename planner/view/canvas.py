@@ -21,7 +21,7 @@ from meshcat.path import Path as ScenePath
 
 from planner.base.arrays import Floats
 from planner.view.colours import hex_colour
-from planner.view.surfaces import creased, tube
+from planner.view.surfaces import tube
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _SCRIPTS = (  # one script, in this order
@@ -42,14 +42,10 @@ class Canvas:
         self._numbers: dict[str, str] = {}
 
     def shape(self, path: str, shape: Shape, placement: Floats, rgba: tuple[float, ...]) -> None:
-        """A shape at a placement (4, 4) relative to what ``path`` hangs under."""
+        """A shape as it is, at a placement (4, 4) relative to what ``path`` hangs under."""
         turned = placement @ _Z_FROM_Y if isinstance(shape, Cylinder) else placement
         self._send(SetObject(_geometry(shape), _material(rgba), _path(path)))
         self.transform(path, turned)
-
-    def surface(self, path: str, mesh: Mesh, rgba: tuple[float, ...]) -> None:
-        """A mesh as it is, in the frame that ``path`` hangs under."""
-        self._send(SetObject(_triangles(mesh), _material(rgba), _path(path)))
 
     def points(self, path: str, positions: Floats, colours: Floats, size: float) -> None:
         """Dots (n, 3) with colours (n, 3); ``size`` in metres."""
@@ -85,7 +81,7 @@ class Canvas:
     def packed(self) -> tuple[str, list[int]]:
         """All commands in MessagePack, one after another, gzipped (no time stamp) in base64; and their lengths."""
         parts = [umsgpack.packb(command) for command in self.commands]
-        return base64.b64encode(gzip.compress(b"".join(parts), 9, mtime=0)).decode(), [len(part) for part in parts]
+        return base64.b64encode(gzip.compress(b"".join(parts), 6, mtime=0)).decode(), [len(part) for part in parts]
 
 
 def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
@@ -151,7 +147,7 @@ def _geometry(shape: Shape) -> Any:
         case Capsule():
             return _triangles(_capsule(shape))
         case Mesh():
-            return _triangles(creased(shape))
+            return _triangles(shape)
 
 
 def _capsule(shape: Capsule) -> Mesh:

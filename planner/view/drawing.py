@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.paths.measure import dense_path
 from planner.roadmap.roadmap import Roadmap
 from planner.view.canvas import Canvas
-from planner.view.surfaces import tube
+from planner.view.surfaces import smoothed, tube
 from planner.world.poses import pose
 from planner.world.robot import Robot
 from planner.world.scene import Scene
@@ -30,9 +31,13 @@ EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
 def draw_robot(
     canvas: Canvas, robot: Robot, visuals: Sequence[Body], q: Floats, touching: Collection[str] = ()
 ) -> dict[str, str]:
-    """The robot's bodies under one frame per joint (0 the base), links in ``touching`` red; their names by path."""
+    """The robot's bodies under one frame per joint (0 the base), links in ``touching`` red; their names by path.
+
+    ``visuals`` are drawn as they are.
+    """
     names: dict[str, str] = {}
-    for kind, bodies in (("visual", visuals), ("collision", robot.bodies)):
+    solid = [replace(body, shape=smoothed(body.shape)) for body in robot.bodies]
+    for kind, bodies in (("visual", visuals), ("collision", solid)):
         for k, body in enumerate(bodies):
             rgba = TOUCHING if body.link in touching else body.color if kind == "visual" else _COLLISION
             path = f"robot/{body.joint}/{kind}/{k}"
@@ -47,7 +52,7 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
     """The obstacles, those in ``touching`` red, and a calm background; returns the obstacles' names by path."""
     for k, obstacle in enumerate(scene.obstacles):
         rgba = TOUCHING if obstacle.name in touching else _OBSTACLE
-        canvas.shape(f"obstacles/{k}", obstacle.shape, obstacle.placement, rgba)
+        canvas.shape(f"obstacles/{k}", smoothed(obstacle.shape), obstacle.placement, rgba)
     canvas.set("Background", "top_color", [0.95, 0.96, 0.98])
     canvas.set("Background", "bottom_color", [0.82, 0.85, 0.89])
     for name in ("Axes", "Grid", "Lights"):  # the page draws a ground of the scene's own size, and lights it
@@ -83,7 +88,8 @@ def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot) -> dict[str, An
 
 def draw_path(canvas: Canvas, name: str, robot: Robot, path: Floats) -> None:
     """The tool's path along a joint path as a tube."""
-    canvas.surface(name, tube(tool_positions(robot, dense_path(path, _TUBE_STEP)), _TUBE, 8), PATH)
+    along = tube(tool_positions(robot, dense_path(path, _TUBE_STEP)), _TUBE, 8)
+    canvas.shape(name, along, np.eye(4), PATH)
 
 
 def joint_matrices(robot: Robot, q: Floats) -> Floats:

@@ -22,7 +22,8 @@ from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
-from planner.world.robot import Robot, load_visuals
+from planner.view.visuals import drawn_bodies
+from planner.world.robot import Robot
 from planner.world.scene import Scene
 
 _LOOKS = 9  # places of each path that the picture is made to hold
@@ -77,7 +78,7 @@ def page(content: Content) -> str:
     """HTML text that needs nothing but a browser."""
     robot, canvas = content.robot, Canvas()
     configuration = content.paths[content.current].path[0] if content.paths else content.configuration
-    visuals = load_visuals(robot)
+    visuals = drawn_bodies(robot)
     names = draw_robot(canvas, robot, visuals, configuration, content.touching)
     names |= draw_scene(canvas, content.scene, content.touching)
     roadmap = draw_roadmap(canvas, content.roadmap, robot) if content.roadmap else None

@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.world.shapes import Mesh
+from planner.world.shapes import Mesh, Shape
 
 _CREASE = np.cos(np.radians(35.0))  # faces that meet at more than this stay sharp
+
+
+def smoothed(shape: Shape) -> Shape:
+    """The shape as a viewer wants it: a mesh :func:`creased`, others as they are."""
+    return creased(shape) if isinstance(shape, Mesh) else shape
 
 
 def creased(mesh: Mesh) -> Mesh:

@@ -163,6 +163,11 @@ def read_bodies(
     return geometry, links
 
 
+def visual_mesh_files(description: Description) -> Iterator[Path]:
+    """The mesh files that are drawn, as far as they are found, in a fixed order."""
+    return _mesh_files(description, pin.GeometryType.VISUAL)
+
+
 def _mesh_files(description: Description, kind: pin.GeometryType) -> Iterator[Path]:
     """Where the meshes of one ``kind`` that the URDF names may be, as far as there is a file."""
     elements = ET.fromstring(description.xml).iter("collision" if kind is pin.GeometryType.COLLISION else "visual")

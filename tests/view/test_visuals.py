@@ -1,0 +1,78 @@
+"""What is drawn of a robot: the same from the cache as from its meshes, and whatever becomes of the cache."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.view import visuals
+from planner.view.surfaces import creased
+from planner.view.visuals import drawn_bodies
+from planner.world.robot import Robot, load_visuals
+from planner.world.shapes import Body, Mesh
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "planner" / "visuals"
+
+
+def contents(bodies: tuple[Body, ...]) -> list[list[object]]:
+    rows = [[b.name, b.link, b.joint, b.color, b.placement.tolist(), *b.shape.content()] for b in bodies]
+    return [[item.tolist() if isinstance(item, np.ndarray) else item for item in row] for row in rows]
+
+
+@pytest.fixture
+def robot() -> Robot:
+    return Robot.load("planar_2r")
+
+
+def test_a_second_look_reads_no_mesh(monkeypatch: pytest.MonkeyPatch, cache: Path) -> None:
+    robot = Robot.load("ur5")
+    first = drawn_bodies(robot)
+    assert len(list(cache.glob("*.npz"))) == 1
+    monkeypatch.setattr(visuals, "load_visuals", lambda robot: pytest.fail("read again"))
+    assert contents(drawn_bodies(robot)) == contents(first)
+    loaded = [body for body in load_visuals(robot) if isinstance(body.shape, Mesh)]
+    drawn = [body for body in first if isinstance(body.shape, Mesh)]
+    assert [len(creased(b.shape).vertices) for b in loaded] == [len(b.shape.vertices) for b in drawn]
+
+
+def test_another_base_is_another_robot_to_look_at(robot: Robot, cache: Path) -> None:
+    drawn_bodies(robot)
+    moved = Robot.load("planar_2r", base=np.diag([-1.0, -1.0, 1.0, 1.0]))
+    assert contents(drawn_bodies(moved)) == contents(tuple(load_visuals(moved)))
+    assert len(list(cache.glob("*.npz"))) == 2
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"\x93NUMPY"])
+def test_a_damaged_file_is_made_anew(robot: Robot, cache: Path, content: bytes) -> None:
+    first = drawn_bodies(robot)
+    (kept,) = cache.glob("*.npz")
+    whole = kept.read_bytes()
+    kept.write_bytes(content)
+    assert contents(drawn_bodies(robot)) == contents(first)
+    assert kept.read_bytes() == whole
+
+
+def test_without_a_place_to_keep_it_everything_is_drawn(robot: Robot, cache: Path) -> None:
+    cache.parent.write_text("a file where the folder should be")
+    assert len(drawn_bodies(robot)) == len(load_visuals(robot))
+
+
+def test_the_cache_holds_a_number_of_robots(robot: Robot, cache: Path) -> None:
+    cache.mkdir(parents=True)
+    for k in range(30):
+        (cache / f"{k}.npz").write_bytes(b"")
+    drawn_bodies(robot)
+    assert len(list(cache.glob("*.npz"))) == visuals._KEPT
+
+
+def test_what_is_carried_is_drawn_and_not_kept(robot: Robot) -> None:
+    held = replace(robot.bodies[-1], name="cup")
+    assert drawn_bodies(replace(robot, carried=(held,)))[-1].name == "cup"
+    assert all(body.name != "cup" for body in drawn_bodies(robot))
