@@ -17,7 +17,7 @@ from planner.collision.hulls import dent, hull_corners
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.native.library import NativeWorld
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners
+from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners
 
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)
 _CONVEX = 1e-5  # m: a mesh nowhere deeper below its hull counts as convex
@@ -33,18 +33,16 @@ class ClearanceBound:
     bound.close(rotation, position, rows, pairs)             # to a micrometre, for some of them
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, known: ClearanceBound | None = None) -> None:
+        """``known``: the bounds of another world of the same arm; what is in both is taken from there."""
         self.world = world
-        chain = Chain.of(world.robot)
-        self.native = NativeWorld(chain.native, world.margin)
-        for body in world.bodies:
-            item = _add(self.native, body.joint, body.shape, body.placement)
-            cover = sphere_cover(body.shape, _SPHERES, _CELL)
-            turn, shift = body.placement[:3, :3], body.placement[:3, 3]
-            self.native.add_spheres(item, cover.centres @ turn.T + shift, cover.radii)
-        for obstacle in world.obstacles:
-            item = _add(self.native, -1, obstacle.shape, obstacle.placement)
-            _add_targets(self.native, item, obstacle)
+        self.native = NativeWorld(Chain.of(world.robot).native, world.margin)
+        old = {} if known is None else {item: k for k, item in enumerate(known.world.items)}
+        for item in world.items:
+            if known is not None and item in old:
+                self.native.take(known.native, old[item])
+            else:
+                _add_item(self.native, item)
         bodies, obstacles = len(world.bodies), len(world.obstacles)
         scene = np.stack(np.meshgrid(np.arange(bodies), bodies + np.arange(obstacles), indexing="ij"), axis=-1)
         checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
@@ -64,6 +62,15 @@ class ClearanceBound:
     def looks_free(self, q: Floats) -> bool:
         """Whether no surfaces of checked pairs are within the margin in any configuration (n, dof)."""
         return self.native.first_near(q) == len(q)
+
+
+def _add_item(native: NativeWorld, item: Body | Obstacle) -> None:
+    if isinstance(item, Obstacle):
+        _add_targets(native, _add(native, -1, item.shape, item.placement), item)
+        return
+    number, cover = _add(native, item.joint, item.shape, item.placement), sphere_cover(item.shape, _SPHERES, _CELL)
+    turn, shift = item.placement[:3, :3], item.placement[:3, 3]
+    native.add_spheres(number, cover.centres @ turn.T + shift, cover.radii)
 
 
 def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> int:

@@ -190,7 +190,7 @@ class LiveWorld:
         if scene.carried != self.scene.carried:
             robot = with_carried(self.bare, scene.carried)
         world = World.of(robot, scene, self.disabled | robot.touching, self.world.margin)
-        checker = type(self.checker)(world)
+        checker = type(self.checker)(world, self.checker)
         after = replace(self, checker=checker, proofs=self.proofs.in_world(world, other))
         contact = after.prover.static_contact or _new_contact(self.checker, checker, self.stands)
         if contact is not None:
@@ -199,10 +199,12 @@ class LiveWorld:
 
 
 def _new_contact(before: CollisionChecker, after: CollisionChecker, stands: Floats) -> Contact | None:
-    """What touches now where the arm may stand (k, dof), if it touched nowhere before, and now everywhere."""
-    free = [q for q in stands if is_free(before, q)]
-    found = [contact_of(after, q) for q in free]
-    return found[0] if found and None not in found else None
+    """What touches now where the arm may stand (k, dof), if that is everywhere where nothing did before."""
+    found = [contact_of(after, q) for q in stands]
+    if None in found:
+        return None
+    fresh = [contact for q, contact in zip(stands, found, strict=True) if is_free(before, q)]
+    return fresh[0] if fresh else None
 
 
 def _require_new_name(live: LiveWorld, name: str) -> None:
