@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 
 import coal
@@ -17,6 +17,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.needles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
+from planner.world.moving import KnownMotion
 from planner.world.poses import se3
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
@@ -229,3 +230,52 @@ def _geometry(shape: Shape) -> coal.CollisionGeometry:
             mesh.addTriangles(triangles)
             mesh.endModel()
             return mesh
+
+
+class CoalInTime:
+    """Coal's opinion on configurations at times, among obstacles that move along known motions.
+
+    The moving obstacles hang on joints of their own in a copy of the robot's model, so that a batch of moments is
+    asked at once. Stateful inside: one instance serves one thread.
+    """
+
+    def __init__(self, world: World, motions: Mapping[str, KnownMotion]) -> None:
+        self.world, self._motions = world, motions
+        self._model, joints = pin.Model(world.robot.model), {}
+        for name in motions:
+            joints[name] = self._model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name)
+        geometry = pin.GeometryModel()
+        for k, item in enumerate(world.items):
+            joint = joints.get(item.name, 0) if k >= len(world.bodies) else world.bodies[k].joint
+            placement = pin.SE3.Identity() if k >= len(world.bodies) and item.name in joints else se3(item.placement)
+            geometry.addGeometryObject(pin.GeometryObject(f"{k}", joint, placement, _geometry(item.shape)))
+        self._numbers = np.argwhere(world.checked)
+        for body, obstacle in self._numbers.tolist():
+            geometry.addCollisionPair(pin.CollisionPair(body, len(world.bodies) + obstacle))
+        self._geometry, self._pool = (
+            geometry,
+            pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._model, geometry, 1),
+        )
+        self._data, self._kinematics = pin.GeometryData(geometry), self._model.createData()
+        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
+
+    def first_touch(self, q: Floats, t: Floats) -> tuple[int, Contact] | None:
+        """The first of the configurations (n, dof) at times (n,) s that touches a moving obstacle, and which."""
+        whole = np.hstack([q, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
+        if not len(self._numbers):
+            return None
+        hits = np.flatnonzero(
+            np.asarray(pin.computeCollisionsInParallel(1, self._pool, np.asfortranarray(whole.T), True, False)).ravel()
+        )
+        if not len(hits):
+            return None
+        row = int(hits[0])
+        pin.computeCollisions(self._model, self._kinematics, self._geometry, self._data, whole[row], False)
+        touching = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
+        body, obstacle = self._numbers[touching[0]]
+        return row, Contact(self.world.bodies[body].link, self.world.obstacles[obstacle].name)
+
+
+def _free_flyer(poses: Floats) -> Floats:
+    """Poses (n, 4, 4) as configurations (n, 7) of Pinocchio's free joint: position, then quaternion x, y, z, w."""
+    return np.array([pin.SE3ToXYZQUAT(se3(placement)) for placement in poses])
