@@ -23,6 +23,8 @@ from .session.session import Session as Session
 from .tradeoff.sweep import Tradeoff as Tradeoff
 from .tradeoff.sweep import sweep as sweep
 from .view.notebook import show as show
+from .world.moving import KnownMotion as KnownMotion
+from .world.moving import MovingObstacle as MovingObstacle
 from .world.poses import pose as pose
 from .world.robot import Robot as Robot
 from .world.scene import Scene as Scene

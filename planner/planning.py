@@ -102,7 +102,7 @@ def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Pla
     while True:
         layered = healing.layered
         with clock("gabf"):
-            cost_to_go = gabf.solve(layered.network, law=law, x0=warm_start(cost_to_go, law))
+            cost_to_go = gabf.solve(layered.network, law=law, x0=warm_start(layered.network, cost_to_go, law))
         with clock("path"):
             steps = _cheapest_path(layered, cost_to_go)
             if not len(steps) or healing.accepts(steps):

@@ -39,9 +39,9 @@ def second_checker(checker: CollisionChecker) -> CollisionChecker:
     return checker if checker.name == "coal" else coal_checker(checker.world)
 
 
-def coal_checker(world: World) -> CollisionChecker:
-    """A checker by coal of any world, one with some of the pairs only included."""
-    return _backend("coal")(world)
+def coal_checker(world: World, known: CollisionChecker | None = None) -> CollisionChecker:
+    """A checker by coal of any world, one with some of the pairs only included; ``known``: by coal in one like it."""
+    return _backend("coal")(world, known)
 
 
 def _backend(name: str) -> type[CollisionChecker]:

@@ -8,6 +8,10 @@ exceeds the true distance, so what they clear needs no check by a collision libr
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
@@ -17,8 +21,10 @@ from planner.collision.hulls import dent, hull_corners
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.native.library import NativeWorld
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners
+from planner.world.moving import KnownMotion
+from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners
 
+_NONE: Mapping[str, KnownMotion] = MappingProxyType({})
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)
 _CONVEX = 1e-5  # m: a mesh nowhere deeper below its hull counts as convex
 _BOXES = 64  # boxes a mesh obstacle
@@ -33,18 +39,21 @@ class ClearanceBound:
     bound.close(rotation, position, rows, pairs)             # to a micrometre, for some of them
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(
+        self, world: World, known: ClearanceBound | None = None, motions: Mapping[str, KnownMotion] = _NONE
+    ) -> None:
+        """``known``: the bounds of another world of the same arm; what is in both is taken from there.
+
+        ``motions``: of obstacles by name; elsewhere than in proofs in time they are where they begin.
+        """
         self.world = world
-        chain = Chain.of(world.robot)
-        self.native = NativeWorld(chain.native, world.margin)
-        for body in world.bodies:
-            item = _add(self.native, body.joint, body.shape, body.placement)
-            cover = sphere_cover(body.shape, _SPHERES, _CELL)
-            turn, shift = body.placement[:3, :3], body.placement[:3, 3]
-            self.native.add_spheres(item, cover.centres @ turn.T + shift, cover.radii)
-        for obstacle in world.obstacles:
-            item = _add(self.native, -1, obstacle.shape, obstacle.placement)
-            _add_targets(self.native, item, obstacle)
+        self.native = NativeWorld(Chain.of(world.robot).native, world.margin)
+        old = {} if known is None else {item: k for k, item in enumerate(known.world.items)}
+        for item in world.items:
+            if known is not None and item in old:
+                self.native.take(known.native, old[item])
+            else:
+                _add_item(self.native, item, motions)
         bodies, obstacles = len(world.bodies), len(world.obstacles)
         scene = np.stack(np.meshgrid(np.arange(bodies), bodies + np.arange(obstacles), indexing="ij"), axis=-1)
         checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
@@ -64,6 +73,27 @@ class ClearanceBound:
     def looks_free(self, q: Floats) -> bool:
         """Whether no surfaces of checked pairs are within the margin in any configuration (n, dof)."""
         return self.native.first_near(q) == len(q)
+
+
+def _add_item(native: NativeWorld, item: Body | Obstacle, motions: Mapping[str, KnownMotion]) -> None:
+    if isinstance(item, Obstacle):
+        _add_obstacle(native, item, motions.get(item.name))
+        return
+    number, cover = _add(native, item.joint, item.shape, item.placement), sphere_cover(item.shape, _SPHERES, _CELL)
+    turn, shift = item.placement[:3, :3], item.placement[:3, 3]
+    native.add_spheres(number, cover.centres @ turn.T + shift, cover.radii)
+
+
+def _add_obstacle(native: NativeWorld, item: Obstacle, motion: KnownMotion | None) -> None:
+    placed = item if motion is None else replace(item, placement=np.eye(4))  # in the frame that moves
+    number = _add(native, -1, placed.shape, placed.placement)
+    _add_targets(native, number, placed)
+    native.set_speed_limit(number, item.speed_limit)
+    if motion is not None:
+        angles = np.linalg.norm(motion.turns, axis=1)
+        axes = np.divide(motion.turns, angles[:, None], out=np.zeros_like(motion.turns), where=angles[:, None] > 0)
+        turn, shift, rates = motion.poses[:, :3, :3], motion.poses[:, :3, 3], angles / np.diff(motion.times)
+        native.set_motion(number, motion.times, turn, shift, axes, rates, motion.speeds(item.shape))
 
 
 def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> int:

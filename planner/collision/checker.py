@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -28,7 +28,9 @@ class CollisionChecker(Protocol):
     name: str
     queries: int  # exact pair distances and state checks asked so far
 
-    def __init__(self, world: World) -> None: ...
+    def __init__(self, world: World, known: Self | None = None) -> None:
+        """``known``: a checker in another world of the same arm; shapes that are in both are shared with it."""
+        ...
 
     @property
     def robot(self) -> Robot:
@@ -52,6 +54,14 @@ class CollisionChecker(Protocol):
         if not len(rows):
             return found
         return int(rows[0]), replace(self.world.contact(int(pairs[rows[0]])), enclosed=True)
+
+    def first_contact_along(self, q: Floats, motion: Floats) -> tuple[int, Contact] | None:
+        """As :meth:`first_contact`, for configurations (n, dof) one after the other on motions.
+
+        ``motion`` (pairs,): metres by which a pair's distance changes at most from one to the next. A backend whose own
+        distances are quick may pass over configurations that they clear.
+        """
+        return self.first_contact(q)
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """As :meth:`first_contact`, for surfaces: what is wholly inside a mesh touches nothing."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
 
 import coal
 import numpy as np
@@ -15,13 +17,16 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.needles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
+from planner.world.moving import KnownMotion
 from planner.world.poses import se3
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
-
-
 _BEND = 1e-6  # m
+# its GJK stops at 1e-6 m; of 50,000 pairs in `planner bench attack`, some a kilometre from the origin, it put none
+# farther apart than 4.3e-6 m beyond the truth, curved shapes most
+_ERROR = 1e-5  # m
+_STRETCHES = (49, 7, 1)  # configurations that are cleared at once, of a motion
 
 
 class CoalChecker(CollisionChecker):
@@ -32,12 +37,12 @@ class CoalChecker(CollisionChecker):
 
     name = "coal"
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, known: CoalChecker | None = None) -> None:
         self.world = world
         self.chain = Chain.of(world.robot)
-        self.bound = ClearanceBound(world)
+        self.bound = ClearanceBound(world, known.bound if known else None)
         self.queries = 0
-        self._geometries = [_geometry(item.shape) for item in (*world.bodies, *world.obstacles)]
+        self._geometries = [_geometry(item.shape) for item in world.items]
         self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]
         self._fixed = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.obstacles]
         self._request = coal.DistanceRequest()
@@ -48,16 +53,14 @@ class CoalChecker(CollisionChecker):
         self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(
             world.robot.model, self._model, self._threads
         )
-        for data in (self._data, *self._pool.getGeometryDatas()):
-            for request in data.collisionRequests:
-                request.security_margin = world.margin
-                _settle(request)
+        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
+        self._margins = np.full(len(self._pairs), world.margin)  # of the pool
 
     def _geometry_model(self) -> tuple[pin.GeometryModel, list[int]]:
         """Pinocchio's geometry of the world, and our number of each of its pairs."""
         world, model = self.world, pin.GeometryModel()
         joints = [body.joint for body in world.bodies] + [0] * len(world.obstacles)
-        for k, (item, joint) in enumerate(zip((*world.bodies, *world.obstacles), joints, strict=True)):
+        for k, (item, joint) in enumerate(zip(world.items, joints, strict=True)):
             model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), self._geometries[k]))
         numbers = []
         for pair in range(len(world.pair_reach)):
@@ -83,13 +86,43 @@ class CoalChecker(CollisionChecker):
         hits = np.nonzero(self._touching(q))[0]
         return (int(hits[0]), self.world.contact(self._touching_pair(q[hits[0]]))) if len(hits) else None
 
-    def _touching(self, q: Floats) -> Bools:
-        """(n,) which configurations touch something."""
+    def first_contact_along(self, q: Floats, motion: Floats) -> tuple[int, Contact] | None:
+        """See :class:`planner.collision.checker.CollisionChecker`.
+
+        Where every pair is farther apart in the middle of a stretch than it moves from there to the ends, by coal's own
+        word, nothing of the stretch touches, and what lies inside something in the middle does so on all of it.
+        """
+        starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
+        for width, finer in zip(_STRETCHES, (*_STRETCHES[1:], 1), strict=True):
+            middle = np.minimum(starts + width // 2, len(q) - 1)
+            near = self._touching(q[middle], (width // 2) * motion)
+            enclosed = ~near & (self.inside.pairs(q[middle]) >= 0)
+            first = min(first, int(starts[enclosed].min(initial=first)))
+            if width == 1:
+                first = min(first, int(starts[near].min(initial=first)))
+            starts = (starts[near][:, None] + np.arange(0, width, finer)).ravel()
+            starts = starts[starts < first]
+        found = self.first_contact(q[first : first + 1]) if first < len(q) else None
+        return None if found is None else (first, found[1])
+
+    def _touching(self, q: Floats, extra: Floats | None = None) -> Bools:
+        """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
         if not self._pairs:
             return np.zeros(len(q), dtype=bool)
+        self._keep(self.world.margin if extra is None else self.world.margin + _with_error(extra)[self._pairs])
         threads = self._threads if len(q) >= _WORTH_THREADS else 1
         hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
         return np.asarray(hits).ravel().astype(bool)
+
+    def _keep(self, margins: Floats | float) -> None:
+        """Let the pool call closer than these ``margins`` (our pairs,) m a contact."""
+        wanted = np.broadcast_to(margins, len(self._pairs))
+        if np.array_equal(wanted, self._margins):
+            return
+        for data in self._pool.getGeometryDatas():
+            for request, margin in zip(data.collisionRequests, wanted.tolist(), strict=True):
+                request.security_margin = margin
+        self._margins = np.array(wanted)
 
     def _touching_pair(self, q: Floats) -> int:
         """The first pair that touches at a configuration known to touch."""
@@ -109,9 +142,12 @@ class CoalChecker(CollisionChecker):
         return first, second + len(self._local) * self.world.is_scene_pair(pair)
 
     def error(self, distance: float) -> float:
-        # its GJK stops at 1e-6 m; of 50,000 pairs in `planner bench attack`, some a kilometre from the origin, it put
-        # none farther apart than 4.3e-6 m beyond the truth, curved shapes most
-        return 1e-5
+        return _ERROR
+
+
+def _with_error(extra: Floats) -> Floats:
+    """What has to be kept so that distances are larger than ``extra`` for certain; 0 stays, to ask what touches."""
+    return np.where(extra > 0, extra + _ERROR, 0.0)
 
 
 class _Placed:
@@ -158,19 +194,23 @@ def _principal(points: Floats) -> tuple[Floats, Floats]:
     return np.ptp(centred @ directions.T, axis=0), directions
 
 
-def _settle(request: coal.CollisionRequest) -> None:
+def _settle(geometries: Iterable[pin.GeometryData], margin: float) -> None:
     """Settings without which a verdict could be wrong, or depend on earlier questions.
 
     Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
     within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
     contact the verdict then depends on earlier questions.
     """
-    request.enable_contact = True
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
-        request.enable_cached_gjk_guess = False
+        for data in geometries:
+            for request in data.collisionRequests:
+                request.security_margin = margin
+                request.enable_contact = True
+                request.enable_cached_gjk_guess = False
 
 
+@lru_cache(maxsize=1024)  # nothing changes them, and trees of triangles take time
 def _geometry(shape: Shape) -> coal.CollisionGeometry:
     match shape:
         case Box(size):
@@ -190,3 +230,52 @@ def _geometry(shape: Shape) -> coal.CollisionGeometry:
             mesh.addTriangles(triangles)
             mesh.endModel()
             return mesh
+
+
+class CoalInTime:
+    """Coal's opinion on configurations at times, among obstacles that move along known motions.
+
+    The moving obstacles hang on joints of their own in a copy of the robot's model, so that a batch of moments is
+    asked at once. Stateful inside: one instance serves one thread.
+    """
+
+    def __init__(self, world: World, motions: Mapping[str, KnownMotion]) -> None:
+        self.world, self._motions = world, motions
+        self._model, joints = pin.Model(world.robot.model), {}
+        for name in motions:
+            joints[name] = self._model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name)
+        geometry = pin.GeometryModel()
+        for k, item in enumerate(world.items):
+            joint = joints.get(item.name, 0) if k >= len(world.bodies) else world.bodies[k].joint
+            placement = pin.SE3.Identity() if k >= len(world.bodies) and item.name in joints else se3(item.placement)
+            geometry.addGeometryObject(pin.GeometryObject(f"{k}", joint, placement, _geometry(item.shape)))
+        self._numbers = np.argwhere(world.checked)
+        for body, obstacle in self._numbers.tolist():
+            geometry.addCollisionPair(pin.CollisionPair(body, len(world.bodies) + obstacle))
+        self._geometry, self._pool = (
+            geometry,
+            pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._model, geometry, 1),
+        )
+        self._data, self._kinematics = pin.GeometryData(geometry), self._model.createData()
+        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
+
+    def first_touch(self, q: Floats, t: Floats) -> tuple[int, Contact] | None:
+        """The first of the configurations (n, dof) at times (n,) s that touches a moving obstacle, and which."""
+        whole = np.hstack([q, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
+        if not len(self._numbers):
+            return None
+        hits = np.flatnonzero(
+            np.asarray(pin.computeCollisionsInParallel(1, self._pool, np.asfortranarray(whole.T), True, False)).ravel()
+        )
+        if not len(hits):
+            return None
+        row = int(hits[0])
+        pin.computeCollisions(self._model, self._kinematics, self._geometry, self._data, whole[row], False)
+        touching = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
+        body, obstacle = self._numbers[touching[0]]
+        return row, Contact(self.world.bodies[body].link, self.world.obstacles[obstacle].name)
+
+
+def _free_flyer(poses: Floats) -> Floats:
+    """Poses (n, 4, 4) as configurations (n, 7) of Pinocchio's free joint: position, then quaternion x, y, z, w."""
+    return np.array([pin.SE3ToXYZQUAT(se3(placement)) for placement in poses])

@@ -15,6 +15,7 @@ from enum import IntEnum
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
@@ -149,6 +150,14 @@ def states_along(start: Floats, delta: Floats, motion: float, step: float) -> Fl
 
 def recheck(checker: CollisionChecker, start: Floats, delta: Floats, step: float = 1e-3) -> Contact | None:
     """The first contact on a segment sampled every ``step`` metres of motion, without bounds or proofs; else None."""
-    motion = float(checker.world.reach.motion(delta[None]).max(initial=0.0))
-    found = checker.first_contact(states_along(start, delta, motion, step))
+    found = checker.first_contact_along(*dense_states(checker.world, start, delta, step))
     return found[1] if found else None
+
+
+def dense_states(world: World, start: Floats, delta: Floats, step: float) -> tuple[Floats, Floats]:
+    """Configurations (n, dof) along a segment, no point moving more than ``step`` (m) from one to the next.
+
+    And by how much (m) the distance of each pair changes at most from one to the next, (pairs,).
+    """
+    states = states_along(start, delta, float(world.reach.motion(delta[None]).max(initial=0.0)), step)
+    return states, product(world.pair_reach, np.abs(delta)) / (len(states) - 1)

@@ -14,7 +14,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.needles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere
 
 _NEAREST_POINTS = fcl.DistanceRequest(enable_nearest_points=True)
 _APART = 1e-12  # m: what no plane proves apart and FCL does not call touching
@@ -62,13 +62,13 @@ class FclChecker(CollisionChecker):
 
     name = "fcl"
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, known: FclChecker | None = None) -> None:
         self.world = world
         self.chain = Chain.of(world.robot)
-        self.bound = ClearanceBound(world)
+        self.bound = ClearanceBound(world, known.bound if known else None)
         self.queries = 0
-        self._items = [*world.bodies, *world.obstacles]
-        shapes = [_geometry(item.shape) for item in self._items]
+        made = known.geometries if known else {}
+        shapes = [made[item] if item in made else _geometry(item.shape) for item in world.items]
         self._index = {id(shape): k for k, shape in enumerate(shapes)}
         self._shapes = shapes  # contacts are told by these very objects: keep them alive
         count = len(world.bodies)
@@ -81,6 +81,11 @@ class FclChecker(CollisionChecker):
         self._moving = [k for k, body in enumerate(world.bodies) if body.joint != 0]
         self._place_static()
         self._questions = self._build_questions()
+
+    @property
+    def geometries(self) -> dict[Body | Obstacle, fcl.CollisionGeometry]:
+        """What FCL has made of every body and obstacle."""
+        return dict(zip(self.world.items, self._shapes, strict=True))
 
     def _place_static(self) -> None:
         for item, body in zip(self._bodies, self.world.bodies, strict=True):

@@ -8,13 +8,14 @@ a motion along which no surfaces touch.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
-from planner.world.shapes import Body, Mesh, Obstacle
+from planner.world.shapes import Body, Mesh, Obstacle, Shape
 from planner.world.solids import Solid, may_hold, points_of_pieces, solid_of
 
 
@@ -80,11 +81,17 @@ def _questions(world: World, pair: int, items: list[Body | Obstacle]) -> list[_Q
         second += len(world.bodies)
     found = []
     for outer, inner in ((first, second), (second, first)):
-        shape, held = items[outer].shape, items[inner].shape
-        solid = solid_of(shape) if isinstance(shape, Mesh) else None
-        if solid is not None and may_hold(solid, held):
-            found += [_Question(pair, outer, inner, solid, point) for point in points_of_pieces(held)]
+        solid, points = _holder(items[outer].shape, items[inner].shape)
+        if solid is not None:
+            found += [_Question(pair, outer, inner, solid, point) for point in points]
     return found
+
+
+@lru_cache(maxsize=4096)
+def _holder(shape: Shape, held: Shape) -> tuple[Solid | None, Floats]:
+    """The inside of ``shape`` where it may have ``held`` in it, and a point (k, 3) of each piece of that."""
+    solid = solid_of(shape) if isinstance(shape, Mesh) else None
+    return (solid, points_of_pieces(held)) if solid is not None and may_hold(solid, held) else (None, np.zeros((0, 3)))
 
 
 def _checked_pairs(world: World) -> list[int]:

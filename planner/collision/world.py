@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -66,6 +66,18 @@ class World:
         shape = (len(robot.bodies), len(scene.obstacles))
         return World(robot, scene, self_pairs, frozen(np.reshape(checked, shape), np.bool_), margin)
 
+    def only(self, pairs: Bools) -> World:
+        """The world with some ``pairs`` (pairs,) alone; obstacles that none of them names are left out."""
+        scene = self.checked & pairs[: self.checked.size].reshape(self.checked.shape)
+        touched = np.flatnonzero(scene.any(axis=0))
+        return World(
+            self.robot,
+            replace(self.scene, obstacles=tuple(self.obstacles[k] for k in touched)),
+            frozen(self.self_pairs[pairs[self.checked.size :]], np.int64),
+            frozen(scene[:, touched], np.bool_),
+            self.margin,
+        )
+
     @property
     def bodies(self) -> tuple[Body, ...]:
         return self.robot.bodies
@@ -73,6 +85,11 @@ class World:
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
         return self.scene.obstacles
+
+    @cached_property
+    def items(self) -> tuple[Body | Obstacle, ...]:
+        """All that has a shape: bodies, then obstacles."""
+        return (*self.bodies, *self.obstacles)
 
     @cached_property
     def reach(self) -> Reach:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import itertools
 
-import numpy as np
-
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.resolutions import RECHECK
@@ -69,13 +67,11 @@ class HealingNetwork:
         return recheck(self._judge, self.roadmap.nodes[i], delta, RECHECK) is None
 
 
-def warm_start(cost_to_go: gabf.CostToGo | None, law: gabf.Law) -> Floats | None:
-    """The current x as initial states; None, for the law's own, if there is none or the law needs an overestimate.
+def warm_start(network: gabf.Network, cost_to_go: gabf.CostToGo | None, law: gabf.Law) -> Floats | None:
+    """The current x as initial states for ``network``, raised where it relied on what was removed.
 
-    Costs only rise where something was removed, so a settled x is an underestimate. Nodes that reached no goal start
-    at the largest x.
+    None, for the law's own, if there is no x or the law needs an overestimate.
     """
     if cost_to_go is None or law.needs_overestimate:
         return None
-    x = cost_to_go.x
-    return np.where(np.isfinite(x), x, np.max(x, where=np.isfinite(x), initial=0.0))
+    return gabf.raised_start(network, cost_to_go.x)

@@ -75,6 +75,7 @@ def _reach_of(robot: Robot, chain: Chain, body: Body) -> Floats:
         joint = parent
 
 
+@lru_cache(maxsize=2048)
 def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
     """(dof,) metres by which a joint's motion can change the distance of two bodies at most, per unit of each joint.
 
@@ -97,7 +98,7 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
             reach[joint - 1] = min(reach[joint - 1], max(across, 1e-12))
         radius += _travel(robot, chain, joint - 1)
         above = joint
-    return reach
+    return frozen(reach)
 
 
 def _joints_down_to(chain: Chain, top: int, joint: int) -> list[int]:

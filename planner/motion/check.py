@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.polynomials import derivative, evaluate
+from planner.base.polynomials import evaluate
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK
 from planner.collision import second_checker
@@ -17,6 +17,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
 from planner.kinematics.manipulability import manipulability
+from planner.motion.in_time import first_touch_in_time
 from planner.motion.limits import MotionLimits
 from planner.motion.points import Points
 from planner.motion.proof import MotionProof, limits_exceeded, prove_motion
@@ -82,7 +83,10 @@ def check_trajectory(
     if degrees:
         return TrajectoryReport(checker, points, limits, step, None, True)
     pieces = len(trajectory.coefficients)
-    seen = sampled_contact(trajectory, second_checker(checker), step, progress)
+    seen = _earliest(
+        sampled_contact(trajectory, second_checker(checker), step, progress),
+        _contact_in_time(trajectory, checker, step),
+    )
     proof = prove_motion(trajectory, EdgeProver(checker), limits, room=PROOF_OF_CHECK)
     progress("proofs", pieces, pieces)
     times = np.linspace(trajectory.times[0], trajectory.times[-1], int(trajectory.duration / _W_APART) + 2)
@@ -108,9 +112,19 @@ def sampled_contact(
     return None
 
 
+def _contact_in_time(trajectory: Trajectory, checker: CollisionChecker, step: float) -> TrajectoryContact | None:
+    """The first contact with an obstacle that moves along a known motion."""
+    found = first_touch_in_time(trajectory, checker, step)
+    return None if found is None else TrajectoryContact(found[0], found[0], found[1], found[2])
+
+
+def _earliest(*contacts: TrajectoryContact | None) -> TrajectoryContact | None:
+    return min((item for item in contacts if item is not None), key=lambda item: item.begin, default=None)
+
+
 def _samples(trajectory: Trajectory, judge: CollisionChecker, step: float) -> Iterator[Floats]:
     """Places u (n,) in [0, 1] on each piece, both ends included, no point moving further than ``step`` between them."""
-    fastest = np.abs(derivative(trajectory.coefficients)).sum(axis=1)  # of all powers: never less than the largest |q'|
+    fastest = trajectory.largest(1) * np.diff(trajectory.times)[:, None]
     motion = judge.world.reach.motion(fastest).max(axis=1, initial=0.0)
     for count in np.maximum(1, np.ceil(motion / step)).astype(int):
         yield np.linspace(0.0, 1.0, count + 1)

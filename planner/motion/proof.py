@@ -12,6 +12,7 @@ from planner.base.resolutions import PROOF
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
+from planner.motion.in_time import TimeProof, prove_in_time
 from planner.motion.limits import KINDS, MotionLimits
 from planner.motion.trajectory import Trajectory
 from planner.query.resolve import beyond_limits
@@ -36,7 +37,7 @@ class Excess:
 
 @dataclass(frozen=True, eq=False)
 class MotionProof:
-    """The verdicts (k,) on a trajectory's pieces, the limits that it breaks, and the floor under w.
+    """The verdicts (k,) on a trajectory's pieces, the limits that it breaks, the floor under w, and what moves.
 
     ``pair`` (k,) is what stopped a piece's proof. ``floor_holds`` (k,) says where w is proven to stay above ``floor``;
     of the stretches from a start and to a goal below the floor nothing is asked.
@@ -47,6 +48,7 @@ class MotionProof:
     excesses: tuple[Excess, ...]
     floor: float
     floor_holds: Bools
+    in_time: TimeProof
 
     @property
     def free(self) -> bool:
@@ -56,7 +58,7 @@ class MotionProof:
     @property
     def whole(self) -> bool:
         """All that was asked is proven."""
-        return self.free and not self.excesses and bool(self.floor_holds.all())
+        return self.free and not self.excesses and bool(self.floor_holds.all()) and self.in_time.whole
 
     def to_dict(self, margin: float, library: str) -> dict[str, Any]:
         """The proof as ``trajectory.json`` has it."""
@@ -70,7 +72,7 @@ class MotionProof:
         }
         if self.floor > 0:
             found["floor"] = {"asked": self.floor, "pieces_above": int(self.floor_holds.sum())}
-        return found
+        return found | self.in_time.to_dict()
 
 
 def prove_motion(
@@ -79,7 +81,8 @@ def prove_motion(
     """Prove the pieces free, the limits kept by their exact extrema, and w above ``floor`` once it is reached."""
     verdict, pair = _free(trajectory, prover, room)
     holds = floor_holds(trajectory, prover.robot, floor)
-    return MotionProof(verdict, pair, limits_exceeded(trajectory, prover.robot, limits), floor, holds)
+    excesses = limits_exceeded(trajectory, prover.robot, limits)
+    return MotionProof(verdict, pair, excesses, floor, holds, prove_in_time(trajectory, prover.checker))
 
 
 def _free(trajectory: Trajectory, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from planner.base.errors import choices
 from planner.collision.edge_prover import Verdict
 from planner.motion.check import TrajectoryReport
+from planner.motion.in_time import TimeProof
 from planner.motion.limits import KINDS, UNITS
 from planner.motion.proof import Excess
 from planner.paths.report import circumstances
@@ -26,10 +28,13 @@ def verdict_sentence(report: TrajectoryReport) -> str:
         return f"Not usable: {excess_text(report, report.proof.excesses[0])}."
     if report.contact is not None:
         return f"Not usable: {_contact(report)}."
-    undecided = int((report.proof.verdict == Verdict.UNDECIDED).sum())
+    undecided = int(((report.proof.verdict == Verdict.UNDECIDED) | ~report.proof.in_time.free).sum())
+    horizon = f" With what may move: {_horizon(report.proof.in_time)}." if report.proof.in_time.limits else ""
     if not undecided:
-        return "Free and within all limits, at every moment; every piece between two points is proven free as a whole."
-    return f"Within all limits, and free wherever it was sampled; {_count(undecided, 'piece')} could not be proven."
+        whole = "every piece between two points is proven free as a whole"
+        return f"Free and within all limits, at every moment; {whole}.{horizon}"
+    left = f"{_count(undecided, 'piece')} could not be proven"
+    return f"Within all limits, and free wherever it was sampled; {left}.{horizon}"
 
 
 def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
@@ -52,11 +57,31 @@ def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
     rows.append(("first contact", _contact(report)))
     proven = int((report.proof.verdict == Verdict.FREE).sum())
     rows.append(("proofs", f"{proven} of {_count(len(report.proof.verdict), 'piece')} proven free as a whole"))
+    rows += _rows_in_time(report.proof.in_time)
     if report.w is not None and report.w_times is not None:
         at = report.w_times[report.w.argmin()]
         text = f"min {report.w.min():.3g} (at {at:.3f} s), mean {report.w.mean():.3g}"
         rows.append(("manipulability w", f"{text}, frame {report.checker.robot.tool}"))
     return rows
+
+
+def _rows_in_time(proof: TimeProof) -> list[tuple[str, str]]:
+    """What moves, and what is proven of it; nothing where nothing moves."""
+    rows = []
+    if proof.moving:
+        text = f"{int(proof.free.sum())} of {_count(len(proof.free), 'piece')} proven clear of {choices(proof.moving)}"
+        rows.append(("known motions", text))
+    if proof.limits:
+        rows.append(("horizon", _horizon(proof)))
+    return rows
+
+
+def _horizon(proof: TimeProof) -> str:
+    """Until when unknown motions cannot matter, as part of a sentence."""
+    within = choices(f"{name} below {limit:g} m/s" for name, limit in proof.limits.items())
+    if not np.isfinite(proof.free_until):
+        return f"no contact at any time, whatever these do: {within}"
+    return f"no contact before {proof.free_until:.3f} s, whatever these do: {within}"
 
 
 def report_record(report: TrajectoryReport) -> dict[str, Any]:
@@ -81,6 +106,7 @@ def report_record(report: TrajectoryReport) -> dict[str, Any]:
         "contact": _contact_record(report),
         "pieces": {verdict.name.lower(): int((proof.verdict == verdict).sum()) for verdict in Verdict},
         "manipulability": {"min": float(report.w.min()), "mean": float(report.w.mean())},
+        **proof.in_time.to_dict(),
     }
 
 

@@ -45,10 +45,12 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_free": (_Pointer,),
     "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
     "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
+    "world_set_motion": (_Pointer, _int, _int, *6 * [_Pointer]),
+    "world_set_speed_limit": (_Pointer, _int, _double),
     "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
-    "world_prove": (_Pointer, *3 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
+    "world_prove": (_Pointer, *4 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
@@ -56,6 +58,7 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
     "world_new": (_Pointer, (_Pointer, _double)),
     "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer)),
+    "world_take": (_int, (_Pointer, _Pointer, _int)),
     "world_first_near": (_int, (_Pointer, _int, _Pointer)),
 }
 
@@ -219,6 +222,25 @@ class NativeWorld:
         hull, triangles = _floats(hull), _floats(triangles)
         return _library.world_add(self.handle, joint, 2, len(hull), _at(hull), depth, len(triangles), _at(triangles))
 
+    def take(self, other: NativeWorld, item: int) -> int:
+        """What ``other``, a world of the same arm, has as number ``item``; its shape is shared. Its number here."""
+        return _library.world_take(self.handle, other.handle, item)
+
+    def set_motion(
+        self, item: int, times: Floats, turns: Floats, shifts: Floats, axes: Floats, rates: Floats, speeds: Floats
+    ) -> None:
+        """Obstacle ``item``, in its own frame, is at ``turns`` (n, 3, 3), ``shifts`` (n, 3) at ``times`` (n,) s.
+
+        Between two of them it turns about ``axes`` (n - 1, 3), in its own frame, at ``rates`` (n - 1,) rad/s; no point
+        of it exceeds ``speeds`` (n - 1,) m/s. It counts as at time 0 wherever no time is given.
+        """
+        arrays = [_floats(array) for array in (times, turns, shifts, axes, rates, speeds)]
+        _library.world_set_motion(self.handle, item, len(arrays[0]), *map(_at, arrays))
+
+    def set_speed_limit(self, item: int, limit: float) -> None:
+        """From time 0 on no point of obstacle ``item`` is farther than ``limit`` (m/s) times t from where it was."""
+        _library.world_set_speed_limit(self.handle, item, limit)
+
     def add_spheres(self, item: int, centres: Floats, radii: Floats) -> None:
         """Spheres (k, 3), (k,) that together hold body ``item``, in its joint's frame."""
         centres, radii = _floats(centres), _floats(radii)
@@ -265,19 +287,22 @@ class NativeWorld:
         return _library.world_first_near(self.handle, len(q), _at(q))
 
     def prove(
-        self, reach: Floats, is_static: Bools, coefficients: Floats, room: float
+        self, reach: Floats, is_static: Bools, coefficients: Floats, room: float, spans: Floats | None = None
     ) -> tuple[Ints, Ints, Ints, Floats, Floats]:
         """Proofs of pieces q(s) = sum_k c_k s^k, ``coefficients`` (m, degree + 1, dof), s in [0, 1].
 
         ``reach`` (pairs, dof) bounds how fast a joint's motion changes a pair's distance; pairs that are ``is_static``
-        (pairs,) are left out. Verdicts (m,), the pairs that stopped them, samples, clearances and where they stopped.
+        (pairs,) are left out. ``spans`` (m, 3), where obstacles move: when a piece begins, how long it takes, and by
+        how much it may begin sooner or later, s. Verdicts (m,), the pairs that stopped them, samples, clearances and
+        where they stopped.
         """
         reach, is_static, coefficients = _floats(reach), _bytes(is_static), _floats(coefficients)
-        m = len(coefficients)
+        m, spans = len(coefficients), None if spans is None else _floats(spans)
         verdict, pair, samples = (np.empty(m, dtype=np.int64) for _ in range(3))
         clearance, where = np.empty(m), np.empty(m)
         _library.world_prove(
-            self.handle, _at(reach), _at(is_static), _at(coefficients), m, coefficients.shape[1] - 1, room, threads(),
+            self.handle, _at(reach), _at(is_static), _at(coefficients),
+            None if spans is None else _at(spans), m, coefficients.shape[1] - 1, room, threads(),
             *(_at(array) for array in (verdict, pair, samples, clearance, where)),
         )  # fmt: skip
         return verdict, pair, samples, clearance, where

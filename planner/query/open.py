@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import OptionError, StateError, choices
+from planner.base.errors import OptionError, SceneError, StateError, choices
 from planner.base.request import RoadmapRequest, WorldRequest
 from planner.base.targets import HOME, Joints, Target, joints_text, parse_base, parse_target, parse_targets
 from planner.collision import make_checker
@@ -63,6 +63,11 @@ def make_query(request: RoadmapRequest, near_start: bool = True) -> Query:
     are to the start; by manipulability alone without ``near_start``.
     """
     scene = _scene(request)
+    if scene.moving:
+        raise SceneError(
+            f"in scene '{scene.name}' obstacles move ({choices(item.name for item in scene.moving)}), and a path "
+            "without times cannot keep clear of them: plan in time with planner.Session(...).plan_in_time(...)."
+        )
     message = _message(request.motion_plan_request)
     robot = _robot(request, scene, message)
     start, goals = _targets(request, robot, message)

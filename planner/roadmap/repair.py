@@ -117,9 +117,9 @@ def repair(
     anew = np.ones(m, dtype=bool) if everything else judge.doubtful()
     touched = np.zeros(m, dtype=bool)
     if something_new and not everything:
-        part = type(checker)(restricted(world, scene_pairs, self_rows))
-        touched = ~anew & ~judge.out_of_reach(part, ~anew)
-        judge.prove(EdgeProver(part, progress), touched)
+        new_pairs = np.concatenate([scene_pairs.ravel(), self_rows])
+        touched = ~anew & ~judge.out_of_reach(checker, new_pairs, ~anew)
+        judge.prove(prover.only(new_pairs), touched)
     judge.forget(anew)
     judge.prove(prover, anew)
     nodes = None if judge.stopped else _usable(roadmap, checker, judge.holds, progress)
@@ -155,14 +155,14 @@ class _Judge:
         grown = self.world.margin > self.roadmap.origin.margin
         return ~self.holds | (grown & (self.clearance <= 0))
 
-    def out_of_reach(self, part: CollisionChecker, rows: Bools) -> Bools:
-        """(m,) those of ``rows`` that a part of the world is too far away to touch, by one cheap check of each."""
-        reach = part.world.pair_reach
-        moving = reach.any(axis=1)  # the prover checks pairs that no joint can move once, when it is made
+    def out_of_reach(self, checker: CollisionChecker, pairs: Bools, rows: Bools) -> Bools:
+        """(m,) those of ``rows`` on which none of ``pairs`` (pairs,) can touch, by one cheap check of each."""
+        reach = self.world.pair_reach
+        moving = pairs & reach.any(axis=1)  # the prover checks pairs that no joint can move once, when it is made
         clear = np.zeros(len(rows), dtype=bool)
         for batch in self._batches(rows):
             start, delta = self._segments(batch)
-            gap = part.bound.coarse(*joint_placements(part.chain, start + 0.5 * delta)) - self.world.margin
+            gap = checker.bound.coarse(*joint_placements(checker.chain, start + 0.5 * delta)) - self.world.margin
             least = np.where(moving, gap - 0.5 * product(np.abs(delta), reach.T), np.inf).min(axis=1, initial=np.inf)
             clear[batch] = least > 0
             self._note(batch[least > 0], least[least > 0])
@@ -231,18 +231,6 @@ def _require_same_joints(roadmap: Roadmap, robot: Robot) -> None:
             f"the roadmap is for joints {choices(roadmap.origin.joints)}, the robot has {choices(robot.joints)}: "
             "nothing of it can be kept, build one for this robot."
         )
-
-
-def restricted(world: World, scene_pairs: Bools, self_rows: Bools) -> World:
-    """The world with these pairs only; obstacles that none of them names are left out."""
-    touched = np.flatnonzero(scene_pairs.any(axis=0))
-    obstacles = tuple(world.obstacles[k] for k in touched)
-    return replace(
-        world,
-        scene=replace(world.scene, obstacles=obstacles),
-        self_pairs=world.self_pairs[self_rows],
-        checked=scene_pairs[:, touched],
-    )
 
 
 def _usable(roadmap: Roadmap, checker: CollisionChecker, holds: Bools, progress: Progress) -> Bools | None:

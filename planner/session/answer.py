@@ -124,9 +124,17 @@ def _attached(live: LiveWorld, query: Query, planning: Planning, join: bool) -> 
 
     Nothing grows before every edge is decided, so what is open counts as free.
     """
+    if not join and _linked_already(live.roadmap, query):
+        return live, Edges()
     before = live.held(~live.proofs.blocked)
     after = attach(before, live.checker, query.starts, query.goals, planning.seed, planning.growth, join=join)
     return live.enlarged(after), Edges(proven=len(after.edges) - len(before.edges))
+
+
+def _linked_already(roadmap: Roadmap, query: Query) -> bool:
+    """Whether the query's ends are the roadmap's own: the same question once more."""
+    ends = (roadmap.starts, query.starts), (roadmap.goals, query.goals)
+    return all(np.array_equal(roadmap.nodes[nodes], q) for nodes, q in ends)
 
 
 def _search(moment: Moment, beta: float, planning: Planning) -> Found:

@@ -22,6 +22,7 @@ from planner.query.open import open_world
 from planner.roadmap.build import origin_of
 from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
 from planner.session.edge_proofs import EdgeProofs, displacement
+from planner.world.moving import MovingObstacle
 from planner.world.robot import Robot, with_carried, with_tool
 from planner.world.scene import PoseFile, Scene
 from planner.world.shapes import Box, Carried, Mesh, Obstacle, Shape
@@ -79,10 +80,12 @@ class LiveWorld:
     def scene(self) -> Scene:
         return self.world.scene
 
-    def add(self, obstacle: Obstacle) -> LiveWorld:
+    def add(self, obstacle: Obstacle | MovingObstacle) -> LiveWorld:
         """With one obstacle more."""
         _require_new_name(self, obstacle.name)
         _require_sound(obstacle)
+        if isinstance(obstacle, MovingObstacle):  # the world that stands still is as it was
+            return self._in(replace(self.scene, moving=(*self.scene.moving, obstacle)))
         return self._in(replace(self.scene, obstacles=(*self.scene.obstacles, obstacle)))
 
     def move(self, name: str, data: Mapping[str, Any]) -> LiveWorld:
@@ -104,6 +107,8 @@ class LiveWorld:
 
     def remove(self, name: str) -> LiveWorld:
         """Without the obstacle ``name``."""
+        if name in {item.name for item in self.scene.moving}:
+            return self._in(replace(self.scene, moving=tuple(o for o in self.scene.moving if o.name != name)))
         old = self._obstacle(name)
         obstacles = tuple(o for o in self.scene.obstacles if o is not old)
         allowed = self.scene.allowed
@@ -178,6 +183,8 @@ class LiveWorld:
             if obstacle.name == name:
                 return obstacle
         held = " (it is carried: detach it first)" if name in {item.name for item in self.scene.carried} else ""
+        if name in {item.name for item in self.scene.moving}:
+            held = " (it goes along a known motion: remove it and add it anew)"
         names = choices(obstacle.name for obstacle in self.scene.obstacles)
         raise SceneError(f"obstacle '{name}' not found{held}; obstacles are {names}.")
 
@@ -190,7 +197,7 @@ class LiveWorld:
         if scene.carried != self.scene.carried:
             robot = with_carried(self.bare, scene.carried)
         world = World.of(robot, scene, self.disabled | robot.touching, self.world.margin)
-        checker = type(self.checker)(world)
+        checker = type(self.checker)(world, self.checker)
         after = replace(self, checker=checker, proofs=self.proofs.in_world(world, other))
         contact = after.prover.static_contact or _new_contact(self.checker, checker, self.stands)
         if contact is not None:
@@ -199,22 +206,32 @@ class LiveWorld:
 
 
 def _new_contact(before: CollisionChecker, after: CollisionChecker, stands: Floats) -> Contact | None:
-    """What touches now where the arm may stand (k, dof), if it touched nowhere before, and now everywhere."""
-    free = [q for q in stands if is_free(before, q)]
-    found = [contact_of(after, q) for q in free]
-    return found[0] if found and None not in found else None
+    """What touches now where the arm may stand (k, dof), if that is everywhere where nothing did before."""
+    found = [contact_of(after, q) for q in stands]
+    if None in found:
+        return None
+    fresh = [contact for q, contact in zip(stands, found, strict=True) if is_free(before, q)]
+    return fresh[0] if fresh else None
 
 
 def _require_new_name(live: LiveWorld, name: str) -> None:
     links = {body.link for body in live.bare.bodies}
-    taken = {item.name for item in (*live.scene.obstacles, *live.scene.carried)} | links
+    taken = {item.name for item in (*live.scene.obstacles, *live.scene.carried, *live.scene.moving)} | links
     if not name or name in taken:
         what = "no name" if not name else f"the name '{name}', which is taken"
         raise SceneError(f"the obstacle has {what}: give it one that differs from those of obstacles and links.")
 
 
-def _require_sound(obstacle: Obstacle) -> None:
-    """Refuse numbers that are no placement or no size."""
+def _require_sound(obstacle: Obstacle | MovingObstacle) -> None:
+    """Refuse numbers that are no placement, no size or no speed."""
+    if isinstance(obstacle, Obstacle):
+        _require_placed(obstacle)
+    sizes = _sizes(obstacle.shape)
+    if not (np.isfinite(sizes).all() and sizes.min() >= SMALLEST and sizes.max() <= FARTHEST):
+        raise SceneError(f"obstacle '{obstacle.name}' has an unusable size: give sizes in metres from {SMALLEST:g} on.")
+
+
+def _require_placed(obstacle: Obstacle) -> None:
     place, turn = np.asarray(obstacle.placement), np.asarray(obstacle.placement)[:3, :3]
     whole = place.shape == (4, 4) and np.isfinite(place).all() and np.abs(place).max() <= FARTHEST
     if not (whole and np.allclose(turn @ turn.T, np.eye(3), atol=1e-6) and np.linalg.det(turn) > 0):
@@ -222,9 +239,8 @@ def _require_sound(obstacle: Obstacle) -> None:
             f"obstacle '{obstacle.name}' has no usable placement: give a (4, 4) rigid one in finite metres, "
             "as planner.pose makes it."
         )
-    sizes = _sizes(obstacle.shape)
-    if not (np.isfinite(sizes).all() and sizes.min() >= SMALLEST and sizes.max() <= FARTHEST):
-        raise SceneError(f"obstacle '{obstacle.name}' has an unusable size: give sizes in metres from {SMALLEST:g} on.")
+    if not 0 <= obstacle.speed_limit <= FARTHEST:
+        raise SceneError(f"obstacle '{obstacle.name}' has an unusable speed_limit: give m/s from 0 on.")
 
 
 def _sizes(shape: Shape) -> Floats:

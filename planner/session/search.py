@@ -7,7 +7,7 @@ a field in the place of a search.)
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +17,6 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
 from planner.paths.measure import path_contact
-from planner.roadmap.repair import restricted
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.session.edge_proofs import clauses_of
 from planner.session.live_world import LiveWorld
@@ -89,19 +88,27 @@ def _prove_path(live: LiveWorld, network: RoadmapNetwork, steps: Ints) -> tuple[
         around = np.isin(live.roadmap.edges, steps).any(axis=1)
         return live.proven(np.flatnonzero(around & live.proofs.open)), False
     unseen = ~live.proofs.seen[rows]
+    if not unseen.any():
+        return live, True
     judge = _judge(live, np.asarray(unseen.any(axis=0)))
     path = path_waypoints(live.roadmap, live.checker.robot, steps)
-    for k in np.flatnonzero(unseen.any(axis=1)):
-        if path_contact(judge, path[k : k + 2]) is not None:
-            return replace(live, proofs=live.proofs.refused(int(rows[k]))), False
+    for first, last in _runs(np.asarray(unseen.any(axis=1))):
+        contact = path_contact(judge, path[first : last + 1])
+        if contact is not None:
+            return replace(live, proofs=live.proofs.refused(int(rows[first + contact.segment]))), False
     return replace(live, proofs=live.proofs.confirmed(rows)), True
+
+
+def _runs(wanted: Bools) -> Iterator[tuple[int, int]]:
+    """Where each run of ``wanted`` (k,) begins, and where it has ended."""
+    change = np.flatnonzero(np.diff(np.concatenate([[False], wanted, [False]])))
+    yield from zip(change[::2].tolist(), change[1::2].tolist(), strict=True)
 
 
 def _judge(live: LiveWorld, clauses: Bools) -> CollisionChecker:
     """A second checker that knows at least the pairs of some clauses, and is quicker for knowing few."""
     if clauses.mean() > _MANY or not clauses.any():
         return second_checker(live.checker)
-    world = live.world
-    pairs = clauses[clauses_of(world)[1]]
-    scene = pairs[: world.checked.size].reshape(world.checked.shape)
-    return coal_checker(restricted(world, world.checked & scene, pairs[world.checked.size :]))
+    pairs = clauses[clauses_of(live.world)[1]]
+    known = live.checker if live.checker.name == "coal" else None
+    return coal_checker(live.world.only(pairs), known)

@@ -33,14 +33,17 @@ from planner.base.request import (
 )
 from planner.base.targets import joints_text, parse_target, parse_targets
 from planner.collision.checker import CollisionChecker, is_free
+from planner.motion.limits import MotionLimits
 from planner.query.open import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is
 from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
 from planner.session.answer import Costs, Moment, Planning, adopted, answered
+from planner.session.in_time import TimedAnswer, timed_answer
 from planner.session.live_world import LiveWorld
 from planner.session.report import Answer, Change, Edges
+from planner.world.moving import MovingObstacle
 from planner.world.robot import Robot
 from planner.world.scene import Scene
 from planner.world.shapes import Obstacle
@@ -131,8 +134,8 @@ class Session:
         nodes[live.roadmap.edges[edges]] = True
         return live.held(edges).part(nodes, np.ones(int(edges.sum()), dtype=bool))
 
-    def add(self, obstacle: Obstacle) -> Change:
-        """Put an obstacle into the world."""
+    def add(self, obstacle: Obstacle | MovingObstacle) -> Change:
+        """Put an obstacle into the world; one that moves matters to :meth:`plan_in_time` only."""
         return self._change(f"obstacle '{obstacle.name}' added", lambda live: live.add(obstacle))
 
     def move(
@@ -191,6 +194,23 @@ class Session:
             start, goal, beta, query = self._asked
             query = _still_free(self._now.live, query) or _resolved(self._now.live, start, goal)
             return self._answer(start, goal, beta, query)
+
+    def plan_in_time(
+        self, start: State = "start", goal: State = "goal", limits: MotionLimits | None = None
+    ) -> TimedAnswer:
+        """The earliest motion from ``start`` to ``goal`` among obstacles along known motions, waiting included.
+
+        It begins at rest at the scene's time 0, runs the roadmap's edges from rest to rest within ``limits`` (the
+        robot's own where left out), waits at nodes, and ends where it can stay. Its proof says until when obstacles
+        with a speed limit cannot touch it. Raises as :meth:`plan`.
+        """
+        with self._alone():
+            query = _resolved(self._now.live, start, goal)
+            now, answer = answered(self._now, query, 1.0, self._planning)
+            live, timed = timed_answer(now.live, answer, limits or MotionLimits.of(self.robot))
+            self._now = replace(now, live=replace(live, stands=query.starts))
+            self._end = timed.path[-1] if timed.solved else None
+            return timed
 
     def _answer(self, start: State, goal: State, beta: float, query: Query) -> Answer:
         now, answer = answered(self._now, query, beta, self._planning)

@@ -39,7 +39,7 @@ def require_bodies(robot: Robot) -> None:
 
 def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
     """What is doubtful about a robot and a scene, the scene's own things last."""
-    return (*_bare_links(robot), *_link_meshes(robot), *_obstacle_meshes(robot, scene))
+    return (*_bare_links(robot), *_link_meshes(robot), *_obstacle_meshes(robot, scene), *_movers(scene))
 
 
 def tell(robot: Robot, scene: Scene) -> None:
@@ -98,6 +98,19 @@ def _obstacle_meshes(robot: Robot, scene: Scene) -> list[Note]:
                     "crosses its surface is seen, not what is wholly inside."
                 )
             )
+    return found
+
+
+def _movers(scene: Scene) -> list[Note]:
+    """What moves is seen by what has times only."""
+    found = []
+    if scene.moving:
+        names = choices(item.name for item in scene.moving)
+        found.append(Note(f"{names} move: trajectories are checked against them, paths without times are not."))
+    if scene.limited:
+        names = choices(item.name for item in scene.limited)
+        text = f"{names} may leave their places: a trajectory's proof says until when nothing can touch."
+        found.append(Note(text, grave=False))
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,9 +16,10 @@ from planner.base.files import is_file
 from planner.base.hashing import content_hash
 from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.targets import TURN
-from planner.base.yamlfile import Coordinate, Name, Size, Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import FARTHEST, Coordinate, Name, Size, Strict, parse_yaml, read_text, validate
 from planner.world.meshes import read_mesh
 from planner.world.moveit import PlanningScene, looks_like_planning_scene, planning_scene, scene_text
+from planner.world.moving import LONGEST, KnownMotion, MovingObstacle
 from planner.world.poses import pose
 from planner.world.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
 
@@ -48,7 +50,35 @@ class _Named(PoseFile):
     name: Name = pydantic.Field(min_length=1)
 
 
-class BoxFile(_Named):
+class TimedPoseFile(PoseFile):
+    """Where an obstacle that moves is at ``t`` s."""
+
+    t: Annotated[float, pydantic.Field(ge=0, le=LONGEST)]
+
+
+class _Standing(_Named):
+    """An obstacle: it stands, or goes along a ``motion``, or may go anywhere within its ``speed_limit`` (m/s)."""
+
+    motion: tuple[TimedPoseFile, ...] = ()
+    speed_limit: Annotated[float, pydantic.Field(ge=0, le=FARTHEST)] = 0.0
+
+    @pydantic.model_validator(mode="after")
+    def _one_place(self) -> _Standing:
+        placed = {"position", "rpy", "quaternion"} & self.model_fields_set
+        if self.motion and placed:
+            raise ValueError(f"give a motion or a {min(placed)}, not both: the motion's poses are where it is")
+        if self.motion and self.speed_limit:
+            raise ValueError("give a motion, which is known, or a speed_limit of one that is not, not both")
+        times = [pose.t for pose in self.motion]
+        if self.motion and (times[0] != 0 or any(a >= b for a, b in itertools.pairwise(times))):
+            raise ValueError("the times of a motion have to begin at 0 s and to increase strictly")
+        return self
+
+    def known_motion(self) -> KnownMotion:
+        return KnownMotion([pose.t for pose in self.motion], [pose.matrix() for pose in self.motion])
+
+
+class _Box(_Named):
     type: Literal["box"]
     size: tuple[Size, Size, Size]
 
@@ -56,7 +86,7 @@ class BoxFile(_Named):
         return Box(self.size)
 
 
-class SphereFile(_Named):
+class _Sphere(_Named):
     type: Literal["sphere"]
     radius: Size
 
@@ -64,7 +94,7 @@ class SphereFile(_Named):
         return Sphere(self.radius)
 
 
-class CylinderFile(_Named):
+class _Cylinder(_Named):
     type: Literal["cylinder"]
     radius: Size
     length: Size
@@ -73,7 +103,7 @@ class CylinderFile(_Named):
         return Cylinder(self.radius, self.length)
 
 
-class CapsuleFile(_Named):
+class _Capsule(_Named):
     type: Literal["capsule"]
     radius: Size
     length: Size
@@ -82,13 +112,28 @@ class CapsuleFile(_Named):
         return Capsule(self.radius, self.length)
 
 
-class MeshFile(_Named):
+class _Mesh(_Named):
     type: Literal["mesh"]
     file: str
     scale: Annotated[float, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
 
     def shape(self, folder: Path) -> Shape:
         return read_mesh(folder / self.file, self.scale)
+
+
+class BoxFile(_Standing, _Box): ...
+
+
+class SphereFile(_Standing, _Sphere): ...
+
+
+class CylinderFile(_Standing, _Cylinder): ...
+
+
+class CapsuleFile(_Standing, _Capsule): ...
+
+
+class MeshFile(_Standing, _Mesh): ...
 
 
 ObstacleFile = Annotated[
@@ -103,19 +148,19 @@ class _Held(Strict):
     touch_links: tuple[Name, ...] = ()
 
 
-class CarriedBoxFile(_Held, BoxFile): ...
+class CarriedBoxFile(_Held, _Box): ...
 
 
-class CarriedSphereFile(_Held, SphereFile): ...
+class CarriedSphereFile(_Held, _Sphere): ...
 
 
-class CarriedCylinderFile(_Held, CylinderFile): ...
+class CarriedCylinderFile(_Held, _Cylinder): ...
 
 
-class CarriedCapsuleFile(_Held, CapsuleFile): ...
+class CarriedCapsuleFile(_Held, _Capsule): ...
 
 
-class CarriedMeshFile(_Held, MeshFile): ...
+class CarriedMeshFile(_Held, _Mesh): ...
 
 
 CarriedFile = Annotated[
@@ -153,13 +198,18 @@ class SceneFile(Strict):
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Obstacles in the world frame and the named states and set-up of each robot. Load with :meth:`load`."""
+    """Obstacles in the world frame and the named states and set-up of each robot. Load with :meth:`load`.
+
+    ``moving`` are obstacles with a known motion. They are no part of the world that stands still, of its roadmaps and
+    paths: only what has times can keep clear of them, see :meth:`planner.Session.plan_in_time`.
+    """
 
     name: str
     obstacles: tuple[Obstacle, ...] = ()
     description: str = ""
     states: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     robots: Mapping[str, PlacementFile] = field(default_factory=dict)
+    moving: tuple[MovingObstacle, ...] = ()
     carried: tuple[Carried, ...] = ()  # shapes that a link of the robot holds
     allowed: frozenset[frozenset[str]] = frozenset()  # pairs of names that may touch
 
@@ -187,6 +237,11 @@ class Scene:
         """How this scene sets up a robot; the default where it says nothing."""
         return self.robots.get(robot, PlacementFile())
 
+    @property
+    def limited(self) -> tuple[Obstacle, ...]:
+        """The obstacles that may leave their place, each within its speed limit."""
+        return tuple(item for item in self.obstacles if item.speed_limit > 0)
+
     def states_of(self, robot: str) -> Mapping[str, str]:
         return self.states.get(robot, {})
 
@@ -205,8 +260,17 @@ def _from_moveit(scene: PlanningScene) -> Scene:
 
 
 def _build(file: SceneFile, path: Path) -> Scene:
-    obstacles = tuple(Obstacle(item.name, item.shape(path.parent), item.matrix()) for item in file.obstacles)
+    obstacles = tuple(
+        Obstacle(item.name, item.shape(path.parent), item.matrix(), speed_limit=item.speed_limit)
+        for item in file.obstacles
+        if not item.motion
+    )
+    moving = tuple(
+        MovingObstacle(item.name, item.shape(path.parent), item.known_motion())
+        for item in file.obstacles
+        if item.motion
+    )
     carried = tuple(
         Carried(item.link, item.name, item.shape(path.parent), item.matrix(), item.touch_links) for item in file.carried
     )
-    return Scene(file.name or path.stem, obstacles, file.description, file.states, file.robots, carried)
+    return Scene(file.name or path.stem, obstacles, file.description, file.states, file.robots, moving, carried)

@@ -77,12 +77,17 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A shape that stands still in the world; ``part_of`` names the object it is one of several shapes of."""
+    """A shape that stands still in the world; ``part_of`` names the object it is one of several shapes of.
+
+    With a ``speed_limit`` (m/s) it may leave its place at time 0, no point of it quicker than that: what is proven of
+    such an obstacle holds for its place, and a trajectory's proof says until when whatever it does.
+    """
 
     name: str
     shape: Shape
     placement: Floats  # (4, 4), in the world
     part_of: str | None = None
+    speed_limit: float = 0.0  # m/s
 
     @property
     def object(self) -> str:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.checker import is_free
+from planner.collision.checker import contact_of, is_free
+from planner.collision.edge_prover import dense_states
+from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.world.poses import pose
 from planner.world.scene import Scene
@@ -76,3 +80,37 @@ def test_a_level_plate_without_thickness_is_seen(triangles: list[list[int]], bac
         if touching:
             assert not is_free(checker, q[k])
             assert checker.distances(rotation[:, k], position[:, k], np.array(plate)).min() <= 0
+
+
+@pytest.mark.parametrize(("robot", "scene"), [("panda", "shelf"), ("iiwa14", "cage"), ("planar_2r", "window")])
+def test_passing_over_what_coal_clears_finds_the_same_first_contact(robot: str, scene: str) -> None:
+    checker = make_checker(load(robot), Scene.load(scene), "coal", margin=0.002)
+    touched = free = 0
+    for seed, (a, b) in enumerate(random_q(load(robot), 60, seed=5).reshape(30, 2, -1)):
+        short = (0.05 + 0.01 * seed) * (b - a)
+        states, motion = dense_states(checker.world, a, short, 1e-3)
+        every, found = checker.first_contact(states), checker.first_contact_along(states, motion)
+        assert (every is None) == (found is None)
+        if every is None or found is None:
+            free += 1
+            continue
+        assert (found[0], str(found[1])) == (every[0], str(every[1]))
+        touched += every[0] > 0
+    assert touched >= 1
+    assert free >= 2
+
+
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_a_checker_that_shares_shapes_says_what_one_from_nothing_says(backend: str) -> None:
+    first = make_checker(load("panda"), Scene.load("shelf"), backend)
+    obstacles = first.world.obstacles
+    moved = replace(obstacles[0], placement=pose([0.5, 0.1, 0.5]))
+    scene = replace(first.world.scene, obstacles=(moved, *obstacles[2:]))
+    world = World.of(first.robot, scene, first.robot.disabled_pairs or frozenset())
+    fresh, shared = type(first)(world), type(first)(world, first)
+    del first
+    q = random_q(load("panda"), 200, seed=2)
+    placed = joint_placements(fresh.chain, q)
+    np.testing.assert_array_equal(shared.bound.coarse(*placed), fresh.bound.coarse(*placed))
+    for row in q:
+        assert str(contact_of(shared, row)) == str(contact_of(fresh, row))

@@ -187,11 +187,13 @@ void world_free(World* world) { delete world; }
 int world_add(World* world, int joint, int kind, int n, const double* points, double radius, int m,
               const double* triangles) {
     Item item;
-    item.joint = joint;
-    if (kind == 0) item.solid = Solid::of_points(points, n, radius);
+    item.joint = joint, item.frame = joint;
+    Solid solid;
+    if (kind == 0) solid = Solid::of_points(points, n, radius);
     if (kind == 1)
-        item.solid = Solid::of_cylinder(vec_at(points), vec_at(points + 3), vec_at(points + 6), vec_at(points + 9));
-    if (kind == 2) item.solid = Solid::of_triangles(points, n, triangles, m, radius);
+        solid = Solid::of_cylinder(vec_at(points), vec_at(points + 3), vec_at(points + 6), vec_at(points + 9));
+    if (kind == 2) solid = Solid::of_triangles(points, n, triangles, m, radius);
+    item.solid = std::make_shared<const Solid>(std::move(solid));
     if (joint >= 0) ++world->bodies;
     world->items.push_back(std::move(item));
     return static_cast<int>(world->items.size()) - 1;
@@ -205,6 +207,41 @@ void world_add_spheres(World* world, int item, int n, const double* centres, con
         world->sphere_z.push_back(centres[3 * k + 2]), world->radii.push_back(radii[k]);
     }
 }
+
+// Add what another world of the same arm has as number `item`; its shape is shared. Bodies in order. Its number here.
+int world_take(World* world, const World* other, int item) {
+    Item taken = other->items[item];
+    if (taken.joint >= 0) {
+        const int first = taken.first_sphere, last = first + taken.spheres;
+        taken.first_sphere = static_cast<int>(world->radii.size());
+        for (int k = first; k < last; ++k) {
+            world->sphere_x.push_back(other->sphere_x[k]), world->sphere_y.push_back(other->sphere_y[k]);
+            world->sphere_z.push_back(other->sphere_z[k]), world->radii.push_back(other->radii[k]);
+        }
+        ++world->bodies;
+    }
+    world->items.push_back(std::move(taken));
+    return static_cast<int>(world->items.size()) - 1;
+}
+
+// Obstacle `item`, given in its own frame, is at poses (n, 3, 3) and (n, 3) at times (n,); between two of them it turns
+// about an axis (n - 1, 3) in its own frame at rates (n - 1,), and no point of it exceeds speeds (n - 1,).
+void world_set_motion(World* world, int item, int n, const double* times, const double* turns, const double* shifts,
+                      const double* axes, const double* rates, const double* speeds) {
+    Motion motion;
+    motion.last = {mat_at(turns + 9 * (n - 1)), vec_at(shifts + 3 * (n - 1))};
+    for (int k = 0; k + 1 < n; ++k) {
+        const Vec from = vec_at(shifts + 3 * k), to = vec_at(shifts + 3 * (k + 1));
+        motion.stretches.push_back({times[k], times[k + 1], {mat_at(turns + 9 * k), from},
+                                    (1.0 / (times[k + 1] - times[k])) * (to - from), vec_at(axes + 3 * k), rates[k],
+                                    speeds[k]});
+    }
+    world->items[item].frame = world->chain.dof() + 1 + static_cast<int>(world->motions.size());
+    world->motions.push_back(std::move(motion));
+}
+
+// Obstacle `item` may be elsewhere from time 0 on, no point of it farther than `limit` (m/s) times t from where it was.
+void world_set_speed_limit(World* world, int item, double limit) { world->items[item].speed_limit = limit; }
 
 // A rounded box or a cylinder that holds a part of obstacle `item`; placement (3, 3) and (3,) in the world.
 void world_add_target(World* world, int item, int is_cylinder, const double* turn, const double* shift,
@@ -233,6 +270,7 @@ void world_coarse(const World* world, int n, const double* rotation, const doubl
             const size_t row = static_cast<size_t>(j) * n + k;
             scratch.frames[j] = {mat_at(rotation + 9 * row), vec_at(position + 3 * row)};
         }
+        world->place_moving(0.0, scratch.frames.data());
         world->coarse(scratch.frames.data(), scratch, bounds + static_cast<size_t>(k) * world->pair_count());
     }
 }
@@ -240,7 +278,8 @@ void world_coarse(const World* world, int n, const double* rotation, const doubl
 // close lower bounds (count,) of numbered pairs in configurations `rows` of n
 void world_close(const World* world, int n, const double* rotation, const double* position, int count,
                  const int64_t* rows, const int64_t* pairs, double* bounds) {
-    std::vector<Frame> frames(world->chain.dof() + 1);
+    std::vector<Frame> frames(world->chain.dof() + 1 + world->motions.size());
+    world->place_moving(0.0, frames.data());
     int64_t placed = -1;
     for (int k = 0; k < count; ++k) {
         if (rows[k] != placed) {
@@ -256,15 +295,17 @@ void world_close(const World* world, int n, const double* rotation, const double
     }
 }
 
-// Proofs of polynomial pieces (count, degree + 1, dof); reach (pairs, dof), is_static (pairs,).
+// Proofs of polynomial pieces (count, degree + 1, dof); reach (pairs, dof), is_static (pairs,). spans (count, 3), or null
+// where nothing moves by itself: when each piece begins, how long it takes, and how much sooner or later it may begin, s.
 void world_prove(const World* world, const double* reach, const uint8_t* is_static, const double* coefficients,
-                 int count, int degree, double room, int threads, int64_t* verdict, int64_t* pair, int64_t* samples,
+                 const double* spans, int count, int degree, double room, int threads, int64_t* verdict, int64_t* pair, int64_t* samples,
                  double* clearance, double* where) {
     const Pieces pieces{coefficients, count, degree, world->chain.dof()};
     share_out(
         count, threads, 4, [&] { return Prover(*world, reach, is_static); },
         [&](int k, Prover& prover) {
-            const Proof proof = prover.prove(pieces, k, room);
+            const Span span = spans ? Span{spans[3 * k], spans[3 * k + 1], spans[3 * k + 2]} : Span();
+            const Proof proof = prover.prove(pieces, k, room, spans ? &span : nullptr);
             verdict[k] = proof.verdict, pair[k] = proof.pair, samples[k] = proof.samples;
             clearance[k] = proof.clearance, where[k] = proof.where;
         });
@@ -275,6 +316,7 @@ int world_first_near(const World* world, int n, const double* q) {
     Scratch scratch = world->scratch();
     std::vector<double> bounds(world->pair_count());
     const double enough = world->margin;
+    world->place_moving(0.0, scratch.frames.data());
     for (int k = 0; k < n; ++k) {
         world->chain.place(q + static_cast<size_t>(k) * world->chain.dof(), scratch.frames.data());
         world->coarse(scratch.frames.data(), scratch, bounds.data());

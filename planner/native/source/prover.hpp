@@ -65,6 +65,13 @@ struct Pieces {
     }
 };
 
+// When a piece is run, s: it begins at `begin`, or by at most `slack` earlier or later.
+struct Span {
+    double begin = 0.0, duration = 0.0, slack = 0.0;
+
+    double at(double s) const { return begin + duration * s; }
+};
+
 // What came of one piece.
 struct Proof {
     int64_t verdict = proven_free, pair = -1, samples = 0;
@@ -76,12 +83,16 @@ class Prover {
    public:
     Prover(const World& world, const double* reach, const uint8_t* is_static)
         : world_(world), reach_(reach), static_(is_static), scratch_(world.scratch()), gap_(world.pair_count()),
-          rate_(world.pair_count()), joint_rate_(world.chain.dof()), q_(world.chain.dof()),
+          rate_(world.pair_count()), keep_(world.pair_count(), world.margin), joint_rate_(world.chain.dof()),
+          q_(world.chain.dof()),
           apart_(world.pair_count()), guessed_(world.pair_count()) {}
 
-    // Sample until every interval is cleared, or a pair is left with less than `room` (m) of clearance.
-    Proof prove(const Pieces& pieces, int piece, double room) {
+    // Sample until every interval is cleared, or a pair is left with less than `room` (m) of clearance. With a `span`
+    // obstacles move on meanwhile; without one all is as at time 0.
+    Proof prove(const Pieces& pieces, int piece, double room, const Span* span = nullptr) {
         Proof proof;
+        span_ = span;
+        world_.place_moving(0.0, scratch_.frames.data());
         std::fill(guessed_.begin(), guessed_.end(), 0);
         rates(pieces, piece, 0.0, 1.0);
         double motion = 0.0;
@@ -92,7 +103,7 @@ class Prover {
         while (!open_.empty() && proof.verdict == proven_free) {
             Interval here = open_.front();
             open_.pop_front();  // the ends of a piece in turn with its middle: contacts are met sooner
-            if (pieces.degree > 1) rates(pieces, piece, here.low, here.high);
+            if (pieces.degree > 1 || span_) rates(pieces, piece, here.low, here.high);
             sample(pieces, piece, here, room, proof);
         }
         return proof;
@@ -113,13 +124,29 @@ class Prover {
                 for (int j = 0; j < dof; ++j) rate += reach_[p * dof + j] * joint_rate_[j];
             rate_[p] = rate;
         }
+        if (span_) add_obstacles_rates(low, high);
+    }
+
+    // What an obstacle's own motion adds: to the rate, and to the distance to keep as it may be early, late or elsewhere.
+    void add_obstacles_rates(double low, double high) {
+        const double first = span_->at(low) - span_->slack, last = span_->at(high) + span_->slack;
+        for (int p = 0; p < world_.bodies * world_.obstacles(); ++p) {
+            const int item = world_.pairs[p].second;
+            const Motion* motion = world_.motion_of(item);
+            const double known = motion ? motion->fastest(first, last) : 0.0, limit = world_.items[item].speed_limit;
+            if (static_[p]) continue;
+            rate_[p] += (known + limit) * span_->duration;
+            const double latest = span_->at(0.5 * (low + high)) + span_->slack;
+            keep_[p] = world_.margin + known * span_->slack + limit * std::max(0.0, latest);
+        }
     }
 
     void sample(const Pieces& pieces, int piece, Interval here, double room, Proof& proof) {
         const double middle = 0.5 * (here.low + here.high), need = 0.5 * (here.high - here.low);
         pieces.at(piece, middle, q_.data());
         world_.chain.place(q_.data(), scratch_.frames.data());
-        world_.coarse(scratch_.frames.data(), scratch_, gap_.data());
+        if (span_) world_.place_moving(span_->at(middle), scratch_.frames.data());
+        world_.coarse(scratch_.frames.data(), scratch_, gap_.data(), static_);
         ++proof.samples;
         look_closer(need);
         double reach = infinity;
@@ -144,11 +171,11 @@ class Prover {
         open_.push_back({middle + reach, here.high});
     }
 
-    // Make bounds that do not cover `need` better where that is likely to pay; all of them less the margin.
+    // Make bounds that do not cover `need` better where that is likely to pay; all of them less what is to keep.
     void look_closer(double need) {
         short_.clear();
         for (int p = 0; p < world_.pair_count(); ++p) {
-            gap_[p] -= world_.margin;
+            gap_[p] -= keep_[p];
             if (static_[p]) gap_[p] = infinity;
             else if (gap_[p] < rate_[p] * need || gap_[p] <= 0.0) short_.push_back(p);
         }
@@ -157,9 +184,9 @@ class Prover {
             const double wanted = rate_[p] * need;
             if (!all && gap_[p] >= std::max(always_close, 0.25 * wanted)) continue;
             if (!guessed_[p]) apart_[p] = world_.between_middles(p, scratch_.frames.data()), guessed_[p] = 1;
-            const Closeness closeness{wanted + reported + world_.margin, hull_is_enough + world_.margin};
+            const Closeness closeness{wanted + reported + keep_[p], hull_is_enough + keep_[p]};
             const double closer = world_.close(p, scratch_.frames.data(), apart_[p], closeness);
-            gap_[p] = std::max(gap_[p], closer - world_.margin - rounding);
+            gap_[p] = std::max(gap_[p], closer - keep_[p] - rounding);
         }
     }
 
@@ -167,7 +194,8 @@ class Prover {
     const double* reach_;
     const uint8_t* static_;
     Scratch scratch_;
-    std::vector<double> gap_, rate_, joint_rate_, q_;
+    const Span* span_ = nullptr;
+    std::vector<double> gap_, rate_, keep_, joint_rate_, q_;  // keep_: m, the margin and what is unknown of an obstacle
     std::vector<Vec> apart_;
     std::vector<char> guessed_;
     std::vector<int> short_;

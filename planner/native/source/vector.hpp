@@ -50,6 +50,16 @@ struct Frame {
 
 inline Vec operator*(const Frame& f, Vec v) { return f.turn * v + f.shift; }
 
+inline Frame operator*(const Frame& f, const Frame& g) { return {f.turn * g.turn, f * g.shift}; }
+
+inline Frame inverse(const Frame& f) {
+    Frame back;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) back.turn.m[3 * i + j] = f.turn.m[3 * j + i];
+    back.shift = -(back.turn * f.shift);
+    return back;
+}
+
 inline Vec vec_at(const double* p) { return {p[0], p[1], p[2]}; }
 
 }  // namespace planner

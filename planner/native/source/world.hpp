@@ -1,10 +1,12 @@
 // A robot among obstacles, and lower bounds on the distances of all pairs that are checked.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
 #include "kinematics.hpp"
+#include "moving.hpp"
 #include "solid.hpp"
 
 #if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
@@ -23,6 +25,13 @@ struct Target {
     double radius;  // of the rounding
     bool is_cylinder;
 };
+
+// A target in the world that is given in a frame.
+inline Target carried(const Target& target, const Frame& frame) {
+    Target placed = target;
+    placed.to_local = target.to_local * inverse(frame);
+    return placed;
+}
 
 // Distances (m) of `count` spheres from a target: below zero where the middle lies within the rounding or the radius.
 FOR_THIS_PROCESSOR inline void distances_to(const Target& target, const double* x, const double* y, const double* z,
@@ -50,8 +59,10 @@ FOR_THIS_PROCESSOR inline void distances_to(const Target& target, const double* 
 }
 
 struct Item {
-    int joint = -1;  // of a body; -1: an obstacle, in world coordinates
-    Solid solid;
+    int joint = -1;  // of a body; -1: an obstacle
+    int frame = -1;  // what carries it: of a body its joint, of an obstacle that moves one behind these; -1: the world
+    double speed_limit = 0.0;  // m/s of an obstacle that may go anywhere else from where it is at time 0
+    std::shared_ptr<const Solid> solid;
     int first_sphere = 0, spheres = 0;  // of a body
     std::vector<Target> targets;        // of an obstacle: together they hold it
 };
@@ -73,6 +84,7 @@ class World {
     std::vector<Item> items;  // bodies, then obstacles
     std::vector<Pair> pairs;  // every body against every obstacle, then self-collision pairs
     std::vector<double> radii, sphere_x, sphere_y, sphere_z;  // of all bodies, in their joints' frames
+    std::vector<Motion> motions;  // of obstacles, their frames are behind those of the joints
     int bodies = 0;
     double margin = 0.0;
 
@@ -80,23 +92,36 @@ class World {
     int pair_count() const { return static_cast<int>(pairs.size()); }
 
     const Frame* frame_of(int item, const Frame* frames) const {
-        return items[item].joint < 0 ? nullptr : frames + items[item].joint;
+        return items[item].frame < 0 ? nullptr : frames + items[item].frame;
+    }
+
+    // The motion of an obstacle, or none.
+    const Motion* motion_of(int item) const {
+        return items[item].joint < 0 && items[item].frame >= 0 ? &motions[items[item].frame - chain.dof() - 1] : nullptr;
+    }
+
+    // The frames of all that moves by itself, at time t.
+    void place_moving(double t, Frame* frames) const {
+        for (size_t k = 0; k < motions.size(); ++k) frames[chain.dof() + 1 + k] = motions[k].at(t);
     }
 
     Scratch scratch() const {
         size_t n = radii.size();
-        return {std::vector<Frame>(chain.dof() + 1), std::vector<double>(n), std::vector<double>(n),
+        return {std::vector<Frame>(chain.dof() + 1 + motions.size()), std::vector<double>(n), std::vector<double>(n),
                 std::vector<double>(n), std::vector<double>(n), std::vector<double>(bodies)};
     }
 
     // Lower bounds (pairs,) on the distances at placed joints: each body by a few spheres; infinite where not checked.
-    void coarse(const Frame* frames, Scratch& scratch, double* bounds) const {
+    // Nothing is said of pairs that are `left_out` (pairs,) with all others of their obstacle.
+    void coarse(const Frame* frames, Scratch& scratch, double* bounds, const uint8_t* left_out = nullptr) const {
         const int count = static_cast<int>(radii.size());
         place_spheres(frames, scratch);
         for (int o = 0; o < obstacles(); ++o) {
+            if (left_out && all_of_obstacle(o, left_out)) continue;
             std::fill(scratch.least.begin(), scratch.least.end(), infinity);
+            const Frame* frame = frame_of(bodies + o, frames);
             for (const Target& target : items[bodies + o].targets) {
-                distances_to(target, scratch.x.data(), scratch.y.data(), scratch.z.data(), radii.data(), count,
+                distances_to(frame ? carried(target, *frame) : target, scratch.x.data(), scratch.y.data(), scratch.z.data(), radii.data(), count,
                              scratch.gaps.data());
                 for (int b = 0; b < bodies; ++b) {
                     const double* gaps = scratch.gaps.data() + items[b].first_sphere;
@@ -106,7 +131,8 @@ class World {
             }
             for (int b = 0; b < bodies; ++b) bounds[b * obstacles() + o] = scratch.least[b];
         }
-        for (int p = bodies * obstacles(); p < pair_count(); ++p) bounds[p] = between_spheres(pairs[p], scratch);
+        for (int p = bodies * obstacles(); p < pair_count(); ++p)
+            if (!left_out || !left_out[p]) bounds[p] = between_spheres(pairs[p], scratch);
         for (int p = 0; p < pair_count(); ++p)
             if (!pairs[p].checked) bounds[p] = infinity;
     }
@@ -116,14 +142,14 @@ class World {
     double close(int pair, const Frame* frames, Vec& apart, Closeness closeness) const {
         const Pair& p = pairs[pair];
         const Item &a = items[p.first], &b = items[p.second];
-        return solid_gap(a.solid, frame_of(p.first, frames), b.solid, frame_of(p.second, frames), apart,
+        return solid_gap(*a.solid, frame_of(p.first, frames), *b.solid, frame_of(p.second, frames), apart,
                          closeness);
     }
 
     // A guess of the vector between a pair's two solids.
     Vec between_middles(int pair, const Frame* frames) const {
         auto middle = [&](int item) {
-            Vec own = items[item].solid.parts[0].middle();
+            Vec own = items[item].solid->parts[0].middle();
             const Frame* frame = frame_of(item, frames);
             return frame ? *frame * own : own;
         };
@@ -131,6 +157,12 @@ class World {
     }
 
    private:
+    bool all_of_obstacle(int o, const uint8_t* flags) const {
+        for (int b = 0; b < bodies; ++b)
+            if (!flags[b * obstacles() + o]) return false;
+        return true;
+    }
+
     void place_spheres(const Frame* frames, Scratch& s) const {
         for (int b = 0; b < bodies; ++b) {
             const Frame& frame = frames[items[b].joint];

@@ -1,0 +1,131 @@
+"""What is proven of a trajectory among obstacles that move: clear of known motions, and a horizon for unknown ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats
+from planner.base.polynomials import evaluate, part
+from planner.collision.checker import CollisionChecker
+from planner.collision.coal import CoalInTime
+from planner.collision.in_time import TimedProver
+from planner.collision.world import Contact
+from planner.motion.trajectory import Trajectory
+
+_HALVINGS = 12  # of the piece in which a horizon ends
+
+
+@dataclass(frozen=True, eq=False)
+class TimeProof:
+    """What is proven of a trajectory in time; the scene's times are those of the trajectory.
+
+    ``free`` (k,): pieces proven clear of the obstacles ``moving`` along known motions. ``free_until`` (s): until then
+    nothing can touch of ``limits`` (m/s by name), whatever these obstacles do below their speed limits from time 0 on;
+    beyond the trajectory's end the robot stands. inf where there are none.
+    """
+
+    moving: tuple[str, ...]
+    free: Bools
+    limits: dict[str, float]
+    free_until: float
+
+    @property
+    def whole(self) -> bool:
+        """All pieces are clear of every known motion."""
+        return bool(self.free.all())
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``trajectory.json`` has of it; nothing where nothing moves."""
+        found: dict[str, Any] = {}
+        if self.moving:
+            found["moving"] = {"obstacles": list(self.moving), "pieces_free": int(self.free.sum())}
+        if self.limits:
+            until = self.free_until if np.isfinite(self.free_until) else None
+            found["horizon"] = {"free_until": until, "speed_limits": self.limits}
+        return found
+
+
+def prove_in_time(trajectory: Trajectory, checker: CollisionChecker) -> TimeProof:
+    """The proofs of a trajectory against what moves in the checker's scene."""
+    scene = checker.world.scene
+    free, until = np.ones(len(trajectory.coefficients), dtype=bool), np.inf
+    if scene.moving:
+        known = TimedProver(checker, scene.moving)
+        free = known.free(trajectory.coefficients, _spans(trajectory)) & known.starts(trajectory.at(0.0)[0])
+    if scene.limited:
+        until = _free_until(trajectory, TimedProver(checker, limited=scene.limited))
+    limits = {item.name: item.speed_limit for item in scene.limited}
+    return TimeProof(tuple(item.name for item in scene.moving), free, limits, until)
+
+
+def _spans(trajectory: Trajectory) -> Floats:
+    """(k, 3) when each piece begins and how long it takes."""
+    begin = trajectory.times[:-1]
+    return np.column_stack([begin, np.diff(trajectory.times), np.zeros_like(begin)])
+
+
+def _free_until(trajectory: Trajectory, prover: TimedProver) -> float:
+    """The certified horizon (s): until then every moment from time 0 on is proven free."""
+    first, last = trajectory.at(0.0)[0], trajectory.at(trajectory.times[-1])[0]
+    if not prover.starts(first):
+        return 0.0
+    if _standing_until(prover, first) < trajectory.times[0]:
+        return _standing_until(prover, first)
+    spans = _spans(trajectory)
+    free = prover.free(trajectory.coefficients, spans)
+    if free.all():
+        return max(float(trajectory.times[-1]), _standing_until(prover, last))
+    k = int(np.argmin(free))
+    begin, duration, _ = spans[k].tolist()
+    share, step = 0.0, 0.5
+    for _ in range(_HALVINGS):
+        low, high = np.array([share]), np.array([share + step])
+        span = np.array([[begin + share * duration, step * duration, 0.0]])
+        if prover.free(part(trajectory.coefficients[k : k + 1], low, high), span)[0]:
+            share += step
+        step *= 0.5
+    return begin + share * duration
+
+
+def _standing_until(prover: TimedProver, q: Floats) -> float:
+    """Until when (s) nothing can reach the robot where it stands (dof,)."""
+    limits = np.array([item.speed_limit for item in prover.world.obstacles])
+    gaps = prover.gaps(q).reshape(prover.world.checked.shape)
+    return max(0.0, float((gaps / limits).min(initial=np.inf)))
+
+
+def first_touch_in_time(
+    trajectory: Trajectory, checker: CollisionChecker, step: float
+) -> tuple[float, Contact, Floats] | None:
+    """When (s), with what and in which configuration coal first sees a known motion touch the robot; else None.
+
+    No point of the robot or of an obstacle moves farther than ``step`` (m) between two looks. No proofs, no bounds.
+    """
+    scene = checker.world.scene
+    if not scene.moving:
+        return None
+    prover = TimedProver(checker, scene.moving)
+    judge = CoalInTime(prover.world, prover.motions)
+    fastest = max(float(item.motion.speeds(item.shape).max(initial=0.0)) for item in scene.moving)
+    for q, t in _moments(trajectory, checker, fastest, step):
+        found = judge.first_touch(q, t)
+        if found is not None:
+            return float(t[found[0]]), found[1], q[found[0]]
+    return None
+
+
+def _moments(
+    trajectory: Trajectory, checker: CollisionChecker, fastest: float, step: float
+) -> Iterator[tuple[Floats, Floats]]:
+    """Configurations (n, dof) and times (n,) of each piece, no point moving farther than ``step`` between two."""
+    seconds = np.diff(trajectory.times)
+    motion = checker.world.reach.motion(trajectory.largest(1) * seconds[:, None]).max(axis=1, initial=0.0)
+    counts = np.maximum(1, np.ceil((motion + fastest * seconds) / step)).astype(int)
+    for piece, count in enumerate(counts):
+        u = np.linspace(0.0, 1.0, count + 1)
+        coefficients = np.repeat(trajectory.coefficients[piece][None], len(u), axis=0)
+        yield evaluate(coefficients, u), trajectory.times[piece] + u * seconds[piece]

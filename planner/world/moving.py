@@ -1,0 +1,90 @@
+"""Obstacles that move along a known motion: poses at times, in between on a line and about one axis."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import SceneError
+from planner.base.yamlfile import FARTHEST
+from planner.world.shapes import Obstacle, Shape, farthest
+
+LONGEST = 1e5  # s: a motion that takes more than a day is none that an arm waits for
+
+
+@dataclass(frozen=True, eq=False)
+class KnownMotion:
+    """Poses (k, 4, 4) at ``times`` (k,) s, which begin at 0 and increase strictly.
+
+    Between two of them the frame's origin runs along a line and the frame turns about one axis, the shorter way, both
+    at one speed; after the last it stands still. Raises :class:`SceneError` for times or poses that are none.
+
+        KnownMotion([0, 4], [pose([1, -1, 0.5]), pose([1, 1, 0.5])])
+    """
+
+    times: Floats
+    poses: Floats
+
+    def __init__(self, times: Sequence[float] | Floats, poses: Sequence[Floats] | Floats) -> None:
+        object.__setattr__(self, "times", frozen(times))
+        object.__setattr__(self, "poses", frozen(poses))
+        k, ends = len(self.times), np.asarray(self.times)
+        timed = self.times.ndim == 1 and k > 0 and np.isfinite(ends).all() and ends[0] == 0 and ends[-1] <= LONGEST
+        if not timed or not (np.diff(ends) > 0).all():
+            raise SceneError("the times of a motion have to begin at 0 s and to increase strictly; mend them.")
+        if self.poses.shape != (k, 4, 4) or not np.isfinite(self.poses).all() or np.abs(self.poses).max() > FARTHEST:
+            raise SceneError("a motion needs one pose (4, 4) in finite metres for each of its times; mend them.")
+        turns = self.poses[:, :3, :3]
+        if not np.allclose(turns @ turns.transpose(0, 2, 1), np.eye(3), atol=1e-6):
+            raise SceneError("a pose of a motion is no rigid placement: make it by planner.pose.")
+
+    @property
+    def end(self) -> float:
+        """When (s) it stands still for good."""
+        return float(self.times[-1])
+
+    @cached_property
+    def turns(self) -> Floats:
+        """(k - 1, 3) rotation vectors from each pose to the next, in the moving frame; rad."""
+        turns = self.poses[:, :3, :3]
+        return frozen([pin.log3(a.T @ b) for a, b in itertools.pairwise(turns)]).reshape(-1, 3)
+
+    def at(self, t: Floats | float) -> Floats:
+        """The poses (n, 4, 4) at times ``t`` (n,) s."""
+        t = np.clip(np.atleast_1d(np.asarray(t, dtype=float)), 0.0, self.end)
+        if len(self.times) == 1:
+            return np.repeat(self.poses, len(t), axis=0)
+        k = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
+        share = (t - self.times[k]) / np.diff(self.times)[k]
+        found = np.array(self.poses[k])
+        found[:, :3, 3] += share[:, None] * (self.poses[k + 1, :3, 3] - self.poses[k, :3, 3])
+        turned = [
+            turn @ pin.exp3(part) for turn, part in zip(found[:, :3, :3], share[:, None] * self.turns[k], strict=True)
+        ]
+        found[:, :3, :3] = turned
+        return found
+
+    def speeds(self, shape: Shape) -> Floats:
+        """(k - 1,) m/s that no point of a ``shape`` exceeds between two poses."""
+        seconds = np.diff(self.times)
+        line = np.linalg.norm(np.diff(self.poses[:, :3, 3], axis=0), axis=1)
+        return (line + np.linalg.norm(self.turns, axis=1) * farthest(shape, np.eye(4))) / seconds
+
+
+@dataclass(frozen=True, eq=False)
+class MovingObstacle:
+    """A shape that moves through the scene along a known motion; it has a place in time only."""
+
+    name: str
+    shape: Shape
+    motion: KnownMotion
+
+    def standing(self, t: float = 0.0) -> Obstacle:
+        """The obstacle where it is at ``t`` s."""
+        return Obstacle(self.name, self.shape, self.motion.at(t)[0])
