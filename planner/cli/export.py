@@ -25,8 +25,8 @@ def export(
 
     TRAJECTORY is a trajectory.json, or the folder that 'planner plan' wrote it into. ros-yaml and ros-json are a
     trajectory_msgs/JointTrajectory, moveit is a moveit_msgs/RobotTrajectory, csv and npz hold t, q, qd and qdd. The
-    points are the knots of the polynomials that were proven, with positions and velocities: between them a ROS 2 joint
-    trajectory controller runs these same polynomials. Examples:
+    points are the knots of the polynomials that were proven, with positions, velocities and accelerations: between them
+    a ROS 2 joint trajectory controller runs these same polynomials. Examples:
 
     planner export out
 

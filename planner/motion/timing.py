@@ -20,6 +20,7 @@ from planner.motion.time_optimal import quickest
 from planner.motion.trajectory import Trajectory
 
 _NARROWEST = 1 / 64  # of half a segment: a corner that needs less room is stopped at
+USED = 0.999  # share of every limit that motions use, so that braking along the same curve can keep to all of it
 _EXTRA = 1e-7  # by so much more than needed is a motion slowed down that is a little too quick, so that once will do
 
 
@@ -64,7 +65,7 @@ def timed_curve(
     corners = max(len(asked.path) - 2, 0)
     widths = _provable_widths(asked) if law == "blended" and corners else np.zeros(corners)
     while True:
-        timed, curve = _motion(asked.path, widths, asked.limits)
+        timed, curve = _motion(asked.path, widths, asked.limits.times(USED))
         trajectory = timed.trajectory(robot.joints, law)
         proof = prove_motion(trajectory, asked.prover, asked.limits, floor)
         narrower = _narrowed(widths, timed, curve, proof)

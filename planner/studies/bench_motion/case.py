@@ -58,6 +58,6 @@ def _timed(found: Plan, motion: LimitsRequest) -> dict[str, Any]:
 
 
 def _largest_share(trajectory: Trajectory, limits: MotionLimits) -> float:
-    """The largest share of any limit that is used, by the exact extrema of the cubics."""
+    """The largest share of any limit that is used, by the exact extrema of the pieces."""
     shares = [trajectory.largest(order) / getattr(limits, kind) for order, kind in enumerate(KINDS, start=1)]
     return float(np.max(shares))
