@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
-
 from planner.collision.edge_prover import Verdict
 from planner.motion.check import TrajectoryReport
 from planner.motion.limits import KINDS, UNITS
@@ -106,7 +104,7 @@ def _share(report: TrajectoryReport, order: int, kind: str) -> float | None:
     found = report.trajectory
     if found is None or (found.interpolation == "lines" and order > 1):
         return None
-    return float(np.max(found.largest(order) / getattr(report.limits, kind)))
+    return found.worst(order, getattr(report.limits, kind))[0]
 
 
 def _contact(report: TrajectoryReport) -> str:

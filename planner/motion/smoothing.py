@@ -46,6 +46,12 @@ class Timed:
         return Trajectory.through(joints, in_seconds(self.nanoseconds), self.q, self.qd, self.qdd, law=law)
 
 
+def standstill(q: Floats, nanoseconds: int) -> Timed:
+    """A motion that stays at ``q`` (dof,)."""
+    rest = np.repeat(q[None], 2, axis=0)
+    return Timed(np.array([0, nanoseconds]), rest, 0.0 * rest, np.zeros(1, dtype=int), 0.0 * rest)
+
+
 def in_seconds(nanoseconds: Ints) -> Floats:
     """Seconds (k,), the same to the last bit wherever they are computed."""
     return np.asarray(nanoseconds / 1e9, dtype=np.float64)

@@ -54,8 +54,8 @@ def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits) -> Stop:
     q, qd = trajectory.at(s), speed * trajectory.at(s, 1)
     qd[-1] = 0.0
     made = Trajectory.through(trajectory.joints, np.array(clock), q, qd, law="stop")
-    shares = [(made.largest(1) / limits.velocity).max(), (made.largest(2) / limits.acceleration).max()]
-    return Stop(made, reached[-1], max(0.0, float(max(shares)) - 1.0))
+    share = max(made.worst(1, limits.velocity, 1.0)[0], made.worst(2, limits.acceleration, 1.0)[0])
+    return Stop(made, reached[-1], max(0.0, share - 1.0))
 
 
 class _Braking:
