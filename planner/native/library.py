@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 3  # of the functions' arguments: what planner_version() says
+_VERSION = 4  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _double = ctypes.c_int, ctypes.c_double

@@ -43,7 +43,7 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 3; }
+int planner_version() { return 4; }
 
 Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns, const double* offset,
                  const double* slide, const double* axis) {
