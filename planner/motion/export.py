@@ -18,10 +18,18 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import FileError, OptionError
+from planner.motion.ros_bag import write_bag
 from planner.motion.trajectory import DEGREE, Trajectory
 
-Format = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz"]
-SUFFIX: dict[Format, str] = {"ros-yaml": "yaml", "ros-json": "json", "moveit": "yaml", "csv": "csv", "npz": "npz"}
+Format = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
+SUFFIX: dict[Format, str] = {
+    "ros-yaml": "yaml",
+    "ros-json": "json",
+    "moveit": "yaml",
+    "csv": "csv",
+    "npz": "npz",
+    "mcap": "mcap",
+}
 
 _PER_SECOND = 1_000_000_000
 _LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
@@ -47,6 +55,8 @@ def export(trajectory: Trajectory, kind: Format, rate: float | None = None, skip
     message = _message(trajectory.joints, nanoseconds, columns)
     if kind == "moveit":
         message = {"joint_trajectory": message, "multi_dof_joint_trajectory": {"joint_names": [], "points": []}}
+    if kind == "mcap":
+        return write_bag(message)
     if kind == "ros-json":
         return (_flow(message) + "\n").encode()
     return _yaml(message).encode()

@@ -15,6 +15,7 @@ from planner.base.files import is_folder
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.motion.file import TRAJECTORY_NAME, limits_in
 from planner.motion.limits import MotionLimits
+from planner.motion.ros_bag import read_bag
 from planner.motion.trajectory import DEGREE, Trajectory
 from planner.paths.file import PathFile, cells, in_order, is_number, joint_names, matrix, parse
 from planner.world.robot import Robot
@@ -67,7 +68,8 @@ def read_points(path: Path, robot: Robot) -> Points | None:
     """The trajectory of a file, in the robot's order of joints; None where the file holds a path without times.
 
     Our own ``trajectory.json`` or its folder; a JointTrajectory, RobotTrajectory or FollowJointTrajectory goal as JSON
-    or YAML; a CSV with a column of times; an ``.npz`` with t, q, perhaps qd and qdd. Accelerations make quintics, as in
+    or YAML; a CSV with a column of times; an ``.npz`` with t, q, perhaps qd and qdd; the
+    first JointTrajectory of a bag in MCAP. Accelerations make quintics, as in
     a message; our own file says what its pieces are. Raises :class:`FileError` for what cannot be read.
     """
     path = path / TRAJECTORY_NAME if is_folder(path) else path
@@ -75,6 +77,8 @@ def read_points(path: Path, robot: Robot) -> Points | None:
     match path.suffix.lower():
         case ".npz":
             found = _from_npz(path, where)
+        case ".mcap":
+            found = _from_data(read_bag(path, where), where)
         case ".csv":
             found = _from_csv(read_text(path, "joint path"), where)
         case ".yaml" | ".yml":

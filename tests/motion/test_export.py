@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import get_args
 
@@ -25,7 +26,8 @@ ARM = load("planar_2r")
 A, B = ARM.joints
 PATH = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
 MADE = time_path(PATH, make_checker(ARM, scene_of((Box((0.1, 0.1, 0.1)), pose([5.0, 0.0, 0.0])))))
-FORMATS: tuple[Format, ...] = get_args(Format)
+needs_mcap = pytest.mark.skipif(find_spec("mcap") is None, reason="the extra mcap is not installed")
+FORMATS = [pytest.param(kind, marks=needs_mcap) if kind == "mcap" else kind for kind in get_args(Format)]
 
 
 def read_back(content: bytes, kind: Format, folder: Path) -> Trajectory:
