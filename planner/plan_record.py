@@ -185,7 +185,7 @@ def _motion(trajectory: Trajectory | None) -> dict[str, Any] | None:
     """What ``plan.json`` says of the trajectory beside it."""
     if trajectory is None:
         return None
-    corners = {key: trajectory.proof[key] for key in ("corners", "corners_blended")}
+    corners = {key: trajectory.proof[key] for key in ("corners", "corners_blended", "shortcuts")}
     limits = "" if trajectory.limits is None else trajectory.limits.text()
     law = {"law": trajectory.law, "duration": trajectory.duration, "limits": limits}
     return {**law, **corners, "proven": trajectory.proven}
@@ -293,7 +293,7 @@ def _quality_rows(quality: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _motion_text(motion: dict[str, Any]) -> str:
-    corners = f"{motion['corners_blended']} of {motion['corners']} corners rounded"
+    corners = f"{motion['corners_blended']} of {motion['corners']} corners rounded, shortcuts: {motion['shortcuts']}"
     proof = "proven free and within limits" if motion["proven"] else "NOT proven as a whole"
     return f"{motion['duration']:.3f} s, {corners}, {proof}; {motion['limits']}"
 

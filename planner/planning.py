@@ -21,6 +21,7 @@ from planner.motion.limits import MotionLimits
 from planner.motion.timing import time_path
 from planner.plan_record import Plan
 from planner.query.open import make_query
+from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.obtain import obtain_roadmap
 from planner.tradeoff.alternatives import paths_for_every_beta
 
@@ -72,8 +73,23 @@ def plan(
         return solved
     with clock("timing"):
         floor = max(request.min_manipulability, _OF_DIP_FLOOR * solved.dip_floor)
-        trajectory = time_path(solved.path, query.checker, limits, law=timing.time_law, floor=floor)
+        trajectory = time_path(
+            solved.path,
+            query.checker,
+            limits,
+            law=timing.time_law,
+            floor=floor,
+            cost=_cost_in_motion(solved),
+            extra_cost=timing.extra_cost,
+        )
     return replace(solved, trajectory=trajectory)
+
+
+def _cost_in_motion(found: Plan) -> MotionCost:
+    """The objective along motions of any length, charged along them whatever the roadmap charges."""
+    request, scale = found.request, found.roadmap.scale
+    kinds = request.manipulability_cost, request.metric
+    return MotionCost(found.robot, scale, request.beta, 0.0, *kinds, longest=np.inf)
 
 
 def _improve(draft: Plan, progress: Progress) -> Plan:

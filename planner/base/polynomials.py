@@ -64,10 +64,10 @@ def _to_bernstein(degree: int) -> Floats:
 
 def _values(coefficients: Floats, places: Floats) -> Floats:
     """Values (n, m, dof) at ``places`` (n, m, dof), every joint at its own."""
-    value = np.broadcast_to(coefficients[:, -1:], places.shape)
+    value = coefficients[:, -1:]
     for k in range(coefficients.shape[1] - 2, -1, -1):
         value = value * places + coefficients[:, k : k + 1]
-    return value
+    return value if value.shape == places.shape else np.broadcast_to(value, places.shape)
 
 
 def _roots(coefficients: Floats) -> Floats:

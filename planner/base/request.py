@@ -30,7 +30,8 @@ Backend = Literal["fcl", "coal"]
 Metric = Literal["joint", "workspace"]
 Charge = Literal["nodes", "edges"]
 ManipulabilityCost = Literal["inverse", "log", "linear"]
-TimeLaw = Literal["blended", "stop-at-corners"]
+TimeLaw = Literal["shortcuts", "blended", "stop-at-corners"]
+DEFAULT_TIME_LAW: TimeLaw = "shortcuts"
 
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 DEFAULT_COST: ManipulabilityCost = "log"
@@ -254,8 +255,14 @@ class LimitsRequest:
 class TimingRequest(LimitsRequest):
     """How a path becomes a motion."""
 
-    time_law: TimeLaw = "blended"
-    """Corners rounded as far as that is proven free, or a stop at every corner."""
+    time_law: TimeLaw = DEFAULT_TIME_LAW
+    """Corners rounded as far as that is proven free, with proven shortcuts in time or without; or a stop at each."""
+    extra_cost: float = 0.0
+    """Share by which shortcuts in time may raise what the path costs (its objective): more is quicker."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.extra_cost <= 100.0:
+            raise OptionError(f"extra cost {self.extra_cost:g} is not usable: give a share of 0 or more, 100 at most.")
 
 
 def _plain(value: Any) -> Any:

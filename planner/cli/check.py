@@ -34,10 +34,10 @@ def check(
     joint slides), the motion between two rows is straight in joint space.
 
     Rows with times are a trajectory: a trajectory.json or its folder, a JointTrajectory, RobotTrajectory or
-    FollowJointTrajectory goal as JSON or YAML, a CSV with a column t or time, or an .npz with t, q and qd. Then what a
-    ROS 2 joint trajectory controller makes of it is checked (lines, with velocities cubics, with accelerations
-    quintics) against the limits on velocity, acceleration and jerk too: those of the options, else of the
-    trajectory.json, else the robot's own. Examples:
+    FollowJointTrajectory goal as JSON or YAML, a CSV with a column t or time, an .npz with t, q and qd, or a bag of
+    ROS 2 in MCAP. Then what a ROS 2 joint trajectory controller makes of it is checked (lines, with velocities cubics,
+    with accelerations quintics) against the limits on velocity, acceleration and jerk too: those of the options, else
+    of the trajectory.json, else the robot's own. Examples:
 
     planner check out/plan.json
 

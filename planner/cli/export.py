@@ -10,7 +10,7 @@ import tyro
 from planner.cli.common import Flag
 from planner.cli.terminal import complain, say
 
-Format: TypeAlias = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz"]
+Format: TypeAlias = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
 
 
 def export(
@@ -24,9 +24,10 @@ def export(
     """Write a trajectory as a controller or another program takes it.
 
     TRAJECTORY is a trajectory.json, or the folder that 'planner plan' wrote it into. ros-yaml and ros-json are a
-    trajectory_msgs/JointTrajectory, moveit is a moveit_msgs/RobotTrajectory, csv and npz hold t, q, qd and qdd. The
-    points are the knots of the polynomials that were proven, with positions and velocities: between them a ROS 2 joint
-    trajectory controller runs these same polynomials. Examples:
+    trajectory_msgs/JointTrajectory, moveit is a moveit_msgs/RobotTrajectory, csv and npz hold t, q, qd and qdd, mcap is
+    a bag of ROS 2 with one JointTrajectory (it needs the Python package mcap). The points are the knots of the
+    polynomials that were proven, with positions, velocities and accelerations: between them a ROS 2 joint trajectory
+    controller runs these same polynomials. Examples:
 
     planner export out
 

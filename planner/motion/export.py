@@ -2,7 +2,8 @@
 
 A ROS 2 joint trajectory controller runs positions as lines, positions and velocities as cubics, and with accelerations
 as quintics. The points are the knots of the trajectory's own polynomials, with what makes the controller interpolate
-these: what it runs is what was proven. Points in between, as ``rate`` asks for, lie on the same polynomials.
+these and nothing more: what it runs is what was proven. Points in between, as ``rate`` asks for, lie on the same
+polynomials.
 """
 
 from __future__ import annotations
@@ -17,10 +18,18 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import FileError, OptionError
+from planner.motion.ros_bag import write_bag
 from planner.motion.trajectory import DEGREE, Trajectory
 
-Format = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz"]
-SUFFIX: dict[Format, str] = {"ros-yaml": "yaml", "ros-json": "json", "moveit": "yaml", "csv": "csv", "npz": "npz"}
+Format = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
+SUFFIX: dict[Format, str] = {
+    "ros-yaml": "yaml",
+    "ros-json": "json",
+    "moveit": "yaml",
+    "csv": "csv",
+    "npz": "npz",
+    "mcap": "mcap",
+}
 
 _PER_SECOND = 1_000_000_000
 _LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
@@ -38,15 +47,16 @@ def export(trajectory: Trajectory, kind: Format, rate: float | None = None, skip
     if skip_first_point:
         nanoseconds = nanoseconds[1:]
     t = trajectory.times[0] + nanoseconds / _PER_SECOND
-    columns = [_values(trajectory, t, order) for order in range(3)]
+    columns = [_values(trajectory, t, order) for order in range((DEGREE[trajectory.interpolation] + 1) // 2)]
     if kind == "csv":
         return _csv(trajectory.joints, nanoseconds, columns).encode()
     if kind == "npz":
         return _npz(trajectory.joints, nanoseconds / _PER_SECOND, columns)
-    given = (DEGREE[trajectory.interpolation] + 1) // 2
-    message = _message(trajectory.joints, nanoseconds, columns[:given])
+    message = _message(trajectory.joints, nanoseconds, columns)
     if kind == "moveit":
         message = {"joint_trajectory": message, "multi_dof_joint_trajectory": {"joint_names": [], "points": []}}
+    if kind == "mcap":
+        return write_bag(message)
     if kind == "ros-json":
         return (_flow(message) + "\n").encode()
     return _yaml(message).encode()
@@ -134,7 +144,10 @@ def _yaml(value: dict[str, Any], indent: str = "") -> str:
 
 
 def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> str:
-    names = ["t", *joints, *(f"{j}_velocity" for j in joints), *(f"{j}_acceleration" for j in joints)]
+    names = [
+        "t",
+        *(f"{joint}{ending}" for ending in ("", "_velocity", "_acceleration")[: len(columns)] for joint in joints),
+    ]
     lines = [",".join(names)]
     for t, row in zip(nanoseconds.tolist(), np.concatenate(columns, axis=1).tolist(), strict=True):
         lines.append(",".join([f"{t // _PER_SECOND}.{t % _PER_SECOND:09d}", *map(repr, row)]))
@@ -143,5 +156,6 @@ def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> s
 
 def _npz(joints: tuple[str, ...], t: Floats, columns: list[Floats]) -> bytes:
     content = io.BytesIO()
-    np.savez(content, t=t, q=columns[0], qd=columns[1], qdd=columns[2], joints=np.array(joints))
+    given = dict(zip(("q", "qd", "qdd"), columns, strict=False))
+    np.savez(content, t=t, **given, joints=np.array(joints))
     return content.getvalue()

@@ -14,7 +14,7 @@ from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_json
 from planner.base.yamlfile import read_text, validate
 from planner.motion.limits import KINDS, MotionLimits
-from planner.motion.trajectory import Interpolation, Trajectory
+from planner.motion.trajectory import DEGREE, Interpolation, Trajectory
 from planner.paths.file import parse
 
 TRAJECTORY_NAME = "trajectory.json"
@@ -55,7 +55,8 @@ class _File(pydantic.BaseModel):
 def trajectory_record(trajectory: Trajectory, robot: str | None = None, scene: str | None = None) -> dict[str, Any]:
     """The trajectory as plain data, the keys of ``trajectory.json``; s, rad, m.
 
-    Between two points it is the polynomial that ``interpolation`` says: cubics take positions and velocities.
+    Between two points it is the polynomial that ``interpolation`` says: cubics take positions and velocities, quintics
+    accelerations too.
     """
     columns = (trajectory.times.tolist(), *(trajectory.knots(order).tolist() for order in range(3)))
     return {
@@ -94,7 +95,7 @@ def load_trajectory(path: Path) -> Trajectory:
     times = np.array([point.t for point in file.points])
     if not (np.diff(times) > 0).all():
         raise FileError(f"{where}: its times do not increase strictly; mend the file.")
-    given = {"lines": 1, "cubics": 2, "quintics": 3}[file.interpolation]
+    given = (DEGREE[file.interpolation] + 1) // 2
     made = Trajectory.through(tuple(file.joints), times, *map(_rows, columns[:given]), law=file.law)
     limits = _limits(file.limits, made.joints, where)
     return replace(made, limits=limits, proven=file.proven, proof=file.proof)

@@ -71,6 +71,10 @@ class MotionLimits:
         _require_within_urdf(robot, limits)
         return limits
 
+    def times(self, share: float) -> MotionLimits:
+        """A share of all of them."""
+        return replace(self, **{kind: frozen(share * getattr(self, kind)) for kind in KINDS})
+
     def to_dict(self) -> dict[str, Any]:
         """The limits as ``trajectory.json`` has them."""
         return {kind: getattr(self, kind).tolist() for kind in KINDS} | {"source": dict(self.source)}

@@ -15,7 +15,8 @@ from planner.base.files import is_folder
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.motion.file import TRAJECTORY_NAME, limits_in
 from planner.motion.limits import MotionLimits
-from planner.motion.trajectory import Trajectory
+from planner.motion.ros_bag import read_bag
+from planner.motion.trajectory import DEGREE, Trajectory
 from planner.paths.file import PathFile, cells, in_order, is_number, joint_names, matrix, parse
 from planner.world.robot import Robot
 
@@ -67,14 +68,17 @@ def read_points(path: Path, robot: Robot) -> Points | None:
     """The trajectory of a file, in the robot's order of joints; None where the file holds a path without times.
 
     Our own ``trajectory.json`` or its folder; a JointTrajectory, RobotTrajectory or FollowJointTrajectory goal as JSON
-    or YAML; a CSV with a column of times; an ``.npz`` with t, q, qd. Accelerations of a message make quintics; those of
-    the others, which no controller reads, are left aside. Raises :class:`FileError` for what cannot be read.
+    or YAML; a CSV with a column of times; an ``.npz`` with t, q, perhaps qd and qdd; the
+    first JointTrajectory of a bag in MCAP. Accelerations make quintics, as in
+    a message; our own file says what its pieces are. Raises :class:`FileError` for what cannot be read.
     """
     path = path / TRAJECTORY_NAME if is_folder(path) else path
     where = f"trajectory {path}"
     match path.suffix.lower():
         case ".npz":
             found = _from_npz(path, where)
+        case ".mcap":
+            found = _from_data(read_bag(path, where), where)
         case ".csv":
             found = _from_csv(read_text(path, "joint path"), where)
         case ".yaml" | ".yml":
@@ -126,10 +130,15 @@ def _from_data(data: Any, where: str) -> tuple[Floats, list[Floats], Any, Any] |
     if not all("t" in point if own else "time_from_start" in point for point in points):
         return None
     times = np.array([_seconds(point["t" if own else "time_from_start"], where) for point in points])
-    keys = _OWN[:2] if own else _MESSAGE
+    keys = _OWN[: _given(data.get("interpolation"))] if own else _MESSAGE
     columns = [rows for key in keys if (rows := _column(points, key, where)) is not None]
     name = data.get("robot") if own else None
     return times, columns, joint_names(data, where), name if isinstance(name, str) else None
+
+
+def _given(interpolation: Any) -> int:
+    """How many of position, velocity and acceleration the pieces of our own file go through."""
+    return (DEGREE[interpolation] + 1) // 2 if isinstance(interpolation, str) and interpolation in DEGREE else 2
 
 
 def _column(points: list[dict[str, Any]], key: str, where: str) -> Floats | None:
@@ -168,19 +177,20 @@ def _from_csv(text: str, where: str) -> tuple[Floats, list[Floats], Any, Any] | 
         raise FileError(f"{where} names {len(names)} columns and has {table.shape[1]}: mend the file.")
     joints = [name for name in names if not name.endswith((*_ENDINGS[0], *_ENDINGS[1])) and name not in _TIME]
     columns = [table[:, [names.index(joint) for joint in joints]]]
-    speeds = [next((names.index(j + e) for e in _ENDINGS[0] if j + e in names), None) for j in joints]
-    if any(k is not None for k in speeds):
-        columns.append(np.stack([np.zeros(len(table)) if k is None else table[:, k] for k in speeds], axis=1))
+    for endings in _ENDINGS:
+        found = [next((names.index(j + e) for e in endings if j + e in names), None) for j in joints]
+        if all(k is None for k in found):
+            break  # accelerations without velocities are of no use
+        columns.append(np.stack([np.zeros(len(table)) if k is None else table[:, k] for k in found], axis=1))
     return table[:, clock], columns, tuple(joints), None
 
 
 def _from_npz(path: Path, where: str) -> tuple[Floats, list[Floats], Any, Any]:
     try:
         with np.load(path, allow_pickle=False) as file:
-            content = {key: file[key] for key in ("t", "q", "qd", "joints") if key in file}
-            times, columns = content["t"].astype(float), [content["q"].astype(float)]
-            if "qd" in content:
-                columns.append(content["qd"].astype(float))
+            content = {key: file[key] for key in ("t", *_OWN, "joints") if key in file}
+            given = _OWN[: next((k for k, key in enumerate(_OWN) if key not in content), len(_OWN))] or _OWN[:1]
+            times, columns = content["t"].astype(float), [content[key].astype(float) for key in given]
             names = tuple(map(str, content["joints"].tolist())) if "joints" in content else None
     except FileNotFoundError:
         raise FileError(f"{where} not found: check the path.") from None

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Bools, Ints
+from planner.base.polynomials import bernstein
 from planner.base.resolutions import PROOF
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.kinematics.manipulability import manipulability
@@ -119,15 +120,16 @@ def limits_exceeded(trajectory: Trajectory, robot: Robot, limits: MotionLimits) 
         if trajectory.coefficients.shape[1] == 2 and order > 1:
             break  # lines: the velocity jumps, which no limit on its change allows; the law says so
         most = getattr(limits, kind)
-        share = trajectory.largest(order) / most
-        piece, joint = np.unravel_index(int(share.argmax()), share.shape)
-        if share[piece, joint] > 1.0 + ROUNDING:
-            value = float(share[piece, joint] * most[joint])
-            found.append(_excess(trajectory, kind, int(piece), int(joint), value, float(most[joint])))
+        share, piece, joint = trajectory.worst(order, most, 1.0)
+        if share > 1.0 + ROUNDING:
+            found.append(_excess(trajectory, kind, piece, joint, share * float(most[joint]), float(most[joint])))
     return tuple(excess for excess in found if excess is not None)
 
 
 def _position_excess(trajectory: Trajectory, robot: Robot) -> Excess | None:
+    hull = bernstein(trajectory.coefficients)
+    if not beyond_limits(robot, hull.min(axis=1)).any() and not beyond_limits(robot, hull.max(axis=1)).any():
+        return None
     low, high = trajectory.extrema()
     below, above = beyond_limits(robot, low), beyond_limits(robot, high)
     beyond = np.maximum(below, above)

@@ -132,7 +132,7 @@ def _share(report: TrajectoryReport, order: int, kind: str) -> float | None:
     found = report.trajectory
     if found is None or (found.interpolation == "lines" and order > 1):
         return None
-    return float(np.max(found.largest(order) / getattr(report.limits, kind)))
+    return found.worst(order, getattr(report.limits, kind))[0]
 
 
 def _contact(report: TrajectoryReport) -> str:

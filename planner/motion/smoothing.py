@@ -1,4 +1,4 @@
-"""From the phases of a motion to cubics of limited jerk between knots at whole nanoseconds.
+"""From the phases of a motion to quintics of limited jerk between knots at whole nanoseconds.
 
 The mean of a motion over the last ``window`` seconds keeps its limits on positions, velocities and accelerations, as
 means do, and its jerk is the change of the acceleration over the window by the window: no more than twice the limit on
@@ -6,9 +6,9 @@ acceleration by ``window``. It begins and ends at rest where the motion does, ``
 Biagiotti and Melchiorri 2008). On a line the result is still on the line. At a stop the motion waits for a ``window``,
 so that the mean reaches the corner itself.
 
-The knots are those of the motion, and ``window`` behind each. On lines the mean is a cubic between them, and its
-acceleration is continuous; on parabolas it is nearly one: the cubics with its positions and velocities at the knots
-have accelerations that may jump there, by a fifth of the limit at the most seen.
+The knots are those of the motion, and ``window`` behind each. The mean's acceleration is continuous, and so is that of
+the quintics with its positions, velocities and accelerations at the knots: their jerk is all the jerk that there is. On
+lines they are the mean itself, which is a cubic there; on parabolas they are close to it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from planner.motion.time_optimal import Phase
 from planner.motion.trajectory import Trajectory
 
 NANOSECOND = 1e-9
-_APART = 10_000  # ns: knots nearer than this are one, for the noise of cubics between them grows with 1 / h²
+_APART = 50_000  # ns: knots nearer than this are one, for the noise of the jerk between them grows with 1 / h³
 _SHORTEST_WINDOW = 1e-3  # s
 
 
@@ -31,17 +31,25 @@ _SHORTEST_WINDOW = 1e-3  # s
 class Timed:
     """The knots of a motion along a curve: ``nanoseconds`` (k,), positions and velocities (k, dof) there.
 
-    ``piece`` (k - 1,) is the curve's piece that the motion is on after each knot.
+    ``piece`` (k - 1,) is the curve's piece that the motion is on after each knot. ``qdd`` (k, dof) are accelerations,
+    None where they jump.
     """
 
     nanoseconds: Ints
     q: Floats
     qd: Floats
     piece: Ints
+    qdd: Floats | None = None
 
     def trajectory(self, joints: tuple[str, ...], law: str) -> Trajectory:
-        """The cubics between the knots."""
-        return Trajectory.through(joints, in_seconds(self.nanoseconds), self.q, self.qd, law=law)
+        """The quintics between the knots, cubics where no accelerations are known."""
+        return Trajectory.through(joints, in_seconds(self.nanoseconds), self.q, self.qd, self.qdd, law=law)
+
+
+def standstill(q: Floats, nanoseconds: int) -> Timed:
+    """A motion that stays at ``q`` (dof,)."""
+    rest = np.repeat(q[None], 2, axis=0)
+    return Timed(np.array([0, nanoseconds]), rest, 0.0 * rest, np.zeros(1, dtype=int), 0.0 * rest)
 
 
 def in_seconds(nanoseconds: Ints) -> Floats:
@@ -99,11 +107,12 @@ def smoothed(timed: Timed, window: int) -> Timed:
     times = times[np.concatenate([[True], np.diff(times) >= _APART])]
     times[-1] = end + window
     base = _with_rest(timed, window).trajectory((), "")
-    now, before = in_seconds(times), in_seconds(times - window)
-    q, qd = _means(base, before, now), (base.at(now) - base.at(before)) / (window * NANOSECOND)
-    q[0], q[-1], qd[0], qd[-1] = timed.q[0], timed.q[-1], 0.0, 0.0
+    now, before, seconds = in_seconds(times), in_seconds(times - window), window * NANOSECOND
+    q, qd, qdd = _means(base, before, now), *((base.at(now, k) - base.at(before, k)) / seconds for k in (0, 1))
+    q[0], q[-1] = timed.q[0], timed.q[-1]
+    qd[[0, -1]] = qdd[[0, -1]] = 0.0
     piece = np.clip(np.searchsorted(timed.nanoseconds, times[:-1], side="right") - 1, 0, len(timed.piece) - 1)
-    return Timed(times, q, qd, timed.piece[piece])
+    return Timed(times, q, qd, timed.piece[piece], qdd)
 
 
 def _with_rest(timed: Timed, window: int) -> Timed:

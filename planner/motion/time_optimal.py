@@ -10,14 +10,15 @@ largest x from which the rest can be done, from the start on the largest u that 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.motion.curve import Curve
+from planner.native.library import quickest_motion
 
-GRID = 24  # intervals of a parabola: with 12 motions take 2 % longer
-_NEWTON = 60  # steps at most; each leaves one of finitely many lines behind
+_CORNER, _RAMP = 24, 3  # intervals of the parabolas of corners and ramps: s of a ramp is time, u stays near 0 there
 
 
 @dataclass(frozen=True)
@@ -31,125 +32,54 @@ class Phase:
     duration: float
 
 
+def _parts(count: int) -> Floats:
+    """Intervals (count, 2) of a parabola, shorter towards its ends: with even ones motions take 1 % longer."""
+    even = np.arange(count + 1) / count
+    places = even**2 * (3.0 - 2.0 * even)
+    return np.stack([places[:-1], places[1:]], axis=1)
+
+
+_PARTS = {count: _parts(count) for count in (1, _RAMP, _CORNER)}
+
+
 def quickest(curve: Curve, velocity: Floats, acceleration: Floats) -> list[Phase]:
     """The phases of the quickest motion along ``curve`` from rest to rest; limits (dof,)."""
-    steps = [step for piece in range(len(curve.corner)) for step in _steps(curve, piece, velocity, acceleration)]
-    reachable = _backwards(steps)
+    lines = np.logical_not(curve.coefficients[:, 2].any(axis=1))
+    count = np.where(lines, 1, np.where(curve.corner < 0, _RAMP, _CORNER))
+    piece = np.repeat(np.arange(len(lines)), count)
+    parts = np.concatenate([_PARTS[number] for number in count.tolist()])
+    joint = np.ones(len(piece))
+    joint[np.cumsum(count) - 1] = _joints(curve)
+    found = quickest_motion(curve.coefficients, piece, parts, joint, velocity, acceleration)
     phases: list[Phase] = []
-    x = 0.0
-    for step, most in zip(steps, reachable[1:], strict=True):
-        step_phases, x = step.forward(x, most)
-        phases += step_phases
-        x *= step.joint
+    for k, (low, high), (x, end, u) in zip(piece.tolist(), parts.tolist(), found.tolist(), strict=True):
+        if lines[k]:
+            phases += _along_line(k, x, end, velocity, curve.coefficients[k, 1], u)
+        else:
+            phases.append(Phase(k, low, sqrt(x), u, 2.0 * (high - low) / (sqrt(x) + sqrt(end))))
     return phases
 
 
-def _backwards(steps: list[_Line | _Bend]) -> list[float]:
-    """The largest x at the start of every step, and at the end of the last, from which the rest can be done."""
-    most = [0.0]
-    for step in reversed(steps):
-        # x of the step's own piece; at a stop the next one begins from rest
-        most.append(step.controllable(most[-1] / step.joint if step.joint else 0.0))
-    return most[::-1]
-
-
-class _Line:
-    """A whole line: any speed up to one limit, any acceleration up to another."""
-
-    def __init__(self, piece: int, delta: Floats, velocity: Floats, acceleration: Floats, joint: float) -> None:
-        self.piece, self.joint = piece, joint
-        with np.errstate(divide="ignore"):
-            self.u = float((acceleration / np.abs(delta)).min())
-            self.x = float((velocity / np.abs(delta)).min()) ** 2
-
-    def controllable(self, most: float) -> float:
-        return min(self.x, min(most, self.x) + 2.0 * self.u)
-
-    def forward(self, x: float, most: float) -> tuple[list[Phase], float]:
-        """Speed up, cruise and brake; ``most`` is the x allowed at the end, in the next piece's parameter."""
-        end = min(most / self.joint if self.joint else 0.0, self.x, x + 2.0 * self.u)
-        peak = min(self.x, 0.5 * (x + end) + self.u)
-        low, high, top = np.sqrt([x, end, peak]).tolist()
-        up, down = (peak - x) / (2.0 * self.u), (peak - end) / (2.0 * self.u)
-        cruise = max(0.0, 1.0 - up - down)
-        parts = [
-            Phase(self.piece, 0.0, low, self.u, (top - low) / self.u),
-            Phase(self.piece, up, top, 0.0, cruise / top),
-            Phase(self.piece, 1.0 - down, top, -self.u, (top - high) / self.u),
-        ]
-        return [part for part in parts if part.duration > 0.0], end
-
-
-class _Bend:
-    """One interval of a parabola, on which u is constant: the linear constraints on u and on x at its start."""
-
-    def __init__(
-        self, piece: int, s: float, length: float, slopes: Floats, bend: Floats, limits: tuple[Floats, Floats]
-    ) -> None:
-        """``slopes`` (2, dof) are q' at both ends, ``bend`` (dof,) is q''."""
-        velocity, acceleration = limits
-        self.piece, self.s, self.length, self.joint = piece, s, length, 1.0
-        fastest = np.abs(slopes).max(axis=0)
-        with np.errstate(divide="ignore"):
-            self.x = float((velocity / fastest).min()) ** 2
-        first, last = slopes[0], slopes[1] + 2.0 * length * bend  # x grows by 2 length u until the end
-        self.by_u = np.concatenate([first, -first, last, -last, [2.0 * length, -2.0 * length]])
-        self.by_x = np.concatenate([bend, -bend, bend, -bend, [1.0, -1.0]])
-        self.at_most = np.concatenate([np.tile(acceleration, 4), [0.0, 0.0]])
-
-    def _range(self, x: float, most: float) -> tuple[float, float, float, float]:
-        """The least and the largest u at ``x``, and how they change with it."""
-        self.at_most[-2] = most
-        with np.errstate(divide="ignore", invalid="ignore"):
-            u = (self.at_most - self.by_x * x) / self.by_u
-        up = np.where(self.by_u > 0, u, np.inf).argmin()
-        low = np.where(self.by_u < 0, u, -np.inf).argmax()
-        slopes = -self.by_x[[low, up]] / self.by_u[[low, up]]
-        return float(u[low]), float(u[up]), float(slopes[0]), float(slopes[1])
-
-    def controllable(self, most: float) -> float:
-        """By Newton's method from above on (largest u) - (least u), which is concave and piecewise linear in x."""
-        most = min(most, self.x)
-        free = (self.by_u == 0.0) & (self.by_x > 0.0)
-        x = min(self.x, float((self.at_most[free] / self.by_x[free]).min(initial=np.inf)))
-        for _ in range(_NEWTON):
-            low, high, low_slope, high_slope = self._range(x, most)
-            if low <= high:
-                break
-            step = (high - low) / (high_slope - low_slope)
-            if not 0.0 < step <= x or x - step == x:
-                return max(0.0, x * (1.0 - 1e-12))
-            x -= step
-        return x
-
-    def forward(self, x: float, most: float) -> tuple[list[Phase], float]:
-        """Speed up as much as ``x`` and ``most`` at the end allow; ``most`` is in the next piece's parameter."""
-        most = min(most / self.joint if self.joint else 0.0, self.x)
-        low, high, _, _ = self._range(x, most)
-        u = high if high >= low else 0.5 * (low + high)  # they cross by rounding only
-        end = max(0.0, x + 2.0 * self.length * u)
-        speed, last = np.sqrt([x, end]).tolist()
-        return [Phase(self.piece, self.s, speed, u, 2.0 * self.length / (speed + last))], end
-
-
-def _steps(curve: Curve, piece: int, velocity: Floats, acceleration: Floats) -> list[_Line | _Bend]:
-    _, slope, bend = curve.coefficients[piece]
-    joint = _joint(curve, piece)
-    if curve.corner[piece] < 0:
-        return [_Line(piece, slope, velocity, acceleration, joint)]
-    grid = np.linspace(0.0, 1.0, GRID + 1)
-    slopes = slope + 2.0 * grid[:, None] * bend
-    limits = velocity, acceleration
-    steps: list[_Line | _Bend] = [
-        _Bend(piece, float(grid[k]), 1.0 / GRID, slopes[k : k + 2], 2.0 * bend, limits) for k in range(GRID)
+def _along_line(piece: int, x: float, end: float, velocity: Floats, delta: Floats, u: float) -> list[Phase]:
+    """Speed up, cruise and brake, with the acceleration ``u`` of the parameter."""
+    with np.errstate(divide="ignore"):
+        most = float((velocity / np.abs(delta)).min()) ** 2
+    peak = min(most, 0.5 * (x + end) + u)
+    low, high, top = sqrt(x), sqrt(end), sqrt(peak)
+    up, down = (peak - x) / (2.0 * u), (peak - end) / (2.0 * u)
+    cruise = max(0.0, 1.0 - up - down)
+    parts = [
+        Phase(piece, 0.0, low, u, (top - low) / u),
+        Phase(piece, up, top, 0.0, cruise / top),
+        Phase(piece, 1.0 - down, top, -u, (top - high) / u),
     ]
-    steps[-1].joint = joint
-    return steps
+    return [part for part in parts if part.duration > 0.0]
 
 
-def _joint(curve: Curve, piece: int) -> float:
-    """By what x is multiplied where the next piece begins, so that the joints' velocities go on; 0 for a stop."""
-    if curve.stop[piece]:
-        return 0.0
-    end = curve.coefficients[piece, 1] + 2.0 * curve.coefficients[piece, 2]
-    return float((end**2).sum() / (curve.coefficients[piece + 1, 1] ** 2).sum())
+def _joints(curve: Curve) -> Floats:
+    """By what x is multiplied behind each piece (m,), so that the joints' velocities go on; 0 for a stop."""
+    slope, bend = curve.coefficients[:, 1], curve.coefficients[:, 2]
+    end, start = ((slope + 2.0 * bend) ** 2).sum(axis=1), (slope**2).sum(axis=1)
+    joint = np.zeros(len(curve.stop))
+    joint[:-1] = np.where(curve.stop[:-1], 0.0, end[:-1] / start[1:])
+    return joint

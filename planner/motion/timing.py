@@ -1,25 +1,27 @@
-"""From a path to a trajectory: corners rounded as far as proofs allow, the quickest motion, proven once more."""
+"""From a path to a trajectory: corners rounded and shortcuts taken as far as they are proven, the quickest motion."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.request import TimeLaw
+from planner.base.request import DEFAULT_TIME_LAW, TimeLaw
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.motion.curve import Curve, blends, rounded, without_standstill
+from planner.motion.curve import Curve, blends, rounded, straight, without_standstill
 from planner.motion.limits import KINDS, MotionLimits
 from planner.motion.proof import MotionProof, prove_motion
-from planner.motion.smoothing import Timed, knots_of, smoothed, window_for
+from planner.motion.smoothing import Timed, knots_of, smoothed, standstill, window_for
 from planner.motion.time_optimal import quickest
+from planner.motion.time_shortcuts import Cost, Shortcuts, curve_cost, joint_motion
 from planner.motion.trajectory import Trajectory
 
 _NARROWEST = 1 / 64  # of half a segment: a corner that needs less room is stopped at
+USED = 0.999  # share of every limit that motions use, so that braking along the same curve can keep to all of it
 _EXTRA = 1e-7  # by so much more than needed is a motion slowed down that is a little too quick, so that once will do
 
 
@@ -33,47 +35,74 @@ class _Asked:
     floor: float
 
 
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """A motion along a curve, and what is proven of it; ``widths`` (k - 2,) of the corners, where they are rounded."""
+
+    curve: Curve
+    timed: Timed
+    proof: MotionProof
+    widths: Floats = field(default_factory=lambda: np.zeros(0))
+
+
 def time_path(
     path: Floats,
     checker: CollisionChecker,
     limits: MotionLimits | None = None,
     *,
-    law: TimeLaw = "blended",
+    law: TimeLaw = DEFAULT_TIME_LAW,
     floor: float = 0.0,
+    cost: Cost = joint_motion,
+    extra_cost: float = 0.0,
 ) -> Trajectory:
     """A motion along a joint path (k, dof) that keeps ``limits``, from rest to rest.
 
     ``blended`` rounds corners by parabolas, as wide as half the segments where that is proven to keep the checker's
     margin and w above ``floor``, narrower where it is not, and stops where even narrow ones are not; the motion is the
-    quickest along that curve, but for the milliseconds over which it is averaged to limit the jerk. ``stop-at-corners``
-    stays on the path. Either exists for every path. ``proof`` says what is proven of the result; a path that touches
-    something is timed too, and nothing is proven then.
+    quickest along that curve, but for the milliseconds over which it is averaged to limit the jerk. ``shortcuts`` takes
+    proven shortcuts in time as well, as long as the curve's ``cost`` is at most 1 + ``extra_cost`` times the path's:
+    the larger, the quicker the motion. ``stop-at-corners`` stays on the path. Each exists for every path. ``proof``
+    says what is proven of the result; a path that touches something is timed too, and nothing is proven then.
     """
-    return timed_curve(path, checker, limits, law, floor)[0]
+    return timed_curve(path, checker, limits, law, floor, cost, extra_cost)[0]
 
 
 def timed_curve(
-    path: Floats, checker: CollisionChecker, limits: MotionLimits | None, law: TimeLaw, floor: float
+    path: Floats,
+    checker: CollisionChecker,
+    limits: MotionLimits | None,
+    law: TimeLaw,
+    floor: float,
+    cost: Cost = joint_motion,
+    extra_cost: float = 0.0,
 ) -> tuple[Trajectory, Curve]:
-    """As :func:`time_path`, with the rounded path that the motion runs along."""
-    robot = checker.robot
-    asked = _Asked(
-        without_standstill(np.asarray(path, dtype=float)), EdgeProver(checker), MotionLimits.of(robot), floor
-    )
-    asked = replace(asked, limits=limits or asked.limits)
+    """As :func:`time_path`, with the curve that the motion runs along."""
+    limits = limits or MotionLimits.of(checker.robot)
+    asked = _Asked(without_standstill(np.asarray(path, dtype=float)), EdgeProver(checker), limits, floor)
+    found, shortcuts = _rounded_motion(asked, law), 0
+    if law == "shortcuts" and found.proof.whole and len(asked.path) > 1:
+        most = (1.0 + extra_cost) * curve_cost(straight(asked.path), cost)
+        rules = Shortcuts(asked.prover, limits.times(USED), floor, cost, most)
+        curve, count = rules.shorten(found.curve)
+        shorter = _motion(asked, curve)
+        if count and shorter.proof.whole and shorter.timed.nanoseconds[-1] < found.timed.nanoseconds[-1]:
+            found, shortcuts = replace(shorter, widths=found.widths), count
+    record = found.proof.to_dict(checker.world.margin, checker.name)
+    record |= {"corners": len(found.widths), "corners_blended": int((found.widths > 0).sum()), "shortcuts": shortcuts}
+    made = found.timed.trajectory(limits.joints, law)
+    return replace(made, limits=limits, proven=found.proof.whole, proof=record), found.curve
+
+
+def _rounded_motion(asked: _Asked, law: TimeLaw) -> _Motion:
+    """The motion along the path with its corners rounded as far as that and the motion itself are proven."""
     corners = max(len(asked.path) - 2, 0)
-    widths = _provable_widths(asked) if law == "blended" and corners else np.zeros(corners)
+    widths = _provable_widths(asked) if law != "stop-at-corners" and corners else np.zeros(corners)
     while True:
-        timed, curve = _motion(asked.path, widths, asked.limits)
-        trajectory = timed.trajectory(robot.joints, law)
-        proof = prove_motion(trajectory, asked.prover, asked.limits, floor)
-        narrower = _narrowed(widths, timed, curve, proof)
+        motion = replace(_motion(asked, rounded(asked.path, widths)), widths=widths)
+        narrower = _narrowed(motion)
         if narrower is None:
-            break
+            return motion
         widths = narrower
-    record = proof.to_dict(checker.world.margin, checker.name)
-    record |= {"corners": corners, "corners_blended": int((widths > 0).sum())}
-    return replace(trajectory, limits=asked.limits, proven=proof.whole, proof=record), curve
 
 
 def _provable_widths(asked: _Asked) -> Floats:
@@ -102,38 +131,42 @@ def _levels(asked: _Asked) -> Floats:
     return np.where(above[:-2] & above[1:-1] & above[2:], asked.floor, 0.0)
 
 
-def _motion(path: Floats, widths: Floats, limits: MotionLimits) -> tuple[Timed, Curve]:
-    """The smoothed motion along the rounded path, as slow as it takes to be within limits exactly."""
+def _motion(asked: _Asked, curve: Curve) -> _Motion:
+    """The smoothed motion along a curve, as slow as it takes to be within limits exactly."""
+    limits = asked.limits.times(USED)
     window = window_for(limits.acceleration, limits.jerk)
-    if len(path) == 1:
-        rest = Timed(np.array([0, window]), np.repeat(path, 2, axis=0), np.zeros((2, path.shape[1])), np.zeros(1, int))
-        return rest, Curve(np.stack([path, 0 * path, 0 * path], axis=1), np.array([-1]), np.array([True]))
-    curve = rounded(path, widths)
+    if len(asked.path) == 1:
+        timed = standstill(asked.path[0], window)
+        return _Motion(curve, timed, _proof(asked, timed))
     phases = quickest(curve, limits.velocity, limits.acceleration)
     stretch, timed, needed = 1.0, None, np.inf
     while timed is None or needed > 1.0:
         timed = smoothed(knots_of(curve, phases, stretch, window), window)
         needed = _stretch_needed(timed, limits)
         stretch *= needed * (1.0 + _EXTRA)
-    return timed, curve
+    return _Motion(curve, timed, _proof(asked, timed))
+
+
+def _proof(asked: _Asked, timed: Timed) -> MotionProof:
+    return prove_motion(timed.trajectory(asked.limits.joints, ""), asked.prover, asked.limits, asked.floor)
 
 
 def _stretch_needed(timed: Timed, limits: MotionLimits) -> float:
     """By how much the motion would have to be slower to keep all limits: 1 or less where it does."""
     trajectory = timed.trajectory(limits.joints, "")
-    shares = [(trajectory.largest(order) / getattr(limits, kind)).max() for order, kind in enumerate(KINDS, start=1)]
+    shares = [trajectory.worst(order, getattr(limits, kind), 1.0)[0] for order, kind in enumerate(KINDS, start=1)]
     return float(max(share ** (1.0 / order) for order, share in enumerate(shares, start=1)))
 
 
-def _narrowed(widths: Floats, timed: Timed, curve: Curve, proof: MotionProof) -> Floats | None:
+def _narrowed(motion: _Motion) -> Floats | None:
     """Half the width for corners next to which something is not proven; None where there is nothing to narrow."""
-    bad = np.flatnonzero((proof.verdict != 0) | ~proof.floor_holds)
-    pieces = timed.piece[bad]
-    near = np.unique(np.concatenate([pieces, pieces - 1, pieces + 1]).clip(0, len(curve.corner) - 1))
-    corners = curve.corner[near]
+    bad = np.flatnonzero((motion.proof.verdict != 0) | ~motion.proof.floor_holds)
+    pieces, corner = motion.timed.piece[bad], motion.curve.corner
+    near = np.unique(np.concatenate([pieces, pieces - 1, pieces + 1]).clip(0, len(corner) - 1))
+    corners = corner[near]
     corners = corners[corners > 0] - 1
     if not len(corners):
         return None
-    narrower = widths.copy()
+    narrower = motion.widths.copy()
     narrower[corners] *= 0.5
     return np.where(narrower >= _NARROWEST, narrower, 0.0)

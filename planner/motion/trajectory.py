@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
-from planner.base.polynomials import derivative, evaluate, extrema
+from planner.base.polynomials import bernstein, derivative, evaluate, extrema
 from planner.motion.limits import LimitError, MotionLimits
 
 if TYPE_CHECKING:
@@ -120,6 +120,21 @@ class Trajectory:
     def largest(self, order: int) -> Floats:
         """The largest absolute value (k, dof) of a derivative on every piece."""
         return np.max(np.abs(self.extrema(order)), axis=0)
+
+    def worst(self, order: int, most: Floats, beyond: float = 0.0) -> tuple[float, int, int]:
+        """The largest share of a limit ``most`` (dof,) on a derivative, and the piece and joint that has it.
+
+        Exact as :meth:`largest`, in a fraction of the time: only pieces are solved whose Bernstein coefficients are
+        beyond the largest value at a knot. Shares up to ``beyond`` may come out smaller than they are.
+        """
+        h = np.diff(self.times)[:, None] ** order
+        slope = derivative(self.coefficients, order)
+        hull = np.abs(bernstein(slope))
+        reached = np.maximum(hull[:, 0], hull[:, -1]) / h / most
+        open_ = np.flatnonzero((hull.max(axis=1) / h / most).max(axis=1) > max(reached.max(), beyond))
+        reached[open_] = np.max(np.abs(extrema(slope[open_])), axis=0) / h[open_] / most
+        piece, joint = np.unravel_index(int(reached.argmax()), reached.shape)
+        return float(reached[piece, joint]), int(piece), int(joint)
 
 
 def _cubics(q: Floats, start: Floats, end: Floats) -> list[Floats]:

@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 3  # of the functions' arguments: what planner_version() says
+_VERSION = 5  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _double = ctypes.c_int, ctypes.c_double
@@ -51,6 +51,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "world_prove": (_Pointer, *4 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
+    "curve_quickest": (_int, _int, *7 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
@@ -318,4 +319,19 @@ def detours(nodes: int, edges: Ints, lengths: Floats, pairs: Ints, limits: Float
     _library.graph_detours(
         nodes, len(edges), _at(edges), _at(lengths), len(pairs), _at(pairs), _at(limits), threads(), _at(found)
     )
+    return found
+
+
+def quickest_motion(
+    pieces: Floats, piece: Ints, parts: Floats, joint: Floats, velocity: Floats, acceleration: Floats
+) -> Floats:
+    """The quickest motion from rest along stretches of a curve of ``pieces`` c0 + c1 s + c2 s² (m, 3, dof).
+
+    Stretch k is the part from ``parts[k]`` (n, 2) of ``piece[k]`` (n,): a whole line, or a part of a parabola on which
+    u = d²s/dt² is constant. Behind it x = (ds/dt)² is multiplied by ``joint[k]`` (n,), and 0 is a stop. Rows (n, 3): x
+    at the beginning and at the end of each stretch, and u, on a line the largest u.
+    """
+    arrays = _floats(pieces), _ints(piece), _floats(parts), _floats(joint), _floats(velocity), _floats(acceleration)
+    found = np.empty((len(piece), 3))
+    _library.curve_quickest(len(piece), pieces.shape[2], *(_at(array) for array in arrays), _at(found))
     return found

@@ -32,7 +32,9 @@ def report_of(times: list[float], *columns: list[list[float]]) -> TrajectoryRepo
 
 def test_our_own_is_proven_by_the_check_too() -> None:
     made = time_path(np.array([[-1.0, 0.5], [-0.6, -0.4], [-0.2, 0.1]]), CHECKER)
-    report = check_trajectory(CHECKER, Points(ARM.joints, made.times, (made.knots(), made.knots(1))), LIMITS)
+    report = check_trajectory(
+        CHECKER, Points(ARM.joints, made.times, (made.knots(), made.knots(1), made.knots(2))), LIMITS
+    )
     assert report.ok
     assert report.proof is not None
     assert (report.proof.verdict == Verdict.FREE).all()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import get_args
 
@@ -25,7 +26,8 @@ ARM = load("planar_2r")
 A, B = ARM.joints
 PATH = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
 MADE = time_path(PATH, make_checker(ARM, scene_of((Box((0.1, 0.1, 0.1)), pose([5.0, 0.0, 0.0])))))
-FORMATS: tuple[Format, ...] = get_args(Format)
+needs_mcap = pytest.mark.skipif(find_spec("mcap") is None, reason="the extra mcap is not installed")
+FORMATS = [pytest.param(kind, marks=needs_mcap) if kind == "mcap" else kind for kind in get_args(Format)]
 
 
 def read_back(content: bytes, kind: Format, folder: Path) -> Trajectory:
@@ -42,6 +44,17 @@ def test_every_format_gives_the_same_polynomials(kind: Format, tmp_path: Path) -
     found = read_back(export(MADE, kind), kind, tmp_path)
     np.testing.assert_allclose(found.times, MADE.times, rtol=1e-15)
     np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-14)
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+@pytest.mark.parametrize("given", [1, 2])
+def test_what_has_no_accelerations_is_not_given_any(given: int, kind: Format, tmp_path: Path) -> None:
+    """A controller would run other polynomials if it were."""
+    still = [0.0 * MADE.knots(1)] * (given - 1)
+    plain = Trajectory.through(ARM.joints, MADE.times, MADE.knots(), *still)
+    found = read_back(export(plain, kind), kind, tmp_path)
+    assert found.interpolation == plain.interpolation == ("lines", "cubics")[given - 1]
+    np.testing.assert_allclose(found.coefficients, plain.coefficients, atol=1e-14)
 
 
 @pytest.mark.parametrize("kind", FORMATS)

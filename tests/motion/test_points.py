@@ -18,7 +18,7 @@ def test_columns_go_by_name_and_others_are_left_out(tmp_path: Path) -> None:
     message = json.loads(export(MADE, "ros-json"))
     message["joint_names"] = ["finger", B, A]
     for point in message["points"]:
-        for key in ("positions", "velocities"):
+        for key in ("positions", "velocities", "accelerations"):
             point[key] = [0.02, *point[key][::-1]]
     for wrapped in (message, {"trajectory": message}, {"goal": {"trajectory": message}}):
         found = read_back(json.dumps(wrapped).encode(), "ros-json", tmp_path)

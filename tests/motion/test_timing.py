@@ -17,7 +17,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.motion.check import sampled_contact
 from planner.motion.curve import blends, without_standstill
 from planner.motion.limits import KINDS, MotionLimits
-from planner.motion.timing import time_path
+from planner.motion.timing import USED, time_path
 from planner.motion.trajectory import Trajectory
 from planner.plan_record import Plan
 from planner.world.poses import pose
@@ -38,18 +38,19 @@ def require_within(trajectory: Trajectory, limits: MotionLimits) -> None:
     for order, kind in enumerate(KINDS, start=1):
         assert (trajectory.largest(order) <= getattr(limits, kind)).all(), kind
         assert (np.abs(trajectory.at(t, order)) <= getattr(limits, kind) * (1 + 1e-9)).all(), kind
-    before, after = trajectory.ends(1)
-    assert np.abs(before[:-1] - after[1:]).max() <= 1e-9
+    for order in (1, 2):  # neither jumps, so that the jerk is all that the pieces say
+        before, after = trajectory.ends(order)
+        assert np.abs(before[:-1] - after[1:]).max() <= 1e-9
 
 
-@pytest.mark.parametrize("law", ["blended", "stop-at-corners"])
+@pytest.mark.parametrize("law", get_args(TimeLaw))
 @pytest.mark.parametrize("seed", [0, 1])
 def test_limits_hold_exactly_and_it_ends_where_the_path_does(law: TimeLaw, seed: int) -> None:
     path = 0.3 * zigzag(seed, dof=2)
     limits = MotionLimits.of(ARM, LimitsRequest(velocity_scale=0.7))
     found = time_path(path, FREE, limits, law=law)
     require_within(found, limits)
-    np.testing.assert_array_equal(found.at(np.array([0.0, found.duration])), path[[0, -1]])
+    np.testing.assert_allclose(found.at(np.array([0.0, found.duration])), path[[0, -1]], rtol=0, atol=1e-15)
     assert not found.knots(1)[[0, -1]].any()
     assert found.proven
     assert (np.diff(np.round(found.times * 1e9)) > 0).all()
@@ -65,7 +66,7 @@ def test_stopping_stays_on_the_path_and_takes_as_long_as_trapezoids_do() -> None
         share = np.clip((found.at(t) - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
         off = np.minimum(off, np.abs(a + share[:, None] * (b - a) - found.at(t)).max(axis=1))
     assert off.max() < 1e-9
-    window = (2 * limits.acceleration / limits.jerk).max()
+    window, limits = (2 * limits.acceleration / limits.jerk).max(), limits.times(USED)
     want = 0.0
     for step in np.abs(np.diff(path, axis=0)):
         v, a = (limits.velocity / step).min(), (limits.acceleration / step).min()
@@ -75,7 +76,7 @@ def test_stopping_stays_on_the_path_and_takes_as_long_as_trapezoids_do() -> None
 
 def test_corners_are_rounded_when_there_is_room_and_that_is_quicker() -> None:
     path = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
-    stop, blend = (time_path(path, FREE, law=law) for law in get_args(TimeLaw)[::-1])
+    stop, blend = (time_path(path, FREE, law=law) for law in ("stop-at-corners", "blended"))
     assert blend.proof["corners_blended"] == blend.proof["corners"] == 2
     assert blend.duration < 0.8 * stop.duration
 
@@ -87,7 +88,7 @@ def test_a_corner_next_to_an_obstacle_is_rounded_less_and_the_result_is_free() -
     middle = evaluate(blends(path, np.ones(1)), np.array([0.5]))
     empty = make_checker(robot, scene_of((Sphere(0.01), pose([3.0, 0.0, 0.0]))))
     checker = make_checker(robot, scene_of((Sphere(0.01), pose(tool_positions(robot, middle)[0]))))
-    wide, found = time_path(path, empty), time_path(path, checker)
+    wide, found = time_path(path, empty, law="blended"), time_path(path, checker, law="blended")
     assert found.proven
     assert wide.proven
     assert found.duration > wide.duration + 1e-3

@@ -14,6 +14,7 @@ JOINTS = ("a", "b", "c")
 RNG = np.random.default_rng(3)
 TIMES = np.concatenate([[0.0], np.cumsum(RNG.uniform(0.05, 1.0, size=7))])
 Q, QD, QDD = RNG.normal(size=(3, 8, 3))
+MOST = np.array([1.0, 0.3, 2.0])
 T = np.linspace(0.0, TIMES[-1], 4001)
 
 
@@ -51,6 +52,9 @@ def test_extrema_are_those_of_dense_samples(given: Any) -> None:
             assert (inside.max(axis=0) <= high[k] + 1e-9).all()
             assert (inside.min(axis=0) <= low[k] + size + 0.05).all() or len(inside) < 50
             np.testing.assert_allclose(found.largest(order)[k], np.maximum(-low[k], high[k]))
+        share, piece, joint = found.worst(order, MOST)
+        assert share == pytest.approx((found.largest(order) / MOST).max(), rel=1e-12)
+        assert share == pytest.approx(found.largest(order)[piece, joint] / MOST[joint], rel=1e-12)
 
 
 def test_before_and_after_it_stands_still() -> None:

@@ -8,6 +8,7 @@
 #include "graph.hpp"
 #include "inverse.hpp"
 #include "prover.hpp"
+#include "time_optimal.hpp"
 
 using namespace planner;
 
@@ -42,7 +43,7 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 3; }
+int planner_version() { return 5; }
 
 Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns, const double* offset,
                  const double* slide, const double* axis) {
@@ -339,6 +340,20 @@ void graph_detours(int nodes, int edges, const int64_t* ends, const double* leng
             detours[k] =
                 search.length(static_cast<int>(pairs[2 * k]), static_cast<int>(pairs[2 * k + 1]), limits[k]);
         });
+}
+
+// The quickest motion along `count` stretches: `piece` (count,) says of which piece (., 3, dof) one is the part between
+// low and high (count, 2), `joint` (count,) by what x is multiplied behind it; `found` (count, 3) as quickest_motion says
+void curve_quickest(int count, int dof, const double* pieces, const int64_t* piece, const double* parts,
+                    const double* joint, const double* velocity, const double* acceleration, double* found) {
+    std::vector<Stretch> stretches;
+    stretches.reserve(count);
+    for (int k = 0; k < count; ++k) {
+        const double* coefficients = pieces + 3 * dof * piece[k];
+        stretches.emplace_back(dof, coefficients, parts[2 * k], parts[2 * k + 1], velocity, acceleration);
+        stretches.back().joint = joint[k];
+    }
+    quickest_motion(stretches, found);
 }
 
 }  // extern "C"

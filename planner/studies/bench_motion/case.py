@@ -5,8 +5,6 @@ from __future__ import annotations
 import time
 from typing import Any
 
-import numpy as np
-
 from planner.base.errors import PlannerError
 from planner.base.outcome import Outcome
 from planner.base.progress import Progress
@@ -58,6 +56,5 @@ def _timed(found: Plan, motion: LimitsRequest) -> dict[str, Any]:
 
 
 def _largest_share(trajectory: Trajectory, limits: MotionLimits) -> float:
-    """The largest share of any limit that is used, by the exact extrema of the cubics."""
-    shares = [trajectory.largest(order) / getattr(limits, kind) for order, kind in enumerate(KINDS, start=1)]
-    return float(np.max(shares))
+    """The largest share of any limit that is used, by the exact extrema of the pieces."""
+    return max(trajectory.worst(order, getattr(limits, kind))[0] for order, kind in enumerate(KINDS, start=1))

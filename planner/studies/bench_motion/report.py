@@ -111,7 +111,7 @@ def _cells(name: str, rows: Sequence[Row]) -> list[Any]:
 
 
 _METHOD = """How. Every problem is planned once, and its path is timed with rounded corners and with a stop at each.
-Durations, shares and CPU seconds are medians. Limits are compared with the exact extrema of the cubics between knots,
+Durations, shares and CPU seconds are medians. Limits are compared with the exact extrema of the pieces between knots,
 contacts looked for by the collision library that has not planned, at states no more than 0.1 mm of motion apart.
 toppra (where it is installed) runs along the same rounded path, between the same stops, with limits on velocity and
 acceleration at its own grid; ours keeps limits on jerk too. Limitations. States every 0.1 mm are no proof. The

@@ -1,0 +1,118 @@
+// The largest speeds along a curve of lines and parabolas within limits on the velocities and accelerations of joints.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "convex.hpp"
+
+namespace planner {
+
+// A stretch of a piece q(s) on which u = d²s/dt² is constant, so that x = (ds/dt)² grows by 2 u a unit of s. The joints'
+// accelerations q' u + q'' x are linear in s: within limits at both ends, they are so all along. A line is one stretch,
+// on which the motion speeds up, cruises and brakes. `joint` is by what x is multiplied where the next stretch begins, 0
+// where the motion stops.
+class Stretch {
+   public:
+    double joint = 1.0;
+
+    // `piece` holds c0, c1, c2 of q(s) = c0 + c1 s + c2 s^2, of which this is the part in [low, high].
+    Stretch(int dof, const double* piece, double low, double high, const double* velocity, const double* acceleration)
+        : dof_(dof), first_(dof), last_(dof), bend_(dof), limit_(acceleration), length_(high - low) {
+        double fastest = infinity;
+        rate_ = infinity, line_ = true;
+        for (int j = 0; j < dof; ++j) {
+            const double slope = piece[dof + j];
+            bend_[j] = 2.0 * piece[2 * dof + j];
+            first_[j] = slope + low * bend_[j], last_[j] = slope + high * bend_[j];
+            fastest = std::min(fastest, velocity[j] / std::max(std::fabs(first_[j]), std::fabs(last_[j])));
+            rate_ = std::min(rate_, acceleration[j] / std::fabs(slope));
+            line_ = line_ && bend_[j] == 0.0;
+        }
+        most_ = fastest * fastest;
+    }
+
+    // The largest x at the beginning from which x can be `most` or less at the end: by Newton's method from above on
+    // (largest u) - (least u), which is concave and piecewise linear in x.
+    double controllable(double most) const {
+        constexpr int steps = 60;  // each leaves one of finitely many lines behind
+        most = std::min(most, most_);
+        if (line_) return std::min(most_, most + 2.0 * length_ * rate_);
+        double x = most_;
+        for (int j = 0; j < dof_; ++j) {  // where a joint does not move along, only x bends it
+            if (first_[j] == 0.0 && bend_[j] != 0.0) x = std::min(x, limit_[j] / std::fabs(bend_[j]));
+            if (last_[j] + 2.0 * length_ * bend_[j] == 0.0 && bend_[j] != 0.0)
+                x = std::min(x, limit_[j] / std::fabs(bend_[j]));
+        }
+        for (int k = 0; k < steps; ++k) {
+            const Range range = range_at(x, most);
+            if (range.low <= range.high) break;
+            const double step = (range.high - range.low) / (range.high_slope - range.low_slope);
+            if (!(0.0 < step && step <= x) || x - step == x) return std::max(0.0, x * (1.0 - 1e-12));
+            x -= step;
+        }
+        return x;
+    }
+
+    // The largest x at the end, `most` or less, after x at the beginning; u, or on a line the largest u.
+    double quickest(double x, double most, double& u) const {
+        most = std::min(most, most_);
+        if (line_) return u = rate_, std::min(most, x + 2.0 * length_ * rate_);
+        const Range range = range_at(x, most);
+        u = range.high >= range.low ? range.high : 0.5 * (range.low + range.high);  // they cross by rounding only
+        return std::max(0.0, x + 2.0 * length_ * u);
+    }
+
+   private:
+    struct Range {
+        double low = -infinity, high = infinity, low_slope = 0.0, high_slope = 0.0;
+
+        void keep(double by_u, double by_x, double at_most, double x) {
+            const double u = (at_most - by_x * x) / by_u;
+            if (by_u > 0.0 && u < high) high = u, high_slope = -by_x / by_u;
+            if (by_u < 0.0 && u > low) low = u, low_slope = -by_x / by_u;
+        }
+    };
+
+    Range range_at(double x, double most) const {
+        Range range;
+        for (int j = 0; j < dof_; ++j) {
+            const double end = last_[j] + 2.0 * length_ * bend_[j];
+            range.keep(first_[j], bend_[j], limit_[j], x);
+            range.keep(-first_[j], -bend_[j], limit_[j], x);
+            range.keep(end, bend_[j], limit_[j], x);
+            range.keep(-end, -bend_[j], limit_[j], x);
+        }
+        range.keep(2.0 * length_, 1.0, most, x);
+        range.keep(-2.0 * length_, -1.0, 0.0, x);
+        return range;
+    }
+
+    int dof_;
+    std::vector<double> first_, last_, bend_;  // q' at both ends, q''
+    const double* limit_;                      // on accelerations
+    double length_, most_, rate_;
+    bool line_;
+};
+
+// x at the beginning of every stretch, at its end before `joint`, and u: three numbers each. From the end back the
+// largest x from which the rest can be done, from the start on the largest u that stays below it (Pham and Pham 2018).
+inline void quickest_motion(const std::vector<Stretch>& stretches, double* found) {
+    const size_t count = stretches.size();
+    std::vector<double> most(count + 1);
+    for (size_t k = count; k-- > 0;) {
+        const double joint = stretches[k].joint;
+        most[k] = stretches[k].controllable(joint > 0.0 ? most[k + 1] / joint : 0.0);
+    }
+    double now = 0.0;
+    for (size_t k = 0; k < count; ++k) {
+        const double joint = stretches[k].joint;
+        double* row = found + 3 * k;
+        row[0] = now;
+        row[1] = stretches[k].quickest(now, joint > 0.0 ? most[k + 1] / joint : 0.0, row[2]);
+        now = row[1] * joint;
+    }
+}
+
+}  // namespace planner
