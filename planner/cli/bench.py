@@ -15,7 +15,7 @@ from planner.cli.terminal import measure, measured
 def gabf(
     out: Path = Path("bench-gabf"),
     seed: int = 0,
-    sizes: tuple[int, ...] = (1_000, 10_000, 100_000),
+    sizes: tuple[int, ...] = (1_000, 4_000, 10_000, 20_000, 100_000),
     debug: Flag = False,
 ) -> int:
     """The dynamics against SciPy's RK45 and scipy.sparse.csgraph.dijkstra on random geometric networks.
@@ -147,6 +147,7 @@ def roadmap(
     scene: str = "shelf",
     collision: Backend = "coal",
     nodes: int = 1000,
+    sizes: tuple[int, ...] = (),
     queries: int = 20,
     seed: int = 0,
     time_limit: float = 600.0,
@@ -154,7 +155,8 @@ def roadmap(
 ) -> int:
     """A kept roadmap: building it and asking it, against the PRMs of OMPL and of pyroboplan, where that is installed.
 
-    Also the speed of the state checks of both collision libraries on the same edges. Writes roadmap.csv and roadmap.md.
+    Also the speed of the state checks of both collision libraries on the same edges, and with --sizes 4000 20000 how
+    our time and memory grow. Writes roadmap.csv and roadmap.md.
 
     Args:
         out: Folder to write into.
@@ -162,6 +164,7 @@ def roadmap(
         scene: Name of a built-in scene or the path of a scene file.
         collision: Collision library.
         nodes: Configurations in each roadmap.
+        sizes: Configurations in further roadmaps of ours, each built, asked, and planned on from the scene's start.
         queries: Random starts and goals that each roadmap is asked about.
         seed: Seed of the roadmaps and the queries.
         time_limit: Seconds after which a method is killed and recorded as timed out.
@@ -170,7 +173,7 @@ def roadmap(
     from planner.studies.bench_roadmap.run import bench_roadmap
 
     world = WorldRequest(robot, scene, collision=collision)
-    return measure(out, lambda progress: bench_roadmap(out, world, nodes, queries, seed, time_limit, progress))
+    return measure(out, lambda progress: bench_roadmap(out, world, nodes, queries, seed, time_limit, progress, sizes))
 
 
 def tables(

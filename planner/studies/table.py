@@ -186,6 +186,12 @@ def percentile(values: Iterable[float | None], share: float) -> float | None:
     return float(np.percentile(there, share)) if there else None
 
 
+def growth_exponent(points: Iterable[tuple[float, float]]) -> float | None:
+    """The least-squares slope of log(seconds) against log(size) over (size, seconds); None for fewer than two sizes."""
+    size, seconds = np.log(np.array(list(points), dtype=float).reshape(-1, 2)).T
+    return float(np.polyfit(size, seconds, 1)[0]) if len(np.unique(size)) > 1 else None
+
+
 def software(versions: Mapping[str, str]) -> str:
     """Which software measured a row: versions, the source of this package, the kind of machine."""
     named = ", ".join(f"{name} {version}" for name, version in versions.items())

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.studies.report import Verdict, tally
-from planner.studies.table import aim_lines, closing_lines, markdown_table
+from planner.studies.table import aim_lines, closing_lines, growth_exponent, markdown_table
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,9 @@ class Row:
 
 def growth_exponents(rows: Sequence[Row]) -> dict[str, float]:
     """The least-squares slope of log(seconds) against log(nodes), for each method measured at two sizes or more."""
-    growth = {}
-    for method in dict.fromkeys(row.method for row in rows):
-        points = [(row.nodes, row.seconds) for row in rows if row.method == method]
-        if len({nodes for nodes, _ in points}) > 1:
-            nodes, seconds = np.log(np.array(points)).T
-            growth[method] = float(np.polyfit(nodes, seconds, 1)[0])
-    return growth
+    methods = dict.fromkeys(row.method for row in rows)
+    growth = {name: growth_exponent((row.nodes, row.seconds) for row in rows if row.method == name) for name in methods}
+    return {name: slope for name, slope in growth.items() if slope is not None}
 
 
 def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:

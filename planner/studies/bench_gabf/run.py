@@ -20,7 +20,7 @@ from planner.studies.process import run_module
 from planner.studies.report import versions
 from planner.studies.table import Bench, ResultsFile, run_bench
 
-SIZES = (1_000, 10_000, 100_000, 1_000_000)
+SIZES = (1_000, 4_000, 10_000, 20_000, 100_000, 1_000_000)
 
 
 def bench_gabf(

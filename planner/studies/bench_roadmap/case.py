@@ -19,18 +19,29 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import SceneError
 from planner.base.files import write_whole
-from planner.base.request import WorldRequest
+from planner.base.request import PlanRequest, WorldRequest
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import recheck
 from planner.costs.network import build_network
+from planner.planning import plan
 from planner.query.open import open_world
 from planner.roadmap.attach import attach
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.studies.bench_agreement.check_speed import measure_speed
 from planner.studies.bench_plan.case import path_contacts
-from planner.studies.bench_roadmap.report import CHECKS, MEASURED, NOT_INSTALLED, OMPL, OMPL_PLAIN, OURS, PYROBOPLAN
+from planner.studies.bench_roadmap.report import (
+    CHECKS,
+    MEASURED,
+    NOT_INSTALLED,
+    OMPL,
+    OMPL_PLAIN,
+    OURS,
+    PLAN,
+    PYROBOPLAN,
+)
+from planner.studies.process import peak_memory
 
 _MOST_DRAWS = 20_000
 _EDGES_LOOKED_AT = 200
@@ -45,6 +56,8 @@ def measure(
     method: str, robot: str, scene: str, collision: str, nodes: int, queries: int, seed: int
 ) -> dict[str, Columns]:
     """The columns of the rows that ``method`` fills, by the name of the row."""
+    if method == PLAN:
+        return {PLAN: _plan(PlanRequest(robot, scene, collision=collision, nodes=nodes, seed=seed))}  # type: ignore[arg-type]
     checker = open_world(WorldRequest(robot, scene, collision=collision))  # type: ignore[arg-type]
     if method in CHECKS:
         return _checks(checker, seed)
@@ -77,15 +90,24 @@ def random_pairs(checker: CollisionChecker, count: int, seed: int) -> Floats:
 
 
 def _ours(checker: CollisionChecker, pairs: Floats, nodes: int, seed: int) -> Columns:
-    begin = time.perf_counter()
+    begin, cpu = time.perf_counter(), time.process_time()
     roadmap = build_roadmap(checker.robot, checker, pairs[0, 0], pairs[0, 1], nodes, seed)
-    seconds = time.perf_counter() - begin
+    seconds, cpu = time.perf_counter() - begin, time.process_time() - cpu
     columns = _asked(checker, pairs[1:], lambda start, goal: answer(roadmap, checker, start[None], goal)[0])
     begin = time.perf_counter()
     answer(roadmap, checker, pairs[1:, 0], pairs[1, 1])
     many = 1e3 * (time.perf_counter() - begin) / len(pairs[1:])
     graph = _looked_at(checker, roadmap.nodes, roadmap.edges, seed)
-    return columns | graph | {"build_s": seconds, "proven": int(roadmap.proven.sum()), "many_ms": many}
+    return columns | graph | {"build_s": seconds, "proven": int(roadmap.proven.sum()), "many_ms": many, "cpu_s": cpu}
+
+
+def _plan(request: PlanRequest) -> Columns:
+    """A whole plan, refined as by default, in a process that has done nothing else: its time and its peak memory."""
+    begin, cpu = time.perf_counter(), time.process_time()
+    found = plan(request)
+    seconds, cpu = time.perf_counter() - begin, time.process_time() - cpu
+    columns = {"nodes": len(found.roadmap.nodes), "edges": len(found.roadmap.edges), "cpu_s": cpu}
+    return {"outcome": MEASURED, "plan_s": seconds, "memory_mib": peak_memory(), **columns}
 
 
 def answer(roadmap: Roadmap, checker: CollisionChecker, starts: Floats, goal: Floats) -> list[Floats]:

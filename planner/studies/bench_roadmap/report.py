@@ -7,12 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from planner.studies.report import Verdict, tally
-from planner.studies.table import aim_lines, closing_lines, markdown_table
+from planner.studies.table import aim_lines, closing_lines, growth_exponent, markdown_table
 
 OURS = "gabf-planner"
 OMPL, OMPL_PLAIN, PYROBOPLAN = "OMPL PRM, our checker", "OMPL PRM, plain coal", "pyroboplan PRM"
 PEERS = (OMPL, OMPL_PLAIN, PYROBOPLAN)
+PLAN = "gabf-planner, plan"
 CHECKS = ("FCL checks", "coal checks")
+_LARGE = 20_000  # nodes
 MEASURED, NOT_INSTALLED, TIMED_OUT, CRASHED = "measured", "not installed", "timed out", "crashed"
 
 
@@ -24,7 +26,9 @@ class Row:
     ``queries`` new starts and goals put to it one by one, of which ``solved`` were solved. ``many_ms``: milliseconds a
     start where all starts share one goal and one field. ``touching``: of ``looked_at`` edges of the roadmap, those on
     which coal finds a contact when they are sampled every millimetre of motion. ``contacts``: segments of the
-    answered paths on which it does. The ``check`` columns, microseconds a configuration, belong to the checkers' rows.
+    answered paths on which it does. The ``check`` columns, microseconds a configuration, belong to the checkers' rows;
+    ``plan_s`` and ``memory_mib``, the peak of its process, to the rows of whole plans. ``cpu_s``: processor time of our
+    building, or of the plan.
     """
 
     method: str
@@ -52,6 +56,9 @@ class Row:
     check_single_us: float | None = None
     check_batch_us: float | None = None
     check_edge_us: float | None = None
+    cpu_s: float | None = None
+    plan_s: float | None = None
+    memory_mib: float | None = None
 
     @property
     def key(self) -> tuple:
@@ -62,8 +69,11 @@ class Row:
 
 def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
     """What is meant to show, and whether these rows do; of 0 where it was not measured."""
-    ours = [row for row in rows if row.method == OURS and row.build_s is not None]
+    every = [row for row in rows if row.method == OURS and row.build_s is not None]
+    ours = [row for row in every if row.nodes_asked == rows[0].nodes_asked]
     peers = [row for row in rows if row.method in PEERS and row.build_s is not None]
+    growth = growth_exponent((row.nodes_asked, row.build_s) for row in every if row.build_s)
+    large = [row.build_s for row in every if row.nodes_asked == _LARGE and row.build_s]
     ratios = {peer.method: ratio for peer in peers if (ratio := _ratio(peer.build_s, ours and ours[0].build_s))}
     queries = [row.query_ms for row in ours if row.query_ms is not None]
     return (
@@ -79,8 +89,18 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
         ),
         tally(
             "No edge and no path of ours touches anything.",
-            (row.touching == 0 and row.contacts == 0 for row in ours),
+            (row.touching == 0 and row.contacts == 0 for row in every),
             "",
+        ),
+        tally(
+            "The time to build grows at most as n^1.2.",
+            [] if growth is None else [growth <= 1.2],
+            "" if growth is None else f"n^{growth:.2f}",
+        ),
+        tally(
+            f"{_LARGE} proven nodes are there within 40 s.",
+            (value <= 40.0 for value in large),
+            ", ".join(f"{value:.1f} s" for value in large),
         ),
     )
 
@@ -90,8 +110,9 @@ def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
     ours = next((row for row in rows if row.method == OURS), None)
     header = ["method", "build (s)", "over ours", "nodes", "edges", "proven", "touching", "query (ms)", "over ours"]
     header += ["longest (ms)", "solved", "of", "segments touching", "many starts (ms each)"]
-    maps = [_cells(row, ours) for row in rows if row.method not in CHECKS]
-    lines = ["# planner bench roadmap", "", _title(rows), "", *markdown_table(header, maps), ""]
+    compared = [row for row in rows if row.method not in (*CHECKS, PLAN) and row.nodes_asked == rows[0].nodes_asked]
+    maps = [_cells(row, ours) for row in compared]
+    lines = ["# planner bench roadmap", "", _title(rows), "", *markdown_table(header, maps), "", *_growth(rows)]
     checks = [
         [row.method, row.check_single_us, row.check_batch_us, row.check_edge_us] for row in rows if row.method in CHECKS
     ]
@@ -99,6 +120,38 @@ def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
     lines += aim_lines(aims(rows))
     lines += [f"- {row.method}: {row.outcome}. {row.message}".rstrip() for row in rows if row.outcome != MEASURED]
     return "\n".join([*lines, *closing_lines(rows, complete, "methods", _METHOD)]) + "\n"
+
+
+def _growth(rows: Sequence[Row]) -> list[str]:
+    """How ours grows with the nodes, where more than one number of them was measured."""
+    plans = {row.nodes_asked: row for row in rows if row.method == PLAN}
+    maps = {row.nodes_asked: row for row in rows if row.method == OURS}
+    if len(maps) < 2:
+        return []
+    header = [
+        "nodes",
+        "build (s)",
+        "CPU (s)",
+        "edges",
+        "proven",
+        "query (ms)",
+        "plan (s)",
+        "CPU (s)",
+        "peak of it (MiB)",
+    ]
+    lines = []
+    for size, row in sorted(maps.items()):
+        plan = plans.get(size)
+        cells = [size, row.build_s, row.cpu_s, row.edges, row.proven, row.query_ms]
+        lines.append([*cells, *(getattr(plan, name, None) for name in ("plan_s", "cpu_s", "memory_mib"))])
+    slopes = {
+        "building": growth_exponent((size, row.build_s) for size, row in maps.items() if row.build_s),
+        "its CPU time": growth_exponent((size, row.cpu_s) for size, row in maps.items() if row.cpu_s),
+        "a query": growth_exponent((size, row.query_ms) for size, row in maps.items() if row.query_ms),
+        "a plan": growth_exponent((size, row.plan_s) for size, row in plans.items() if row.plan_s),
+    }
+    fitted = ", ".join(f"{name} n^{slope:.2f}" for name, slope in slopes.items() if slope is not None)
+    return [*markdown_table(header, lines, texts=0), "", f"Growth with the nodes, fitted: {fitted}.", ""]
 
 
 def _title(rows: Sequence[Row]) -> str:
@@ -130,6 +183,8 @@ documentation shows. A query is `solve` on the kept roadmap, which grows further
 pyroboplan's PRM (`pip install --no-deps pyroboplan`: it asks for another Pinocchio than this package) has its
 defaults, save a linking radius of 2 rad, as its 0.5 rad links nothing here; it gets coal's geometry whatever the
 checker. Touching: edges, at most 200 drawn at random, and answered paths, sampled every millimetre of motion by
-coal. State checks are those of `planner bench agreement`, over free configurations of this scene. Limitations. OMPL's
-PRM alternates by the clock and is not reproducible. The roadmaps are not alike: ours is sparse, grown from trees, and
-proven, theirs are denser, uniform, and not."""
+coal.
+Growth: roadmaps of ours of more sizes, and whole plans, refined as by default, from the scene's start to its goal,
+each in a process of its own whose peak memory is given. State checks are those of `planner bench agreement`, over free
+configurations of this scene. Limitations. OMPL's PRM alternates by the clock and is not reproducible. The roadmaps are
+not alike: ours is sparse, grown from trees, and proven, theirs are denser, uniform, and not."""

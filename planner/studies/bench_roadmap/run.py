@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.request import WorldRequest, require_nodes, require_seed
 from planner.base.versions import versions
 from planner.query.open import open_world
-from planner.studies.bench_roadmap.report import CHECKS, CRASHED, OURS, PEERS, TIMED_OUT, Row, to_markdown
+from planner.studies.bench_roadmap.report import CHECKS, CRASHED, OURS, PEERS, PLAN, TIMED_OUT, Row, to_markdown
 from planner.studies.process import run_module
 from planner.studies.table import Bench, ResultsFile, run_bench, software
 
@@ -28,25 +29,31 @@ def bench_roadmap(
     seed: int = 0,
     time_limit: float = 600.0,
     progress: Progress = QUIET,
+    sizes: Sequence[int] = (),
 ) -> Bench[Row]:
     """Measure every method on the robot and scene of ``world``; write ``roadmap.csv`` and ``roadmap.md``.
+
+    With ``sizes`` ours is measured with each of these numbers of nodes too, and a plan with each and with ``nodes``.
 
     Each method has a process of its own, which is killed and recorded as timed out after ``time_limit`` seconds. Rows
     that are there already are kept. Once it is asked to stop the current method is abandoned. Raises OptionError for
     numbers out of range, RobotError and SceneError for what cannot be loaded, FileError where the folder is unusable.
     """
-    require_nodes(nodes)
+    for size in (nodes, *sizes):
+        require_nodes(size)
     require_seed(seed)
     if queries < 1 or not time_limit > 0:
         raise OptionError("give at least one query, and a time limit above 0 s.")
     open_world(world)  # refuses an unknown robot or scene before anything is measured
     place = str(world.robot), str(world.scene), world.collision
-    asked = (*place, nodes, queries, seed, time_limit, software(versions()))
+    asked = (queries, seed, time_limit, software(versions()))
+    cases = [(method, nodes) for method in METHODS]
+    cases += [(method, size) for size in dict.fromkeys((nodes, *sizes)) for method in (OURS, PLAN) if sizes]
     return run_bench(
         folder,
         "roadmap",
         Row,
-        [Row(method, *asked, CRASHED) for method in METHODS],
+        [Row(method, *place, size, *asked, CRASHED) for method, size in dict.fromkeys(cases)],
         _kept,
         lambda blank: _measure(blank, progress),
         to_markdown,

@@ -19,6 +19,7 @@ from planner.studies.bench_roadmap.report import (
     OMPL_PLAIN,
     OURS,
     PEERS,
+    PLAN,
     PYROBOPLAN,
     Row,
 )
@@ -86,6 +87,17 @@ def test_rows_that_are_there_are_not_measured_again(
     assert (measured, again.complete, len(again.rows)) == ([], True, len(METHODS) + 1)
     assert not bench_roadmap(folder, world, nodes=41, queries=4).complete
     assert measured == [OURS]
+
+
+def test_sizes_are_rows_of_ours_and_of_plans(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bench, "METHODS", (OURS,))
+    found = bench_roadmap(tmp_path, WorldRequest("planar_2r", "window", collision="coal"), 40, 2, sizes=(40, 80))
+    assert [(row.method, row.nodes_asked) for row in found.rows] == [(OURS, 40), (PLAN, 40), (OURS, 80), (PLAN, 80)]
+    assert {row.outcome for row in found.rows} == {MEASURED}
+    for row in found.rows:
+        assert (row.cpu_s or 0) > 0
+        assert row.method == OURS or (row.plan_s or 0) > 0 < 20 < (row.memory_mib or 0)
+    assert "Growth with the nodes, fitted: building n^" in found.report
 
 
 def test_a_method_that_takes_too_long_is_killed(world: WorldRequest, tmp_path: Path) -> None:
