@@ -8,12 +8,12 @@ moves downhill in cost, or at random near that, so that it slides along what it 
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from planner.base import polylines
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_ALONG_PATH
@@ -109,7 +109,7 @@ class PathRefiner:
 
     def allowed(self, a: Floats, b: Floats) -> Bools:
         """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""
-        free = self.prover.prove(a, b - a, self.room).free
+        free = self.prover.prove(a, b - a, self.room, contacts=False).free
         if self.cost.floor > 0:
             for row in np.flatnonzero(free):
                 count = max(1, int(np.ceil(np.abs(b[row] - a[row]).max() / W_ALONG_PATH)))
@@ -247,12 +247,7 @@ def cut(path: Floats, piece: float, most: int | None = None) -> Floats:
     length = np.linalg.norm(np.diff(path, axis=0), axis=1)
     if most is not None:
         piece = max(piece, float(length.sum()) / max(most - len(path), 1))
-    rows = [path[:1]]
-    for (a, b), far in zip(itertools.pairwise(path), length, strict=True):
-        count = max(1, int(np.ceil(far / piece)))
-        rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
-        rows[-1][-1] = b
-    return np.concatenate(rows)
+    return polylines.cut(path, polylines.parts_of(length, piece))
 
 
 def _motions(paths: list[Floats]) -> tuple[Floats, Floats]:
