@@ -23,6 +23,7 @@ from planner.roadmap.informed import LazyRoadmap, informed_samples
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.refine import PathRefiner, cut
 from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.simplify import simplified
 from planner.world.robot import Robot
 
 IMPROVING = "improve"  # a stage of progress
@@ -38,7 +39,7 @@ class Improvement:
     """The ``roadmap`` with the refined paths as nodes and edges, and the best cost after each round.
 
     ``curve`` are pairs (rounds spent, cost of the cheapest path known), the cost as the network charges it; empty where
-    no path was known.
+    no path was known. The last one is that of the path with fewer corners, see :func:`planner.roadmap.simplify.simplified`.
     """
 
     roadmap: Roadmap
@@ -105,9 +106,13 @@ class _Search:
             candidate.cost = self.refiner.total(candidate.path)
 
     def finish(self) -> None:
-        """The last descent of the cheapest path, where rounds ended before it was through."""
-        if (best := self.best) is not None and best.gains:
+        """The last descent of the cheapest path, where rounds ended before it was through, and fewer corners of it."""
+        if (best := self.best) is None:
+            return
+        if best.gains:
             best.path = self.finisher.finish(best.path, best.rounds)
+        best.path = simplified(self.finisher, best.path, self._rng)
+        best.cost = self.refiner.total(best.path)
 
     def _explore(self) -> _Candidate | None:
         """A cheaper path through more informed samples, or else one unlike those found before; None where none is."""
@@ -163,6 +168,7 @@ def improve(
     if search.best is None:
         return Improvement(roadmap)
     search.finish()
+    curve[-1] = (curve[-1][0], search.best.cost)
     kept = [c.path for c in search.candidates if c.cost < _HOPELESS * search.best.cost]
     return Improvement(with_paths(roadmap, prover, kept), tuple(curve))
 

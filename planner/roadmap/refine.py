@@ -73,7 +73,7 @@ class PathRefiner:
         moved = self.shortcut(self._cornered(cut(path, _SHORT, _POINTS)), corner / 3)
         moved = self._partial_shortcuts(cut(moved, _SHORT, _POINTS))
         moved = self.shortcut(moved, corner)
-        moved = self._descend(self._cornered(cut(moved, _LONG, _POINTS)))
+        moved = self.descend(self._cornered(cut(moved, _LONG, _POINTS)))
         moved = self.shortcut(moved, corner)
         if self.progress.stopped:
             return path
@@ -82,7 +82,7 @@ class PathRefiner:
 
     def finish(self, path: Floats, number: int = 0) -> Floats:
         """The path after a last descent, without the waypoints that gain too little."""
-        return self.shortcut(self._descend(path), self._corner(path, number))
+        return self.shortcut(self.descend(path), self._corner(path, number))
 
     def _corner(self, path: Floats, number: int) -> float:
         return _CORNER * self.total(path) / 3.0 ** (number // _ROUNDS_PER_CORNER)
@@ -180,7 +180,7 @@ class PathRefiner:
         q[1:-1, joints] += whole * (even - q)[1:-1, joints]
         return first, q
 
-    def _descend(self, path: Floats) -> Floats:
+    def descend(self, path: Floats) -> Floats:
         """The path after its waypoints moved downhill; steps shrink where few of them gain."""
         path, size = path.copy(), _FIRST_STEP
         for sweep in range(_SWEEPS):
