@@ -36,8 +36,8 @@ def _merged(refiner: PathRefiner, path: Floats, limit: float, rng: np.random.Gen
     a, p, q, b = path[:-3], path[1:-2], path[2:-1], path[3:]
     robot, places = refiner.prover.robot, _candidates(a, p, q, b, rng)
     places = np.where(robot.continuous, places, np.clip(places, robot.lower, robot.upper))
-    k, count, dof = places.shape
-    flat = places.reshape(-1, dof)
+    count = places.shape[1]
+    flat = places.reshape(-1, robot.dof)
     before, after = np.repeat(a, count, axis=0), np.repeat(b, count, axis=0)
     step = refiner.cost(path[:-1], path[1:])
     rise = refiner.cost(before, flat) + refiner.cost(flat, after) - np.repeat(step[:-2] + step[1:-1] + step[2:], count)
@@ -58,7 +58,9 @@ def _candidates(a: Floats, p: Floats, q: Floats, b: Floats, rng: np.random.Gener
     """Where one waypoint might stand for ``p`` and ``q``, between ``a`` and ``b``: (k, candidates, dof)."""
     middle, meeting = 0.5 * (p + q), _meeting(a, p, q, b)
     places = [p, q, middle, *(meeting + share * (meeting - middle) for share in _OUTWARD)]
-    size = 0.5 * (np.linalg.norm(q - p, axis=1, keepdims=True) + np.linalg.norm(meeting - middle, axis=1, keepdims=True))
+    size = 0.5 * (
+        np.linalg.norm(q - p, axis=1, keepdims=True) + np.linalg.norm(meeting - middle, axis=1, keepdims=True)
+    )
     for _ in range(_RANDOM):
         around = middle + rng.uniform(0.0, 1.5) * (meeting - middle)
         places.append(around + rng.uniform(0.1, 0.7) * size * rng.normal(size=p.shape) / np.sqrt(p.shape[1]))
