@@ -91,15 +91,16 @@ class EdgeProver:
         touching = pairs[gaps <= self.world.margin]
         return int(touching[0]) if len(touching) else None
 
-    def prove(self, start: Floats, delta: Floats, room: float = PROOF) -> Proofs:
+    def prove(self, start: Floats, delta: Floats, room: float = PROOF, contacts: bool = True) -> Proofs:
         """Verdicts on the segments start + s delta, s in [0, 1]; arrays (m, dof).
 
         A segment is undecided where a sample has less than ``room`` (m) of clearance beyond the margin. A smaller
-        ``room`` proves more of the tight segments, and takes longer on each of them.
+        ``room`` proves more of the tight segments, and takes longer on each of them. Without ``contacts`` all that are
+        not free are undecided: nobody asks the checker whether they collide, which takes as long as the proofs.
         """
-        return self.prove_curves(np.stack([np.atleast_2d(start), np.atleast_2d(delta)], axis=1), room)
+        return self.prove_curves(np.stack([np.atleast_2d(start), np.atleast_2d(delta)], axis=1), room, contacts)
 
-    def prove_curves(self, coefficients: Floats, room: float = PROOF) -> Proofs:
+    def prove_curves(self, coefficients: Floats, room: float = PROOF, contacts: bool = True) -> Proofs:
         """Verdicts on polynomial pieces q(s) = sum_k c_k s^k, s in [0, 1]; ``coefficients`` (m, degree + 1, dof).
 
         As :meth:`prove`, with the largest |q'| on an interval in place of |delta|, bounded by Bernstein coefficients.
@@ -118,11 +119,14 @@ class EdgeProver:
                 self._reach, self._is_static, coefficients[rows], room
             )
         proofs = Proofs(verdict, pair, samples, clearance)
-        self._find_contacts(proofs, coefficients, where)
+        if contacts:
+            self._find_contacts(proofs, coefficients, where)
+        free = np.flatnonzero(proofs.free)
+        self._find_inside(proofs, coefficients[free, 0], free)
         return proofs
 
     def _find_contacts(self, proofs: Proofs, coefficients: Floats, where: Floats) -> None:
-        """Which undecided pieces collide, by the checker; and which free ones do, as a body lies inside another."""
+        """Which undecided pieces collide where their proofs stopped, by the checker."""
         stopped = np.flatnonzero(proofs.pair >= 0)
         powers = where[stopped, None] ** np.arange(coefficients.shape[1])
         q = np.einsum("mk,mkd->md", powers, coefficients[stopped])
@@ -131,12 +135,16 @@ class EdgeProver:
             pair = proofs.pair[row : row + 1]
             if self._touching(rotation[:, k], position[:, k], pair) is not None:
                 proofs.verdict[row] = Verdict.COLLIDES
-        free = np.flatnonzero(proofs.free)
-        # where no surface is crossed, what is inside at the beginning is so throughout
-        for rows, states in ((stopped, q), (free, coefficients[free, 0])):
-            inside = self.checker.inside.pairs(states)
-            proofs.verdict[rows[inside >= 0]] = Verdict.COLLIDES
-            proofs.pair[rows[inside >= 0]] = inside[inside >= 0]
+        self._find_inside(proofs, q, stopped)
+
+    def _find_inside(self, proofs: Proofs, states: Floats, rows: Ints) -> None:
+        """Which of the pieces ``rows`` (k,) have a body inside another at the state (dof,) of each that is given.
+
+        Where no surface is crossed, what is inside at the beginning is so throughout.
+        """
+        inside = self.checker.inside.pairs(states)
+        proofs.verdict[rows[inside >= 0]] = Verdict.COLLIDES
+        proofs.pair[rows[inside >= 0]] = inside[inside >= 0]
 
 
 def states_along(start: Floats, delta: Floats, motion: float, step: float) -> Floats:

@@ -71,7 +71,9 @@ def build_roadmap(
     configurations, edges = grown.nodes, link(grown.nodes, grown.edges)
     if kept and not progress.stopped:
         ends = grown.starts, grown.goals
-        configurations, edges = add_refined_paths(prover, configurations, edges, *ends, kept, growth.floor, progress)
+        configurations, edges = add_refined_paths(
+            prover, configurations, edges, *ends, kept, growth.floor, seed, progress
+        )
         # what the refined paths left of their share goes to the tree
         rest = grow(prover, configurations, goals[:0], nodes, seed + _REST, growth, whole)
         configurations, edges = rest.nodes, link(rest.nodes, np.concatenate([edges, rest.edges]))

@@ -23,10 +23,10 @@ class RecordingProver(EdgeProver):
         super().__init__(checker, progress)
         self._known: dict[tuple[bytes, bytes], tuple[float, int]] = {}
 
-    def prove(self, start: Floats, delta: Floats, room: float = PROOF) -> Proofs:
+    def prove(self, start: Floats, delta: Floats, room: float = PROOF, contacts: bool = True) -> Proofs:
         """See :class:`planner.collision.edge_prover.EdgeProver`."""
         start, delta = np.atleast_2d(start), np.atleast_2d(delta)
-        proofs = super().prove(start, delta, room)
+        proofs = super().prove(start, delta, room, contacts)
         for row in np.flatnonzero(proofs.free):
             self._known[_key(start[row], delta[row])] = float(proofs.clearance[row]), int(proofs.samples[row])
         return proofs

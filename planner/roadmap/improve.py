@@ -1,9 +1,9 @@
 """A roadmap improved for one objective: its best paths refined, and other ones searched where samples say they may be.
 
 Work is counted in rounds, ``effort`` of them. A round refines the cheapest path that still gains. Every third one, or
-where no path gains, adds informed samples, searches a cheaper path through them or else one unlike those that were
-found before, and refines that. So paths of several homotopy classes are refined, and as the effort grows the cheapest
-one converges to the optimum.
+every second one where w counts, or where no path gains, adds informed samples, searches a cheaper path through them or else
+one unlike those that were found before, and refines that. So paths of several homotopy classes are refined, and as the
+effort grows the cheapest one converges to the optimum.
 """
 
 from __future__ import annotations
@@ -23,13 +23,14 @@ from planner.roadmap.informed import LazyRoadmap, informed_samples
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.refine import PathRefiner, cut
 from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.simplify import simplified
 from planner.world.robot import Robot
 
 IMPROVING = "improve"  # a stage of progress
 _WORKING_ROOM = 1e-3  # m: motions that pass closer take long to prove; a path's last descent goes on from there
 _GAIN = 3e-3  # relative: a round that gains less is a path's last one, until all are through
 _HOPELESS = 1.25  # a path is left once it costs so many times the cheapest one after its first round
-_EXPLORED_EVERY = 3  # rounds
+_EXPLORED_EVERY, _EXPLORED_EVERY_FOR_W = 3, 2  # rounds; where w counts there are more local optima
 _RESUMED = 4  # after so many searches the cheapest path is refined once more
 
 
@@ -38,7 +39,7 @@ class Improvement:
     """The ``roadmap`` with the refined paths as nodes and edges, and the best cost after each round.
 
     ``curve`` are pairs (rounds spent, cost of the cheapest path known), the cost as the network charges it; empty where
-    no path was known.
+    no path was known. The last one is that after :func:`planner.roadmap.simplify.simplified`, which may raise it a bit.
     """
 
     roadmap: Roadmap
@@ -69,6 +70,7 @@ class _Search:
         unit = cost.scale.joint_length if cost.metric == "joint" else np.inf
         least = cost.scale.zeta if cost.charge == "edges" else 0.0
         self._rate = ((1.0 - cost.beta) * least + cost.beta) / unit
+        self._every = _EXPLORED_EVERY if cost.beta == 1.0 else _EXPLORED_EVERY_FOR_W
         self.candidates: list[_Candidate] = []
         self._rounds = self._explored = 0
 
@@ -79,7 +81,7 @@ class _Search:
     def round(self) -> None:
         """Refine the cheapest path that still gains; where there is none, and every third time, search another one."""
         self._rounds += 1
-        if self._rounds % _EXPLORED_EVERY == 2 or not any(c.gains for c in self.candidates):
+        if self._rounds % self._every == self._every - 1 or not any(c.gains for c in self.candidates):
             newest = self._explore()
         else:
             newest = None
@@ -105,9 +107,13 @@ class _Search:
             candidate.cost = self.refiner.total(candidate.path)
 
     def finish(self) -> None:
-        """The last descent of the cheapest path, where rounds ended before it was through."""
-        if (best := self.best) is not None and best.gains:
+        """The last descent of the cheapest path, where rounds ended before it was through, and fewer corners of it."""
+        if (best := self.best) is None:
+            return
+        if best.gains:
             best.path = self.finisher.finish(best.path, best.rounds)
+        best.path = simplified(self.finisher, best.path, self._rng)
+        best.cost = self.refiner.total(best.path)
 
     def _explore(self) -> _Candidate | None:
         """A cheaper path through more informed samples, or else one unlike those found before; None where none is."""
@@ -163,6 +169,7 @@ def improve(
     if search.best is None:
         return Improvement(roadmap)
     search.finish()
+    curve[-1] = (curve[-1][0], search.best.cost)
     kept = [c.path for c in search.candidates if c.cost < _HOPELESS * search.best.cost]
     return Improvement(with_paths(roadmap, prover, kept), tuple(curve))
 

@@ -16,6 +16,8 @@ from planner.world.robot import Robot
 _SAMPLES = 64  # per call, half of them in a tube around the best path, a quarter around its ends
 _TUBE, _BALL = (0.05, 0.5), (0.05, 1.5)  # rad: the radius, drawn anew for each sample
 _DRAWS = 20  # per sample that lies within the joint limits
+_UPHILL, _STEP = 10, 0.1  # steps at most up the gradient of w, and their length (rad)
+_EPS = 1e-3  # rad, finite differences
 _NEAR = 0.75  # rad: how far around a path others count as like it
 _LIKENESS = 2.0  # what being like one path adds to the cost of a motion, as a share of it
 
@@ -99,7 +101,8 @@ def informed_samples(
 
     Half of them lie near ``path``, a quarter near its ends, the others uniformly in the informed set: at a cost of
     ``rate`` per rad at least, a path through q costs ``rate`` (|q - start| + |goal - q|) or more, so q lies in an
-    ellipsoid (Gammell, Srinivasa, Barfoot, Informed RRT*, 2014). With ``rate`` 0 that is everywhere.
+    ellipsoid (Gammell, Srinivasa, Barfoot, Informed RRT*, 2014). With ``rate`` 0 that is everywhere. Where w counts
+    every second sample walks uphill in w first, above a floor all of them do: good paths lie near the ridges of w.
     """
     robot = refiner.prover.robot
     half, quarter = count // 2, count // 4
@@ -108,7 +111,25 @@ def informed_samples(
     longest = refiner.total(path) / rate if rate > 0 else np.inf
     drawn = _in_ellipsoid(robot, path[0], path[-1], longest, _DRAWS * quarter, rng)
     samples = np.concatenate([tube, balls, drawn[_within(robot, drawn)][:quarter]])
+    if refiner.cost.floor > 0:
+        samples = _lifted(robot, samples, rng)
+    elif refiner.cost.beta < 1.0:
+        samples[::2] = _lifted(robot, samples[::2], rng)
     return robot.normalise(samples[_within(robot, samples)])
+
+
+def _lifted(robot: Robot, q: Floats, rng: np.random.Generator) -> Floats:
+    """The states (k, dof) after walks up the gradient of w, of random lengths, within joint limits."""
+    q, dof, steps = q.copy(), q.shape[1], rng.integers(1, _UPHILL + 1, size=len(q))
+    for step in range(_UPHILL):
+        rows = np.flatnonzero(steps > step)
+        probes = np.concatenate([q[rows, None], q[rows, None] + _EPS * np.eye(dof)], axis=1)
+        w = manipulability(robot, probes.reshape(-1, dof)).reshape(-1, dof + 1)
+        slope = w[:, 1:] - w[:, :1]
+        uphill = slope / np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-300)
+        there = q[rows] + _STEP * uphill
+        q[rows] = np.where(robot.continuous, there, np.clip(there, robot.lower, robot.upper))
+    return q
 
 
 def _near(points: Floats, count: int, radius: tuple[float, float], rng: np.random.Generator) -> Floats:

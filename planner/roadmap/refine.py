@@ -8,12 +8,12 @@ moves downhill in cost, or at random near that, so that it slides along what it 
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from planner.base import polylines
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_ALONG_PATH
@@ -25,6 +25,7 @@ _CORNER, _ROUNDS_PER_CORNER = 0.004, 6  # of the cost: what a waypoint must gain
 _ROUNDING = (0.02, 0.6)  # rad: how far from a corner points are tried that cut it
 _LEAST_GAIN = 1e-4  # relative: less is not worth a proof
 _POINTS = 40  # of a path at most among which shortcuts are searched
+_CHAINS = 30  # cheapest chains that are looked at, until one is proven; then the cheapest of what is
 _SHORT, _LONG = 0.5, 1.0  # rad: the pieces that shortcuts are taken among, and those that descent moves
 _STRETCHES, _PROVEN_STRETCHES = 12, 2  # per try of partial shortcuts
 _SWEEPS = 12  # of descent; each moves every second waypoint
@@ -73,7 +74,7 @@ class PathRefiner:
         moved = self.shortcut(self._cornered(cut(path, _SHORT, _POINTS)), corner / 3)
         moved = self._partial_shortcuts(cut(moved, _SHORT, _POINTS))
         moved = self.shortcut(moved, corner)
-        moved = self._descend(self._cornered(cut(moved, _LONG, _POINTS)))
+        moved = self.descend(self._cornered(cut(moved, _LONG, _POINTS)))
         moved = self.shortcut(moved, corner)
         if self.progress.stopped:
             return path
@@ -82,7 +83,7 @@ class PathRefiner:
 
     def finish(self, path: Floats, number: int = 0) -> Floats:
         """The path after a last descent, without the waypoints that gain too little."""
-        return self.shortcut(self._descend(path), self._corner(path, number))
+        return self.shortcut(self.descend(path), self._corner(path, number))
 
     def _corner(self, path: Floats, number: int) -> float:
         return _CORNER * self.total(path) / 3.0 ** (number // _ROUNDS_PER_CORNER)
@@ -96,7 +97,7 @@ class PathRefiner:
         if k < 3:
             return points
         price, proven = self._pairs(points, corner), np.eye(k, k, 1, dtype=bool)
-        while True:
+        for _ in range(_CHAINS):
             rows = _cheapest_chain(price)
             a, b = rows[:-1], rows[1:]
             asked = ~proven[a, b]
@@ -106,10 +107,11 @@ class PathRefiner:
             free = self.allowed(points[a], points[b])
             proven[a[free], b[free]] = True
             price[a[~free], b[~free]] = np.inf
+        return points[_cheapest_chain(np.where(proven, price, np.inf))]
 
     def allowed(self, a: Floats, b: Floats) -> Bools:
         """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""
-        free = self.prover.prove(a, b - a, self.room).free
+        free = self.prover.prove(a, b - a, self.room, contacts=False).free
         if self.cost.floor > 0:
             for row in np.flatnonzero(free):
                 count = max(1, int(np.ceil(np.abs(b[row] - a[row]).max() / W_ALONG_PATH)))
@@ -180,7 +182,7 @@ class PathRefiner:
         q[1:-1, joints] += whole * (even - q)[1:-1, joints]
         return first, q
 
-    def _descend(self, path: Floats) -> Floats:
+    def descend(self, path: Floats) -> Floats:
         """The path after its waypoints moved downhill; steps shrink where few of them gain."""
         path, size = path.copy(), _FIRST_STEP
         for sweep in range(_SWEEPS):
@@ -247,12 +249,7 @@ def cut(path: Floats, piece: float, most: int | None = None) -> Floats:
     length = np.linalg.norm(np.diff(path, axis=0), axis=1)
     if most is not None:
         piece = max(piece, float(length.sum()) / max(most - len(path), 1))
-    rows = [path[:1]]
-    for (a, b), far in zip(itertools.pairwise(path), length, strict=True):
-        count = max(1, int(np.ceil(far / piece)))
-        rows.append(a + (np.arange(1, count + 1) / count)[:, None] * (b - a))
-        rows[-1][-1] = b
-    return np.concatenate(rows)
+    return polylines.cut(path, polylines.parts_of(length, piece))
 
 
 def _motions(paths: list[Floats]) -> tuple[Floats, Floats]:

@@ -8,15 +8,14 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.polylines import cut, parts_of
-from planner.base.products import length, product
+from planner.base.products import length
 from planner.base.progress import QUIET, Progress
-from planner.roadmap.best_paths import BETAS, MotionCost
+from planner.roadmap.best_paths import BETAS, cheapest_nodes
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.forest import Forest
-from planner.roadmap.measure import simpson_weights
+from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import manipulability_cost
 from planner.world.robot import Robot
 
 _LEAST_GAIN = 1e-4  # relative
@@ -52,9 +51,10 @@ def shortcuts(roadmap: Roadmap, prover: RecordingProver, longest: float, progres
     The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
     """
     robot, forest = prover.robot, Forest(roadmap.nodes)
+    a, b = (roadmap.nodes[ends] for ends in roadmap.edges.T)
     for beta in BETAS:
-        cost = MotionCost(robot, roadmap.scale, beta)
-        for nodes in _best_paths(roadmap, beta):
+        cost = MotionCost(robot, roadmap.scale, beta, longest=np.inf)
+        for nodes in _best_paths(roadmap, cost(a, a + robot.difference(a, b))):
             if progress.stopped:
                 return forest
             path = robot.unwound(roadmap.nodes[nodes])
@@ -64,24 +64,12 @@ def shortcuts(roadmap: Roadmap, prover: RecordingProver, longest: float, progres
     return forest
 
 
-def _best_paths(roadmap: Roadmap, beta: float) -> list[Ints]:
-    """The nodes (k,) of the cheapest path to a goal from every start that reaches one."""
-    from scipy.sparse import csr_matrix  # 0.4 s to load: only where a roadmap is worked on
-    from scipy.sparse.csgraph import dijkstra
-
-    n, (i, j) = len(roadmap.nodes), roadmap.edges.T
-    omega = manipulability_cost(roadmap.edge_manipulability, roadmap.scale)
-    along = product(omega, simpson_weights(omega.shape[1]))
-    cost = roadmap.joint_length * ((1.0 - beta) * along + beta)
-    graph = csr_matrix((cost, (i, j)), shape=(n, n))
-    _, back, _ = dijkstra(graph, directed=False, indices=roadmap.goals, return_predecessors=True, min_only=True)
-    paths = []
-    for start in dict.fromkeys(roadmap.starts.tolist()):
-        rows = [start]
-        while back[rows[-1]] >= 0:
-            rows.append(int(back[rows[-1]]))
-        paths.append(np.array(rows))
-    return paths
+def _best_paths(roadmap: Roadmap, cost: Floats) -> list[Ints]:
+    """The nodes (k,) of the cheapest path to a goal from every start that reaches one; edges have ``cost`` (m,)."""
+    n, arcs = len(roadmap.nodes), np.concatenate([roadmap.edges, roadmap.edges[:, ::-1]])
+    starts = dict.fromkeys(roadmap.starts.tolist())
+    found = (cheapest_nodes(n, arcs, np.tile(cost, 2), np.array([start]), roadmap.goals) for start in starts)
+    return [nodes for nodes in found if nodes is not None]
 
 
 def _cheaper(prover: RecordingProver, path: Floats, cost: MotionCost) -> list[tuple[int, int]]:

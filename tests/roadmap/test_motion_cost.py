@@ -1,4 +1,4 @@
-"""What straight motions cost, against the network's own arcs."""
+"""What straight motions cost, against the network's own arcs and a fine integral."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import pytest
 
 from planner.base.request import Charge, Metric
 from planner.costs.network import build_network
+from planner.kinematics.manipulability import manipulability
 from planner.roadmap.motion_cost import MotionCost
+from planner.roadmap.scale import manipulability_cost
 from tests.worlds import small_plan
 
 
@@ -23,3 +25,15 @@ def test_motions_cost_what_the_network_charges(beta: float, charge: Charge, metr
     theirs = network.arcs(np.zeros(network.n_arcs))
     # the tool's path is summed over fewer points here
     np.testing.assert_allclose(cost(a, b), theirs, rtol=1e-9 if metric == "joint" else 0.04)
+
+
+def test_motion_cost_is_the_integral() -> None:
+    made, rng = small_plan(), np.random.default_rng(0)
+    a = rng.uniform(made.robot.lower, made.robot.upper, (5, 7))
+    b = a + rng.uniform(-0.2, 0.2, a.shape)
+    scale = made.roadmap.scale
+    for p, q, value in zip(a, b, MotionCost(made.robot, scale, 0.3)(a, b), strict=True):
+        fine = p + np.linspace(0, 1, 401)[:, None] * (q - p)
+        omega = manipulability_cost(manipulability(made.robot, fine), scale)
+        length = np.linalg.norm(q - p) / scale.joint_length
+        assert value == pytest.approx(length * (0.7 * np.trapezoid(omega, dx=1 / 400) + 0.3), rel=0.03)

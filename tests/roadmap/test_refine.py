@@ -49,3 +49,11 @@ def test_a_floor_holds() -> None:
     cost = MotionCost(made.robot, made.roadmap.scale, 1.0, floor)
     refined = PathRefiner(EdgeProver(made.checker), cost).round(inner)
     assert path_manipulability(made.robot, refined).min() >= floor
+
+
+def test_downhill_in_omega_raises_mean_w() -> None:
+    made = unrefined()
+    prover, scale = EdgeProver(made.checker), made.roadmap.scale
+    path = cut(made.path, 1.0)
+    short, good = (PathRefiner(prover, MotionCost(made.robot, scale, beta)).round(path) for beta in (1.0, 0.0))
+    assert path_manipulability(made.robot, good).mean() > 1.1 * path_manipulability(made.robot, short).mean()
