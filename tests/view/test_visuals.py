@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +22,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "planner" / "visuals"
 
 
-def contents(bodies: tuple[Body, ...]) -> list[list[object]]:
+def contents(bodies: Iterable[Body]) -> list[list[object]]:
     rows = [[b.name, b.link, b.joint, b.color, b.placement.tolist(), *b.shape.content()] for b in bodies]
     return [[item.tolist() if isinstance(item, np.ndarray) else item for item in row] for row in rows]
 
@@ -37,15 +38,16 @@ def test_a_second_look_reads_no_mesh(monkeypatch: pytest.MonkeyPatch, cache: Pat
     assert len(list(cache.glob("*.npz"))) == 1
     monkeypatch.setattr(visuals, "load_visuals", lambda robot: pytest.fail("read again"))
     assert contents(drawn_bodies(robot)) == contents(first)
-    loaded = [body for body in load_visuals(robot) if isinstance(body.shape, Mesh)]
-    drawn = [body for body in first if isinstance(body.shape, Mesh)]
-    assert [len(creased(b.shape).vertices) for b in loaded] == [len(b.shape.vertices) for b in drawn]
+    loaded, drawn = (
+        [body.shape for body in bodies if isinstance(body.shape, Mesh)] for bodies in (load_visuals(robot), first)
+    )
+    assert [len(creased(mesh).vertices) for mesh in loaded] == [len(mesh.vertices) for mesh in drawn]
 
 
 def test_another_base_is_another_robot_to_look_at(robot: Robot, cache: Path) -> None:
     drawn_bodies(robot)
     moved = Robot.load("planar_2r", base=np.diag([-1.0, -1.0, 1.0, 1.0]))
-    assert contents(drawn_bodies(moved)) == contents(tuple(load_visuals(moved)))
+    assert contents(drawn_bodies(moved)) == contents(load_visuals(moved))
     assert len(list(cache.glob("*.npz"))) == 2
 
 
