@@ -6,6 +6,7 @@ import json
 import operator
 import tempfile
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,7 @@ def bench_gabf(
         Row,
         sizes,
         lambda table, nodes: _measured(table, nodes, neighbours, seed, rk45_up_to),
-        lambda nodes: _measure(nodes, neighbours, seed, rk45_up_to, progress),
+        partial(_measure, neighbours=neighbours, seed=seed, rk45_up_to=rk45_up_to),
         to_markdown,
         "sizes",
         progress,
@@ -70,7 +71,7 @@ def _measured(kept: ResultsFile[Row], nodes: int, neighbours: int, seed: int, rk
     return found if needed <= {row.method for row in found} else []
 
 
-def _measure(nodes: int, neighbours: int, seed: int, rk45_up_to: int, progress: Progress) -> list[Row]:
+def _measure(nodes: int, progress: Progress, neighbours: int, seed: int, rk45_up_to: int) -> list[Row]:
     """Every method on one network, in a fresh process; no row where interrupted."""
     options = {
         "repeats": max(3, min(31, round(31 * (1_000 / nodes) ** 0.5))),

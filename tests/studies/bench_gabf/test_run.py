@@ -40,7 +40,7 @@ def test_every_method_has_a_row(folder: Path) -> None:
 
 def test_rows_that_are_there_are_not_measured_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = []
-    monkeypatch.setattr(bench, "_measure", lambda nodes, *rest: measured.append(nodes))
+    monkeypatch.setattr(bench, "_measure", lambda nodes, *rest, **_: measured.append(nodes))
     again = bench_gabf(folder, sizes=(60, 120), rk45_up_to=60)
     assert measured == []
     assert again.complete
@@ -56,7 +56,7 @@ def test_rows_that_are_there_are_not_measured_again(folder: Path, monkeypatch: p
 def test_other_software_is_measured_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench, "_software", lambda: "another numpy")
     measured = []
-    monkeypatch.setattr(bench, "_measure", lambda nodes, *rest: measured.append(nodes))
+    monkeypatch.setattr(bench, "_measure", lambda nodes, *rest, **_: measured.append(nodes))
     bench_gabf(folder, sizes=(60,), rk45_up_to=0)
     assert measured == [60]
 
