@@ -6,7 +6,7 @@ import concurrent.futures as cf
 import logging
 import time
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -62,14 +62,31 @@ class Cluster:
 
         Event(self.signal.name, client=self._client).set()
 
-    def actors(self, kind: type, arguments: Sequence[tuple]) -> list[Any]:
+    def actors(self, kind: type, arguments: Iterable[tuple]) -> list[Any]:
         """An object ``kind(*arguments)`` each, shared out among the workers; calls of its methods give futures."""
         workers = sorted(self._client.nthreads())
-        futures = [
-            self._client.submit(kind, *args, actor=True, pure=False, workers=[workers[k % len(workers)]])
-            for k, args in enumerate(arguments)
-        ]
-        return [future.result() for future in futures]
+        made = []
+        for k, args in enumerate(arguments):
+            worker = [workers[k % len(workers)]]
+            sent = self._client.scatter([args], workers=worker, hash=False)  # past the scheduler
+            future = self._client.submit(_made, kind, *sent, actor=True, pure=False, workers=worker)
+            made.append(future.result())
+        return made
+
+
+def _made(kind: type, args: tuple) -> Any:
+    return kind(*args)
+
+
+@contextmanager
+def local_cluster(workers: int) -> Iterator[str]:
+    """The address of a cluster of so many processes on 127.0.0.1, which end with the block."""
+    from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
+
+    with LocalCluster(
+        n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=logging.ERROR
+    ) as found:
+        yield found.scheduler_address
 
 
 @contextmanager

@@ -91,6 +91,8 @@ def measure_missing(
     progress(stage, done, len(cases))
     for k, found in measured_cases([cases[k] for k in missing], measure, workers, progress, isolated):
         if not found:
+            if workers.serial:
+                break  # stopped; of several at once some may have ended by then
             continue
         ledger.add(found)
         rows[missing[k]] = found

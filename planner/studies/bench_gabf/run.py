@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from planner import gabf
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
-from planner.studies.bench_gabf.case import geometric_network, save_network
+from planner.studies.bench_gabf.case import geometric_network
 from planner.studies.bench_gabf.report import Row, to_markdown
 from planner.studies.process import run_module
 from planner.studies.report import versions
@@ -79,7 +80,7 @@ def _measure(nodes: int, progress: Progress, neighbours: int, seed: int, rk45_up
     }
     with tempfile.TemporaryDirectory() as place:
         network, out = Path(place) / "network.npz", Path(place) / "rows.json"
-        save_network(geometric_network(nodes, neighbours, np.random.default_rng(seed)), network)
+        gabf.write_network(geometric_network(nodes, neighbours, np.random.default_rng(seed)), network)
         ended = run_module("planner.studies.bench_gabf.case", [str(network), str(out), json.dumps(options)], progress)
         if ended.code is None:
             return []
