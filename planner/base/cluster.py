@@ -68,14 +68,10 @@ class Cluster:
         made = []
         for k, args in enumerate(arguments):
             worker = [workers[k % len(workers)]]
-            sent = self._client.scatter([args], workers=worker, hash=False)  # past the scheduler
-            future = self._client.submit(_made, kind, *sent, actor=True, pure=False, workers=worker)
+            sent = self._client.scatter(list(args), workers=worker, hash=False)  # past the scheduler
+            future = self._client.submit(kind, *sent, actor=True, pure=False, workers=worker)
             made.append(future.result())
         return made
-
-
-def _made(kind: type, args: tuple) -> Any:
-    return kind(*args)
 
 
 @contextmanager
@@ -102,7 +98,7 @@ def cluster(address: str) -> Iterator[Cluster]:
         raise InstallationError("a cluster needs Dask: pip install 'gabf-planner[cluster]', here and there.") from None
     logging.getLogger("distributed").setLevel(logging.ERROR)  # what it says while it closes is nobody's news
     try:
-        client = Client(address, timeout=_SECONDS, set_as_default=False)
+        client = Client(address, timeout=_SECONDS, set_as_default=False, direct_to_workers=True)
     except ValueError as error:
         raise OptionError(f"scheduler '{address}' is no address ({error}): give one like tcp://host:8786.") from None
     except OSError:
@@ -110,7 +106,7 @@ def cluster(address: str) -> Iterator[Cluster]:
             f"no Dask scheduler of this version answers at {address}: start one with 'dask scheduler', or mend "
             "the address."
         ) from None
-    with client:
+    with client, client.as_current():  # actors look for the current client
         found = Cluster(client)
         if not found.threads:
             raise FileError(f"the scheduler at {address} has no workers: start some with 'dask worker {address}'.")
