@@ -6,7 +6,7 @@ import concurrent.futures as cf
 import logging
 import time
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -51,6 +51,10 @@ class Cluster:
     def threads(self) -> int:
         """Tasks that the cluster runs at once."""
         return sum(self._client.nthreads().values())
+
+    def on_each(self, function: Callable[[], Any]) -> list[Any]:
+        """What a function gives on every worker."""
+        return list(self._client.run(function).values())
 
     def executor(self) -> cf.Executor:
         """Runs functions on the workers; those of a worker that dies run again on another one."""

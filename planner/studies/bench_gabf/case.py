@@ -78,7 +78,7 @@ def measure(network: gabf.Network, repeats: int, rk45_repeats: int) -> dict[str,
     loaded = peak_memory()
     result = _solve(network)
     peak = peak_memory()
-    dijkstra = _dijkstra_on(network)
+    dijkstra = dijkstra_on(network)
     x_star = dijkstra()
     methods: dict[str, tuple[int, Callable[[], Any]]] = {
         "dijkstra": (repeats, dijkstra),
@@ -106,7 +106,7 @@ def _solve(network: gabf.Network) -> gabf.CostToGo:
     return gabf.solve(replace(network), law=LAW)
 
 
-def _dijkstra_on(network: gabf.Network) -> Callable[[], Floats]:
+def dijkstra_on(network: gabf.Network) -> Callable[[], Floats]:
     """SciPy's Dijkstra from the source against the arcs, on a matrix made beforehand."""
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import dijkstra
