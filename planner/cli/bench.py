@@ -7,6 +7,7 @@ from pathlib import Path
 import tyro
 
 from planner.base.request import SERIAL, Backend, WorldRequest
+from planner.cli.bench_blocks import partition, scaling, stale
 from planner.cli.bench_problems import first_path, motion, plan, quality, replan
 from planner.cli.common import Flag, Workers
 from planner.cli.terminal import measure, measured
@@ -223,3 +224,6 @@ bench.command(fuzz)
 bench.command(roadmap)
 bench.command(replan)
 bench.command(tables)
+bench.command(scaling)
+bench.command(partition)
+bench.command(stale)

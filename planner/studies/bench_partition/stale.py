@@ -22,7 +22,7 @@ from planner.base.versions import versions
 from planner.gabf.laws import Law
 from planner.gabf.partitioned.cut import Cut, bands
 from planner.gabf.partitioned.run import LocalBlocks, PartitionedField
-from planner.gabf.problem import Problem, reduce
+from planner.gabf.problem import reduce
 from planner.gabf.solvers import State, disequilibrium, mean_cost
 from planner.studies.bench_gabf.case import geometric_network
 from planner.studies.table import Bench, closing_lines, markdown_table, run_bench, software
@@ -60,22 +60,22 @@ class Row:
 
 
 class StaleField(PartitionedField):
-    """Blocks that are told the boundary of ``delay`` steps ago, or that of the last multiple of ``period`` (s)."""
+    """Blocks that are told the boundary of ``delay`` steps ago, or, if any are ``due``, at those readings tau only."""
 
-    def __init__(self, cut: Cut, problem: Problem, law: Law, y0: Floats, delay: int, period: float | None) -> None:
+    def __init__(self, cut: Cut, law: Law, y0: Floats, delay: int, due: Floats) -> None:
         parts = zip(cut.halos, cut.parts(y0), strict=True)
         arguments = ((rows, y, halo.told, halo.wanted.size, law.flow) for halo, (rows, y) in parts)
-        super().__init__(cut, LocalBlocks(arguments), np.inf)
-        self._law, self._period, self._renewed = law, period, 0
+        super().__init__(cut, LocalBlocks(arguments), -1.0)
+        self._due, self._renewed = due, 0
         first = y0[cut.boundary]
         self._past: deque[Floats] = deque([first] * (delay + 1), maxlen=delay + 1)
 
     def state(self, tau: float, evaluations: int) -> State:
-        """Also where the boundary is told, by the clock or by steps."""
+        """Also where the boundary is told."""
         state = super().state(tau, evaluations)
-        due = 0 if self._period is None else int(self._law.clock.time(tau) / self._period)
-        if self._period is None or due > self._renewed:
-            self._renewed = due
+        passed = int(np.searchsorted(self._due, tau, side="right"))
+        if not self._due.size or passed > self._renewed:
+            self._renewed = passed
             self._past.append(state.y[self._cut.boundary])
         return state
 
@@ -135,38 +135,38 @@ def _run(law: Law, start: str, stale: str, rng: np.random.Generator) -> _StaleRu
     x0 = gabf.overestimate(network) if start == "above" else np.zeros(network.n_nodes)
     fresh = gabf.solve(network, law, x0)
     y0, y_star = problem.pack(x0), problem.pack(fresh.x)
-    number, unit = stale.split()
-    delay, period = (int(number), None) if unit == "steps" else (0, float(number) * (law.prescribed_time or 1.0))
-    field = StaleField(Cut.of(problem, bands(problem, BLOCKS), BLOCKS), problem, law, y0, delay, period)
-    states = gabf.Splitting().steps(field, law.flow, mean_cost(problem, y0), np.empty(0))
+    delay, due = _when(law, stale)
+    field = StaleField(Cut.of(problem, bands(problem, BLOCKS), BLOCKS), law, y0, delay, due)
+    states = gabf.Splitting().steps(field, law.flow, mean_cost(problem, y0), due)
     wrong_side, rounding = (-1.0 if start == "above" else 1.0), 1e-12 * np.maximum(1.0, np.abs(y_star))
-    crossed, quiet = False, 0
-    for step, state in enumerate(states):
+    crossed, quiet, step = False, 0, 0
+    while True:
+        state, step = next(states), step + 1
         crossed |= bool((wrong_side * (state.y - y_star) > rounding).any())
         at_rest = not disequilibrium(problem, state.y).any()
-        quiet = quiet + 1 if state.residual == 0.0 else 0
-        if at_rest or step >= MOST_STEPS or quiet > delay + 2:
+        quiet = quiet + 1 if state.residual == 0.0 and state.tau >= due.max(initial=0.0) else 0
+        if at_rest or step > MOST_STEPS or quiet > delay + 2:
             break
     ratio = state.tau / fresh.end_tau if at_rest else None
     late = law.prescribed_time is not None and float(law.clock.time(state.tau)) >= law.prescribed_time
     return _StaleRun(at_rest and np.array_equal(state.y, y_star), crossed, ratio, at_rest and late)
 
 
+def _when(law: Law, stale: str) -> tuple[int, Floats]:
+    """How many steps old what a block is told is, or the readings tau at which it is told anything."""
+    number, unit = stale.split()
+    if unit == "steps":
+        return int(number), np.empty(0)
+    share = float(number)
+    return 0, law.clock.tau((law.prescribed_time or 0.0) * np.arange(share, 1.0 - 0.5 * share, share))
+
+
 def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
     """A line a case."""
     header = ["law", "start", "values are old by", "graphs", "at rest at x*", "crossed x*", "tau / fresh", "t = T_p"]
     cells = [(r.law, r.start, r.stale, r.graphs, r.settled, r.crossed, r.tau_ratio, r.late) for r in rows]
-    return (
-        "\n".join(
-            [
-                "# planner bench stale",
-                "",
-                *markdown_table(header, cells, 3),
-                *closing_lines(rows, complete, "cases", _METHOD),
-            ]
-        )
-        + "\n"
-    )
+    table = markdown_table(header, cells, 3)
+    return "\n".join(["# planner bench stale", "", *table, *closing_lines(rows, complete, "cases", _METHOD)]) + "\n"
 
 
 _METHOD = """What theory covers. The paper's theorems read neighbours at the same instant, so none of them speaks of old

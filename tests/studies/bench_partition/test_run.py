@@ -1,4 +1,4 @@
-"""``planner bench partition`` and ``stale``: the same x from every method, rows that are kept, old values that end right."""
+"""``planner bench partition`` and ``stale``: the same x from every method, rows that are kept, and old values."""
 
 from __future__ import annotations
 
@@ -21,9 +21,7 @@ def test_every_method_has_a_row_with_the_same_x(tmp_path: Path, monkeypatch: pyt
     of = {row.method: row for row in found.rows}
     assert of[HERE].x_sha256 == of[WHOLE].x_sha256
     assert of[WHOLE].settled
-    assert of[HERE].boundary is not None
-    assert of[HERE].told is not None
-    assert of[HERE].told > of[HERE].boundary > 0
+    assert (of[HERE].told or 0) > (of[HERE].boundary or 0) > 0
     assert "one process" in found.report
     monkeypatch.setattr(module, "_measure", lambda *_, **__: [])  # nothing is measured again
     assert bench_partition(tmp_path, arcs=(3000,)).rows == found.rows
