@@ -124,7 +124,7 @@ class ByDegree:
         s, here = xhat[self.rows], y[self.rows]
         moving = s != 0
         kept = moving | (here >= least)
-        if kept.sum() > 0.75 * kept.size:
+        if not kept.size or kept.sum() > 0.75 * kept.size:
             return self
         ends = np.cumsum([group.rows.size for group in self.groups])[:-1]
         groups = [g.keep(k) for g, k in zip(self.groups, np.split(kept, ends), strict=True) if k.any()]

@@ -38,8 +38,9 @@ class Row:
     """One law, start and staleness on ``graphs`` networks.
 
     ``settled``: ended at rest with x* to the bit of a run without staleness; ``crossed``: some state crossed x* by more
-    than rounding, coming from above or below only. ``tau_ratio``: median of the settling reading over that without
-    staleness; ``late``: reached rest at a reading that no double t < T_p has.
+    than rounding, coming from above or below only. ``error``: the largest max |x - x*| / max(1, |x*|) at the end.
+    ``tau_ratio``: median of the settling reading over that without staleness; ``late``: reached rest at a reading that
+    no double t < T_p has.
     """
 
     law: str
@@ -50,6 +51,7 @@ class Row:
     software: str
     settled: int = 0
     crossed: int = 0
+    error: float | None = None
     tau_ratio: float | None = None
     late: int = 0
 
@@ -115,6 +117,7 @@ def _measure(blank: Row, progress: Progress) -> list[Row]:
             *blank.key,
             settled=sum(run.settled for run in runs),
             crossed=sum(run.crossed for run in runs),
+            error=max(run.error for run in runs),
             tau_ratio=float(np.median(ratios)) if ratios else None,
             late=sum(run.late for run in runs),
         )
@@ -125,6 +128,7 @@ def _measure(blank: Row, progress: Progress) -> list[Row]:
 class _StaleRun:
     settled: bool
     crossed: bool
+    error: float
     tau_ratio: float | None
     late: bool
 
@@ -149,7 +153,8 @@ def _run(law: Law, start: str, stale: str, rng: np.random.Generator) -> _StaleRu
             break
     ratio = state.tau / fresh.end_tau if at_rest else None
     late = law.prescribed_time is not None and float(law.clock.time(state.tau)) >= law.prescribed_time
-    return _StaleRun(at_rest and np.array_equal(state.y, y_star), crossed, ratio, at_rest and late)
+    error = float((np.abs(state.y - y_star) / np.maximum(1.0, np.abs(y_star))).max())
+    return _StaleRun(at_rest and error == 0.0, crossed, error, ratio, at_rest and late)
 
 
 def _when(law: Law, stale: str) -> tuple[int, Floats]:
@@ -163,8 +168,18 @@ def _when(law: Law, stale: str) -> tuple[int, Floats]:
 
 def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
     """A line a case."""
-    header = ["law", "start", "values are old by", "graphs", "at rest at x*", "crossed x*", "tau / fresh", "t = T_p"]
-    cells = [(r.law, r.start, r.stale, r.graphs, r.settled, r.crossed, r.tau_ratio, r.late) for r in rows]
+    header = [
+        "law",
+        "start",
+        "values are old by",
+        "graphs",
+        "at rest at x*",
+        "crossed x*",
+        "error",
+        "tau / fresh",
+        "t = T_p",
+    ]
+    cells = [(r.law, r.start, r.stale, r.graphs, r.settled, r.crossed, r.error, r.tau_ratio, r.late) for r in rows]
     table = markdown_table(header, cells, 3)
     return "\n".join(["# planner bench stale", "", *table, *closing_lines(rows, complete, "cases", _METHOD)]) + "\n"
 
@@ -174,4 +189,4 @@ values. That x* stays the only rest, and that starts above x* stay above and sta
 kernel being increasing and progressive, and from the flow keeping order, whatever the delay; T_f and T_* do not: each
 hop across a cut takes one delay more. Where values are told at a fixed period of t, no more are told than fit before
 T_p, and a network whose optimal paths cross cuts more often than that does not settle by T_p at all. The runs stop at
-rest, after 4000 steps, or where all blocks rest on old values."""
+rest, after 4000 steps, or where all blocks rest on old values. 0 steps: told once a step instead of twice."""
