@@ -53,6 +53,7 @@ DOORS = {
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")},
     "ctypes": {"planner.native.library", "planner.base.silenced"},
     "yaml": {"planner.base.yamlfile"},
+    "distributed": {"planner.base.cluster"},
     "toppra": {"planner.studies.bench_motion.toppra_law"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli")},
 }
@@ -128,7 +129,7 @@ def test_the_rule_catches_an_import_that_points_up(tmp_path: Path) -> None:
     ("statement", "forbidden"),
     [
         ("import planner.cli", {"pinocchio", "ompl", "fcl", "coal", "meshcat", "numpy", "pydantic", "scipy"}),
-        ("import planner.gabf", {"pinocchio", "ompl", "fcl", "coal", "meshcat", "pydantic", "scipy"}),
+        ("import planner.gabf", {"pinocchio", "ompl", "fcl", "coal", "meshcat", "pydantic", "scipy", "distributed"}),
         ("import planner; planner.PlanRequest", {"pinocchio", "ompl", "fcl", "numpy"}),
     ],
 )

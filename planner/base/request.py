@@ -32,6 +32,7 @@ Charge = Literal["nodes", "edges"]
 ManipulabilityCost = Literal["inverse", "log", "linear"]
 TimeLaw = Literal["shortcuts", "blended", "stop-at-corners"]
 DEFAULT_TIME_LAW: TimeLaw = "shortcuts"
+WorkersBackend = Literal["processes", "dask"]
 
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 DEFAULT_COST: ManipulabilityCost = "log"
@@ -264,6 +265,32 @@ class TimingRequest(LimitsRequest):
     def __post_init__(self) -> None:
         if not 0.0 <= self.extra_cost <= 100.0:
             raise OptionError(f"extra cost {self.extra_cost:g} is not usable: give a share of 0 or more, 100 at most.")
+
+
+@dataclass(frozen=True)
+class WorkersRequest:
+    """Who does independent work at once. The results do not depend on it, but for their seconds."""
+
+    jobs: int | None = None
+    """Tasks at once: 1 where left out, and with --backend dask as many as the cluster has threads."""
+    backend: WorkersBackend = "processes"
+    """Processes of this machine, or a Dask cluster."""
+    scheduler: str | None = None
+    """Address of the Dask cluster's scheduler, such as tcp://127.0.0.1:8786."""
+
+    def __post_init__(self) -> None:
+        if self.jobs is not None and not 1 <= self.jobs <= 10_000:
+            raise OptionError(f"{self.jobs} jobs are not usable: give a whole number from 1 to 10000.")
+        if (self.backend == "dask") != (self.scheduler is not None):
+            raise OptionError("a Dask cluster needs both --backend dask and --scheduler with its address.")
+
+    @property
+    def serial(self) -> bool:
+        """Whether one task after the other is done, in this process where it can be."""
+        return self.backend == "processes" and self.jobs in (None, 1)
+
+
+SERIAL = WorkersRequest()
 
 
 def _plain(value: Any) -> Any:

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import tyro
 
-from planner.base.request import PlanRequest
-from planner.cli.common import Flag
+from planner.base.request import SERIAL, PlanRequest
+from planner.cli.common import Flag, Workers
 from planner.cli.terminal import run_into, say
 
 
@@ -16,7 +16,7 @@ def batch(
     source: tyro.conf.Positional[Path],
     request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
     out: Path = Path("batch"),
-    jobs: int = 1,
+    workers: Workers = SERIAL,
     pages: Flag = False,
     time_limit: float = 600.0,
     debug: Flag = False,
@@ -28,7 +28,7 @@ def batch(
     those of 'planner plan'; what a plan does not say is taken from the options given here.
 
     Each plan has a process of its own. Run again, the same command plans what is missing, has crashed or ran out of
-    time. Rows and folders are the same for every --jobs, but for the seconds.
+    time. Rows and folders are the same for every --jobs and --backend, but for the seconds.
 
     Writes batch.csv, and for each plan NAME/plan.json, NAME/roadmap.npz and NAME/row.json. Exit code 0: all solved; 4:
     some are not; 130: interrupted, what there is is kept.
@@ -36,7 +36,6 @@ def batch(
     Args:
         source: The plans: a .yaml or .csv file, or a folder.
         out: Folder to write into.
-        jobs: Plans at once.
         pages: Write the page of each plan too.
         time_limit: Seconds after which a plan is killed and recorded as timed out; the budget is in nodes.
         debug: Show tracebacks of errors.
@@ -44,7 +43,7 @@ def batch(
     from planner.studies.batch.run import run_batch
     from planner.studies.bench_plan.rows import SOLVED
 
-    result = run_into(out, lambda progress: run_batch(source, out, request, jobs, pages, time_limit, progress))
+    result = run_into(out, lambda progress: run_batch(source, out, request, workers, pages, time_limit, progress))
     say(result.report)
     if not result.complete:
         return 130

@@ -6,9 +6,10 @@ from pathlib import Path
 
 import tyro
 
-from planner.base.request import Backend, WorldRequest
+from planner.base.request import SERIAL, Backend, WorldRequest
+from planner.cli.bench_blocks import partition, scaling, stale
 from planner.cli.bench_problems import first_path, motion, plan, quality, replan
-from planner.cli.common import Flag
+from planner.cli.common import Flag, Workers
 from planner.cli.terminal import measure, measured
 
 
@@ -37,6 +38,7 @@ def misses(
     edges: int = 40,
     robots: tuple[str, ...] = ("iiwa14", "panda", "ur5", "planar_2r", "kinova"),
     thicknesses: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 5.0),
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """Edges past walls, poles and windows of a few millimetres: which of those called free touch at 0.1 mm of motion.
@@ -54,7 +56,7 @@ def misses(
     """
     from planner.studies.bench_misses.run import bench_misses
 
-    return measure(out, lambda progress: bench_misses(out, edges, robots, thicknesses, seed, progress))
+    return measure(out, lambda progress: bench_misses(out, edges, robots, thicknesses, seed, progress, workers))
 
 
 def attack(
@@ -64,6 +66,7 @@ def attack(
     segments: int = 100,
     robots: tuple[str, ...] = ("planar_2r", "iiwa14"),
     libraries: tuple[Backend, ...] = ("fcl", "coal"),
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """An optimiser against every claim that proofs rest on: distances, bounds, motions, and segments called free.
@@ -83,7 +86,7 @@ def attack(
     """
     from planner.studies.bench_attack.run import bench_attack
 
-    return measure(out, lambda progress: bench_attack(out, tries, segments, robots, libraries, seed, progress))
+    return measure(out, lambda progress: bench_attack(out, tries, segments, robots, libraries, seed, progress, workers))
 
 
 def agreement(
@@ -93,6 +96,7 @@ def agreement(
     robots: tuple[str, ...] = (),
     scenes: tuple[str, ...] = (),
     margin: float = 0.0,
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """FCL against coal on random configurations of every robot in every scene: verdicts, contact band, speed.
@@ -112,7 +116,7 @@ def agreement(
     """
     from planner.studies.bench_agreement.run import bench_agreement
 
-    return measure(out, lambda progress: bench_agreement(out, states, robots, scenes, margin, seed, progress))
+    return measure(out, lambda progress: bench_agreement(out, states, robots, scenes, margin, seed, progress, workers))
 
 
 def fuzz(
@@ -220,3 +224,6 @@ bench.command(fuzz)
 bench.command(roadmap)
 bench.command(replan)
 bench.command(tables)
+bench.command(scaling)
+bench.command(partition)
+bench.command(stale)

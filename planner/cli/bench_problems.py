@@ -7,8 +7,8 @@ from typing import Annotated
 
 import tyro
 
-from planner.base.request import DEFAULT_CHARGE, PAPER_NODES, Backend, Charge, LimitsRequest, PlanRequest
-from planner.cli.common import Flag
+from planner.base.request import DEFAULT_CHARGE, PAPER_NODES, SERIAL, Backend, Charge, LimitsRequest, PlanRequest
+from planner.cli.common import Flag, Workers
 from planner.cli.terminal import measure
 
 
@@ -28,7 +28,7 @@ def plan(
     widen_limits: Flag = False,
     seeds: tuple[int, ...] = (0, 1, 2),
     time_limit: float = 60.0,
-    jobs: int = 1,
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """A folder of planning problems, each planned with several seeds: success, times, lengths, manipulability, safety.
@@ -54,7 +54,6 @@ def plan(
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         seeds: Seeds to plan every problem with.
         time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
-        jobs: Runs at once; their seconds are then those of a busy machine, all else is the same.
         debug: Show tracebacks of errors.
     """
     from planner.studies.bench_plan.run import bench_plan
@@ -72,7 +71,7 @@ def plan(
         charge=charge,
         beta=beta,
     )
-    return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress, jobs))
+    return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress, workers))
 
 
 def first_path(
@@ -126,6 +125,7 @@ def quality(
     seconds: float = 5.0,
     above_ends: Flag = False,
     widen_limits: Flag = False,
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """How good paths are: length, corners, manipulability and time, beside OMPL's RRTConnect, RRT* and BIT*.
@@ -152,7 +152,7 @@ def quality(
     plain = PlanRequest(
         robot, collision=collision, nodes=nodes, seed=seed, widen_limits=widen_limits, above_ends=above_ends
     )
-    return measure(out, lambda progress: bench_quality(folder, out, plain, betas, efforts, seconds, progress))
+    return measure(out, lambda progress: bench_quality(folder, out, plain, betas, efforts, seconds, progress, workers))
 
 
 def motion(
@@ -167,6 +167,7 @@ def motion(
     margin: float = 0.0,
     widen_limits: Flag = False,
     seed: int = 0,
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """A folder of planning problems: the motions along their paths, how long they take and what they break or touch.
@@ -200,7 +201,7 @@ def motion(
         min_manipulability=min_manipulability,
         beta=beta,
     )
-    return measure(out, lambda progress: bench_motion(folder, out, plain, limits, progress))
+    return measure(out, lambda progress: bench_motion(folder, out, plain, limits, progress, workers))
 
 
 def replan(
@@ -212,6 +213,7 @@ def replan(
     changes: int = 100,
     seed: int = 0,
     time_limit: float = 1200.0,
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """Problems whose world changes: time to a new proven path against planning anew, the field against D* Lite.
@@ -234,5 +236,7 @@ def replan(
 
     return measure(
         out,
-        lambda progress: bench_replan(folder, out, robot, collision, nodes, changes, seed, time_limit, progress),
+        lambda progress: bench_replan(
+            folder, out, robot, collision, nodes, changes, seed, time_limit, progress, workers
+        ),
     )

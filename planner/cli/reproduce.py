@@ -10,8 +10,8 @@ import tyro
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.base.request import PAPER_NODES, Backend
-from planner.cli.common import Flag
+from planner.base.request import PAPER_NODES, SERIAL, Backend
+from planner.cli.common import Flag, Workers
 from planner.cli.terminal import report_table, run_into, say, show, verdict_table
 
 if TYPE_CHECKING:
@@ -40,7 +40,9 @@ def example(out: Path = Path("reproduce-example"), seed: int = 0, debug: Flag = 
 
 
 @reproduce.command
-def laws(out: Path = Path("reproduce-laws"), seed: int = 0, graphs: int = 20, debug: Flag = False) -> int:
+def laws(
+    out: Path = Path("reproduce-laws"), seed: int = 0, graphs: int = 20, workers: Workers = SERIAL, debug: Flag = False
+) -> int:
     """Section 4.1: the control laws compared on random graphs of 500 nodes.
 
     Args:
@@ -52,7 +54,7 @@ def laws(out: Path = Path("reproduce-laws"), seed: int = 0, graphs: int = 20, de
 
     from planner.studies.laws.run import run_laws
 
-    return reproduced(out, lambda progress: run_laws(graphs, seed=seed, progress=progress))
+    return reproduced(out, lambda progress: run_laws(graphs, seed=seed, progress=progress, workers=workers))
 
 
 @reproduce.command
@@ -63,6 +65,7 @@ def manipulator(
     nodes: int = PAPER_NODES,
     collision: Backend = "fcl",
     strands: float = 0.0,
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """Section 4.2: the manipulator among obstacles, its path for each beta beside that of RRT.
@@ -80,7 +83,7 @@ def manipulator(
 
     from planner.studies.manipulator.run import run_manipulator
 
-    return reproduced(out, lambda progress: run_manipulator(seeds, nodes, collision, seed, strands, progress))
+    return reproduced(out, lambda progress: run_manipulator(seeds, nodes, collision, seed, strands, progress, workers))
 
 
 @reproduce.command
@@ -96,6 +99,7 @@ def learning(
     roadmaps: int | None = None,
     nodes: int | None = None,
     executions: int | None = None,
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """Section 4.3: weights that are learned, on random graphs of 36 nodes and, if one is named, on a robot's roadmaps.
@@ -127,7 +131,7 @@ def learning(
     from planner.studies.learning.run import run_learning
 
     settings = RobotSettings(robot, **given) if robot else None
-    return reproduced(out, lambda progress: run_learning(graphs, iterations, seed, settings, progress=progress))
+    return reproduced(out, lambda progress: run_learning(graphs, iterations, seed, settings, progress, workers))
 
 
 def reproduced(folder: Path, run: Callable[[Progress], Report]) -> int:

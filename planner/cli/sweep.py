@@ -10,9 +10,9 @@ import tyro
 
 from planner.base.errors import OptionError
 from planner.base.interrupts import leaving_on_interrupt
-from planner.base.request import SweepRequest
-from planner.cli.common import STARTED, Flag
-from planner.cli.terminal import report_table, say, show, working
+from planner.base.request import SERIAL, SweepRequest, WorkersRequest
+from planner.cli.common import STARTED, Flag, Workers
+from planner.cli.terminal import report_table, run_into, say, show, working
 
 if TYPE_CHECKING:
     from planner.tradeoff.sweep import Tradeoff
@@ -23,7 +23,9 @@ def sweep(
     front: Flag = False,
     max_labels: int | None = None,
     resume: Flag = False,
+    seeds: tuple[int, ...] = (),
     out: Path = Path("sweep"),
+    workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """The whole trade-off between manipulability and distance: every path that some beta makes optimal.
@@ -42,11 +44,17 @@ def sweep(
     holds another sweep already that is kept, and the interrupted one goes into the folder 'interrupted' inside it
     ('interrupted-2' and so on where that is taken).
 
+    With --seeds there is one sweep per seed, in the folder seed-K of --out, and a row each in seeds.csv; --jobs of them
+    at once. Run again, the same command sweeps what is missing.
+
+    planner sweep --seeds 0 1 2 3 --jobs 2
+
     Args:
         front: Find the paths too that no beta can reach: all that are not worse in both costs than another one.
         max_labels: Partial paths that the search of --front may make, 1000000 where left out; it says so if it was
             stopped there.
         resume: Go on from the sweep in --out, which must be of the same options.
+        seeds: Seeds to sweep with, in place of --seed.
         out: Folder to write into.
         debug: Show tracebacks of errors.
     """
@@ -54,7 +62,10 @@ def sweep(
 
     if max_labels is not None and not front:
         raise OptionError("--max-labels limits the search of --front: give --front too, or leave it out.")
+    _require_one_or_many(request, resume, seeds, workers)
     require_writable_folder(out)
+    if seeds:
+        return _many(request, seeds, out, front, max_labels, workers)
     from planner.base.outcome import Outcome
     from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.tradeoff.nondominated import MAX_LABELS
@@ -77,6 +88,35 @@ def sweep(
                 said = f"{_ending(result, place)} Written: {', '.join(str(place / name) for name in NAMES)}"
     _tell(record, said + kept(out, place))
     return Outcome.INTERRUPTED.exit_code if progress.stopped else result.outcome.exit_code
+
+
+def _require_one_or_many(request: SweepRequest, resume: bool, seeds: tuple[int, ...], workers: WorkersRequest) -> None:
+    if seeds and (resume or request.seed != SweepRequest().seed):
+        raise OptionError("--seeds goes on by itself and takes the place of --seed: leave --resume and --seed out.")
+    if not seeds and workers != SERIAL:
+        raise OptionError("--jobs, --backend and --scheduler are for several sweeps: give --seeds too.")
+
+
+def _many(
+    request: SweepRequest,
+    seeds: tuple[int, ...],
+    out: Path,
+    front: bool,
+    max_labels: int | None,
+    workers: WorkersRequest,
+) -> int:
+    from planner.base.outcome import Outcome
+    from planner.studies.sweep_seeds import sweep_seeds
+    from planner.tradeoff.nondominated import MAX_LABELS
+
+    labels = MAX_LABELS if max_labels is None else max_labels
+    found = run_into(
+        out, lambda progress: sweep_seeds(request, seeds, out, front, labels, progress=progress, workers=workers)
+    )
+    say(found.report)
+    if not found.complete:
+        return Outcome.INTERRUPTED.exit_code
+    return 0 if all(row.outcome == Outcome.SOLVED.key for row in found.rows) else Outcome.NO_PATH.exit_code
 
 
 def _tell(record: dict[str, Any], said: str) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.gabf.arcmaps import AffineArcs, ArcMap
-from planner.gabf.problem import Problem
+from planner.gabf.problem import Rows
 
 GROUP_FROM = 5_000
 """Rows from which grouping by degree is faster than one reduceat (at 1e5 rows 17 against 40 ns a row)."""
@@ -21,10 +21,11 @@ class Parents(Protocol):
     @property
     def rows(self) -> Ints | slice: ...
     def __call__(self, y: Floats) -> Floats: ...
-    def retire(self, y: Floats, xhat: Floats) -> Parents: ...
+    def lowest_moving(self, y: Floats, xhat: Floats) -> float: ...
+    def retire(self, y: Floats, xhat: Floats, least: float) -> Parents: ...
 
 
-def parents_of(problem: Problem) -> Parents:
+def parents_of(problem: Rows) -> Parents:
     if problem.n_rows == 0:
         return AllRows(problem)
     if problem.n_rows >= GROUP_FROM:
@@ -36,7 +37,7 @@ def parents_of(problem: Problem) -> Parents:
 class AllRows:
     """Every row in one call, for small problems, where calls cost more than arithmetic."""
 
-    problem: Problem
+    problem: Rows
 
     @property
     def rows(self) -> slice:
@@ -45,7 +46,10 @@ class AllRows:
     def __call__(self, y: Floats) -> Floats:
         return self.problem.parent_values(y)
 
-    def retire(self, y: Floats, xhat: Floats) -> AllRows:
+    def lowest_moving(self, y: Floats, xhat: Floats) -> float:
+        return lowest_moving(y[: xhat.size], xhat)
+
+    def retire(self, y: Floats, xhat: Floats, least: float) -> AllRows:
         return self
 
 
@@ -65,7 +69,7 @@ class Padded(AllRows):
         return np.minimum.reduce(values, axis=0)
 
 
-def padded(problem: Problem) -> Padded | None:
+def padded(problem: Rows) -> Padded | None:
     """None where it does not pay: a kernel that is not affine, or degrees that differ too much."""
     degree = np.diff(problem.starts, append=problem.heads.size)
     width, arcs = int(degree.max(initial=0)), problem.arcs
@@ -107,30 +111,38 @@ class ByDegree:
     def __call__(self, y: Floats) -> Floats:
         return np.concatenate([group(y) for group in self.groups]) if self.groups else np.empty(0)
 
-    def retire(self, y: Floats, xhat: Floats) -> ByDegree:
+    def lowest_moving(self, y: Floats, xhat: Floats) -> float:
+        return lowest_moving(y[self.rows], xhat[self.rows])
+
+    def retire(self, y: Floats, xhat: Floats, least: float) -> ByDegree:
         """Drop the rows that rest for good, once they are a quarter of all.
 
-        Let v be the least of y and m over the moving rows. Rows at rest below v read only rows at rest below
-        v, and no state falls below v any more: the moving row that is lowest has parent values of at least v.
-        So they never move again; this is lemma (globalbound) applied to the rest of the network.
+        Let v = ``least`` be :meth:`lowest_moving`, of all rows of the network. Rows at rest below v read only rows at
+        rest below v, and no state falls below v any more: the moving row that is lowest has parent values of at least
+        v. So they never move again; this is lemma (globalbound) applied to the rest of the network.
         """
         s, here = xhat[self.rows], y[self.rows]
         moving = s != 0
-        least = np.minimum(here, here - s)[moving].min(initial=np.inf)
         kept = moving | (here >= least)
-        if kept.sum() > 0.75 * kept.size:
+        if not kept.size or kept.sum() > 0.75 * kept.size:
             return self
         ends = np.cumsum([group.rows.size for group in self.groups])[:-1]
         groups = [g.keep(k) for g, k in zip(self.groups, np.split(kept, ends), strict=True) if k.any()]
         return ByDegree(groups, self.rows[kept])
 
 
-def by_degree(problem: Problem) -> ByDegree:
+def lowest_moving(here: Floats, s: Floats) -> float:
+    """The least of y and m over the rows with s = y - m other than 0; +inf where none moves."""
+    moving = s != 0
+    return float(np.minimum(here, here - s)[moving].min(initial=np.inf))
+
+
+def by_degree(problem: Rows) -> ByDegree:
     degree = np.diff(problem.starts, append=problem.heads.size)
     groups = [_group(problem, np.flatnonzero(degree == k), int(k)) for k in np.unique(degree)]
     return ByDegree(groups, np.concatenate([group.rows for group in groups]))
 
 
-def _group(problem: Problem, rows: Ints, degree: int) -> Group:
+def _group(problem: Rows, rows: Ints, degree: int) -> Group:
     arcs = problem.starts[rows] + np.arange(degree)[:, None]
     return Group(rows, problem.heads[arcs], problem.arcs.take(arcs.ravel()))

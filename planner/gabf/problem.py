@@ -31,35 +31,49 @@ class Level:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
-    """The nodes that reach a source: the R non-source ones (rows) first, then the sources.
+class Rows:
+    """States that move: row i reads the states at ``heads[starts[i]:starts[i + 1]]`` through ``arcs``, at least one.
 
-    ``nodes`` (R + S,) their indices in the network, ``anchors`` (S,) the values of the sources; row i reads
-    ``heads[starts[i]:starts[i + 1]]`` (positions in ``nodes``) through ``arcs``, which are the arcs
-    ``arc_ids`` of the network. ``hops`` (R,) fewest arcs to a source. Every row has an arc.
+    The states of the R rows come first, behind them those that are only read.
     """
 
-    network: Network
-    nodes: Ints
-    anchors: Floats
     starts: Ints
     heads: Ints
-    arc_ids: Ints
     arcs: ArcMap
-    hops: Ints
 
     @property
     def n_rows(self) -> int:
         return self.starts.size
 
-    @property
-    def rows(self) -> Ints:
-        return self.nodes[: self.n_rows]
-
     @cached_property
     def owners(self) -> Ints:
         """(A,) the row that each arc belongs to."""
         return np.repeat(np.arange(self.n_rows), np.diff(self.starts, append=self.heads.size))
+
+    def parent_values(self, y: Floats) -> Floats:
+        """(R,) m_i = min_j f_i(y_j, w_ij)."""
+        if self.n_rows == 0:
+            return np.empty(0)
+        return np.minimum.reduceat(self.arcs(y[self.heads]), self.starts)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem(Rows):
+    """The nodes that reach a source: the R non-source ones (rows) first, then the sources.
+
+    ``nodes`` (R + S,) their indices in the network, ``anchors`` (S,) the values of the sources; ``heads`` are positions
+    in ``nodes``, ``arcs`` the arcs ``arc_ids`` of the network. ``hops`` (R,) fewest arcs to a source.
+    """
+
+    network: Network
+    nodes: Ints
+    anchors: Floats
+    arc_ids: Ints
+    hops: Ints
+
+    @property
+    def rows(self) -> Ints:
+        return self.nodes[: self.n_rows]
 
     @cached_property
     def levels(self) -> list[Level]:
@@ -96,12 +110,6 @@ class Problem:
         starts = np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))
         return Level(self.arcs.take(arcs), starts, arcs.size)
 
-    def parent_values(self, y: Floats) -> Floats:
-        """(R,) m_i = min_j f_i(y_j, w_ij)."""
-        if self.n_rows == 0:
-            return np.empty(0)
-        return np.minimum.reduceat(self.arcs(y[self.heads]), self.starts)
-
     def pack(self, x: Floats) -> Floats:
         """States of these nodes from an array over all nodes, sources at their anchors."""
         y = x[self.nodes]
@@ -130,7 +138,7 @@ def reduce(net: Network) -> Problem:
     anchors = net.source_values
     assert anchors is not None
     starts = np.cumsum(counts) - counts
-    return Problem(net, nodes, anchors, starts, heads, arc_ids, arcs, hops[is_row])
+    return Problem(starts, heads, arcs, net, nodes, anchors, arc_ids, hops[is_row])
 
 
 def require_state(problem: Problem, x: Floats, name: str) -> None:

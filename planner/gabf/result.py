@@ -11,6 +11,7 @@ from planner.gabf.assumptions import Premises
 from planner.gabf.enclosure import bracket_settling
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
+from planner.gabf.partitioned.run import Exchanged
 from planner.gabf.problem import reduce
 
 
@@ -53,7 +54,7 @@ class CostToGo:
     oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
     and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
     non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
-    that the run stayed in with zeta and L on it.
+    that the run stayed in with zeta and L on it. ``exchanged``: what a run on blocks told between them.
     """
 
     x: Floats
@@ -76,6 +77,7 @@ class CostToGo:
     evaluations: int
     solver: str
     trajectory: Trajectory | None = None
+    exchanged: Exchanged | None = None
 
     @cached_property
     def settling_tau_bracket(self) -> tuple[float, float] | None:

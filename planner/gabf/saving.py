@@ -68,6 +68,11 @@ class Recorder:
         self._kept: list[tuple[float, State]] = []
         self._landed = 0
 
+    @property
+    def keeps(self) -> bool:
+        """Whether anything is to be kept."""
+        return self._save is not None
+
     def offer(self, step: int, state: State) -> None:
         if self._save is None:
             return

@@ -71,26 +71,26 @@ class EndPhase:
     def __init__(self, premises: Premises, tolerance: float):
         self._tolerance = tolerance
         widest = tolerance * max(1.0, abs(premises.lower), abs(premises.upper))
-        self._clear_above = (1.0 + premises.L) * widest
-        self._states: list[tuple[float, Floats]] = []
+        self.clear_above = (1.0 + premises.L) * widest
+        self._states: list[State] = []
 
     def add(self, state: State) -> None:
-        if state.residual > self._clear_above:
+        if state.residual > self.clear_above:
             self._states.clear()
-        self._states.append((state.tau, state.y))
+        self._states.append(state)
 
     def settling_tau(self, y_star: Floats, flow: Flow) -> float:
         """The first tau after which all errors stay in the band, placed in its step by the law's decay."""
         band = self._tolerance * np.maximum(1.0, np.abs(y_star))
-        tau = [reading for reading, _ in self._states]
-        excess = [float((np.abs(y - y_star) / band).max()) for _, y in self._states]
+        tau = [state.tau for state in self._states]
+        excess = [float((np.abs(state.y - y_star) / band).max()) for state in self._states]
         outside = np.flatnonzero(np.array(excess) > 1.0)
         if outside.size == 0:
             return tau[0]
         k = int(outside[-1])
         if k + 1 == len(tau):
             return tau[k]
-        worst = int(np.argmax(np.abs(self._states[k][1] - y_star) / band))
+        worst = int(np.argmax(np.abs(self._states[k].y - y_star) / band))
         return tau[k] + _inside(tau[k + 1] - tau[k], excess[k : k + 2], float(band[worst]), flow)
 
 
@@ -105,14 +105,12 @@ def _inside(step: float, excess: list[float], width: float, flow: Flow) -> float
 class Extremes:
     """The lowest and highest state, and the largest control input, over the steps of a run."""
 
-    def __init__(self, n_rows: int):
-        self._n_rows, self._lowest, self._highest = n_rows, math.inf, -math.inf
+    def __init__(self) -> None:
+        self._lowest, self._highest = math.inf, -math.inf
         self._readings: list[tuple[float, float]] = []
 
     def add(self, state: State) -> None:
-        rows = state.y[: self._n_rows]
-        self._lowest = min(self._lowest, float(rows.min(initial=math.inf)))
-        self._highest = max(self._highest, float(rows.max(initial=-math.inf)))
+        self._lowest, self._highest = min(self._lowest, state.range[0]), max(self._highest, state.range[1])
         self._readings.append((state.tau, state.residual))
 
     def over(self, law: Law) -> tuple[float, float, float]:

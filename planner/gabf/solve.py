@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,11 +14,13 @@ from planner.gabf.assumptions import Premises, pack_start, premises, require_ove
 from planner.gabf.laws import Law, SingularityFree
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
+from planner.gabf.partitioned.cut import Partition
+from planner.gabf.partitioned.run import Exchanged, partitioned_field
 from planner.gabf.problem import Problem, reduce
 from planner.gabf.result import CostToGo, Ending, Trajectory
 from planner.gabf.saving import Recorder, Save
 from planner.gabf.settling import EndPhase, Extremes, error_bound, require_rooted
-from planner.gabf.solvers import Solver, State
+from planner.gabf.solvers import Solver, State, mean_cost
 from planner.gabf.splitting import Splitting
 
 
@@ -30,6 +34,7 @@ def solve(
     settle_tolerance: float = 1e-9,
     max_steps: int = 300_000,
     until_tau: float = np.inf,
+    partition: Partition | None = None,
 ) -> CostToGo:
     """The cost-to-go x of every node under ``law`` (default :class:`SingularityFree`), from the start ``x0``.
 
@@ -41,7 +46,7 @@ def solve(
     neither x nor the steps of the splitting solver, which ends at a residual of exactly 0. When it settled is
     dated by the run's steps; ``result.settling_tau_bracket`` is what is proved of it. References end
     where :func:`planner.gabf.settling.error_bound` proves the tolerance. ``max_steps`` and ``until_tau``
-    bound the work.
+    bound the work. ``partition``: cut into blocks, here or on a cluster; x and all else come out the same to the bit.
 
     Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the
     interval that the run stays in, where a start lies outside the kernel's domain, and where the
@@ -58,7 +63,11 @@ def solve(
     bounds = premises(problem, y0)
     if law.needs_overestimate and x0 is not None:
         require_overestimate(problem, y0, problem.pack(oracle(net)), law.name)
-    run = _run(problem, law, solver, y0, bounds, Recorder(save, problem, law), limits)
+    recorder = Recorder(save, problem, law)
+    if partition is None:
+        run = _run(partial(solver.states, problem, law.flow, y0), problem, law, solver, bounds, recorder, limits)
+    else:
+        run = _run_on_blocks(problem, law, solver, y0, bounds, recorder, limits, partition)
     return _result(problem, law, solver, y0, bounds, run, settle_tolerance)
 
 
@@ -86,9 +95,10 @@ class _Run:
     extremes: tuple[float, float, float]
     settling_tau: float | None
     trajectory: Trajectory | None
+    exchanged: Exchanged | None = None
 
 
-def _run(
+def _run_on_blocks(
     problem: Problem,
     law: Law,
     solver: Solver,
@@ -96,10 +106,29 @@ def _run(
     bounds: Premises,
     recorder: Recorder,
     limits: Limits,
+    partition: Partition,
 ) -> _Run:
-    end_phase, extremes = EndPhase(bounds, limits.tolerance), Extremes(problem.n_rows)
+    if not isinstance(solver, Splitting) or recorder.keeps:
+        raise OptionError("blocks run the splitting solver and keep no trajectory: leave solver and save out.")
+    clear_above = EndPhase(bounds, limits.tolerance).clear_above
+    with partitioned_field(problem, law.flow, y0, partition, clear_above) as field:
+        states = partial(solver.steps, field, law.flow, mean_cost(problem, y0))
+        run = _run(states, problem, law, solver, bounds, recorder, limits)
+        return replace(run, exchanged=field.exchanged)
+
+
+def _run(
+    states_from: Callable[[Floats], Iterator[State]],
+    problem: Problem,
+    law: Law,
+    solver: Solver,
+    bounds: Premises,
+    recorder: Recorder,
+    limits: Limits,
+) -> _Run:
+    end_phase, extremes = EndPhase(bounds, limits.tolerance), Extremes()
     targets = np.unique(np.append(recorder.targets, limits.until_tau))
-    states = solver.states(problem, law.flow, y0, targets)
+    states = states_from(targets)
     step = -1
     while True:
         step, state = step + 1, next(states)
@@ -148,6 +177,7 @@ def _result(
         evaluations=run.last.evaluations,
         solver=solver.name,
         trajectory=run.trajectory,
+        exchanged=run.exchanged,
     )
 
 

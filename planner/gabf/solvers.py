@@ -33,6 +33,12 @@ class State:
         """max |xhat_i|, the Bellman residual."""
         return float(np.abs(self.xhat).max(initial=0.0))
 
+    @cached_property
+    def range(self) -> tuple[float, float]:
+        """The lowest and the highest state of a row."""
+        rows = self.y[: self.xhat.size]
+        return float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
+
 
 class Solver(ABC):
     """Integrates the autonomous equation in tau.

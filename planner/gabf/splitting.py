@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
-from planner.gabf.problem import Problem
+from planner.gabf.problem import Problem, Rows
 from planner.gabf.solvers import Solver, State, Targets, mean_cost
 
 SAFETY = 0.9
@@ -54,28 +54,32 @@ class Splitting(Solver):
 
     def states(self, problem: Problem, flow: Flow, y0: Floats, targets: Floats) -> Iterator[State]:
         """See :class:`planner.gabf.solvers.Solver`."""
-        stepper, landing = Stepper(problem, flow), Targets(targets)
-        tau, y, xhat, count = 0.0, y0, stepper.disequilibrium(y0), 1
-        hop, steps = mean_cost(problem, y0), 0
-        dtau = self._first_step(flow, xhat, hop)
+        return self.steps(InOnePiece(problem, flow, y0), flow, mean_cost(problem, y0), targets)
+
+    def steps(self, field: Field, flow: Flow, hop: float, targets: Floats) -> Iterator[State]:
+        """The same for states wherever they are kept; ``hop`` is their :func:`planner.gabf.solvers.mean_cost`."""
+        landing = Targets(targets)
+        tau, count, steps = 0.0, 1, 0
+        state = field.state(tau, count)
+        dtau = self._first_step(flow, state.residual, hop)
         while True:
-            state = State(tau, y, xhat, count)
             yield state
             steps += 1
             if steps % RETIRE_EVERY == 0:
-                stepper.retire(y, xhat)
+                field.retire()
             size = min(state.residual, hop)
             allowed = self._allowed(flow, size)
             dtau = min(dtau, self._longest_step(flow, state.residual))
             while True:
                 step, reached = landing.clip(tau, dtau)
-                y_next, share = stepper.step(y, xhat, step, size)
+                share = field.attempt(step, size)
                 count += 1
                 if share <= allowed:
                     break
                 dtau = step * max(0.2, SAFETY * allowed / share)
-            tau, y = reached, y_next
-            xhat, count = stepper.disequilibrium(y), count + 1
+            field.accept()
+            tau, count = reached, count + 1
+            state = field.state(tau, count)
             growth = SAFETY * allowed / share if share > 0.5 * SAFETY * allowed else 2.0
             dtau = max(dtau, step) * growth
 
@@ -93,18 +97,61 @@ class Splitting(Solver):
             return self.max_step
         return min(math.cbrt(self.tolerance) * flow.longest_step(size), self.max_step)
 
-    def _first_step(self, flow: Flow, xhat: Floats, hop: float) -> float:
+    def _first_step(self, flow: Flow, residual: float, hop: float) -> float:
         if np.isinf(self.tolerance):
             return self.max_step
-        size = max(min(float(np.abs(xhat).max(initial=0.0)), hop), np.finfo(float).tiny)
+        size = max(min(residual, hop), np.finfo(float).tiny)
         return size / flow.speed(size)
 
 
-class Stepper:
-    """One step of the splitting method; rows that rest cost no power, and retired ones nothing."""
+class Field(Protocol):
+    """The states of a run, wherever they are kept, and one step of them."""
 
-    def __init__(self, problem: Problem, flow: Flow):
-        self._n_rows, self._flow, self._parents = problem.n_rows, flow, parents_of(problem)
+    def state(self, tau: float, evaluations: int) -> State:
+        """The states as they are."""
+        ...
+
+    def attempt(self, dtau: float, size: float) -> float:
+        """Try a step, and how far off it may be, see :meth:`Stepper.advance`."""
+        ...
+
+    def accept(self) -> None:
+        """Take the step that was tried last."""
+        ...
+
+    def retire(self) -> None:
+        """Stop looking at rows that rest for good."""
+        ...
+
+
+class InOnePiece:
+    """All states in one array."""
+
+    def __init__(self, problem: Problem, flow: Flow, y0: Floats):
+        self._stepper = Stepper(problem, flow)
+        self._y = self._next = y0
+        self._xhat = self._stepper.disequilibrium(y0)
+
+    def state(self, tau: float, evaluations: int) -> State:
+        return State(tau, self._y, self._xhat, evaluations)
+
+    def attempt(self, dtau: float, size: float) -> float:
+        self._next, share = self._stepper.step(self._y, self._xhat, dtau, size)
+        return share
+
+    def accept(self) -> None:
+        self._y = self._next
+        self._xhat = self._stepper.disequilibrium(self._y)
+
+    def retire(self) -> None:
+        self._stepper.retire(self._y, self._xhat, self._stepper.lowest_moving(self._y, self._xhat))
+
+
+class Stepper:
+    """One step of the splitting method in two halves; rows that rest cost no power, and retired ones nothing."""
+
+    def __init__(self, rows: Rows, flow: Flow):
+        self._n_rows, self._flow, self._parents = rows.n_rows, flow, parents_of(rows)
 
     def disequilibrium(self, y: Floats) -> Floats:
         """xhat (R,), eq. (xhat); exactly 0 at retired rows."""
@@ -112,12 +159,28 @@ class Stepper:
         xhat[rows] = y[rows] - self._parents(y)
         return xhat
 
-    def retire(self, y: Floats, xhat: Floats) -> None:
-        """Stop looking at rows that rest for good."""
-        self._parents = self._parents.retire(y, xhat)
+    def lowest_moving(self, y: Floats, xhat: Floats) -> float:
+        """The least of y and m over the rows that move; +inf where none does."""
+        return self._parents.lowest_moving(y, xhat)
+
+    def retire(self, y: Floats, xhat: Floats, least: float) -> None:
+        """Stop looking at rows that rest for good: ``least`` is :meth:`lowest_moving` of the whole network."""
+        self._parents = self._parents.retire(y, xhat, least)
 
     def step(self, y: Floats, xhat: Floats, dtau: float, size: float) -> tuple[Floats, float]:
-        """y after ``dtau``, and how far off the step may be, as a share of ``size`` + |xhat_i|.
+        """Both halves: see :meth:`sketch` and :meth:`advance`."""
+        return self.advance(y, xhat, self.sketch(y, xhat, dtau, size), dtau, size)
+
+    def sketch(self, y: Floats, xhat: Floats, dtau: float, size: float) -> Floats:
+        """y about half a step on, where parent values are taken from, see :meth:`_centre`."""
+        rows = self._parents.rows
+        s = xhat[rows]
+        y_mid = y.copy()
+        y_mid[rows] = y[rows] - s + _moved(self._flow.sketch, s, self._centre(dtau, size) * dtau)
+        return y_mid
+
+    def advance(self, y: Floats, xhat: Floats, y_mid: Floats, dtau: float, size: float) -> tuple[Floats, float]:
+        """y after ``dtau``, and how far off the step may be, as a share of ``size`` + |xhat_i|; ``y_mid`` is used up.
 
         Had m not been moved by delta, the step would have ended delta (1 - rho) elsewhere, rho the share of
         y_i - m_i that the flow leaves over. The law undoes an error of ``size`` in size / phi(size), so this
@@ -125,14 +188,11 @@ class Stepper:
         """
         rows = self._parents.rows
         s, here = xhat[rows], y[rows]
-        m = here - s
-        y_mid = y.copy()
-        y_mid[rows] = m + _moved(self._flow.sketch, s, self._centre(dtau, size) * dtau)
         m_mid = self._parents(y_mid)
         s_mid = here - m_mid
         left = _moved(self._flow.advance, s_mid, dtau)
         y_mid[rows] = m_mid + left
-        return y_mid, _largest_share(m_mid - m, s_mid, left, size + np.abs(s))
+        return y_mid, _largest_share(m_mid - (here - s), s_mid, left, size + np.abs(s))
 
     def _centre(self, dtau: float, size: float) -> float:
         """The share of a step at which its parent values are taken: 1/2 for short steps, more for long ones.

@@ -32,8 +32,19 @@ def run_module(
     arguments: Sequence[str],
     progress: Progress = QUIET,
     time_limit: float | None = None,
+    tries: int = 1,
 ) -> Ended:
-    """Run ``python -m module arguments`` until it ends, ``progress`` is stopped, or ``time_limit`` (s) has passed."""
+    """Run ``python -m module arguments`` until it ends, ``progress`` is stopped, or ``time_limit`` (s) has passed.
+
+    A process that a signal ends, as a system short of memory sends it, is started again, ``tries`` times in all.
+    """
+    while True:
+        ended, tries = _run_once(module, arguments, progress, time_limit), tries - 1
+        if ended.code is None or ended.code >= 0 or tries <= 0:
+            return ended
+
+
+def _run_once(module: str, arguments: Sequence[str], progress: Progress, time_limit: float | None) -> Ended:
     begin = time.perf_counter()
     over = False
     with tempfile.TemporaryFile() as errors:  # not a pipe: nobody reads it while the process runs

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import operator
 import platform
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from functools import cache
 from pathlib import Path
 from types import NoneType
 from typing import Any, Generic, TypeVar, get_args, get_type_hints
@@ -19,21 +17,14 @@ import numpy as np
 from planner.base.errors import FileError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
-from planner.studies.parallel import measured_cases
+from planner.base.request import SERIAL, WorkersRequest
+from planner.studies.parallel import Measure, measured_cases
 from planner.studies.report import Verdict
+from planner.studies.source import source_hash
 
 C = TypeVar("C")
 R = TypeVar("R")
 """A frozen dataclass whose fields are texts, numbers, truth values, or None where there is no value."""
-
-_SILENT = (
-    "cli",
-    "view",
-    "figures",
-    "studies/laws",
-    "studies/manipulator",
-    "studies/learning",
-)  # whose source decides nothing that a benchmark measures
 
 
 @dataclass(frozen=True)
@@ -83,24 +74,26 @@ def measure_missing(
     ledger: ResultsFile[R],
     cases: Sequence[C],
     cached: Callable[[C], list[R]],
-    measure: Callable[[C], list[R]],
+    measure: Measure[C, list[R] | None],
     stage: str,
     progress: Progress,
-    jobs: int = 1,
+    workers: WorkersRequest = SERIAL,
+    isolated: bool = False,
 ) -> tuple[list[R], bool]:
     """The rows of every case, and whether that is all: those that ``cached`` finds in the ledger, else measured now.
 
-    What is measured is written at once. ``measure`` gives no row where it was stopped: then the rest is left.
-    ``progress`` is called with (``stage``, done, total); ``jobs`` as in
-    :func:`planner.studies.parallel.measured_cases`.
+    What is measured is written at once. ``measure`` gives no row where it was stopped. ``progress`` is called with
+    (``stage``, done, total); ``workers`` and ``isolated`` as in :func:`planner.studies.parallel.measured_cases`.
     """
     rows = [cached(case) for case in cases]
     missing = [k for k, found in enumerate(rows) if not found]
     done = len(cases) - len(missing)
     progress(stage, done, len(cases))
-    for k, found in measured_cases([cases[k] for k in missing], measure, jobs, progress):
+    for k, found in measured_cases([cases[k] for k in missing], measure, workers, progress, isolated):
         if not found:
-            break
+            if workers.serial:
+                break  # stopped; of several at once some may have ended by then
+            continue
         ledger.add(found)
         rows[missing[k]] = found
         done += 1
@@ -114,11 +107,13 @@ def run_bench(
     kind: type[R],
     cases: Sequence[C],
     cached: Callable[[ResultsFile[R], C], list[R]],
-    measure: Callable[[C], list[R]],
+    measure: Measure[C, list[R] | None],
     to_markdown: Callable[[Sequence[R], bool], str],
     stage: str,
     progress: Progress,
     order: Callable[[R], Any] | None = None,
+    workers: WorkersRequest = SERIAL,
+    isolated: bool = False,
 ) -> Bench[R]:
     """:func:`measure_missing` on ``<name>.csv`` of ``folder``, and its rows' report written to ``<name>.md`` beside.
 
@@ -127,7 +122,9 @@ def run_bench(
     make_folder(folder)
     key: Callable[[Any], Hashable] = operator.attrgetter("key")
     ledger = ResultsFile(folder / f"{name}.csv", kind, f"planner bench {name}", key, order)
-    rows, complete = measure_missing(ledger, cases, lambda case: cached(ledger, case), measure, stage, progress)
+    rows, complete = measure_missing(
+        ledger, cases, lambda case: cached(ledger, case), measure, stage, progress, workers, isolated
+    )
     report = to_markdown(rows, complete)
     write_whole(folder / f"{name}.md", report.encode())
     return Bench(tuple(rows), report, complete)
@@ -196,17 +193,6 @@ def software(versions: Mapping[str, str]) -> str:
     """Which software measured a row: versions, the source of this package, the kind of machine."""
     named = ", ".join(f"{name} {version}" for name, version in versions.items())
     return f"{named}, source {source_hash()} on {platform.machine()}"
-
-
-@cache
-def source_hash() -> str:
-    """Eight digits of a hash of this package's source, apart from what only shows results."""
-    package, digest = Path(__file__).resolve().parents[1], hashlib.sha256()
-    for path in sorted([*package.rglob("*.py"), *package.rglob("*.[ch]pp")]):
-        place = path.relative_to(package)
-        if place.parts[0] not in _SILENT:
-            digest.update(f"{place}\0".encode() + path.read_bytes() + b"\0")
-    return digest.hexdigest()[:8]
 
 
 def _value(text: str, hint: Any) -> Any:

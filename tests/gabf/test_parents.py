@@ -45,7 +45,7 @@ def test_rows_are_retired_as_the_wave_passes():
     x_star = problem.pack(gabf.oracle(problem.network))
     y = x_star + np.where(x_star > np.median(x_star), 1.0, 0.0)
     xhat = y[: problem.n_rows] - problem.parent_values(y)
-    fewer = grouped.retire(y, xhat)
+    fewer = grouped.retire(y, xhat, grouped.lowest_moving(y, xhat))
     assert fewer.rows.size < 0.75 * problem.n_rows
     assert np.array_equal(fewer(y), problem.parent_values(y)[fewer.rows])
     retired = np.setdiff1d(np.arange(problem.n_rows), fewer.rows)
@@ -59,7 +59,7 @@ def test_a_row_at_rest_is_kept_while_its_parent_may_move():
     y = np.array([1e9, 1e9, 0.0])
     xhat = y[:2] - reduce(net).parent_values(y)
     assert xhat.tolist() == [-1e9, 0.0]
-    assert sorted(grouped.retire(y, xhat).rows) == [0, 1]
+    assert sorted(grouped.retire(y, xhat, grouped.lowest_moving(y, xhat)).rows) == [0, 1]
 
 
 @pytest.mark.parametrize("kernel", KERNELS[:2], ids=lambda k: type(k).__name__)

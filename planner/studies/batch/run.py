@@ -7,16 +7,17 @@ import tempfile
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from planner.base.errors import OptionError
 from planner.base.files import is_file, make_folder, write_json, write_whole
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PlanRequest
+from planner.base.request import SERIAL, PlanRequest, WorkersRequest
 from planner.base.versions import versions
 from planner.studies.batch.tasks import Task, read_tasks
 from planner.studies.bench_plan.rows import CRASHED, SOLVED, TIMED_OUT
-from planner.studies.parallel import measured_cases, require_jobs
+from planner.studies.parallel import measured_cases
 from planner.studies.process import Ended, run_module
 from planner.studies.table import markdown_table, median, software, to_csv
 
@@ -70,19 +71,18 @@ def run_batch(
     source: Path,
     out: Path,
     plain: PlanRequest,
-    jobs: int = 1,
+    workers: WorkersRequest = SERIAL,
     pages: bool = False,
     time_limit: float = 600.0,
     progress: Progress = QUIET,
 ) -> Batch:
-    """Plan all that ``source`` asks for (:func:`planner.studies.batch.tasks.read_tasks`), ``jobs`` plans at once.
+    """Plan all that ``source`` asks for (:func:`planner.studies.batch.tasks.read_tasks`), several at once.
 
     Each has a process of its own and the folder ``out``/NAME, with ``plan.json``, ``roadmap.npz``, ``plan.html`` if
     ``pages``, and ``row.json``; ``batch.csv`` holds all rows. A plan whose folder holds a row of the same options,
     files and software is not planned again, unless it crashed or ran out of time. One that is killed from outside is
-    tried once more. The rows do not depend on ``jobs``, but for their seconds.
+    tried once more. The rows do not depend on the ``workers``, but for their seconds.
     """
-    require_jobs(jobs)
     if not time_limit > 0:
         raise OptionError("give a time limit above 0 s.")
     tasks = read_tasks(source, plain)
@@ -90,9 +90,8 @@ def run_batch(
     rows = {task.name: row for task in tasks if (row := _kept(task, out)) is not None}
     missing = [task for task in tasks if task.name not in rows]
     progress("plans", len(rows), len(tasks))
-    for k, row in measured_cases(
-        missing, lambda task: _planned(task, out, pages, time_limit, progress), jobs, progress
-    ):
+    measure = partial(_planned, out=out.absolute(), pages=pages, time_limit=time_limit)
+    for k, row in measured_cases(missing, measure, workers, progress, isolated=True):
         if row is not None:
             rows[missing[k].name] = row
             progress("plans", len(rows), len(tasks))
@@ -143,27 +142,19 @@ def _kept(task: Task, out: Path) -> Row | None:
     return row if same and row.outcome not in (CRASHED, TIMED_OUT) else None
 
 
-def _planned(task: Task, out: Path, pages: bool, time_limit: float, progress: Progress) -> Row | None:
+def _planned(task: Task, progress: Progress, out: Path, pages: bool, time_limit: float) -> Row | None:
     """The row of a plan that is planned now, None where stopped."""
     blank, folder = _blank(task), out / task.name
     with tempfile.TemporaryDirectory() as place:
         answer = Path(place) / ROW_NAME
         arguments = [str(answer), str(folder), json.dumps(task.options), *(["page"] if pages else [])]
-        ended = _run(arguments, time_limit, progress)
+        ended = run_module("planner.studies.batch.case", arguments, progress, time_limit, tries=2)
         if ended.code is None and not ended.over_time:
             return None
         row = _row(blank, ended, answer, time_limit)
     make_folder(folder)
     write_json(folder / ROW_NAME, asdict(row))
     return row
-
-
-def _run(arguments: list[str], time_limit: float, progress: Progress) -> Ended:
-    """The plan's process; once more where somebody killed it, as a system short of memory does."""
-    ended = run_module("planner.studies.batch.case", arguments, progress, time_limit)
-    if ended.code is not None and ended.code < 0 and not progress.stopped:
-        ended = run_module("planner.studies.batch.case", arguments, progress, time_limit)
-    return ended
 
 
 def _row(blank: Row, ended: Ended, answer: Path, time_limit: float) -> Row:

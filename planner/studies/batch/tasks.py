@@ -16,7 +16,7 @@ import pydantic
 
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.files import is_file, is_folder
-from planner.base.request import PlanRequest
+from planner.base.request import PlanRequest, SweepRequest
 from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
 from planner.studies.bench_plan.problems import find_problems
 
@@ -36,17 +36,28 @@ class Task:
     @property
     def options(self) -> dict[str, Any]:
         """The options as JSON holds them."""
-        values = {name: getattr(self.request, name) for name in _OPTIONS}
-        return {name: str(value) if isinstance(value, Path) else value for name, value in values.items()}
+        return plain_options(self.request)
 
     @property
     def asked(self) -> str:
-        """A hash of the options and of the files that they name: what a row was planned for."""
-        digest = hashlib.sha256(json.dumps(self.options, sort_keys=True).encode())
-        for value in (self.options[name] for name in _FILES):
-            if value and is_file(Path(value)):
-                digest.update(Path(value).read_bytes())
-        return digest.hexdigest()[:16]
+        """What the row is planned for, see :func:`request_hash`."""
+        return request_hash(self.request)
+
+
+def plain_options(request: SweepRequest) -> dict[str, Any]:
+    """The options of a plan or a sweep as JSON holds them."""
+    values = {field.name: getattr(request, field.name) for field in fields(request)}
+    return {name: str(value) if isinstance(value, Path) else value for name, value in values.items()}
+
+
+def request_hash(request: SweepRequest) -> str:
+    """A hash of the options and of the files that they name."""
+    options = plain_options(request)
+    digest = hashlib.sha256(json.dumps(options, sort_keys=True).encode())
+    for value in (options[name] for name in _FILES):
+        if value and is_file(Path(value)):
+            digest.update(Path(value).read_bytes())
+    return digest.hexdigest()[:16]
 
 
 class BatchFile(Strict):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import WorldRequest, require_margin, require_seed
+from planner.base.request import SERIAL, WorkersRequest, WorldRequest, require_margin, require_seed
 from planner.base.resources import robot_names, scene_names
 from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker, is_free
@@ -34,6 +35,7 @@ def bench_agreement(
     margin: float = 0.0,
     seed: int = 0,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> Bench[Row]:
     """Ask both libraries about ``states`` random configurations, shared out among all ``robots`` in all ``scenes``.
 
@@ -54,15 +56,17 @@ def bench_agreement(
         Row,
         pairs,
         lambda table, pair: table.find((*pair, margin, seed, each, here)),
-        lambda pair: _measure(*pair, margin, each, seed, progress),
+        partial(_measure, margin=margin, states=each, seed=seed),
         to_markdown,
         "worlds",
         progress,
+        workers=workers,
     )
 
 
-def _measure(robot: str, scene: str, margin: float, states: int, seed: int, progress: Progress) -> list[Row]:
+def _measure(pair: tuple[str, str], progress: Progress, margin: float, states: int, seed: int) -> list[Row]:
     """One robot in one scene; no row where stopped."""
+    robot, scene = pair
     fcl = open_world(WorldRequest(robot, scene, collision="fcl", margin=margin))
     coal = open_world(WorldRequest(robot, scene, collision="coal", margin=margin))
     arm = fcl.robot

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import require_seed
+from planner.base.request import SERIAL, WorkersRequest, require_seed
 from planner.base.versions import versions
 from planner.collision import BACKENDS
 from planner.studies.bench_attack.cases import KINDS
@@ -37,6 +38,7 @@ def bench_attack(
     libraries: Sequence[str] = BACKENDS,
     seed: int = 0,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> Bench[Row]:
     """Attack every pair of kinds of shapes and every robot; write ``attack.csv`` and ``attack.md``.
 
@@ -58,10 +60,11 @@ def bench_attack(
         Row,
         _targets(tries, segments, robots, libraries),
         lambda table, target: table.find((*target, seed, here)),
-        lambda target: _measure(target, seed, progress),
+        partial(_measure, seed=seed),
         to_markdown,
         "attacks",
         progress,
+        workers=workers,
     )
 
 
@@ -72,7 +75,7 @@ def _targets(tries: int, segments: int, robots: Sequence[str], libraries: Sequen
     return [*claims, *proofs, *(("reach", name, "", "", tries) for name in robots)]
 
 
-def _measure(target: _Target, seed: int, progress: Progress) -> list[Row]:
+def _measure(target: _Target, progress: Progress, seed: int) -> list[Row]:
     """One attack; no row where stopped."""
     attack, first, second, library, tries = target
     # each row has a stream of its own, so that it is the same whichever others were asked for

@@ -85,7 +85,7 @@ def bench_first_path(
         Row,
         runs,
         lambda table, run: table.find(run.blank.key),
-        lambda run: _measure(run, progress),
+        _measure,
         to_markdown,
         "runs",
         progress,

@@ -22,6 +22,7 @@ from planner.base.files import write_whole
 from planner.studies.process import peak_memory
 
 LAW = gabf.SingularityFree()
+KERNEL = gabf.TradeOff(beta=0.5)
 RTOL = 1e-6
 """Relative tolerance of RK45; the absolute one stays at SciPy's default, 1e-6, to its advantage."""
 
@@ -65,19 +66,8 @@ def geometric_network(nodes: int, neighbours: int, rng: np.random.Generator) -> 
         sources=np.array([0]),
         n_nodes=nodes,
         node_cost=rng.uniform(0.1, 1.0, nodes),
-        kernel=gabf.TradeOff(beta=0.5),
+        kernel=KERNEL,
     )
-
-
-def save_network(network: gabf.Network, path: Path) -> None:
-    """The arrays that :func:`load_network` reads back, as ``.npz`` without pickles."""
-    names = ("indptr", "indices", "weight", "sources", "node_cost")
-    np.savez(path, allow_pickle=False, **{name: getattr(network, name) for name in names})
-
-
-def load_network(path: Path) -> gabf.Network:
-    with np.load(path, allow_pickle=False) as arrays:
-        return gabf.Network(**{name: arrays[name] for name in arrays.files}, kernel=gabf.TradeOff(beta=0.5))
 
 
 def measure(network: gabf.Network, repeats: int, rk45_repeats: int) -> dict[str, Any]:
@@ -88,7 +78,7 @@ def measure(network: gabf.Network, repeats: int, rk45_repeats: int) -> dict[str,
     loaded = peak_memory()
     result = _solve(network)
     peak = peak_memory()
-    dijkstra = _dijkstra_on(network)
+    dijkstra = dijkstra_on(network)
     x_star = dijkstra()
     methods: dict[str, tuple[int, Callable[[], Any]]] = {
         "dijkstra": (repeats, dijkstra),
@@ -116,7 +106,7 @@ def _solve(network: gabf.Network) -> gabf.CostToGo:
     return gabf.solve(replace(network), law=LAW)
 
 
-def _dijkstra_on(network: gabf.Network) -> Callable[[], Floats]:
+def dijkstra_on(network: gabf.Network) -> Callable[[], Floats]:
     """SciPy's Dijkstra from the source against the arcs, on a matrix made beforehand."""
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import dijkstra
@@ -170,7 +160,7 @@ def _interleaved(
 
 def main(network: str, out: str, options: str) -> None:
     """The work of the process: read, measure, write."""
-    rows = measure(load_network(Path(network)), **json.loads(options))
+    rows = measure(gabf.read_network(Path(network), KERNEL), **json.loads(options))
     write_whole(Path(out), json.dumps(rows).encode())
 
 

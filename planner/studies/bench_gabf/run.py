@@ -6,15 +6,17 @@ import json
 import operator
 import tempfile
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from planner import gabf
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import QUIET, Progress
 from planner.base.request import require_seed
-from planner.studies.bench_gabf.case import geometric_network, save_network
+from planner.studies.bench_gabf.case import geometric_network
 from planner.studies.bench_gabf.report import Row, to_markdown
 from planner.studies.process import run_module
 from planner.studies.report import versions
@@ -51,7 +53,7 @@ def bench_gabf(
         Row,
         sizes,
         lambda table, nodes: _measured(table, nodes, neighbours, seed, rk45_up_to),
-        lambda nodes: _measure(nodes, neighbours, seed, rk45_up_to, progress),
+        partial(_measure, neighbours=neighbours, seed=seed, rk45_up_to=rk45_up_to),
         to_markdown,
         "sizes",
         progress,
@@ -70,7 +72,7 @@ def _measured(kept: ResultsFile[Row], nodes: int, neighbours: int, seed: int, rk
     return found if needed <= {row.method for row in found} else []
 
 
-def _measure(nodes: int, neighbours: int, seed: int, rk45_up_to: int, progress: Progress) -> list[Row]:
+def _measure(nodes: int, progress: Progress, neighbours: int, seed: int, rk45_up_to: int) -> list[Row]:
     """Every method on one network, in a fresh process; no row where interrupted."""
     options = {
         "repeats": max(3, min(31, round(31 * (1_000 / nodes) ** 0.5))),
@@ -78,7 +80,7 @@ def _measure(nodes: int, neighbours: int, seed: int, rk45_up_to: int, progress: 
     }
     with tempfile.TemporaryDirectory() as place:
         network, out = Path(place) / "network.npz", Path(place) / "rows.json"
-        save_network(geometric_network(nodes, neighbours, np.random.default_rng(seed)), network)
+        gabf.write_network(geometric_network(nodes, neighbours, np.random.default_rng(seed)), network)
         ended = run_module("planner.studies.bench_gabf.case", [str(network), str(out), json.dumps(options)], progress)
         if ended.code is None:
             return []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import require_seed
+from planner.base.request import SERIAL, WorkersRequest, require_seed
 from planner.base.versions import versions
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
@@ -38,6 +39,7 @@ def bench_misses(
     thicknesses: Sequence[float] = THICKNESSES,
     seed: int = 0,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> Bench[Row]:
     """Judge ``edges`` edges for each robot, kind of obstacle and thickness (mm); write ``misses.csv``, ``misses.md``.
 
@@ -48,7 +50,8 @@ def bench_misses(
     require_seed(seed)
     if edges < 1 or not all(0.0 < t <= 100.0 for t in thicknesses):
         raise OptionError("give at least 1 edge, and thicknesses above 0 and up to 100 mm.")
-    arms = {name: _with_pairs(Robot.load(name)) for name in robots}
+    for name in robots:
+        Robot.load(name)
     here = software(versions())
     return run_bench(
         folder,
@@ -56,15 +59,18 @@ def bench_misses(
         Row,
         [(name, kind, float(t)) for name in robots for kind in KINDS for t in thicknesses],
         lambda table, case: table.find((*case, edges, seed, here)),
-        lambda case: _measure(arms[case[0]], *case, edges, seed, progress),
+        partial(_measure, edges=edges, seed=seed),
         to_markdown,
         "obstacles",
         progress,
+        workers=workers,
     )
 
 
-def _with_pairs(robot: Robot) -> Robot:
+@cache
+def _with_pairs(name: str) -> Robot:
     """The robot with its unchecked link pairs worked out once instead of in every scene."""
+    robot = Robot.load(name)
     if robot.disabled_pairs is not None:
         return robot
     from planner.collision.coal import CoalChecker
@@ -72,10 +78,10 @@ def _with_pairs(robot: Robot) -> Robot:
     return replace(robot, disabled_pairs=generate_disabled_pairs(robot, CoalChecker))
 
 
-def _measure(
-    robot: Robot, name: str, kind: str, thickness_mm: float, edges: int, seed: int, progress: Progress
-) -> list[Row]:
+def _measure(case: tuple[str, str, float], progress: Progress, edges: int, seed: int) -> list[Row]:
     """Scene after scene until there are ``edges`` edges; no row where stopped."""
+    name, kind, thickness_mm = case
+    robot = _with_pairs(name)
     # each row has a stream of its own, so that it is the same whichever others were asked for
     rng = np.random.default_rng([seed, KINDS.index(kind), round(1000 * thickness_mm), *name.encode()])
     alone = make_checker(robot, Scene("empty"), "coal")

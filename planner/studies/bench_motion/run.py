@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import LimitsRequest, PlanRequest
+from planner.base.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest
 from planner.base.versions import versions
 from planner.motion.limits import MotionLimits
 from planner.studies.bench_motion.case import measure
@@ -24,6 +25,7 @@ def bench_motion(
     plain: PlanRequest,
     motion: LimitsRequest,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> Bench[Row]:
     """Plan every problem of :func:`find_problems` in ``folder`` as ``plain`` says, and time its path within limits.
 
@@ -41,16 +43,17 @@ def bench_motion(
         Row,
         find_problems(folder),
         lambda table, problem: table.find(_row(problem, asked, outcome="", message="").key),
-        lambda problem: _measured(problem, plain, motion, asked, progress),
+        partial(_measured, plain=plain, motion=motion, asked=asked),
         to_markdown,
         "problems",
         progress,
         lambda row: (row.robot, row.collision, row.nodes, row.limits, row.problem, row.seed),
+        workers,
     )
 
 
 def _measured(
-    problem: Problem, plain: PlanRequest, motion: LimitsRequest, asked: dict[str, Any], progress: Progress
+    problem: Problem, progress: Progress, plain: PlanRequest, motion: LimitsRequest, asked: dict[str, Any]
 ) -> list[Row]:
     """The row of a problem; none where stopped."""
     request = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)

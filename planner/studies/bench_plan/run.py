@@ -6,18 +6,18 @@ import json
 import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from pathlib import Path
 
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PlanRequest
+from planner.base.request import SERIAL, PlanRequest, WorkersRequest
 from planner.base.versions import versions
 from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_plan.report import to_markdown
 from planner.studies.bench_plan.rows import CRASHED, TIMED_OUT, Row
 from planner.studies.bench_roadmap.ompl_log import write_logs
-from planner.studies.parallel import require_jobs
 from planner.studies.process import run_module
 from planner.studies.table import ResultsFile, measure_missing, software
 
@@ -47,7 +47,7 @@ def bench_plan(
     seeds: Sequence[int] = (0, 1, 2),
     time_limit: float = 60.0,
     progress: Progress = QUIET,
-    jobs: int = 1,
+    workers: WorkersRequest = SERIAL,
 ) -> PlanBench:
     """Plan every problem of :func:`find_problems` in ``folder`` with every seed, as ``plain`` says for all of them.
 
@@ -58,7 +58,6 @@ def bench_plan(
     decides or numbers out of range, FileError where a folder cannot be used.
     """
     _require_usable(plain, seeds, time_limit)
-    require_jobs(jobs)
     problems = find_problems(folder)
     make_folder(out)
     ledger = ResultsFile(out / CSV_NAME, Row, "planner bench plan", lambda row: row.key, lambda row: row.place)
@@ -66,10 +65,11 @@ def bench_plan(
         ledger,
         [(problem, replace(plain, seed=seed)) for problem in problems for seed in seeds],
         lambda run: _kept(ledger, _blank(*run, time_limit)),
-        lambda run: _measure(*run, time_limit, progress),
+        partial(_measure, time_limit=time_limit),
         "problems",
         progress,
-        jobs,
+        workers,
+        isolated=True,
     )
     here, keys = software(versions()), {row.key for row in asked}
     others = [row for row in ledger.rows if row.software == here and row.key not in keys]
@@ -121,14 +121,15 @@ def _blank(problem: Problem, request: PlanRequest, time_limit: float) -> Row:
     )
 
 
-def _measure(problem: Problem, request: PlanRequest, time_limit: float, progress: Progress) -> list[Row]:
+def _measure(run: tuple[Problem, PlanRequest], progress: Progress, time_limit: float) -> list[Row]:
     """The row of one run; none where stopped."""
+    problem, request = run
     blank = _blank(problem, request, time_limit)
     asked = asdict(replace(request, scene=str(problem.scene), motion_plan_request=problem.request))
     options = json.dumps({name: str(value) if isinstance(value, Path) else value for name, value in asked.items()})
     with tempfile.TemporaryDirectory() as place:
         out = Path(place) / "row.json"
-        ended = run_module("planner.studies.bench_plan.case", [str(out), options], progress, time_limit)
+        ended = run_module("planner.studies.bench_plan.case", [str(out), options], progress, time_limit, tries=2)
         if ended.over_time:
             message = f"killed after {time_limit:g} s; raise --time-limit or lower --nodes."
             return [replace(blank, outcome=TIMED_OUT, message=message, process_s=ended.seconds)]

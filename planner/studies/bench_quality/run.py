@@ -11,7 +11,7 @@ from pathlib import Path
 
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PlanRequest
+from planner.base.request import SERIAL, PlanRequest, WorkersRequest
 from planner.base.versions import versions
 from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_plan.rows import CRASHED
@@ -48,6 +48,7 @@ def bench_quality(
     efforts: Sequence[int] = (0, 6),
     seconds: float = 5.0,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> Bench[Row]:
     """Every problem in ``folder`` at every one of ``betas`` and ``efforts``, and by OMPL's planners.
 
@@ -64,10 +65,12 @@ def bench_quality(
         Row,
         runs,
         lambda table, run: table.find(run.blank.key),
-        lambda run: _measure(run, progress),
+        _measure,
         to_markdown,
         "runs",
         progress,
+        workers=workers,
+        isolated=True,
     )
 
 
@@ -88,7 +91,7 @@ def _measure(run: _Run, progress: Progress) -> list[Row]:
     options = json.dumps({"method": run.method, "seconds": run.seconds, "request": asked})
     with tempfile.TemporaryDirectory() as place:
         out = Path(place) / "row.json"
-        ended = run_module("planner.studies.bench_quality.case", [str(out), options], progress)
+        ended = run_module("planner.studies.bench_quality.case", [str(out), options], progress, tries=2)
         if ended.code is None:
             return []
         if ended.code != 0:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import tempfile
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PAPER_NODES, Backend, require_nodes, require_seed
+from planner.base.request import PAPER_NODES, SERIAL, Backend, WorkersRequest, require_nodes, require_seed
 from planner.base.versions import versions
 from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_replan.report import Row, to_markdown
@@ -27,6 +28,7 @@ def bench_replan(
     seed: int = 0,
     time_limit: float = 1200.0,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> Bench[Row]:
     """Change each problem of :func:`find_problems` ``changes`` times; write ``replan.csv`` and ``replan.md``.
 
@@ -39,21 +41,35 @@ def bench_replan(
         raise OptionError("give at least one change, and a time limit above 0 s.")
     problems = find_problems(folder)
 
-    def blank(problem: Problem) -> Row:
-        asked = robot, collision, nodes, seed, changes, problem.content, software(versions())
-        return Row(problem.name, *asked, 0, "none", "crashed")
-
+    blanks = [
+        Row(
+            problem.name,
+            robot,
+            collision,
+            nodes,
+            seed,
+            changes,
+            problem.content,
+            software(versions()),
+            0,
+            "none",
+            "crashed",
+        )
+        for problem in problems
+    ]
     return run_bench(
         out,
         "replan",
         Row,
-        problems,
-        lambda table, problem: _kept(table, blank(problem)),
-        lambda problem: _measure(problem, blank(problem), time_limit, progress),
+        list(zip(problems, blanks, strict=True)),
+        lambda table, case: _kept(table, case[1]),
+        partial(_measure, time_limit=time_limit),
         to_markdown,
         "problems",
         progress,
         order=lambda row: row.key,
+        workers=workers,
+        isolated=True,
     )
 
 
@@ -61,14 +77,15 @@ def _kept(table: ResultsFile[Row], blank: Row) -> list[Row]:
     return [row for row in table.rows if row.asked == blank.asked]
 
 
-def _measure(problem: Problem, blank: Row, time_limit: float, progress: Progress) -> list[Row]:
+def _measure(case: tuple[Problem, Row], progress: Progress, time_limit: float) -> list[Row]:
     """The rows of one problem; none where stopped."""
+    problem, blank = case
     options = {name: getattr(blank, name) for name in ("robot", "collision", "nodes", "seed", "changes")}
     options |= {"scene": str(problem.scene), "motion_plan_request": str(problem.request)}
     with tempfile.TemporaryDirectory() as place:
         written = Path(place) / "rows.json"
         arguments = [str(written), json.dumps(options)]
-        ended = run_module("planner.studies.bench_replan.case", arguments, progress, time_limit)
+        ended = run_module("planner.studies.bench_replan.case", arguments, progress, time_limit, tries=2)
         if ended.over_time:
             return [replace(blank, outcome="timed out", message=f"Killed after {time_limit:g} s.")]
         if ended.code is None:

@@ -55,7 +55,7 @@ def bench_roadmap(
         Row,
         [Row(method, *place, size, *asked, CRASHED) for method, size in dict.fromkeys(cases)],
         _kept,
-        lambda blank: _measure(blank, progress),
+        _measure,
         to_markdown,
         "methods",
         progress,

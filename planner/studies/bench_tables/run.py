@@ -60,7 +60,7 @@ def bench_tables(
         Row,
         runs,
         lambda table, run: [row for blank in run.blanks for row in table.find(blank.key)],
-        lambda run: _measure(run, progress),
+        _measure,
         to_markdown,
         "runs",
         progress,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,13 @@ import numpy as np
 from planner import gabf
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import require_seed
+from planner.base.request import SERIAL, WorkersRequest, require_seed
 from planner.studies.laws.cases import CASES, T_P, Measurement, Trace, run_case, trace
 from planner.studies.laws.fixed_time_bound import ScalarTime, extreme_time, paper_times
-from planner.studies.laws.near_deadline import TRIALS, Trial, run_trials
+from planner.studies.laws.near_deadline import Trial, run_trials
 from planner.studies.laws.remark_verdicts import bound_verdicts, remark_verdicts
 from planner.studies.laws.verdicts import GraphFacts, law_verdicts
+from planner.studies.parallel import collected
 from planner.studies.random_graphs import OUT_DEGREE, START, RandomGraph, draw_graph
 from planner.studies.report import Picture, Report, Row, require_figures
 from planner.studies.textbook import SolverRun
@@ -43,10 +45,11 @@ def run_laws(
     nodes: int = 500,
     seed: int = 0,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> Report:
     """Section (comparison) on ``graphs`` random graphs of ``nodes`` nodes, remark (implementation) and eq. (fixtime).
 
-    Graph k of a seed is the same however many are drawn. ``progress`` is called with ("runs", done, total); once
+    Graph k of a seed is the same however many are drawn. ``progress`` is called with ("graphs", done, total); once
     stopped the report comes back over the graphs that are whole, with ``complete`` False. Raises OptionError for
     fewer than one graph, too few nodes or a seed out of range, FileError where matplotlib is missing.
     """
@@ -54,11 +57,8 @@ def run_laws(
         raise OptionError(f"graphs must be at least 1, not {graphs}.")
     require_seed(seed)
     require_figures()
-    study, each = LawStudy(), len(CASES) + len(TRIALS)
-    for k in range(graphs):
-        done = _study_graph(k, nodes, seed, lambda n, k=k: progress("runs", k * each + n, graphs * each), progress)
-        if done is None:
-            break
+    study, on_graph = LawStudy(), partial(_study_graph, nodes=nodes, seed=seed)
+    for done in collected(range(graphs), on_graph, workers, "graphs", progress):
         study.extend(done)
     config = {"graphs": graphs, "nodes": nodes, "seed": seed, "out_degree": OUT_DEGREE, "start_km": START, "T_p_s": T_P}
     return law_report(study, config, complete=len(study.facts) == graphs)
@@ -76,7 +76,7 @@ def law_report(study: LawStudy, config: dict[str, Any], complete: bool = True) -
             *remark_verdicts(study.trials, study.runs),
             *bound_verdicts(scalars, extreme),
         ),
-        figures=_figures(study, scalars) if study.facts else {},
+        figures=_figures(study, scalars) if study.traces else {},
         more={
             "fixed_time": [_scalar_row(scalar) for scalar in (*scalars, extreme)],
             "graphs": [asdict(facts) for facts in study.facts],
@@ -99,7 +99,7 @@ def law_table(runs: Sequence[Measurement]) -> list[Row]:
     return rows
 
 
-def _study_graph(k: int, nodes: int, seed: int, done: Callable[[int], None], progress: Progress) -> LawStudy | None:
+def _study_graph(k: int, progress: Progress, nodes: int, seed: int) -> LawStudy | None:
     """Graph k, measured whole, or None where it was interrupted."""
     rng = np.random.default_rng([seed, k])
     graph = draw_graph(rng, nodes)
@@ -112,14 +112,12 @@ def _study_graph(k: int, nodes: int, seed: int, done: Callable[[int], None], pro
         study.runs.append(run)
         if k == 0:
             study.traces.append(trace(graph, case, trajectory))
-        done(len(study.runs))
     for trial, solver_run in run_trials(graph, k):
         if progress.stopped:
             return None
         study.trials.append(trial)
         if k == 0:
             study.solver_runs.append((trial, solver_run))
-        done(len(study.runs) + len(study.trials))
     return study
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from planner import gabf, learning
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, StateError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import RoadmapRequest
+from planner.base.request import SERIAL, RoadmapRequest, WorkersRequest
 from planner.costs.network import build_network, distance_cost
 from planner.kinematics.forward import tool_positions
 from planner.learning import ErrorDriven, Execution
@@ -20,6 +21,7 @@ from planner.paths.measure import dense_path
 from planner.query.open import Query, make_query
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.studies.parallel import collected
 
 DENSITY = 6.0
 """Edges per node. At the paper's two there is so little to choose that learning ends after two or three executions."""
@@ -118,31 +120,33 @@ def run_campaigns(
     settings: RobotSettings,
     seed: int = 0,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> list[Campaign]:
     """Every prior and task on every roadmap; whole roadmaps only, where it is stopped early.
 
     Raises :class:`PlannerError` for an unusable robot, scene or state, StateError among them where a roadmap came out
     without a path from start to goal.
     """
+    _query(settings)  # refuses what cannot be used before anything is begun
+    on_roadmap = partial(_all_campaigns, settings=settings, seed=seed)
+    done = collected(range(settings.roadmaps), on_roadmap, workers, "roadmaps", progress)
+    return [campaign for campaigns in done for campaign in campaigns]
+
+
+@lru_cache(1)
+def _query(settings: RobotSettings) -> Query:
     request = RoadmapRequest(settings.robot, settings.scene, start=settings.start, goal=settings.goal)
-    query = make_query(request, near_start=False)
-    campaigns: list[Campaign] = []
-    progress("roadmaps", 0, settings.roadmaps)
-    for k in range(settings.roadmaps):
-        case = make_case(query, settings.nodes, seed, k, progress)
-        if progress.stopped or case is None:
-            break
-        done = _all_campaigns(case, settings.executions, seed, progress)
-        if progress.stopped:
-            break
-        campaigns += done
-        progress("roadmaps", k + 1, settings.roadmaps)
-    return campaigns
+    return make_query(request, near_start=False)
 
 
-def _all_campaigns(case: RobotCase, executions: int, seed: int, progress: Progress) -> list[Campaign]:
+def _all_campaigns(number: int, progress: Progress, settings: RobotSettings, seed: int) -> list[Campaign] | None:
+    """Every prior and task on one roadmap; None where stopped."""
+    case = make_case(_query(settings), settings.nodes, seed, number, progress)
+    if case is None:
+        return None
     kinds = [(task, prior) for task in TASKS for prior in PRIORS]
-    return [campaign(case, prior, task, executions, seed) for task, prior in kinds if not progress.stopped]
+    found = [campaign(case, prior, task, settings.executions, seed) for task, prior in kinds if not progress.stopped]
+    return None if progress.stopped else found
 
 
 def campaigns_in(settings: RobotSettings | None) -> int:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import require_seed
+from planner.base.request import SERIAL, WorkersRequest, require_seed
 from planner.learning import FIRST_WEIGHT, LearningRule
 from planner.studies.learning.cases import RULES, T_P
 from planner.studies.learning.graphs import OFFSET, RANGE, SIDE_NODES
@@ -19,6 +20,7 @@ from planner.studies.learning.robot_report import campaign_records, robot_rows, 
 from planner.studies.learning.scan import TRIALS, Tried, scan
 from planner.studies.learning.study import GraphStudy, study_graph
 from planner.studies.learning.verdicts import learning_verdicts, shares
+from planner.studies.parallel import collected
 from planner.studies.report import Picture, Report, Row, require_figures
 
 REASON = (
@@ -36,6 +38,7 @@ def run_learning(
     seed: int = 0,
     robot: RobotSettings | None = None,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> Report:
     """Both rules on ``graphs`` connected random graphs for ``iterations``; then, if given, the ``robot``'s roadmaps.
 
@@ -48,19 +51,19 @@ def run_learning(
             raise OptionError(f"{name} must be at least 1, not {value}.")
     require_seed(seed)
     require_figures()
-    campaigns = run_campaigns(robot, seed, progress) if robot else []
-    studies: list[GraphStudy] = []
-    for k in range(graphs):
-        if progress.stopped:
-            break
-        studies.append(study_graph(k, iterations, seed))
-        progress("graphs", k + 1, graphs)
+    campaigns = run_campaigns(robot, seed, progress, workers) if robot else []
+    on_graph = partial(_on_graph, iterations=iterations, seed=seed)
+    studies = collected(range(graphs), on_graph, workers, "graphs", progress)
     tried = scan(iterations, seed, progress)
     whole = len(studies) == graphs and len(tried) == TRIALS and len(campaigns) == campaigns_in(robot)
     config = {"graphs": graphs, "iterations": iterations, "seed": seed, "nodes": SIDE_NODES**2, "offset": OFFSET}
     config |= {"range": RANGE, "first_weight": FIRST_WEIGHT, "T_p_s": T_P}
     config |= {"robot": asdict(robot) if robot else None}
     return learning_report(studies, tried, campaigns, config, complete=whole)
+
+
+def _on_graph(k: int, _: Progress, iterations: int, seed: int) -> GraphStudy:
+    return study_graph(k, iterations, seed)
 
 
 def learning_report(

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PAPER_NODES, Backend, SweepRequest
+from planner.base.request import PAPER_NODES, SERIAL, Backend, SweepRequest, WorkersRequest
 from planner.query.open import Query, make_query
 from planner.studies.manipulator.case import BETAS, RRT, SHORTENED, MeasuredPath, SeedStudy, label_of, study_seed
 from planner.studies.manipulator.verdicts import BLUE, PAPER_COSTS, RED, manipulator_verdicts, sharp_turns
+from planner.studies.parallel import collected
 from planner.studies.report import Picture, Report, Row, require_figures
 
 LABELS = (*map(label_of, BETAS), RRT, SHORTENED)
@@ -36,6 +38,7 @@ def run_manipulator(
     seed: int = 0,
     strands: float = 0.0,
     progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
 ) -> Report:
     """Section 4.2 on ``seeds`` roadmaps of ``nodes`` nodes, those of ``seed``, ``seed`` + 1, ...; one roadmap per seed.
 
@@ -51,16 +54,20 @@ def run_manipulator(
         raise OptionError(f"strands {strands:g} are no share of the nodes: give a number from 0 to 1.")
     require_figures()
     requests = [SweepRequest(nodes=nodes, collision=collision, seed=seed + k) for k in range(seeds)]
-    query, cases = make_query(requests[0], near_start=False), []
-    for k, request in enumerate(requests):
-        progress("seeds", k, seeds)
-        case = study_seed(query, request, strands, progress=progress)
-        if case is None:
-            break
-        cases.append(case)
-    else:
-        progress("seeds", seeds, seeds)
+    query = _query(requests[0])
+    on_seed = partial(_on_seed, first=requests[0], strands=strands)
+    cases = collected(requests, on_seed, workers, "seeds", progress)
     return manipulator_report(query, cases, requests[0], seeds, strands)
+
+
+@lru_cache(1)
+def _query(request: SweepRequest) -> Query:
+    return make_query(request, near_start=False)
+
+
+def _on_seed(request: SweepRequest, progress: Progress, first: SweepRequest, strands: float) -> SeedStudy | None:
+    """One seed; start and goals are those of the ``first``."""
+    return study_seed(_query(first), request, strands, progress=progress)
 
 
 def manipulator_report(

@@ -13,7 +13,7 @@ import pytest
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.base.request import PlanRequest
+from planner.base.request import PlanRequest, WorkersRequest
 from planner.planning import plan
 from planner.studies.batch import run as module
 from planner.studies.batch.run import Batch, Row, run_batch
@@ -41,7 +41,7 @@ def timeless(batch: Batch) -> list[Row]:
 
 
 def test_rows_and_folders_are_the_same_for_any_number_of_jobs(source: Path, tmp_path: Path) -> None:
-    one, three = (run_batch(source, tmp_path / str(jobs), PLAIN, jobs) for jobs in (1, 3))
+    one, three = (run_batch(source, tmp_path / str(jobs), PLAIN, WorkersRequest(jobs)) for jobs in (1, 3))
     assert timeless(one) == timeless(three)
     assert [row.outcome for row in one.rows] == [SOLVED, SOLVED, REFUSED]
     assert "outside its limits" in one.rows[2].message
@@ -60,7 +60,7 @@ def answers(monkeypatch: pytest.MonkeyPatch, *codes: int | None) -> list[str]:
     asked: list[str] = []
     left = list(codes)
 
-    def run(name: str, arguments: list[str], progress: Progress, time_limit: float) -> Ended:
+    def run(name: str, arguments: list[str], progress: Progress, time_limit: float, tries: int) -> Ended:
         asked.append(Path(arguments[1]).name)
         code = left.pop(0)
         if code == 0:
@@ -93,15 +93,6 @@ def test_what_is_there_is_kept_and_what_failed_is_planned_again(
     assert asked == ["one"]
 
 
-def test_a_process_that_is_killed_is_tried_once_more(
-    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    asked = answers(monkeypatch, -9, 0, 0, -9, -9)
-    done = run_batch(source, tmp_path / "out", PLAIN)
-    assert asked == ["one", "one", "two", "bad", "bad"]
-    assert [row.outcome for row in done.rows] == [SOLVED, SOLVED, CRASHED]
-
-
 def test_a_process_that_the_system_kills_costs_no_other_row(
     source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -109,11 +100,11 @@ def test_a_process_that_the_system_kills_costs_no_other_row(
     (tmp_path / "killed.py").write_text("import os, signal; os.kill(os.getpid(), signal.SIGKILL)")
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
 
-    def run(name: str, arguments: list[str], *rest: Any) -> Ended:
-        return run_module("killed" if Path(arguments[1]).name == "bad" else name, arguments, *rest)
+    def run(name: str, arguments: list[str], *rest: Any, **more: Any) -> Ended:
+        return run_module("killed" if Path(arguments[1]).name == "bad" else name, arguments, *rest, **more)
 
     monkeypatch.setattr(module, "run_module", run)
-    done = run_batch(source, tmp_path / "out", PLAIN, 2)
+    done = run_batch(source, tmp_path / "out", PLAIN, WorkersRequest(2))
     assert [row.outcome for row in done.rows] == [SOLVED, SOLVED, CRASHED]
     assert "code -9" in done.rows[2].message
 
@@ -124,16 +115,16 @@ def test_an_interrupted_batch_goes_on(source: Path, tmp_path: Path) -> None:
     def progress_until(stop: Callable[[], bool]) -> Progress:
         return Progress(lambda stage, k, of: done.append(k), stop)
 
-    first = run_batch(source, tmp_path / "out", PLAIN, 1, progress=progress_until(lambda: max(done, default=0) >= 1))
+    first = run_batch(source, tmp_path / "out", PLAIN, progress=progress_until(lambda: max(done, default=0) >= 1))
     assert (first.complete, len(first.rows)) == (False, 1)
     assert "goes on from here" in first.report
-    second = run_batch(source, tmp_path / "out", PLAIN, 2)
+    second = run_batch(source, tmp_path / "out", PLAIN, WorkersRequest(2))
     assert second.complete
     assert second.rows[0] == first.rows[0]
 
 
 def test_jobs_and_time_limit_in_range(source: Path, tmp_path: Path) -> None:
     with pytest.raises(OptionError, match="0 jobs"):
-        run_batch(source, tmp_path, PLAIN, 0)
+        WorkersRequest(0)
     with pytest.raises(OptionError, match="time limit"):
         run_batch(source, tmp_path, PLAIN, time_limit=0)

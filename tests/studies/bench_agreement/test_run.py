@@ -110,7 +110,7 @@ def test_a_library_that_changes_its_mind_in_batches_is_found() -> None:
 
 def test_it_goes_on_where_it_stopped(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = []
-    monkeypatch.setattr(bench, "_measure", lambda robot, scene, *rest: measured.append((robot, scene)))
+    monkeypatch.setattr(bench, "_measure", lambda pair, *rest, **_: measured.append(pair))
     bench_agreement(folder, states=160, scenes=("paper", "cage"), robots=("iiwa14", "panda"))
     assert measured == []
     bench_agreement(folder, states=160, scenes=("paper", "cage"), robots=("iiwa14", "panda"), seed=1)

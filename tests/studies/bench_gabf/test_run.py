@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from planner import gabf
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.progress import Progress
 from planner.studies.bench_gabf import run as bench
@@ -40,7 +41,7 @@ def test_every_method_has_a_row(folder: Path) -> None:
 
 def test_rows_that_are_there_are_not_measured_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = []
-    monkeypatch.setattr(bench, "_measure", lambda nodes, *rest: measured.append(nodes))
+    monkeypatch.setattr(bench, "_measure", lambda nodes, *rest, **_: measured.append(nodes))
     again = bench_gabf(folder, sizes=(60, 120), rk45_up_to=60)
     assert measured == []
     assert again.complete
@@ -56,7 +57,7 @@ def test_rows_that_are_there_are_not_measured_again(folder: Path, monkeypatch: p
 def test_other_software_is_measured_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench, "_software", lambda: "another numpy")
     measured = []
-    monkeypatch.setattr(bench, "_measure", lambda nodes, *rest: measured.append(nodes))
+    monkeypatch.setattr(bench, "_measure", lambda nodes, *rest, **_: measured.append(nodes))
     bench_gabf(folder, sizes=(60,), rk45_up_to=0)
     assert measured == [60]
 
@@ -68,7 +69,7 @@ def test_a_stop_abandons_the_size_at_hand(tmp_path: Path) -> None:
 
 
 def test_a_failing_measurement_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench, "save_network", lambda network, path: path.write_bytes(b"no network"))
+    monkeypatch.setattr(gabf, "write_network", lambda network, path: path.write_bytes(b"no network"))
     with pytest.raises(PlannerError, match="the measurement ended with code 1"):
         bench_gabf(tmp_path, sizes=(60,), rk45_up_to=0)
 

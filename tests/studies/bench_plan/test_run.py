@@ -127,7 +127,7 @@ def test_a_row_is_the_plan(problems: Path, out: Path) -> None:
 
 def test_rows_that_hold_are_not_measured_again(problems: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = []
-    monkeypatch.setattr(bench, "_measure", lambda problem, request, *rest: measured.append(request.seed) or [])
+    monkeypatch.setattr(bench, "_measure", lambda run, progress, **_: measured.append(run[1].seed) or [])
     again = bench_plan(problems, out, PLAIN, seeds=(0, 1))
     assert (measured, again.complete, len(again.rows)) == ([], True, 4)
     # another seed, other settings, other software or a limit that a row was over: measured anew
@@ -144,7 +144,7 @@ def test_rows_that_hold_are_not_measured_again(problems: Path, out: Path, monkey
 
 def test_a_changed_problem_is_measured_again(problems: Path, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = []
-    monkeypatch.setattr(bench, "_measure", lambda problem, *rest: measured.append(problem.name) or [])
+    monkeypatch.setattr(bench, "_measure", lambda run, progress, **_: measured.append(run[0].name) or [])
     write_problem(problems / "far", "0001", (-1.0, 0.8), (1.0, -2.98))
     try:
         bench_plan(problems, out, PLAIN, seeds=(0,))

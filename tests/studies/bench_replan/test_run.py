@@ -38,7 +38,7 @@ def test_every_change_has_a_row_that_keeps_the_promises(folder: Path) -> None:
 
 def test_rows_that_are_there_are_not_measured_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     measured = []
-    monkeypatch.setattr(bench, "_measure", lambda *rest: measured.append(rest))
+    monkeypatch.setattr(bench, "_measure", lambda *rest, **_: measured.append(rest))
     before = (folder / "replan.csv").read_bytes()
     bench_replan(EXAMPLES, folder, nodes=60, changes=4)
     assert measured == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -215,7 +216,7 @@ def test_a_seed_does_not_depend_on_how_many_are_asked_for(small: Report, case: S
 
 
 def test_a_stop_keeps_whole_seeds(monkeypatch: pytest.MonkeyPatch, case: SeedStudy, tmp_path: Path) -> None:
-    given = iter([case, None])
+    given = itertools.chain([case], itertools.repeat(None))
     monkeypatch.setattr(experiment, "study_seed", lambda *_, **__: next(given))
     heard: list[tuple[str, int, int]] = []
     report = run_manipulator(5, SMALL.nodes, "coal", progress=Progress(lambda *word: heard.append(word)))

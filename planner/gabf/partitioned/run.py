@@ -1,0 +1,143 @@
+"""The splitting solver on blocks: what is told between them, and the few numbers that all of them share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.cluster import cluster
+from planner.gabf.flows import Flow
+from planner.gabf.partitioned.block import Block, Report
+from planner.gabf.partitioned.cut import Cut, Partition
+from planner.gabf.problem import Problem
+from planner.gabf.solvers import State
+
+
+@dataclass(frozen=True)
+class Exchanged:
+    """What a run on blocks told: states of other blocks' rows in all, and how often all blocks were called."""
+
+    blocks: int
+    boundary: int
+    states: int
+    calls: int
+
+
+class Blocks(Protocol):
+    """Blocks somewhere."""
+
+    def call(self, method: str, arguments: Sequence[tuple]) -> list[Any]:
+        """What a method gives on every block, each with its own arguments."""
+        ...
+
+
+class LocalBlocks:
+    """Blocks in this process, one after the other."""
+
+    def __init__(self, arguments: Iterator[tuple]) -> None:
+        self._blocks = [Block(*each) for each in arguments]
+
+    def call(self, method: str, arguments: Sequence[tuple]) -> list[Any]:
+        return [getattr(block, method)(*each) for block, each in zip(self._blocks, arguments, strict=True)]
+
+
+class RemoteBlocks:
+    """Blocks on the workers of a cluster, at the same time."""
+
+    def __init__(self, actors: Sequence[Any]) -> None:
+        self._actors = actors
+
+    def call(self, method: str, arguments: Sequence[tuple]) -> list[Any]:
+        running = [getattr(actor, method)(*each) for actor, each in zip(self._actors, arguments, strict=True)]
+        return [future.result() for future in running]
+
+
+class PartitionedField:
+    """The states on blocks, see :class:`planner.gabf.splitting.Field`.
+
+    Two exchanges a step: the states that parent values are taken from, half a step on, and those at its end.
+    ``clear_above``: residuals after which earlier states are never asked for again.
+    """
+
+    def __init__(self, cut: Cut, blocks: Blocks, clear_above: float) -> None:
+        self._cut, self._blocks, self._clear_above = cut, blocks, clear_above
+        self._steps = self._states = self._calls = 0
+        self._told: list[Floats] = []
+        self._reports: list[Report] = self._call("report")
+
+    @property
+    def exchanged(self) -> Exchanged:
+        return Exchanged(len(self._cut.halos), self._cut.boundary.size, self._states, self._calls)
+
+    def state(self, tau: float, evaluations: int) -> State:
+        return GatheredState(self, self._steps, self._reports, tau, evaluations)
+
+    def attempt(self, dtau: float, size: float) -> float:
+        forget = max(report.residual for report in self._reports) > self._clear_above
+        told = self._call("sketch", (dtau, size, forget))
+        answers = self._call("advance", (dtau, size), self._exchange(told))
+        self._told = [told for _, told in answers]
+        return max(share for share, _ in answers)
+
+    def accept(self) -> None:
+        self._reports = self._call("accept", (), self._exchange(self._told))
+        self._steps += 1
+
+    def retire(self) -> None:
+        self._call("retire", (min(report.lowest_moving for report in self._reports),))
+
+    def gathered(self, step: int) -> Floats:
+        """(R + S,) all states after ``step`` steps."""
+        problem = self._cut.problem
+        y = np.empty(problem.nodes.size)
+        for halo, states in zip(self._cut.halos, self._call("states", (step,)), strict=True):
+            y[halo.members] = states
+        y[problem.n_rows :] = problem.anchors
+        return y
+
+    def _exchange(self, told: Sequence[Floats]) -> list[Floats]:
+        shared = np.concatenate(told)
+        halos = [shared[halo.wanted] for halo in self._cut.halos]
+        self._states += sum(halo.size for halo in halos)
+        return halos
+
+    def _call(self, method: str, common: tuple = (), halos: Sequence[Floats] | None = None) -> list[Any]:
+        self._calls += 1
+        own = [()] * len(self._cut.halos) if halos is None else [(halo,) for halo in halos]
+        return self._blocks.call(method, [common + each for each in own])
+
+
+class GatheredState(State):
+    """A state whose range and residual the blocks report, and whose ``y`` is asked of them only if it is needed."""
+
+    def __init__(self, field: PartitionedField, step: int, reports: list[Report], tau: float, evaluations: int) -> None:
+        own = {"tau": tau, "evaluations": evaluations, "_field": field, "_step": step}
+        residual = max(report.residual for report in reports)
+        span = min(report.lowest for report in reports), max(report.highest for report in reports)
+        self.__dict__.update(own | {"residual": residual, "range": span})  # as a frozen dataclass allows no assignment
+
+    @cached_property
+    def y(self) -> Floats:  # type: ignore[override]
+        """(R + S,) the states."""
+        return self.__dict__["_field"].gathered(self.__dict__["_step"])
+
+
+@contextmanager
+def partitioned_field(
+    problem: Problem, flow: Flow, y0: Floats, partition: Partition, clear_above: float
+) -> Iterator[PartitionedField]:
+    """The field of a problem cut up; its blocks are gone afterwards."""
+    cut = Cut.of(problem, partition.block_of_row(problem), partition.blocks)
+    parts = zip(cut.halos, cut.parts(y0), strict=True)
+    arguments = ((rows, y, halo.told, halo.wanted.size, flow) for halo, (rows, y) in parts)
+    if partition.scheduler is None:
+        yield PartitionedField(cut, LocalBlocks(arguments), clear_above)
+        return
+    with cluster(partition.scheduler) as found:
+        yield PartitionedField(cut, RemoteBlocks(found.actors(Block, arguments)), clear_above)

@@ -1,0 +1,1 @@
+"""``planner bench partition|stale``: the dynamics on blocks: what it costs, and what old values do to it."""

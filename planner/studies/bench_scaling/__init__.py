@@ -1,0 +1,1 @@
+"""``planner bench scaling``: how batches scale with workers, measured and by a model."""
