@@ -1,4 +1,4 @@
-"""The house: imports point downwards, libraries have one door, nothing heavy loads early, every module has its tests."""
+"""The house: imports point downwards, libraries have one door, nothing heavy loads early, modules have their tests."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ def test_one_path_per_group_and_costs_of_every_seed(monkeypatch: pytest.MonkeyPa
     cases: list[SeedStudy] = [ideal(0), ideal(1)]
     assert len(figures.manipulator_pictures(query, cases[0], cases)) == 3
     paths = drawn["tool_paths"][2]
-    assert list(paths) == ["β = 0, 0.3", "β = 0.5, 0.8, 1", RRT]
+    assert list(paths) == ["β = 0, 0.3", "β = 0.5, 0.7, 1", RRT]
     np.testing.assert_array_equal(paths[RRT], cases[0].ways[RRT].q)
     betas, ours, others, printed = drawn["beta_costs"]
     assert betas == BETAS
