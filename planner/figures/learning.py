@@ -142,10 +142,10 @@ def execution_curves(panels: Sequence[CurvePanel]) -> Figure:
 
 
 def _draw_graph(axes: Axes, panel: GraphPanel, norm: Normalize) -> LineCollection:
-    lightest_last = np.argsort(panel.wbar, kind="stable")
-    ends = panel.position[panel.arcs[lightest_last]]
+    darkest_last = np.argsort(panel.wbar, kind="stable")
+    ends = panel.position[panel.arcs[darkest_last]]
     lines = LineCollection(list(ends), cmap=_SHADES, norm=norm, linewidths=1.8, zorder=1)
-    lines.set_array(panel.wbar[lightest_last])
+    lines.set_array(panel.wbar[darkest_last])
     axes.add_collection(lines)
     axes.plot(*panel.position.T, "o", color="0.25", markersize=3, zorder=2)
     axes.plot(*panel.position[panel.path].T, **_PATH)

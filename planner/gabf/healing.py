@@ -1,4 +1,4 @@
-"""A disturbed field finds back: the start from the x at hand, raised only where what x relied on is gone.
+"""A disturbed field finds back: the start from the current x, raised only where what x relied on is gone.
 
 From below, x counts up at the pace of the smallest arc cost; from above it falls in as many steps as there are hops.
 So states that a change may have left too low are first raised to an overestimate, and all others stay as they are.

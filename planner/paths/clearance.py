@@ -79,7 +79,7 @@ class _Piece:
 class _Search:
     """Pieces of the path, the one that may hide the smallest clearance first.
 
-    They are as long as ``_FIRST_STEP`` at first, whatever the waypoints: a trajectory has thousands of them.
+    They are ``CLEARANCE_FIRST`` long at first, whatever the waypoints: a trajectory has thousands of them.
     """
 
     def __init__(self, checker: CollisionChecker, path: Floats) -> None:

@@ -20,8 +20,6 @@ from planner.base.versions import versions
 Row: TypeAlias = Mapping[str, Any]
 """One line of a table: column names to numbers, texts or None."""
 
-"""Hears (stage, done, total)."""
-
 _DPI = 200
 
 _DECISIVE = ("python", "gabf-planner", "numpy", "scipy")

@@ -9,7 +9,7 @@ from pathlib import Path
 from planner.studies.bench_plan.rows import Row
 from planner.studies.table import read_rows
 from tests.command_line import Run, command
-from tests.studies.bench_plan.test_run import write_problem
+from tests.studies.bench_plan.posts import write_problem
 
 PLANAR = ("--robot", "planar_2r", "--collision", "coal", "--nodes", "30", "--seeds", "0")
 

@@ -8,8 +8,6 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import FileError
-from planner.base.progress import Progress
-from planner.studies.process import run_module
 from planner.studies.table import ResultsFile, markdown_table, median, percentile, read_rows, software, to_csv
 
 
@@ -70,17 +68,3 @@ def test_software_names_the_source() -> None:
     text = software({"numpy": "2"})
     assert text.startswith("numpy 2, source ")
     assert software({"numpy": "3"}) != text
-
-
-def test_a_process_ends_by_itself_is_stopped_or_is_killed_over_time(tmp_path: Path) -> None:
-    done = run_module("timeit", ["-n", "1", "-r", "1", "pass"])
-    assert (done.code, done.over_time) == (0, False)
-    bad = run_module("timeit", ["-n", "1", "-r", "1", "raise ValueError('so it goes')"])
-    assert bad.code == 1
-    assert bad.last_words == "ValueError: so it goes"
-    slow = ["-n", "1", "-r", "1", "import time; time.sleep(60)"]
-    late = run_module("timeit", slow, time_limit=0.5)
-    assert (late.code, late.over_time) == (None, True)
-    assert 0.5 <= late.seconds < 20.0
-    stopped = run_module("timeit", slow, progress=Progress(stop=lambda: True))
-    assert (stopped.code, stopped.over_time) == (None, False)

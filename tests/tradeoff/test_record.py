@@ -19,7 +19,7 @@ from planner.roadmap.storage import load_roadmap
 from planner.tradeoff.nondominated import MAX_LABELS
 from planner.tradeoff.record import interval_rows, read_checkpoint, save_sweep, summary_lines, sweep_record
 from planner.tradeoff.sweep import Tradeoff, sweep
-from tests.schemas.test_schemas import SMALL
+from tests.schemas.records import SMALL
 from tests.tradeoff.test_sweep import refused
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import pytest
 from IPython.core.interactiveshell import InteractiveShell
 
 import planner
-from planner.base.errors import FileError, OptionError
+from planner.base.errors import FileError
 from planner.base.request import PlanRequest
 from planner.plan_record import Plan, shown_paths
 from planner.planning import plan, with_alternatives
@@ -20,21 +19,6 @@ from planner.tradeoff.page import of_tradeoff
 from planner.tradeoff.sweep import Tradeoff, sweep
 from tests.browser import page_data
 from tests.worlds import checker_of, load
-
-TASK = PlanRequest(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
-
-
-@pytest.fixture(scope="module")
-def made() -> Plan:
-    return with_alternatives(plan(TASK))
-
-
-@pytest.fixture(scope="module")
-def tradeoff(made: Plan, tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
-    path = tmp_path_factory.mktemp("roadmap") / "roadmap.npz"
-    save_roadmap(made.roadmap, path)
-    return sweep(replace(TASK, roadmap=path))
-
 
 # the paths for all betas
 
@@ -112,19 +96,6 @@ def test_cells_show_small_tables(made: Plan, tradeoff: Tradeoff) -> None:
         assert len(data["text/html"]) < 5000
         for word in words:
             assert word in data["text/html"]
-
-
-def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> None:
-    for shown in (planner.show(made), planner.show(tradeoff), planner.show(made.roadmap, made.checker, height=400)):
-        cell = shown._repr_html_()
-        assert cell.startswith('<iframe sandbox="allow-scripts"')
-        assert html.unescape(cell.split('srcdoc="')[1].rsplit('"')[0]) == shown.html
-        assert len(repr(shown)) < 50
-    assert "height:400px" in cell
-    with pytest.raises(OptionError, match="holds no geometry"):
-        planner.show(made.roadmap)
-    with pytest.raises(OptionError, match="a str has no page"):
-        planner.show("plan.json")  # type: ignore[arg-type]
 
 
 def test_names_out_of_files_cannot_become_markup(made: Plan) -> None:

@@ -14,10 +14,10 @@ from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import SERIAL, PlanRequest, WorkersRequest
 from planner.base.versions import versions
+from planner.studies.bench_plan.ompl_log import write_logs
 from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_plan.report import to_markdown
 from planner.studies.bench_plan.rows import CRASHED, TIMED_OUT, Row
-from planner.studies.bench_roadmap.ompl_log import write_logs
 from planner.studies.process import run_module
 from planner.studies.table import ResultsFile, measure_missing, software
 

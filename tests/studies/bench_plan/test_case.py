@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from planner.base.request import PlanRequest
 from planner.collision import make_checker
+from planner.paths.measure import joint_path_length
+from planner.planning import plan
 from planner.studies.bench_plan.case import measure, path_contacts
+from planner.studies.bench_plan.problems import find_problems
 from planner.studies.bench_plan.rows import NO_PATH
+from tests.studies.bench_plan.posts import PLAIN
+from tests.studies.bench_plan.test_run import rows_of
 from tests.worlds import POST_GOAL, POST_START, load, make_post
 
 
@@ -36,3 +43,20 @@ def test_contacts_are_counted_by_the_segment() -> None:
     assert "'post'" in found[0] or "thing0" in found[0]
     assert path_contacts(other, path[:1]) == []
     assert path_contacts(other, np.array([[0.0, 0.0]]))[0].startswith("segment 0 at 0")
+
+
+def test_a_row_is_the_plan(problems: Path, out: Path) -> None:
+    """Length, w and clearance of the row against the same plan made here."""
+    row = rows_of(out)[3]
+    problem = find_problems(problems)[1]
+    made = plan(replace(PLAIN, scene=str(problem.scene), motion_plan_request=problem.request, seed=1))
+    assert row.length_rad == pytest.approx(joint_path_length(made.path))
+    assert row.waypoints == len(made.path)
+    assert row.edges == len(made.roadmap.edges)
+    assert row.w_min is not None
+    assert row.w_mean is not None
+    elbow = np.abs(np.sin(made.path[:, 1]))  # a planar arm's w is l1 l2 |sin q2|
+    assert row.w_min <= 0.5 * 0.4 * elbow.min() + 1e-9
+    assert 0 < row.w_min < row.w_mean
+    assert row.clearance_m is not None
+    assert row.clearance_m > 0

@@ -6,7 +6,8 @@ import pytest
 
 from planner.studies.bench_plan.report import aims, compare, to_markdown
 from planner.studies.bench_plan.rows import NO_PATH, REFUSED, TIMED_OUT
-from tests.studies.bench_plan.test_run import bare, row
+from tests.studies.bench_plan.test_ompl_log import bare
+from tests.studies.bench_plan.test_run import row
 
 
 def test_the_report_counts() -> None:

@@ -10,7 +10,7 @@ from planner.base.errors import OptionError
 from planner.base.request import PlanRequest
 from planner.studies.bench_plan.rows import SOLVED
 from planner.studies.bench_quality.run import bench_quality
-from tests.studies.bench_plan.test_run import write_problem
+from tests.studies.bench_plan.posts import write_problem
 
 PLAIN = PlanRequest(robot="planar_2r", nodes=40, collision="coal")
 

@@ -1,0 +1,78 @@
+"""From a query to its answer: the first grows a roadmap, later ones link their ends, old guests leave."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.base.request import WorldRequest
+from planner.base.targets import Joints
+from planner.query.open import Query, resolve_query
+from planner.roadmap.grow import GrowthSettings
+from planner.session.answer import Costs, Moment, Planning, adopted, answered
+from planner.session.live_world import LiveWorld
+from planner.world.poses import pose
+from planner.world.scene import Scene
+from planner.world.shapes import Obstacle, Sphere
+from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
+
+PLANNING = Planning(gabf.SingularityFree(), Costs("log", "joint", "edges"), 60, 0, GrowthSettings())
+
+
+def bare(scene: Scene | None = None) -> LiveWorld:
+    return LiveWorld.of(WorldRequest(load("planar_2r"), scene or make_post().world.scene))
+
+
+def query(live: LiveWorld, start: np.ndarray = POST_START, goal: np.ndarray = POST_GOAL) -> Query:
+    return resolve_query(live.checker, Joints(tuple(start)), [("there", Joints(tuple(goal)))], 1)
+
+
+def test_the_first_query_grows_the_roadmap_that_a_plan_would() -> None:
+    live = bare()
+    moment, answer = answered(Moment(live, np.zeros(0)), query(live), 0.5, PLANNING)
+    assert moment.live.roadmap.sha256 == post_roadmap().sha256
+    assert answer.solved
+    assert answer.goal == "there"
+    assert answer.error <= 1e-9
+    assert answer.cost is not None
+    assert answer.cost.total == pytest.approx(float(answer.field.x[answer.path_nodes[0]]), rel=1e-12)  # type: ignore[union-attr]
+
+
+def test_later_queries_add_little_and_heal_the_field_of_before() -> None:
+    live = bare()
+    first, _ = answered(Moment(live, np.zeros(0)), query(live), 0.5, PLANNING)
+    n = len(first.live.roadmap.nodes)
+    second, answer = answered(first, query(live, POST_START + 0.05), 0.5, PLANNING)
+    guests = len(second.live.roadmap.nodes) - n  # the new start, and the straight motion from it to the goal
+    assert 1 <= guests < 12
+    assert answer.nodes_grown == 0
+    np.testing.assert_array_equal(answer.path[0], POST_START + 0.05)
+    again, same = answered(second, query(live, POST_START + 0.05), 0.5, PLANNING)
+    assert same.edges.proven == 0
+    np.testing.assert_array_equal(same.path, answer.path)
+    assert len(again.live.roadmap.nodes) == n + guests
+
+
+def test_guests_do_not_pile_up() -> None:
+    live, rng = bare().with_roadmap(post_roadmap()), np.random.default_rng(0)
+    moment = Moment(live, np.full(len(post_roadmap().nodes), np.inf))
+    most = 0
+    for _ in range(8):
+        q = POST_START + rng.uniform(-0.05, 0.05, 2)
+        moment, answer = answered(moment, query(live, q), 0.5, PLANNING)
+        assert answer.solved
+        most = max(most, len(moment.live.roadmap.nodes))
+    assert live.lasting < most < int(1.5 * live.lasting) + 12
+
+
+def test_a_kept_roadmap_is_adopted_as_far_as_it_holds() -> None:
+    whole = adopted(bare(), post_roadmap())
+    assert len(whole.roadmap.edges) == len(post_roadmap().edges)
+    ball = Obstacle("ball", Sphere(0.08), pose([-0.5, 0.5, 0]))
+    scene = replace(make_post().world.scene, obstacles=(*make_post().world.scene.obstacles, ball))
+    less = adopted(bare(scene), post_roadmap())
+    assert 0 < len(less.roadmap.edges) < len(post_roadmap().edges)
+    assert less.proofs.free.all()

@@ -1,0 +1,123 @@
+"""What is known of edges, part by part: a change costs what it concerns, and comes back where it goes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.edge_prover import EdgeProver
+from planner.collision.world import World
+from planner.session.edge_proofs import ARM, EdgeProofs, clauses_of, displacement
+from planner.world.poses import pose
+from planner.world.robot import with_carried
+from planner.world.scene import Scene
+from planner.world.shapes import Box, Capsule, Carried, Sphere
+from tests.worlds import load, post_roadmap, scene_of
+
+ROBOT = load("planar_2r")
+POST = (Box((0.1, 0.02, 0.2)), pose([0.75, 0, 0]))
+
+
+def world_of(*items, carried=()) -> World:
+    robot = with_carried(ROBOT, carried) if carried else ROBOT
+    return make_checker(robot, scene_of(*items)).world
+
+
+def known(*rows: list[float]) -> EdgeProofs:
+    """Edges against two obstacles, and of the arm with itself."""
+    clauses = ((ARM, "a"), (ARM, "b"), (ARM, ARM))
+    table = np.array(rows, dtype=float)
+    return EdgeProofs(clauses, table, np.zeros(len(table), bool), np.zeros(table.shape, bool))
+
+
+def test_an_edge_is_free_blocked_or_open() -> None:
+    proofs = known([0.1, 0.2, 0.3], [0.1, np.nan, 0.3], [0.1, np.nan, -np.inf])
+    assert proofs.free.tolist() == [True, False, False]
+    assert proofs.open.tolist() == [False, True, False]
+    assert proofs.blocked.tolist() == [False, False, True]
+    np.testing.assert_array_equal(proofs.clearance, [0.1, np.nan, -np.inf])
+
+
+def test_a_move_spends_clearance_of_its_own_clauses() -> None:
+    proofs = known([0.1, 0.2, 0.3], [0.04, 0.2, 0.3]).moved("a", 0.05)
+    np.testing.assert_allclose(proofs.known[0], [0.05, 0.2, 0.3], atol=1e-8)
+    assert proofs.open.tolist() == [False, True]
+    np.testing.assert_array_equal(proofs.known[1, 1:], [0.2, 0.3])
+
+
+def test_clauses_come_and_go_with_their_parts() -> None:
+    world = world_of(POST)
+    proofs = EdgeProofs.of(world, np.array([0.1, 0.2])).confirmed(np.array([0]))
+    two = proofs.in_world(world_of(POST, (Sphere(0.1), pose([-0.5, 0.5, 0]))))
+    assert two.open.all()
+    back = two.in_world(world)
+    assert back.free.all()
+    np.testing.assert_array_equal(back.known, proofs.known)
+    np.testing.assert_array_equal(back.seen, proofs.seen)
+    renewed = proofs.in_world(world, other="thing0")
+    assert renewed.open.all(), "what is something else now is not known"
+
+
+def test_what_a_second_check_refuses_is_blocked_and_unseen() -> None:
+    proofs = known([0.1, 0.2, 0.3], [0.1, 0.2, 0.3]).confirmed(np.array([0, 1])).refused(1)
+    assert proofs.blocked.tolist() == proofs.lost.tolist() == [False, True]
+    assert proofs.seen.all(axis=1).tolist() == [True, False]
+    both = proofs.rows(np.array([1])).followed_by(proofs.rows(np.array([0])))
+    assert both.blocked.tolist() == [True, False]
+
+
+def test_only_what_is_open_is_proven_and_the_result_is_that_of_proving_all() -> None:
+    checker = make_checker(ROBOT, scene_of(POST, (Sphere(0.08), pose([-0.5, 0.5, 0]))))
+    roadmap = post_roadmap()
+    rows = np.arange(0, len(roadmap.edges), 4)
+    before = EdgeProofs.of(world_of(POST), roadmap.clearance).in_world(checker.world)
+    after = before.proven(EdgeProver(checker), roadmap, rows)
+    a, b = roadmap.nodes[roadmap.edges[rows, 0]], roadmap.nodes[roadmap.edges[rows, 1]]
+    free = EdgeProver(checker).prove(a, b - a).free
+    assert not free.all()
+    np.testing.assert_array_equal(after.free[rows], free)
+    assert after.open.sum() == len(roadmap.edges) - len(rows)
+    column = before.clauses.index((ARM, "thing0"))
+    np.testing.assert_array_equal(after.known[rows][free, column], before.known[rows][free, column])
+
+
+def test_every_pair_has_its_clause_and_what_is_carried_is_a_part() -> None:
+    ball = Carried("link_2", "ball", Sphere(0.05), pose([0.45, 0, 0]), ("link_2",))
+    world = world_of(POST, carried=(ball,))
+    clauses, of_pair = clauses_of(world)
+    assert len(of_pair) == len(world.pair_reach)
+    assert {("ball", "thing0"), (ARM, "thing0")} <= set(clauses)
+    for pair, clause in enumerate(of_pair):
+        first, second = world.members(pair)
+        names = {"ball" if world.bodies[first].name == "ball" else ARM}
+        if world.is_scene_pair(pair):
+            names |= {world.obstacles[second].name}
+        else:
+            names |= {"ball" if world.bodies[second].name == "ball" else ARM}
+        assert set(clauses[clause]) == names
+
+
+@pytest.mark.parametrize("shape", [Box((0.3, 0.1, 0.5)), Sphere(0.2), Capsule(0.1, 0.4)])
+def test_no_point_moves_farther_than_the_displacement(shape) -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        before = pose(rng.normal(size=3).tolist(), rpy=rng.normal(size=3).tolist())
+        after = pose(rng.normal(size=3).tolist(), rpy=rng.normal(size=3).tolist())
+        points = rng.uniform(-0.5, 0.5, size=(3000, 3))
+        inside = {
+            Box: lambda p: (np.abs(p) <= [0.15, 0.05, 0.25]).all(axis=1),
+            Sphere: lambda p: np.linalg.norm(p, axis=1) <= 0.2,
+            Capsule: lambda p: np.hypot(np.hypot(p[:, 0], p[:, 1]), np.maximum(np.abs(p[:, 2]) - 0.2, 0)) <= 0.1,
+        }[type(shape)](points)
+        p = points[inside]
+        moved = np.linalg.norm(p @ (after - before)[:3, :3].T + (after - before)[:3, 3], axis=1).max()
+        most = displacement(shape, before, after)
+        assert moved <= most
+        assert most <= moved + 0.35
+    assert displacement(shape, pose(), pose()) == 0.0
+
+
+def test_a_scene_without_anything_has_the_arms_own_clauses() -> None:
+    clauses, _ = clauses_of(make_checker(ROBOT, Scene("none")).world)
+    assert set(clauses) <= {(ARM, ARM)}

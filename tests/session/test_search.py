@@ -1,0 +1,71 @@
+"""The lazy search: it ends on a path that is proven now, and proves little else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner import gabf
+from planner.base.request import WorldRequest
+from planner.collision import make_checker
+from planner.costs.network import build_network
+from planner.paths.measure import path_contact
+from planner.roadmap.roadmap import path_waypoints
+from planner.session.live_world import LiveWorld
+from planner.session.search import RoadmapNetwork, search
+from planner.world.poses import pose
+from planner.world.shapes import Obstacle, Sphere
+from tests.worlds import load, make_post, post_roadmap
+
+ROBOT, LAW = load("planar_2r"), gabf.SingularityFree()
+
+
+def live() -> LiveWorld:
+    return LiveWorld.of(WorldRequest(ROBOT, make_post().world.scene)).with_roadmap(post_roadmap())
+
+
+def network_of(world: LiveWorld) -> RoadmapNetwork:
+    return RoadmapNetwork(world.roadmap, lambda roadmap: build_network(roadmap, 0.5))
+
+
+def cost_over_proven_edges(world: LiveWorld) -> float:
+    """After proving everything: Dijkstra's answer on what is free."""
+    decided = world.proven(np.flatnonzero(world.proofs.open))
+    network = build_network(decided.held(decided.proofs.free), 0.5)
+    return float(gabf.oracle(network)[world.roadmap.starts].min())
+
+
+def test_the_network_without_edges_is_that_of_the_smaller_roadmap() -> None:
+    roadmap, drop = post_roadmap(), np.zeros(len(post_roadmap().edges), bool)
+    drop[::3] = True
+    mine = network_of(live()).without(drop)
+    theirs = build_network(roadmap.part(np.ones(len(roadmap.nodes), bool), ~drop), 0.5)
+    assert mine.indices.tolist() == theirs.indices.tolist()
+    np.testing.assert_allclose(gabf.oracle(mine), gabf.oracle(theirs), rtol=1e-12)
+    steps = np.concatenate([roadmap.edges[5], roadmap.edges[5, :1]])
+    assert network_of(live()).edges_of(steps).tolist() == [5, 5]
+
+
+def test_it_finds_the_cheapest_proven_path_and_leaves_most_edges_open() -> None:
+    world = live().add(Obstacle("ball", Sphere(0.08), pose([-0.5, 0.5, 0])))
+    opened = int(world.proofs.open.sum())
+    found = search(world, network_of(world), np.zeros(len(world.roadmap.nodes)), LAW)
+    assert len(found.steps)
+    assert found.live.proofs.open.sum() > opened // 2
+    path = path_waypoints(world.roadmap, ROBOT, found.steps)
+    assert path_contact(make_checker(ROBOT, world.scene, "coal"), path) is None
+    assert found.field.x[found.steps[0]] <= cost_over_proven_edges(world) + 1e-9
+    rows = network_of(world).edges_of(found.steps)
+    assert found.live.proofs.free[rows].all()
+    assert found.live.proofs.seen[rows].all()
+
+
+def test_where_all_is_blocked_there_are_no_steps() -> None:
+    world = live()
+    proofs = world.proofs
+    for row in range(len(world.roadmap.edges)):
+        proofs = proofs.refused(row)
+    found = search(replace(world, proofs=proofs), network_of(world), np.zeros(len(world.roadmap.nodes)), LAW)
+    assert len(found.steps) == 0
+    assert np.isinf(found.field.x[world.roadmap.starts]).all()

@@ -1,0 +1,26 @@
+"""A planning problem as MoveIt's messages, and how it is planned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from planner.base.request import PlanRequest
+from tests.worlds import load
+
+PLAIN = PlanRequest(robot="planar_2r", nodes=40, collision="coal")
+
+
+def write_problem(folder: Path, number: str, start: tuple[float, float], goal: tuple[float, float]) -> None:
+    """planar_2r around a post, as MoveIt's messages."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"scene{number}.yaml").write_text(
+        "name: post\nworld:\n  collision_objects:\n    - id: post\n      primitives:\n"
+        "        - {type: box, dimensions: [0.1, 0.02, 0.2]}\n      primitive_poses:\n"
+        "        - {position: [0.75, 0, 0], orientation: [0, 0, 0, 1]}\n"
+    )
+    names = load("planar_2r").joints
+    goals = "".join(f"      - {{joint_name: {n}, position: {v}}}\n" for n, v in zip(names, goal, strict=True))
+    (folder / f"request{number}.yaml").write_text(
+        f"start_state:\n  joint_state:\n    name: [{', '.join(names)}]\n    position: [{start[0]}, {start[1]}]\n"
+        f"goal_constraints:\n  - joint_constraints:\n{goals}"
+    )

@@ -1,0 +1,27 @@
+"""One problem of the benchmark of replanning: a row per change, each judged by other means."""
+
+from __future__ import annotations
+
+from planner.base.request import RoadmapRequest
+from planner.studies.bench_replan.case import measure
+from planner.studies.bench_replan.changes import KINDS
+from tests.worlds import load, make_post
+
+REQUEST = RoadmapRequest(
+    load("planar_2r"), make_post().world.scene, start="q:-1,0.8", goal="q:1,-0.8", nodes=30, collision="coal"
+)
+
+
+def test_rows_hold_what_was_measured() -> None:
+    rows = measure(REQUEST, changes=2)
+    assert {row["kind"] for row in rows} <= set(KINDS)
+    assert rows
+    for row in rows:
+        assert row["error"] <= 1e-9
+        assert row.get("contacts", 0) == 0
+        assert row["anew_solved"] in (True, False)
+        if "lifelong_error" in row:
+            assert row["lifelong_error"] <= 1e-9
+            assert row["lifelong_to_start"] <= row["lifelong_updates"]
+        if row["outcome"] == "solved" and row["nodes_grown"] == 0:
+            assert row["seconds"] > 0

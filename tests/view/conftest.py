@@ -1,0 +1,27 @@
+"""A plan and a sweep on the same roadmap, made once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from planner.base.request import PlanRequest
+from planner.plan_record import Plan
+from planner.planning import plan, with_alternatives
+from planner.roadmap.storage import save_roadmap
+from planner.tradeoff.sweep import Tradeoff, sweep
+
+TASK = PlanRequest(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
+
+
+@pytest.fixture(scope="session")
+def made() -> Plan:
+    return with_alternatives(plan(TASK))
+
+
+@pytest.fixture(scope="session")
+def tradeoff(made: Plan, tmp_path_factory: pytest.TempPathFactory) -> Tradeoff:
+    path = tmp_path_factory.mktemp("roadmap") / "roadmap.npz"
+    save_roadmap(made.roadmap, path)
+    return sweep(replace(TASK, roadmap=path))

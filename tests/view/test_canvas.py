@@ -1,0 +1,95 @@
+"""A recorded scene: the same bytes twice, every shape where it stands, and data that cannot end its script."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import umsgpack
+
+from planner.view.canvas import Canvas, render_page, script_json
+from planner.world.poses import pose
+from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from tests.browser import page_data
+
+GREY = (0.5, 0.5, 0.5, 1.0)
+SHAPES: list[Shape] = [Box((0.1, 0.2, 0.3)), Sphere(0.1), Cylinder(0.1, 0.4), Capsule(0.1, 0.4)]
+
+
+def drawn() -> Canvas:
+    canvas = Canvas()
+    for k, shape in enumerate(SHAPES):
+        canvas.shape(f"things/{k}", shape, pose([k, 0.0, 0.0]), GREY)
+    canvas.points("dots", np.eye(3), np.zeros((3, 3)), 0.02)
+    canvas.segments("lines", np.eye(3)[[0, 1, 1, 2]], np.zeros((4, 3)))
+    return canvas
+
+
+def unpacked(canvas: Canvas) -> list[dict[str, Any]]:
+    text, lengths = canvas.packed()
+    data, ends = gzip.decompress(base64.b64decode(text)), np.cumsum(lengths)
+    assert ends[-1] == len(data)
+    return [umsgpack.unpackb(data[end - length : end]) for end, length in zip(ends, lengths, strict=True)]
+
+
+def positions(canvas: Canvas) -> np.ndarray:
+    """(n, 3) the vertices of the first object."""
+    (geometry,) = unpacked(canvas)[0]["object"]["geometries"]
+    array: Any = geometry["data"]["attributes"]["position"]["array"]
+    return np.frombuffer(array.data, dtype=np.float32).reshape(-1, 3)
+
+
+def test_the_same_scene_is_the_same_bytes() -> None:
+    assert drawn().packed() == drawn().packed()
+
+
+def test_every_object_is_sent_with_its_place() -> None:
+    commands = unpacked(drawn())
+    kinds = [command["type"] for command in commands]
+    assert kinds.count("set_object") == len(SHAPES) + 2
+    for k, shape in enumerate(SHAPES):
+        (sent,) = (c for c in commands if c["type"] == "set_transform" and c["path"].endswith(f"things/{k}"))
+        matrix = np.reshape(sent["matrix"], (4, 4)).T
+        assert matrix[:3, 3].tolist() == [k, 0, 0]
+        # three.js's cylinders lie along y, ours along z
+        axis = matrix[:3, :3] @ [0, 1, 0] if isinstance(shape, Cylinder) else matrix[:3, :3] @ [0, 0, 1]
+        np.testing.assert_allclose(np.abs(axis), [0, 0, 1], atol=1e-12)
+
+
+def test_a_capsule_is_as_long_and_wide_as_it_says() -> None:
+    canvas = Canvas()
+    canvas.shape("capsule", SHAPES[3], pose(), GREY)
+    points = positions(canvas)
+    inside = np.abs(points[:, 2]) - 0.2
+    radius = np.hypot(np.hypot(points[:, 0], points[:, 1]), np.maximum(inside, 0))
+    assert radius.max() == pytest.approx(0.1, abs=1e-6)
+    assert np.ptp(points[:, 2]) == pytest.approx(0.6, abs=1e-6)
+
+
+def test_no_text_ends_the_script() -> None:
+    text = script_json({"name": "</script><!-- \u2028 & \ud800"})
+    assert not set("<>&\u2028") & set(text)
+    assert json.loads(text)["name"] == "</script><!-- \u2028 & \ud800"
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        script_json({"w": float("nan")})
+
+
+def test_a_page_is_one_file_whatever_its_title(tmp_path: Path) -> None:
+    html = render_page(drawn(), {"answer": "@@VIEWER@@"}, "<b>@@SCENE@@ \ud800")
+    (tmp_path / "page.html").write_text(html)
+    assert page_data(tmp_path / "page.html")["answer"] == "@@VIEWER@@"
+    assert "&lt;b&gt;@@SCENE@@ ?" in html
+    assert html.rstrip().endswith("</html>")
+    assert 'src="http' not in html
+    assert render_page(drawn(), {}, "a") == render_page(drawn(), {}, "a")
+
+
+def test_a_mesh_is_sent_as_it_is() -> None:
+    canvas, mesh = Canvas(), Mesh(np.eye(3), np.array([[0, 1, 2]]))
+    canvas.surface("path", mesh, GREY)
+    assert positions(canvas).tolist() == np.eye(3).tolist()

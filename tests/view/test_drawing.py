@@ -1,0 +1,89 @@
+"""What is drawn stands where the kinematics puts it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from planner.kinematics.forward import tool_positions
+from planner.view.canvas import Canvas
+from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent, joint_matrices, swept_corners
+from planner.world.poses import pose
+from planner.world.robot import load_visuals
+from planner.world.shapes import Box
+from tests.worlds import load, make_post, post_roadmap, random_q, scene_of
+
+ROBOT = load("planar_2r")
+Q = np.array([0.4, -0.9])
+
+
+def paths(canvas: Canvas, kind: str) -> list[str]:
+    return [c["path"].removeprefix("/meshcat/") for c in canvas.commands if c["type"] == kind]
+
+
+@pytest.mark.parametrize("name", ["planar_2r", "ur5"])
+def test_joint_frames_are_pinocchios(name: str) -> None:
+    robot, states = load(name), random_q(load(name), 3)
+    for q, matrices in zip(states, joint_matrices(robot, states), strict=True):
+        data = robot.model.createData()
+        pin.forwardKinematics(robot.model, data, q)
+        for joint, matrix in enumerate(matrices, start=1):
+            np.testing.assert_allclose(matrix, data.oMi[joint].homogeneous, atol=1e-12)
+
+
+def test_bodies_hang_under_their_joints_and_are_named() -> None:
+    canvas = Canvas()
+    names = draw_robot(canvas, ROBOT, load_visuals(ROBOT), Q, touching={ROBOT.bodies[-1].link})
+    assert set(names.values()) == {body.link for body in ROBOT.bodies}
+    assert set(paths(canvas, "set_object")) == set(names)
+    for body in ROBOT.bodies:
+        assert any(path.startswith(f"robot/{body.joint}/collision/") and names[path] == body.link for path in names)
+    red = [c["path"] for c in canvas.commands if c["type"] == "set_object" and _red(c)]
+    assert red
+    assert all(names[path.removeprefix("/meshcat/")] == ROBOT.bodies[-1].link for path in red)
+
+
+def _red(command: dict) -> bool:
+    colour = command["object"]["materials"][0]["color"]
+    return colour >> 16 > 200 and colour & 0xFF < 60
+
+
+def test_obstacles_are_named_by_their_paths() -> None:
+    canvas, scene = Canvas(), make_post().world.scene
+    assert draw_scene(canvas, scene) == {"obstacles/0": "thing0"}
+    assert paths(canvas, "set_object") == ["obstacles/0"]
+
+
+def test_a_roadmap_is_drawn_at_its_tool_positions() -> None:
+    canvas, roadmap = Canvas(), post_roadmap()
+    data = draw_roadmap(canvas, roadmap, ROBOT)
+    assert paths(canvas, "set_object") == ["roadmap/nodes", "roadmap/edges", "start/0", "goal/0"]
+    assert data["edges"] == roadmap.edges.tolist()
+    assert data["w"] == pytest.approx(roadmap.manipulability.tolist(), abs=1e-7)
+    nothing = replace(roadmap.part(np.ones(len(roadmap.nodes), bool), np.zeros(len(roadmap.edges), bool)))
+    canvas = Canvas()
+    draw_roadmap(canvas, nothing, ROBOT)
+    assert "roadmap/edges" not in paths(canvas, "set_object")
+
+
+def test_a_path_is_a_tube_around_the_tools_way() -> None:
+    canvas, path = Canvas(), np.array([[-1.0, 0.8], [1.0, 0.8]])
+    draw_path(canvas, "path", ROBOT, path)
+    (geometry,) = canvas.commands[0]["object"]["geometries"]
+    points = np.frombuffer(geometry["data"]["attributes"]["position"]["array"].data, np.float32).reshape(-1, 3)
+    dense = tool_positions(ROBOT, path[0] + np.linspace(0.0, 1.0, 2000)[:, None] * (path[1] - path[0]))
+    off = np.linalg.norm(points[:, None] - dense[None], axis=2).min(axis=1)
+    assert 0.004 < off.max() < 0.013
+
+
+def test_all_that_is_near_lies_in_the_ball() -> None:
+    far = scene_of((Box((0.1, 0.1, 0.1)), pose([0.8, 0, 0])), (Box((9.0, 9.0, 0.1)), pose([0, 0, -1])))
+    q = random_q(ROBOT, 20)
+    points = tool_positions(ROBOT, q)
+    centre, radius = extent(ROBOT, far, ROBOT.bodies, q, points)
+    swept = np.vstack([points, swept_corners(ROBOT, ROBOT.bodies, q), [[0.85, 0.05, 0.05]]])
+    assert (np.linalg.norm(swept - centre, axis=1) <= radius + 1e-9).all()
+    assert radius < 3.0, "the floor does not count"

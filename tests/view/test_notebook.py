@@ -1,0 +1,25 @@
+"""Pages in a notebook cell."""
+
+from __future__ import annotations
+
+import html
+
+import pytest
+
+import planner
+from planner.base.errors import OptionError
+from planner.plan_record import Plan
+from planner.tradeoff.sweep import Tradeoff
+
+
+def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> None:
+    for shown in (planner.show(made), planner.show(tradeoff), planner.show(made.roadmap, made.checker, height=400)):
+        cell = shown._repr_html_()
+        assert cell.startswith('<iframe sandbox="allow-scripts"')
+        assert html.unescape(cell.split('srcdoc="')[1].rsplit('"')[0]) == shown.html
+        assert len(repr(shown)) < 50
+    assert "height:400px" in cell
+    with pytest.raises(OptionError, match="holds no geometry"):
+        planner.show(made.roadmap)
+    with pytest.raises(OptionError, match="a str has no page"):
+        planner.show("plan.json")  # type: ignore[arg-type]

@@ -1,0 +1,62 @@
+"""A robot at one configuration: every pair that touches, its clearance and limits, and the sentence about it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.checker import CollisionChecker
+from planner.kinematics.manipulability import manipulability
+from planner.view.state import inspect_state, state_page
+from planner.world.poses import pose
+from planner.world.shapes import Sphere
+from tests.browser import page_data
+from tests.coal_judge import CoalWorld
+from tests.worlds import load, random_q, scene_of
+
+ROBOT = load("planar_2r")
+BALLS = scene_of((Sphere(0.2), pose([0.6, 0.2, 0])), (Sphere(0.1), pose([-0.5, -0.3, 0])))
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.05])
+def test_contacts_and_clearance_are_coals(margin: float) -> None:
+    checker = make_checker(ROBOT, BALLS, margin=margin)
+    coal, movable = CoalWorld(checker.world), checker.world.pair_reach.any(axis=1)
+    for q in random_q(ROBOT, 12):
+        report = inspect_state(checker, q)
+        apart = coal.distances(q)
+        if np.abs(apart - margin).min() < 1e-3:
+            continue
+        assert set(report.contacts) == {checker.world.contact(int(pair)) for pair in np.flatnonzero(apart <= margin)}
+        assert report.clearance == pytest.approx(max(0.0, apart[movable].min()), abs=1e-4)
+        assert report.w == pytest.approx(manipulability(ROBOT, q[None])[0])
+        assert report.sentence.startswith("'" if report.contacts else "Free and within")
+
+
+def test_limits_are_named_beside_contacts(tmp_path: Path) -> None:
+    checker = make_checker(ROBOT, BALLS)
+    report = inspect_state(checker, np.array([0.3, 3.0]))
+    assert report.outside.tolist() == [False, True]
+    assert report.sentence.endswith("out of limits: joint_2.")
+    assert report.contacts
+    (tmp_path / "state.html").write_text(state_page(report))
+    data = page_data(tmp_path / "state.html")
+    assert str(report.sentence) in str(data).replace('"', "'") or report.sentence.split("'")[1] in str(data)
+
+
+def test_a_clearance_that_no_proof_tells_from_contact_is_said_so() -> None:
+    near = make_checker(ROBOT, scene_of((Sphere(0.1), pose([0.0, 2.0, 0.0]))))
+    assert inspect_state(near, np.array([0.0, 0.5])).sentence == "Free and within limits."
+    low, high = 0.0, 1.0  # the nearest ball beside the second link that is free, by bisection
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if not inspect_state(beside(middle), np.zeros(2)).contacts else (middle, high)
+    close = inspect_state(beside(high + 2e-5), np.zeros(2))
+    assert "no contact was found; but the clearance is less than 0.1 mm" in close.sentence
+
+
+def beside(y: float) -> CollisionChecker:
+    return make_checker(ROBOT, scene_of((Sphere(0.1), pose([0.6, y, 0.0]))))
