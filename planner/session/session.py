@@ -38,6 +38,7 @@ from planner.query.open import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is
 from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.separation import why_apart
 from planner.roadmap.storage import load_roadmap
 from planner.session.answer import Costs, Moment, Planning, adopted, answered
 from planner.session.in_time import TimedAnswer, timed_answer
@@ -214,6 +215,9 @@ class Session:
 
     def _answer(self, start: State, goal: State, beta: float, query: Query) -> Answer:
         now, answer = answered(self._now, query, beta, self._planning)
+        if not answer.solved:
+            live = now.live
+            answer = replace(answer, reason=why_apart(live.held(live.proofs.free), live.checker))
         self._now = replace(now, live=replace(now.live, stands=query.starts))
         self._asked = start, goal, beta, query
         self._end = answer.path[-1] if answer.solved else None

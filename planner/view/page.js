@@ -103,6 +103,8 @@ function fillKey(cell) {
     ["#a7c4e6", `manipulability ellipsoid: tool velocities at joint velocities of norm 1 rad/s; ${scale} m drawn for 1 m/s`],
     ["#c3cbd4", `grid of ${cell} m on the floor`]];
   if (data.touching.length) entries.unshift(["#e61f1f", "in contact"]);
+  if (data.blamed === "separated") entries.unshift(["#e61f1f", "separates start from goal, and the shortest motion that it blocks"]);
+  if (data.blamed === "budget_spent") entries.unshift(["#e61f1f", "the shortest motion between the parts, and what touches there"]);
   const useful = data.roadmap ? entries : entries.filter(([, text]) => /ellipsoid|grid|contact/.test(text));
   for (const [colour, text] of useful) {
     const item = document.createElement("li"), words = document.createElement("span");

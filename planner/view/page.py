@@ -12,6 +12,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
+from planner.base.reasons import NoWay, Reason
 from planner.base.resolutions import SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
@@ -19,7 +20,7 @@ from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
-from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent
+from planner.view.drawing import draw_gap, draw_path, draw_roadmap, draw_robot, draw_scene, extent
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
 from planner.view.visuals import drawn_bodies
@@ -34,8 +35,8 @@ class Content:
     """What a page shows; ``paths[current]`` first, at ``beta``.
 
     ``configuration`` (dof,) is where the robot is while there is no path, ``facts`` what is said of it there.
-    ``details`` is how all this was made. Names in ``touching`` are drawn red, rows in ``highlighted`` (by name) written
-    red.
+    ``details`` is how all this was made. Names in ``touching`` are drawn red, as is what a ``reason`` blames; rows in
+    ``highlighted`` (by name) are written red.
     """
 
     robot: Robot
@@ -53,6 +54,12 @@ class Content:
     curve: Sequence[tuple[int, float]] = ()  # (rounds of effort, best cost)
     touching: frozenset[str] = frozenset()
     highlighted: tuple[str, ...] = ()
+    reason: Reason | None = None  # why there is no path
+
+    @property
+    def red(self) -> frozenset[str]:
+        """The names of all that is drawn red."""
+        return self.touching if self.reason is None else self.touching | self.reason.names
 
 
 def roadmap_page(roadmap: Roadmap, checker: CollisionChecker) -> str:
@@ -79,12 +86,14 @@ def page(content: Content) -> str:
     robot, canvas = content.robot, Canvas()
     configuration = content.paths[content.current].path[0] if content.paths else content.configuration
     visuals = drawn_bodies(robot)
-    names = draw_robot(canvas, robot, visuals, configuration, content.touching)
-    names |= draw_scene(canvas, content.scene, content.touching)
+    names = draw_robot(canvas, robot, visuals, configuration, content.red)
+    names |= draw_scene(canvas, content.scene, content.red)
     roadmap = draw_roadmap(canvas, content.roadmap, robot) if content.roadmap else None
     for k, shown in enumerate(content.paths):
         if len(shown.path) > 1:
             draw_path(canvas, f"paths/{k}", robot, shown.path if shown.motion is None else _curve(shown.motion))
+    if isinstance(content.reason, NoWay):
+        draw_gap(canvas, robot, content.reason.gap)
     centre, radius = extent(
         robot, content.scene, visuals or robot.bodies, _poses(content, configuration), _points(content)
     )
@@ -94,6 +103,7 @@ def page(content: Content) -> str:
         "names": names,
         "obstacles": [obstacle.name for obstacle in content.scene.obstacles],
         "touching": sorted(content.touching),
+        "blamed": None if content.reason is None else content.reason.kind,
         "wrong": content.highlighted,
         "roadmap": roadmap,
         "cost": _field(content.cost_to_go),
