@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -50,6 +50,15 @@ from planner.world.scene import Scene
 from planner.world.shapes import Obstacle
 
 IK_SOLUTIONS = 8  # of a goal that is a tool position, as `planner plan` has it
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """All that a session knows at one moment, see :meth:`Session.snapshot`."""
+
+    now: Moment
+    asked: tuple[State, State, float, Query] | None
+    end: Floats | None
 
 
 class Session:
@@ -123,6 +132,20 @@ class Session:
     def checker(self) -> CollisionChecker:
         """The checker of the world as it is now."""
         return self._now.live.checker
+
+    @property
+    def live(self) -> LiveWorld:
+        """The world as it is now, with what is known of every edge, blocked ones included."""
+        return self._now.live
+
+    def snapshot(self) -> Snapshot:
+        """What the session knows now, for :meth:`restore`; it costs nothing, as nothing in it ever changes."""
+        return Snapshot(self._now, self._asked, self._end)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to an earlier moment of this session: its world, its roadmap, its field and its last question."""
+        with self._alone():
+            self._now, self._asked, self._end = snapshot.now, snapshot.asked, snapshot.end
 
     @property
     def roadmap(self) -> Roadmap:

@@ -61,6 +61,12 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
     return {f"obstacles/{k}": obstacle.name for k, obstacle in enumerate(scene.obstacles)}
 
 
+def place_obstacles(canvas: Canvas, scene: Scene) -> None:
+    """The obstacles that :func:`draw_scene` drew, where they stand now."""
+    for k, obstacle in enumerate(scene.obstacles):
+        canvas.place(f"obstacles/{k}", obstacle.shape, obstacle.placement)
+
+
 def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot) -> dict[str, Any]:
     """Nodes at their tool positions and edges along the tool's path, to be coloured by the page; starts and goals.
 

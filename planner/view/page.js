@@ -203,6 +203,7 @@ function play() {
 function onKey(event) {
   const tag = event.target.tagName;
   if (event.ctrlKey || event.altKey || event.metaKey || tag === "SELECT" || event.target.id === "beta") return;
+  if (event.target.closest?.("#live")) return; // fields and sliders have keys of their own
   if (event.key === " " && tag !== "BUTTON" && tag !== "SUMMARY" && event.target.type !== "checkbox") play();
   else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
     stop();
@@ -213,7 +214,7 @@ function onKey(event) {
 
 function startPlayer() {
   element("player").hidden = !data.paths.some((path) => path.waypoints.length > 1);
-  if (element("player").hidden) return;
+  if (element("player").hidden && !data.live) return;
   element("play").onclick = play;
   element("scrub").oninput = () => { stop(); goTo(element("scrub").value / 1000); };
   element("spark").onclick = (event) => {
@@ -357,6 +358,7 @@ async function main() {
   showPath(data.current);
   fillKey(drawGround());
   lookAtAll();
+  if (data.live) startLive();
   window.addEventListener("resize", centreView);
   requestAnimationFrame(() => requestAnimationFrame(() => { root.dataset.ready = "true"; }));
 }
