@@ -93,7 +93,7 @@ def test_other_methods_paths_and_sizes(served: tuple[Desk, int]) -> None:
     desk, port = served
     good = own(desk, port)
     assert ask(port, "POST", "/", ORDER, **good)[0] == 404
-    assert ask(port, "OPTIONS", "/act", **good)[0] == 501
+    assert ask(port, "OPTIONS", "/act", None, **good)[0] == 501
     assert ask(port, "PUT", "/act", ORDER, **good)[0] == 501
     for length in ("-1", "x", "9" * 5000, str(2 << 20), "٣"):
         assert ask(port, "POST", "/act", b"", Content_Length=length.encode().decode("latin-1"), **good)[0] == 413
