@@ -30,7 +30,7 @@ from planner.world.scene import Scene
 from planner.world.scene_writer import write_scene
 from planner.world.shapes import Obstacle
 
-_MOST_UNDO = 100
+_MOST_UNDO = 50  # states: each holds its world and its roadmap
 
 _log = logging.getLogger(__name__)
 
