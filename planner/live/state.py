@@ -38,13 +38,15 @@ class State:
     snapshot: Snapshot
     question: Question
     answer: Answer
-    roadmap: Roadmap  # all nodes, and the edges that are proven
+    roadmap: (
+        Roadmap  # all nodes, and the edges that are not blocked: those that were opened are proven before their use
+    )
     start: Floats  # (dof,) where the path begins, or would
 
     @staticmethod
     def of(session: Session, question: Question, answer: Answer) -> State:
         live = session.live
-        roadmap = live.held(live.proofs.free)
+        roadmap = live.held(~live.proofs.blocked)
         start = answer.path[0] if answer.solved else roadmap.nodes[roadmap.starts[0]]
         return State(session.snapshot(), question, answer, roadmap, start)
 
@@ -150,8 +152,10 @@ def report_of(what: str, state: State, before: State | None, seconds: dict[str, 
     """What a change of the world meant for edges, field and cost."""
     answer = state.answer
     edges = answer.edges
+    proofs = state.snapshot.now.live.proofs
     rows = [
         ("proven again", f"{edges.proven} edges"),
+        ("to be proven before use", f"{int(proofs.open.sum())} of {len(proofs.known)} edges"),
         ("lost, regained", f"{edges.removed}, {edges.regained} edges"),
         ("nodes grown", str(answer.nodes_grown)),
         ("field healed", f"{answer.raised} nodes raised, {answer.updates} updates"),
