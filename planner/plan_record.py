@@ -15,6 +15,7 @@ from planner.base.files import make_folder, remove, write_json
 from planner.base.html import html_table
 from planner.base.outcome import Outcome
 from planner.base.progress import rounded
+from planner.base.reasons import NoPath
 from planner.base.request import PlanRequest
 from planner.collision.checker import CollisionChecker
 from planner.costs.conditioning import Conditioning
@@ -46,6 +47,7 @@ class Plan:
     ran on, where it came so far: the roadmap, or with a manipulability floor the layers of
     :mod:`planner.costs.manipulability_floor`; ``cost_to_go`` is of its nodes. ``goal`` is the text of the goal
     that is reached, ``alternatives`` the paths of other betas, see :func:`planner.planning.with_alternatives`.
+    ``reason`` says why there is no path.
     """
 
     request: PlanRequest
@@ -68,6 +70,7 @@ class Plan:
     max_error_vs_oracle: float | None = None
     certificate: tuple[gabf.Certificate, ...] = ()
     alternatives: tuple[ShownPath, ...] = ()
+    reason: NoPath | None = None
     timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -75,12 +78,17 @@ class Plan:
         return f"<Plan: {self.robot.name} in {self.scene.name}, {self.outcome.key}, {size}>"
 
     @property
+    def message(self) -> str:
+        """How the plan ended, in one sentence: without a path the reason, as far as it is known."""
+        return self.outcome.value if self.reason is None else self.reason.sentence
+
+    @property
     def network(self) -> gabf.Network | None:
         """The network of ``layered``."""
         return None if self.layered is None else self.layered.network
 
     def _repr_html_(self) -> str:
-        caption = f"{self.robot.name} in {self.scene.name}. {self.outcome.value}"
+        caption = f"{self.robot.name} in {self.scene.name}. {self.message}"
         return html_table(caption, summary_rows(plan_record(self)))
 
     def to_dict(self) -> dict[str, Any]:
@@ -103,6 +111,8 @@ def plan_record(plan: Plan) -> dict[str, Any]:
     """The plan as plain data, the keys of ``plan.json``; units in rad, m and s."""
     return {
         **run_record(plan.request, plan.outcome, plan.robot, plan.scene),
+        "message": plan.message,
+        "reason": None if plan.reason is None else plan.reason.to_dict(),
         "path": plan.path.tolist(),
         "path_nodes": plan.path_nodes.tolist(),
         "goal": plan.goal,
@@ -147,7 +157,7 @@ def plan_page(plan: Plan) -> str:
     content = Content(
         plan.robot,
         plan.scene,
-        plan.outcome.value,
+        plan.message,
         plan.roadmap.nodes[plan.roadmap.starts[0]],
         details=summary_rows(plan_record(plan)),
         roadmap=plan.roadmap,
@@ -158,6 +168,7 @@ def plan_page(plan: Plan) -> str:
         floor=plan.request.min_manipulability,
         curve=plan.curve,
         highlighted=(CONDITIONING,),
+        reason=plan.reason,
     )
     return page(content)
 

@@ -11,9 +11,11 @@ from planner import gabf
 from planner.base.arrays import Ints, frozen
 from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress, Stopwatch
+from planner.base.reasons import FloorTooHigh, NoPath
 from planner.base.request import PlanRequest, TimingRequest
 from planner.costs.conditioning import judge_conditioning
 from planner.costs.healing import HealingNetwork, warm_start
+from planner.costs.highest_floor import highest_floor, highest_grown_floor
 from planner.costs.improvement import improved_roadmap, of_size_asked, without_dip
 from planner.costs.manipulability_floor import LayeredNetwork
 from planner.costs.network import build_network, path_cost
@@ -21,11 +23,14 @@ from planner.motion.limits import MotionLimits
 from planner.motion.timing import time_path
 from planner.plan_record import Plan
 from planner.query.open import make_query
+from planner.roadmap.build import build_roadmap
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.obtain import obtain_roadmap
+from planner.roadmap.separation import why_apart
 from planner.tradeoff.alternatives import paths_for_every_beta
 
 _EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 2  # betas refined too, else the one asked for would be best for all
+_NODES_FOR_REASON = 300
 _OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
 
 
@@ -65,7 +70,8 @@ def plan(
         return draft
     solved = _solve_and_heal(improved, network, clock)
     if solved.outcome is not Outcome.SOLVED:
-        return solved
+        with clock("reason"):
+            return replace(solved, reason=_reason(solved, progress))
     with clock("path"):
         conditioning = judge_conditioning(query.robot, solved.roadmap, solved.path, request)
     solved = replace(solved, goal=query.goal_at(solved.path[-1]), conditioning=conditioning)
@@ -137,6 +143,29 @@ def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Pla
         max_error_vs_oracle=gabf.max_error(cost_to_go, gabf.oracle(layered.network)),
         certificate=tuple(gabf.certify(layered.network, law, cost_to_go)),
     )
+
+
+def _reason(failed: Plan, progress: Progress) -> NoPath | None:
+    """Why a plan has no path: a floor that is too high, or what keeps the parts of the roadmap from each other.
+
+    A roadmap that grew above a floor says little of lower ones: a small one that grew without it does.
+    """
+    request, checker, roadmap = failed.request, failed.checker, failed.roadmap
+    floor = request.min_manipulability
+    grew_above = floor > 0 and request.roadmap is None
+    if grew_above:
+        ends = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
+        nodes = min(request.nodes, _NODES_FOR_REASON)
+        roadmap = build_roadmap(failed.robot, checker, *ends, nodes, request.seed, progress)
+    if progress.stopped:
+        return None
+    if not roadmap.connected:
+        return why_apart(roadmap, checker)
+    if floor <= 0:
+        return None  # every path fell below its own ends, or failed the second check
+    if grew_above:
+        return FloorTooHigh(floor, highest_grown_floor(roadmap, checker, request, progress))
+    return FloorTooHigh(floor, highest_floor(roadmap, checker, request))
 
 
 def _cheapest_path(layered: LayeredNetwork, cost_to_go: gabf.CostToGo) -> Ints:

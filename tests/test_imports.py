@@ -24,7 +24,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("costs",),
     ("view", "learning"),
     ("tradeoff", "session"),
-    ("plan_record",),
+    ("plan_record", "live"),
     ("planning",),
     ("figures",),
     ("studies",),

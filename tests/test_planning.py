@@ -16,6 +16,7 @@ from planner import gabf
 from planner.base.errors import OptionError, StateError
 from planner.base.outcome import Outcome
 from planner.base.progress import Progress
+from planner.base.reasons import FloorTooHigh, Separated
 from planner.base.request import PlanRequest
 from planner.collision.edge_prover import recheck, states_along
 from planner.collision.world import Contact
@@ -202,6 +203,30 @@ def test_no_path_is_an_outcome(scenes):
     assert found.network is not None
     assert found.max_error_vs_oracle == 0.0
     assert len(found.roadmap.nodes) > 2
+
+
+def test_the_highest_floor_that_was_found_can_be_kept_to():
+    request = PlanRequest(nodes=100, effort=0)
+    failed = plan(replace(request, min_manipulability=0.12))
+    assert failed.outcome is Outcome.TOO_SINGULAR
+    assert isinstance(failed.reason, FloorTooHigh)
+    assert 0.0 < failed.reason.reachable < failed.reason.asked == 0.12
+    assert f"--min-manipulability {failed.reason.reachable:g}" in failed.message
+    assert plan(replace(request, min_manipulability=failed.reason.reachable)).outcome is Outcome.SOLVED
+
+
+def test_a_floor_that_only_zero_meets():
+    found = plan(
+        PlanRequest("planar_2r", "empty", start="q:-1,0.8", goal="q:1,-0.8", nodes=60, min_manipulability=0.05)
+    )
+    assert found.reason == FloorTooHigh(0.05, 0.0)
+    assert "leave --min-manipulability out" in found.message
+
+
+def test_walls_are_named_whatever_floor_was_asked(scenes):
+    shut = PlanRequest(robot="planar_2r", scene=scenes["shut"], nodes=50)
+    for request in (shut, replace(shut, min_manipulability=0.001)):
+        assert isinstance(plan(request).reason, Separated)
 
 
 # an edge that fails the second look

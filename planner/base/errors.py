@@ -3,13 +3,27 @@
 A message is one sentence built from the data: what is wrong, where, and the remedy.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from planner.base.reasons import Reason
+
 _LONGEST_NAME = 200  # characters
 
 
 class PlannerError(Exception):
-    """Anything that needs the robot, the scene or the disk to judge, and was judged unusable."""
+    """Anything that needs the robot, the scene or the disk to judge, and was judged unusable.
+
+    ``reason`` says why as data, where there is such a thing to say: what touches, which limit is broken.
+    """
 
     exit_code = 3
+
+    def __init__(self, message: str = "", reason: Reason | None = None) -> None:
+        super().__init__(message)
+        self.reason = reason
 
 
 class OptionError(PlannerError):

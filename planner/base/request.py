@@ -238,6 +238,31 @@ class PlanRequest(SweepRequest):
 
 
 @dataclass(frozen=True)
+class LiveRequest:
+    """What the live page asks of the planner when it opens."""
+
+    start: str = "start"
+    """Where the arm starts, with --live."""
+    goal: str = "goal"
+    """Where the arm should go, with --live."""
+    beta: float = 0.5
+    """Trade-off in [0, 1], with --live."""
+    nodes: int = PAPER_NODES
+    """Configurations in the roadmap, with --live."""
+    seed: int = 0
+    """Seed of all randomness, with --live."""
+    roadmap: Path | None = None
+    """A roadmap.npz of the same joints to begin with, with --live; what does not hold in the scene is left out."""
+
+    def __post_init__(self) -> None:
+        parse_target(self.start)
+        parse_targets(self.goal)
+        require_share(self.beta)
+        require_nodes(self.nodes)
+        require_seed(self.seed)
+
+
+@dataclass(frozen=True)
 class LimitsRequest:
     """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
 

@@ -80,7 +80,7 @@ def plan(
         record = save_plan_without_page(result, place, {"import": imported, "total": time.perf_counter() - STARTED})
         others = "" if result.trajectory is None else f", {place / TRAJECTORY_NAME}"
         written = f"Written: {place / JSON_NAME}, {place / ROADMAP_NAME}{others}"
-        with leaving_on_interrupt(f"stopping without the page. {result.outcome.value} {written}"):
+        with leaving_on_interrupt(f"stopping without the page. {result.message} {written}"):
             if not progress.stopped:
                 record = save_plan_page(result, place, record)
                 written = f"Written: {place / JSON_NAME}, {place / PAGE_NAME}, {place / ROADMAP_NAME}{others}"
@@ -89,7 +89,7 @@ def plan(
         say((place / JSON_NAME).read_text().rstrip())
     else:
         show(_plan_table(record))
-    tell(f"{result.outcome.value} {written}{kept(out, place)}")
+    tell(f"{result.message} {written}{kept(out, place)}")
     if progress.stopped:
         return Outcome.INTERRUPTED.exit_code
     if view:

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from planner.base.errors import FileError, OptionError
-from planner.base.request import WorldRequest
+from planner.base.request import LiveRequest, WorldRequest
 from planner.base.targets import HOME, parse_target
 from planner.cli.common import Flag
 from planner.cli.terminal import say
+
+if TYPE_CHECKING:
+    from planner.live.desk import Desk
 
 
 def view(
     result: Annotated[Path | None, tyro.conf.Positional, tyro.conf.arg(metavar="[RESULT]")] = None,
     request: Annotated[WorldRequest, tyro.conf.arg(name="")] = WorldRequest(),  # noqa: B008 (frozen)
     state: str | None = None,
+    live: Flag = False,
+    question: Annotated[LiveRequest, tyro.conf.arg(name="")] = LiveRequest(),  # noqa: B008 (frozen)
     out: Path | None = None,
     port: int = 0,
     open: Flag = False,
@@ -36,14 +42,21 @@ def view(
 
     planner view --robot ur5 --scene table --state q:0,-1.2,1,-1,-1.5,0 --out state.html
 
+    planner view --live --robot panda --scene shelf --out shelf-moved.yaml
+
     Without RESULT it shows the robot at --state: which pairs touch, how near the rest is, manipulability and limits;
     the state may be in collision or out of limits.
+
+    With --live obstacles and the goal can be dragged, and the start set by sliders; what is let go is planned anew, on
+    the same roadmap. Only who knows the whole address that is printed can open it.
 
     Args:
         result: plan.json, sweep.json, their page, or their folder.
         state: A name from the scene, q:..., xyz:... or pose:... as 'planner plan' takes them; the scene's start where
             left out, or the robot's home.
-        out: Write the state's page to this file instead of serving it.
+        live: A page on which the scene can be changed.
+        out: Write the state's page to this file instead of serving it; with --live the file that the page's scene is
+            saved to, <scene>-moved.yaml where left out.
         port: Port to serve on; any free one where left out.
         open: Open the page in the browser, where there is a screen.
         debug: Show tracebacks of errors.
@@ -52,6 +65,12 @@ def view(
     from planner.view.serve import require_port, serve
 
     require_port(port)
+    if live:
+        _require_no_state(result, state)
+        serve(_desk(request, question, out), port, open, say)
+        return 0
+    if question != LiveRequest():
+        raise OptionError("--start, --goal, --beta, --nodes, --seed and --roadmap are for --live: add it.")
     if result is not None:
         _require_alone(request, state, out)
         page = _page_beside(result)
@@ -63,6 +82,39 @@ def view(
             return _write(page, out)
     serve(page, port, open, say)
     return 0
+
+
+def _require_no_state(result: Path | None, state: str | None) -> None:
+    if result is not None or state is not None:
+        raise OptionError("--live plans anew: give it --robot, --scene, --start and --goal, no RESULT and no --state.")
+
+
+def _desk(request: WorldRequest, question: LiveRequest, out: Path | None) -> Desk:
+    """The live page's other side, with its first question answered."""
+    from planner.base.files import require_writable_file
+    from planner.live.desk import Desk
+    from planner.live.state import Question
+    from planner.query.open import open_world
+    from planner.session.session import Session
+    from planner.world.scene import Scene
+
+    out = Path(f"{Path(str(request.scene)).stem}-moved.yaml") if out is None else out
+    if out.suffix.lower() not in (".yaml", ".yml"):
+        raise OptionError(f"--out {out} is no scene file: give a name that ends in .yaml.")
+    require_writable_file(out)
+    scene = Scene.load(str(request.scene))
+    robot = open_world(replace(request, scene=replace(scene, carried=()))).robot  # the session lets it carry them
+    options: dict[str, Any] = {
+        "collision": request.collision,
+        "margin": request.margin,
+        "nodes": question.nodes,
+        "seed": question.seed,
+    }
+    session = Session(robot, scene, question.roadmap, **options)
+    asked = Question(question.start, question.goal, question.beta)
+    desk = Desk(session, asked, lambda: Scene.load(str(request.scene)), out)
+    say(desk.message)
+    return desk
 
 
 def _require_alone(request: WorldRequest, state: str | None, out: Path | None) -> None:

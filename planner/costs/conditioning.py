@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections import deque
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.request import PlanRequest
 from planner.base.resolutions import W_AGAINST_FLOOR, W_ALONG_PATH
+from planner.costs.highest_floor import rounded_down
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path, dense_segments
 from planner.roadmap.roadmap import Roadmap, component_labels, path_waypoints
@@ -83,7 +83,7 @@ def reachable_floor(robot: Robot, roadmap: Roadmap) -> float:
         floor = max(floor, float(least[rows].min(initial=np.inf)))
         if floor >= bar:
             break
-    return _rounded_down(floor)
+    return rounded_down(floor)
 
 
 def _widest(roadmap: Roadmap, least: Floats) -> float:
@@ -122,14 +122,6 @@ def _fewest_edges(roadmap: Roadmap, edges: Ints) -> Ints:
                 back[there] = here
                 waiting.append(there)
     raise AssertionError("start and goal are joined")
-
-
-def _rounded_down(w: float) -> float:
-    """``w`` >= 0 with two significant digits, never above it."""
-    if w <= 0.0:
-        return 0.0
-    unit = math.floor(math.log10(w)) - 1
-    return float(f"{math.floor(w / 10.0**unit)}e{unit}")
 
 
 def _advice(found: Conditioning, ends: Floats, floor: float, request: PlanRequest) -> str:

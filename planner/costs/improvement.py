@@ -33,7 +33,7 @@ def improved_roadmap(
     roadmap has no path, or none above the floor.
     """
     network = build_network(roadmap, beta, request.manipulability_cost, request.metric, request.charge)
-    nodes = _best_nodes(layered_network(roadmap, network, request.min_manipulability))
+    nodes = best_nodes(layered_network(roadmap, network, request.min_manipulability))
     path = path_waypoints(roadmap, checker.robot, nodes)
     above = np.flatnonzero(manipulability(checker.robot, path) >= request.min_manipulability)
     if len(above) < 2 or request.rounds < 1:
@@ -53,7 +53,7 @@ def without_dip(
     search. So with length only, beta = 1, no path is taken that is longer.
     """
     network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
-    path = path_waypoints(roadmap, checker.robot, _best_nodes(layered_network(roadmap, network)))
+    path = path_waypoints(roadmap, checker.robot, best_nodes(layered_network(roadmap, network)))
     if len(path) < 2 or request.rounds < 1:
         return roadmap, 0.0
     w = path_manipulability(checker.robot, path)
@@ -78,10 +78,10 @@ def of_size_asked(roadmap: Roadmap, grown: int, request: PlanRequest) -> Roadmap
     """An improved roadmap, ``grown`` of whose nodes were grown, with the number of nodes that was asked for."""
     network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
     layered = layered_network(roadmap, network, request.min_manipulability)
-    return without_last_grown(roadmap, grown, request.nodes, _best_nodes(layered))
+    return without_last_grown(roadmap, grown, request.nodes, best_nodes(layered))
 
 
-def _best_nodes(layered: LayeredNetwork) -> Ints:
+def best_nodes(layered: LayeredNetwork) -> Ints:
     """The roadmap's nodes (k,) along the cheapest path; none where no start reaches a goal."""
     network = layered.network
     arcs = np.column_stack([network.tails, network.indices])

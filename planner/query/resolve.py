@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import StateError, choices
+from planner.base.reasons import BeyondLimit, OutOfReach, Touching
 from planner.base.targets import FORMS, HOME, TURN, Joints, Named, Pose, Position, Target, parse_target
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker, contact_of
@@ -74,7 +75,7 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
             solutions = _reach(target, robot, role)
             found = solutions.configurations
             if not len(found):
-                raise StateError(_out_of_reach(solutions, robot, np.array(xyz), role))
+                raise _out_of_reach(solutions, robot, np.array(xyz), role)
             touching = np.array([contact_of(checker, q) is not None for q in found])
             return frozen(found[np.lexsort((-manipulability(robot, found), touching))[0]])
 
@@ -138,7 +139,9 @@ def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> 
     values = np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
     contact = contact_of(checker, values)
     if contact is not None:
-        raise StateError(f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.")
+        raise StateError(
+            f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.", touching(role, contact)
+        )
     return frozen(robot.normalise(values))
 
 
@@ -160,7 +163,8 @@ def check_limits(robot: Robot, values: Floats, role: str) -> None:
         raise StateError(
             f"{role} puts joint '{robot.joints[k]}' at {values[k]:.6g}, outside its limits "
             f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} {unit}: "
-            + (DEGREES if looks_like_degrees(robot, values) else "bring it inside, or widen them with --widen-limits.")
+            + (DEGREES if looks_like_degrees(robot, values) else "bring it inside, or widen them with --widen-limits."),
+            BeyondLimit(role, robot.joints[k], float(values[k]), float(robot.lower[k]), float(robot.upper[k])),
         )
 
 
@@ -192,14 +196,15 @@ def _choose(
 ) -> Floats:
     found = solutions.configurations
     if not len(found):
-        raise StateError(_out_of_reach(solutions, checker.robot, position, role))
+        raise _out_of_reach(solutions, checker.robot, position, role)
     contacts = [contact_of(checker, q) for q in found]
     free = np.array([contact is None for contact in contacts])
     if not free.any():
         first = next(contact for contact in contacts if contact is not None)
         raise StateError(
             f"{role} is reached by {len(found)} configurations, all in collision (the first: "
-            f"{_describe(first, checker)}); move it or the obstacle."
+            f"{_describe(first, checker)}); move it or the obstacle.",
+            touching(role, first),
         )
     candidates = found[free]
     robot = checker.robot
@@ -234,11 +239,16 @@ def _states(first: Floats, delta: Floats) -> Floats:
     return first + (np.arange(1, count) / count)[:, None] * delta if count > 1 else (first + delta)[None]
 
 
+def touching(role: str, contact: Contact) -> Touching:
+    """A contact where ``role`` puts the robot, as a reason."""
+    return Touching(role, contact.first, contact.second, contact.enclosed)
+
+
 def _describe(contact: Contact, checker: CollisionChecker) -> str:
     return f"{contact} {contact.how(checker.world.margin)}"
 
 
-def _out_of_reach(solutions: inverse.Solutions, robot: Robot, position: Floats, role: str) -> str:
+def _out_of_reach(solutions: inverse.Solutions, robot: Robot, position: Floats, role: str) -> StateError:
     place = ", ".join(f"{value:g}" for value in position)
     beyond = inverse.beyond_reach(robot, position)
     reach = (
@@ -247,7 +257,8 @@ def _out_of_reach(solutions: inverse.Solutions, robot: Robot, position: Floats, 
         else "joint limits or orientation forbid it"
     )
     turn = f" and {np.degrees(solutions.angle):.2f} degrees" if solutions.angle > inverse.ANGLE_TOLERANCE else ""
-    return (
+    return StateError(
         f"{role} ({place}) cannot be reached by frame '{robot.tool}': the nearest configuration of {IK_STARTS} tries "
-        f"stays {solutions.distance:.4f} m{turn} away ({reach}); choose a nearer one."
+        f"stays {solutions.distance:.4f} m{turn} away ({reach}); choose a nearer one.",
+        OutOfReach(role, float(solutions.distance)),
     )

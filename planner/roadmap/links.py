@@ -20,17 +20,24 @@ _LONGEST = 8.0  # times the direct distance: detours that are longer are all as 
 
 def nearest_neighbours(robot: Robot, nodes: Floats, count: int) -> tuple[Ints, Floats]:
     """The ``count`` nearest others of every node (n, dof), nearest first: indices and joint distances, (n, count)."""
-    from scipy.spatial import KDTree  # 0.1 s to load: only where a roadmap is linked
-
     n = len(nodes)
     count = max(min(count, n - 1), 0)
-    period = np.where(robot.continuous, 2 * np.pi, 0.0)
-    tree = KDTree(np.where(robot.continuous, np.mod(nodes, 2 * np.pi), nodes), boxsize=period)
-    nearest: Any = [*range(1, count + 2)]  # a list keeps the second axis where it has one entry
-    length, order = tree.query(tree.data, k=nearest, workers=threads())
+    length, order = nearest_of(robot, nodes, nodes, count + 1)
     # a node is its own nearest, but for others that coincide with it
     keep = np.argsort(order == np.arange(n)[:, None], axis=1, kind="stable")[:, :count]
     return np.take_along_axis(order, keep, axis=1), np.take_along_axis(length, keep, axis=1)
+
+
+def nearest_of(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tuple[Floats, Ints]:
+    """Distances and rows (k, count) of the ``nodes`` (n, dof), n >= count, nearest to each of ``queries`` (k, dof)."""
+    from scipy.spatial import KDTree  # 0.1 s to load: only where a roadmap is linked
+
+    def wrapped(q: Floats) -> Floats:
+        return np.where(robot.continuous, np.mod(q, 2 * np.pi), q)
+
+    tree = KDTree(wrapped(nodes), boxsize=np.where(robot.continuous, 2 * np.pi, 0.0))
+    nearest: Any = [*range(1, count + 1)]  # a list keeps the second axis where it has one entry
+    return tree.query(wrapped(queries), k=nearest, workers=threads())
 
 
 def candidate_links(robot: Robot, nodes: Floats, edges: Ints, neighbours: int = NEIGHBOURS) -> Ints:

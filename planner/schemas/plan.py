@@ -6,6 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
+from planner.schemas.reason import ReasonRecord
 from planner.schemas.run import Nodes, RunRecord, Written
 
 
@@ -86,3 +87,4 @@ class PlanRecord(RunRecord):
     )
     path_length: LengthRecord | None
     gabf: FieldRecord | None
+    reason: ReasonRecord | None = Field(None, description="why there is no path")

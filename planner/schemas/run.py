@@ -43,7 +43,7 @@ class RunRecord(Written):
 
     format_version: int
     outcome: str = Field(description="solved, no_path, too_singular or interrupted")
-    message: str = Field(description="the outcome as a sentence, with the remedy")
+    message: str = Field(description="the outcome as a sentence, with its reason and the remedy")
     robot: str
     scene: str
     seed: int

@@ -19,6 +19,7 @@ from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import tool_pose
 from planner.query.open import open_world
+from planner.query.resolve import touching
 from planner.roadmap.build import origin_of
 from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
 from planner.session.edge_proofs import EdgeProofs, displacement
@@ -201,7 +202,8 @@ class LiveWorld:
         after = replace(self, checker=checker, proofs=self.proofs.in_world(world, other))
         contact = after.prover.static_contact or _new_contact(self.checker, checker, self.stands)
         if contact is not None:
-            raise SceneError(f"after this change {contact} {contact.how(world.margin)}: choose another place.")
+            sentence = f"after this change {contact} {contact.how(world.margin)}: choose another place."
+            raise SceneError(sentence, touching("world", contact))
         return after
 
 

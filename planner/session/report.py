@@ -8,6 +8,7 @@ from functools import cached_property
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.outcome import Outcome
+from planner.base.reasons import NoPath
 from planner.costs.network import PathCost
 from planner.session.edge_proofs import EdgeProofs
 
@@ -55,6 +56,7 @@ class Answer:
     ``path_nodes`` (k,) are nodes of ``session.roadmap``'s whole. ``field`` is the healed field; ``raised`` counts the
     nodes that were lifted on the way to it, ``updates`` the parent values that were computed, ``rounds`` how often it
     healed. ``nodes_grown``: by how many nodes the roadmap grew because start and goal had come apart.
+    ``reason`` says why there is no path.
     """
 
     outcome: Outcome
@@ -69,6 +71,7 @@ class Answer:
     updates: int
     field: gabf.CostToGo | None
     seconds: float
+    reason: NoPath | None = None
 
     @property
     def solved(self) -> bool:

@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +38,7 @@ from planner.query.open import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is
 from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.separation import why_apart
 from planner.roadmap.storage import load_roadmap
 from planner.session.answer import Costs, Moment, Planning, adopted, answered
 from planner.session.in_time import TimedAnswer, timed_answer
@@ -49,6 +50,15 @@ from planner.world.scene import Scene
 from planner.world.shapes import Obstacle
 
 IK_SOLUTIONS = 8  # of a goal that is a tool position, as `planner plan` has it
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """All that a session knows at one moment, see :meth:`Session.snapshot`."""
+
+    now: Moment
+    asked: tuple[State, State, float, Query] | None
+    end: Floats | None
 
 
 class Session:
@@ -122,6 +132,20 @@ class Session:
     def checker(self) -> CollisionChecker:
         """The checker of the world as it is now."""
         return self._now.live.checker
+
+    @property
+    def live(self) -> LiveWorld:
+        """The world as it is now, with what is known of every edge, blocked ones included."""
+        return self._now.live
+
+    def snapshot(self) -> Snapshot:
+        """What the session knows now, for :meth:`restore`; it costs nothing, as nothing in it ever changes."""
+        return Snapshot(self._now, self._asked, self._end)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to an earlier moment of this session: its world, its roadmap, its field and its last question."""
+        with self._alone():
+            self._now, self._asked, self._end = snapshot.now, snapshot.asked, snapshot.end
 
     @property
     def roadmap(self) -> Roadmap:
@@ -214,6 +238,9 @@ class Session:
 
     def _answer(self, start: State, goal: State, beta: float, query: Query) -> Answer:
         now, answer = answered(self._now, query, beta, self._planning)
+        if not answer.solved:
+            live = now.live
+            answer = replace(answer, reason=why_apart(live.held(live.proofs.free), live.checker))
         self._now = replace(now, live=replace(now.live, stands=query.starts))
         self._asked = start, goal, beta, query
         self._end = answer.path[-1] if answer.solved else None

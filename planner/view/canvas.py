@@ -16,7 +16,7 @@ import meshcat
 import meshcat.geometry as g
 import numpy as np
 import umsgpack
-from meshcat.commands import SetObject, SetProperty, SetTransform
+from meshcat.commands import Delete, SetObject, SetProperty, SetTransform
 from meshcat.path import Path as ScenePath
 
 from planner.base.arrays import Floats
@@ -24,10 +24,11 @@ from planner.view.colours import hex_colour
 from planner.view.surfaces import tube
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
-_SCRIPTS = (  # one script, in this order
+_SCRIPTS = (  # one script, in this order, the last one after those of a live page
     *("page_robot.js", "page_roadmap.js", "page_pointer.js"),
-    *("page_joints.js", "page_choice.js", "page_effort.js", "page_curve.js", "page_motion.js", "page.js"),
+    *("page_joints.js", "page_choice.js", "page_effort.js", "page_curve.js", "page_motion.js"),
 )
+_LIVE_SCRIPTS = ("live_gizmo.js", "live.js")
 _REFERENCES = ("uuid", "geometry", "material")  # keys by which a command's parts speak of each other
 _Z_FROM_Y = np.array(
     [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float
@@ -43,9 +44,16 @@ class Canvas:
 
     def shape(self, path: str, shape: Shape, placement: Floats, rgba: tuple[float, ...]) -> None:
         """A shape as it is, at a placement (4, 4) relative to what ``path`` hangs under."""
-        turned = placement @ _Z_FROM_Y if isinstance(shape, Cylinder) else placement
         self._send(SetObject(_geometry(shape), _material(rgba), _path(path)))
-        self.transform(path, turned)
+        self.place(path, shape, placement)
+
+    def place(self, path: str, shape: Shape, placement: Floats) -> None:
+        """Put a shape that is there to another placement (4, 4)."""
+        self.transform(path, placement @ _Z_FROM_Y if isinstance(shape, Cylinder) else placement)
+
+    def delete(self, path: str) -> None:
+        """Take an object away, with all that hangs under it."""
+        self._send(Delete(_path(path)))
 
     def points(self, path: str, positions: Floats, colours: Floats, size: float) -> None:
         """Dots (n, 3) with colours (n, 3); ``size`` in metres."""
@@ -78,22 +86,28 @@ class Canvas:
     def _number(self, value: Any) -> Any:
         return self._numbers.setdefault(value, str(len(self._numbers))) if isinstance(value, str) else value
 
-    def packed(self) -> tuple[str, list[int]]:
+    def packed(self, level: int = 6) -> tuple[str, list[int]]:
         """All commands in MessagePack, one after another, gzipped (no time stamp) in base64; and their lengths."""
         parts = [umsgpack.packb(command) for command in self.commands]
-        return base64.b64encode(gzip.compress(b"".join(parts), 6, mtime=0)).decode(), [len(part) for part in parts]
+        return base64.b64encode(gzip.compress(b"".join(parts), level, mtime=0)).decode(), [len(part) for part in parts]
 
 
-def render_page(canvas: Canvas, data: dict[str, Any], title: str) -> str:
-    """A self-contained HTML page: the viewer, the recorded scene, our controls and ``data`` for them."""
+def render_page(canvas: Canvas, data: dict[str, Any], title: str, live: bool = False) -> str:
+    """A self-contained HTML page: the viewer, the recorded scene, our controls and ``data`` for them.
+
+    A ``live`` one talks to the server that it comes from; any other is allowed no connection.
+    """
     folder = resources.files("planner.view")
-    scene, lengths = canvas.packed()
+    scene, lengths = canvas.packed(1 if live else 6)
     data = {**data, "lengths": lengths}
+    scripts = (*_SCRIPTS, *(_LIVE_SCRIPTS if live else ()), "page.js")
     parts = {
+        "CONNECT": "; connect-src 'self'" if live else "",
+        "LIVE": (folder / "live.html").read_text("utf-8") if live else "",
         "TITLE": escape(title.encode("utf-8", "replace").decode()),  # half a surrogate pair is no text
-        "STYLE": (folder / "page.css").read_text("utf-8"),
+        "STYLE": "".join((folder / name).read_text("utf-8") for name in ("page.css", *(("live.css",) if live else ()))),
         "VIEWER": _viewer_script(),
-        "SCRIPT": "".join((folder / name).read_text("utf-8") for name in _SCRIPTS),
+        "SCRIPT": "".join((folder / name).read_text("utf-8") for name in scripts),
         "SCENE": scene,
         "DATA": script_json(data),
     }

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.reasons import Gap
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.paths.measure import dense_path
 from planner.roadmap.roadmap import Roadmap
@@ -60,6 +61,12 @@ def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> 
     return {f"obstacles/{k}": obstacle.name for k, obstacle in enumerate(scene.obstacles)}
 
 
+def place_obstacles(canvas: Canvas, scene: Scene) -> None:
+    """The obstacles that :func:`draw_scene` drew, where they stand now."""
+    for k, obstacle in enumerate(scene.obstacles):
+        canvas.place(f"obstacles/{k}", obstacle.shape, obstacle.placement)
+
+
 def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot) -> dict[str, Any]:
     """Nodes at their tool positions and edges along the tool's path, to be coloured by the page; starts and goals.
 
@@ -86,10 +93,17 @@ def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot) -> dict[str, An
     }
 
 
-def draw_path(canvas: Canvas, name: str, robot: Robot, path: Floats) -> None:
+def draw_path(
+    canvas: Canvas, name: str, robot: Robot, path: Floats, rgba: tuple[float, float, float, float] = PATH
+) -> None:
     """The tool's path along a joint path as a tube."""
     along = tube(tool_positions(robot, dense_path(path, _TUBE_STEP)), _TUBE, 8)
-    canvas.shape(name, along, np.eye(4), PATH)
+    canvas.shape(name, along, np.eye(4), rgba)
+
+
+def draw_gap(canvas: Canvas, robot: Robot, gap: Gap) -> None:
+    """The tool's path along the shortest motion between the parts of a roadmap, which is blocked."""
+    draw_path(canvas, "gap", robot, np.array([gap.start_side, gap.goal_side]), TOUCHING)
 
 
 def joint_matrices(robot: Robot, q: Floats) -> Floats:

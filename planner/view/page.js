@@ -103,6 +103,8 @@ function fillKey(cell) {
     ["#a7c4e6", `manipulability ellipsoid: tool velocities at joint velocities of norm 1 rad/s; ${scale} m drawn for 1 m/s`],
     ["#c3cbd4", `grid of ${cell} m on the floor`]];
   if (data.touching.length) entries.unshift(["#e61f1f", "in contact"]);
+  if (data.blamed === "separated") entries.unshift(["#e61f1f", "separates start from goal, and the shortest motion that it blocks"]);
+  if (data.blamed === "budget_spent") entries.unshift(["#e61f1f", "the shortest motion between the parts, and what touches there"]);
   const useful = data.roadmap ? entries : entries.filter(([, text]) => /ellipsoid|grid|contact/.test(text));
   for (const [colour, text] of useful) {
     const item = document.createElement("li"), words = document.createElement("span");
@@ -201,6 +203,7 @@ function play() {
 function onKey(event) {
   const tag = event.target.tagName;
   if (event.ctrlKey || event.altKey || event.metaKey || tag === "SELECT" || event.target.id === "beta") return;
+  if (event.target.closest?.("#live")) return; // fields and sliders have keys of their own
   if (event.key === " " && tag !== "BUTTON" && tag !== "SUMMARY" && event.target.type !== "checkbox") play();
   else if (event.key === "ArrowLeft" || event.key === "ArrowRight") {
     stop();
@@ -211,7 +214,7 @@ function onKey(event) {
 
 function startPlayer() {
   element("player").hidden = !data.paths.some((path) => path.waypoints.length > 1);
-  if (element("player").hidden) return;
+  if (element("player").hidden && !data.live) return;
   element("play").onclick = play;
   element("scrub").oninput = () => { stop(); goTo(element("scrub").value / 1000); };
   element("spark").onclick = (event) => {
@@ -355,6 +358,7 @@ async function main() {
   showPath(data.current);
   fillKey(drawGround());
   lookAtAll();
+  if (data.live) startLive();
   window.addEventListener("resize", centreView);
   requestAnimationFrame(() => requestAnimationFrame(() => { root.dataset.ready = "true"; }));
 }

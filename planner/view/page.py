@@ -12,6 +12,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
+from planner.base.reasons import NoWay, Reason
 from planner.base.resolutions import SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
@@ -19,7 +20,7 @@ from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
-from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent
+from planner.view.drawing import draw_gap, draw_path, draw_roadmap, draw_robot, draw_scene, extent
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
 from planner.view.visuals import drawn_bodies
@@ -34,8 +35,8 @@ class Content:
     """What a page shows; ``paths[current]`` first, at ``beta``.
 
     ``configuration`` (dof,) is where the robot is while there is no path, ``facts`` what is said of it there.
-    ``details`` is how all this was made. Names in ``touching`` are drawn red, rows in ``highlighted`` (by name) written
-    red.
+    ``details`` is how all this was made. Names in ``touching`` are drawn red, as is what a ``reason`` blames; rows in
+    ``highlighted`` (by name) are written red.
     """
 
     robot: Robot
@@ -53,6 +54,13 @@ class Content:
     curve: Sequence[tuple[int, float]] = ()  # (rounds of effort, best cost)
     touching: frozenset[str] = frozenset()
     highlighted: tuple[str, ...] = ()
+    reason: Reason | None = None  # why there is no path
+    live: dict[str, Any] | None = None  # what a page needs that talks to its server
+
+    @property
+    def red(self) -> frozenset[str]:
+        """The names of all that is drawn red."""
+        return self.touching if self.reason is None else self.touching | self.reason.names
 
 
 def roadmap_page(roadmap: Roadmap, checker: CollisionChecker) -> str:
@@ -79,24 +87,19 @@ def page(content: Content) -> str:
     robot, canvas = content.robot, Canvas()
     configuration = content.paths[content.current].path[0] if content.paths else content.configuration
     visuals = drawn_bodies(robot)
-    names = draw_robot(canvas, robot, visuals, configuration, content.touching)
-    names |= draw_scene(canvas, content.scene, content.touching)
-    roadmap = draw_roadmap(canvas, content.roadmap, robot) if content.roadmap else None
-    for k, shown in enumerate(content.paths):
-        if len(shown.path) > 1:
-            draw_path(canvas, f"paths/{k}", robot, shown.path if shown.motion is None else _curve(shown.motion))
+    red = content.red if content.live is None else ()  # a live page colours by itself, as what is red changes
+    names = draw_robot(canvas, robot, visuals, configuration, red)
+    names |= draw_scene(canvas, content.scene, red)
+    changing = draw_answer(canvas, content)
     centre, radius = extent(
         robot, content.scene, visuals or robot.bodies, _poses(content, configuration), _points(content)
     )
     data: dict[str, Any] = {
-        "message": content.message,
+        **changing,
         "about": content.details,
         "names": names,
         "obstacles": [obstacle.name for obstacle in content.scene.obstacles],
-        "touching": sorted(content.touching),
         "wrong": content.highlighted,
-        "roadmap": roadmap,
-        "cost": _field(content.cost_to_go),
         "ramp": ramp_stops(),
         "gradient": css_gradient(),
         "unit": W_UNIT[robot.manipulability],
@@ -104,13 +107,32 @@ def page(content: Content) -> str:
         "curve": [list(point) for point in content.curve],
         "chain": chain_data(robot),
         "joints": joint_data(robot),
-        "paths": _paths(content),
-        "current": content.current,
         "beta": content.beta,
         "centre": centre.round(3).tolist(),
         "radius": round(radius, 3),
+        "live": content.live,
     }
-    return render_page(canvas, data, f"{robot.name} in {content.scene.name}")
+    return render_page(canvas, data, f"{robot.name} in {content.scene.name}", content.live is not None)
+
+
+def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:
+    """Draw what another answer changes (roadmap, paths, the gap where there is no path), and return its data."""
+    robot = content.robot
+    roadmap = draw_roadmap(canvas, content.roadmap, robot) if content.roadmap else None
+    for k, shown in enumerate(content.paths):
+        if len(shown.path) > 1:
+            draw_path(canvas, f"paths/{k}", robot, shown.path if shown.motion is None else _curve(shown.motion))
+    if isinstance(content.reason, NoWay):
+        draw_gap(canvas, robot, content.reason.gap)
+    return {
+        "message": content.message,
+        "touching": sorted(content.touching),
+        "blamed": None if content.reason is None else content.reason.kind,
+        "roadmap": roadmap,
+        "cost": field_data(content.cost_to_go),
+        "paths": _paths(content),
+        "current": content.current,
+    }
 
 
 def _paths(content: Content) -> list[dict[str, Any]]:
@@ -121,7 +143,7 @@ def _paths(content: Content) -> list[dict[str, Any]]:
             "interval": item.interval,
             "costs": item.costs,
             "numbers": item.numbers,
-            "cost": _field(item.cost_to_go),
+            "cost": field_data(item.cost_to_go),
             **motion_data(content.robot, item.path, item.motion),
         }
         for item in shown
@@ -133,7 +155,7 @@ def _curve(motion: ShownMotion) -> Floats:
     return motion.trajectory.at(np.linspace(motion.trajectory.times[0], motion.trajectory.times[-1], SHOWN_STATES))
 
 
-def _field(x: Floats | None) -> list[float | None] | None:
+def field_data(x: Floats | None) -> list[float | None] | None:
     """Cost-to-go as JSON has it: null where no goal is reached."""
     return None if x is None else [round(float(value), 4) if np.isfinite(value) else None for value in x]
 

@@ -95,11 +95,17 @@ ellipsoid.matrixAutoUpdate = false;
 ellipsoid.visible = false;
 viewer.scene.add(ellipsoid);
 
-function placeRobot(path, share) {
-  const frames = placements(configurationAt(path, share));
+function placeLinks(q) {
+  const frames = placements(q);
   frames.slice(1).forEach((frame, j) => {
     viewer.set_transform(["meshcat", "robot", String(j + 1)], columns(frame.rotation, frame.position));
   });
+  viewer.set_dirty();
+  return frames;
+}
+
+function placeRobot(path, share) {
+  const frames = placeLinks(configurationAt(path, share));
   const [xx, yy, zz, xy, xz, yz] = sampleAt(path.ellipsoids, share);
   const flat = 1e-3; // a singular direction is drawn thin, not with no thickness at all
   const rows = [xx + flat, xy, xz, xy, yy + flat, yz, xz, yz, zz + flat].map((value) => scale * value);

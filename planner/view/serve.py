@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import secrets
 import signal
 import sys
 import threading
@@ -12,30 +13,47 @@ from contextlib import contextmanager, suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Protocol
+from urllib.parse import parse_qs, urlsplit
 
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.files import is_file
 
 HOST = "127.0.0.1"
+TOKEN_HEADER = "X-Planner-Token"
+_LARGEST = 1 << 20  # bytes of a request
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
+class Desk(Protocol):
+    """What a live page talks to: it draws the page as things stand, and answers the page's requests, one at a time."""
+
+    token: str
+
+    def page(self) -> str:
+        """The page's HTML text."""
+        ...
+
+    def answer(self, request: bytes) -> bytes:
+        """The answer (JSON) to a request of the page; never raises for what a request may hold."""
+        ...
+
+
 def serve(
-    page: Path | str,
+    page: Path | str | Desk,
     port: int = 0,
     open_browser: bool = False,
     announce: Callable[[str], None] = lambda sentence: None,
 ) -> None:
     """Serve a page until SIGINT or SIGTERM, then free the port and return; from the main thread only.
 
-    ``page`` is the HTML text itself, or a file, which is read again for every request: a reload shows a newer plan.
-    ``port`` 0 takes any free one. ``announce`` is called with the address once it can be opened. Raises
-    :class:`FileError` for a file that is no page, :class:`PlannerError` for a port that cannot be used.
+    ``page`` is the HTML text itself, or a file, which is read again for every request: a reload shows a newer plan; or
+    a :class:`Desk`, whose page may change things: only who knows its token sees it, and only the page itself, by its
+    origin and the token, is answered. ``port`` 0 takes any free one. ``announce`` is called with the address once it
+    can be opened. Raises :class:`FileError` for a file that is no page, :class:`PlannerError` for a port that cannot
+    be used.
     """
-    content = _source(page)
-    content()
-    asked = threading.Event()
-    with _until_signal(asked), _server(content, port) as address:
+    with running(page, port) as (address, asked):
         announce(f"Serving {address} on this machine only; Ctrl-C ends it.")
         if open_browser:
             announce(_open(address))
@@ -49,10 +67,23 @@ def require_port(port: int) -> None:
         raise OptionError(f"port {port} is not usable: give a number from 1 to 65535, or 0 for any free one.")
 
 
-def _source(page: Path | str) -> Callable[[], bytes]:
+@contextmanager
+def running(page: Path | str | Desk, port: int = 0) -> Iterator[tuple[str, threading.Event]]:
+    """A server of a page, gone when the block ends: its address, and what SIGINT and SIGTERM set."""
+    live = not isinstance(page, Path | str)
+    content = _source(page)
+    content()
+    asked = threading.Event()
+    with _until_signal(asked), _server(content, port, page if live else None) as address:
+        yield (f"{address}?token={page.token}" if live else address), asked
+
+
+def _source(page: Path | str | Desk) -> Callable[[], bytes]:
     if isinstance(page, str):
         return page.encode
-    return lambda: read_page(page)
+    if isinstance(page, Path):
+        return lambda: read_page(page)
+    return lambda: page.page().encode()
 
 
 def read_page(path: Path) -> bytes:
@@ -69,10 +100,10 @@ def read_page(path: Path) -> bytes:
 
 
 @contextmanager
-def _server(content: Callable[[], bytes], port: int) -> Iterator[str]:
+def _server(content: Callable[[], bytes], port: int, desk: Desk | None = None) -> Iterator[str]:
     require_port(port)
     try:
-        server = _Server(content, port)
+        server = _Server(content, port, desk)
     except OSError as error:
         raise PlannerError(f"port {port} cannot be used: {error.strerror or error}; choose another --port.") from None
     thread = threading.Thread(target=server.serve_forever, name="page", daemon=True)
@@ -89,9 +120,9 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = True
     allow_reuse_address = os.name == "posix"  # on other systems it would let two servers share a port
 
-    def __init__(self, content: Callable[[], bytes], port: int) -> None:
-        super().__init__((HOST, port), _Handler)
-        self.content = content
+    def __init__(self, content: Callable[[], bytes], port: int, desk: Desk | None) -> None:
+        super().__init__((HOST, port), _Handler if desk is None else _LiveHandler)
+        self.content, self.desk = content, desk
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -104,23 +135,31 @@ class _Handler(BaseHTTPRequestHandler):
             super().handle()
 
     def do_GET(self) -> None:
-        status, body = self._answer()
+        self._send(*self._answer(), kind="text/html; charset=utf-8")
+
+    do_HEAD = do_GET
+
+    def _send(self, status: HTTPStatus, body: bytes, kind: str) -> None:
         self.send_response(status)
-        self.send_header("Content-Type", "text/html; charset=utf-8" if status == HTTPStatus.OK else "text/plain")
+        self.send_header("Content-Type", kind if status == HTTPStatus.OK else "text/plain")
         self.send_header("Content-Length", str(len(body)))
         self.send_header("Cache-Control", "no-store")
         self.send_header("X-Content-Type-Options", "nosniff")
         self.send_header("Cross-Origin-Resource-Policy", "same-origin")
+        self.send_header("Referrer-Policy", "no-referrer")
+        self.send_header("X-Frame-Options", "DENY")  # no other page may lay itself over this one
         self.end_headers()
         if self.command != "HEAD":
             self.wfile.write(body)
 
-    do_HEAD = do_GET
+    @property
+    def _is_ours(self) -> bool:
+        """Whether the request is for this machine: a foreign name that resolves to it (DNS rebinding) shows in Host."""
+        names = {f"{name}:{self.server.server_port}" for name in (HOST, "localhost")}
+        return self.headers.get("Host") in names
 
     def _answer(self) -> tuple[HTTPStatus, bytes]:
-        # a foreign name that resolves to this machine (DNS rebinding) shows in the Host header
-        names = {f"{name}:{self.server.server_port}" for name in (HOST, "localhost")}
-        if self.headers.get("Host") not in names:
+        if not self._is_ours:
             return HTTPStatus.FORBIDDEN, b"This page is for this machine only.\n"
         if self.path.split("?")[0] not in ("/", "/index.html"):
             return HTTPStatus.NOT_FOUND, b"There is one page here, at /.\n"
@@ -131,6 +170,43 @@ class _Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: object) -> None:
         """Print nothing: the terminal is not a log of requests."""
+
+
+class _LiveHandler(_Handler):
+    """The page for who knows the token, and answers for the page: other pages in the browser can drive nothing."""
+
+    @property
+    def _desk(self) -> Desk:
+        assert self.server.desk is not None
+        return self.server.desk
+
+    def _answer(self) -> tuple[HTTPStatus, bytes]:
+        given = parse_qs(urlsplit(self.path).query).get("token", [""])[0]
+        if self._is_ours and not self._knows_token(given):
+            return HTTPStatus.FORBIDDEN, b"Open the whole address that 'planner view --live' has printed.\n"
+        return super()._answer()
+
+    def do_POST(self) -> None:
+        status, body = self._change()
+        self.close_connection = status != HTTPStatus.OK  # what is left of a refused request is not read
+        self._send(status, body, kind="application/json")
+
+    def _change(self) -> tuple[HTTPStatus, bytes]:
+        own = self.headers.get("Origin") == f"http://{self.headers.get('Host')}"
+        if not (self._is_ours and own and self._knows_token(self.headers.get(TOKEN_HEADER, ""))):
+            return HTTPStatus.FORBIDDEN, b"Only the live page itself may ask for this.\n"
+        if self.path != "/act":
+            return HTTPStatus.NOT_FOUND, b"Requests of the page go to /act.\n"
+        length = self.headers.get("Content-Length", "")
+        if not (length.isascii() and length.isdigit() and len(length) < 9 and int(length) <= _LARGEST):
+            return HTTPStatus.REQUEST_ENTITY_TOO_LARGE, b"A request has a length, of 1 MiB at most.\n"
+        request = self.rfile.read(int(length))
+        if len(request) < int(length):
+            raise ConnectionAbortedError  # it hung up in the middle: nothing is done
+        return HTTPStatus.OK, self._desk.answer(request)
+
+    def _knows_token(self, given: str) -> bool:
+        return secrets.compare_digest(given.encode(), self._desk.token.encode())
 
 
 @contextmanager

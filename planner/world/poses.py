@@ -33,6 +33,11 @@ def pose(
     return frozen(matrix)
 
 
+def quaternion_of(rotation: Floats) -> list[float]:
+    """The unit quaternion [x, y, z, w] of a rotation matrix (3, 3), which :func:`pose` takes."""
+    return pin.Quaternion(np.array(rotation)).normalized().coeffs().tolist()
+
+
 def se3(matrix: Floats) -> pin.SE3:
     """A (4, 4) placement as Pinocchio's SE3."""
     return pin.SE3(np.array(matrix))

@@ -186,6 +186,7 @@ class SceneFile(Strict):
     carried: list[CarriedFile] = pydantic.Field(default_factory=list)
     states: dict[str, dict[str, str]] = pydantic.Field(default_factory=dict)
     robots: dict[str, PlacementFile] = pydantic.Field(default_factory=dict)
+    allowed: list[tuple[Name, Name]] = pydantic.Field(default_factory=list)  # obstacles and links that may touch
 
     @pydantic.model_validator(mode="after")
     def _distinct_names(self) -> SceneFile:
@@ -273,4 +274,7 @@ def _build(file: SceneFile, path: Path) -> Scene:
     carried = tuple(
         Carried(item.link, item.name, item.shape(path.parent), item.matrix(), item.touch_links) for item in file.carried
     )
-    return Scene(file.name or path.stem, obstacles, file.description, file.states, file.robots, moving, carried)
+    allowed = frozenset(frozenset(pair) for pair in file.allowed)
+    return Scene(
+        file.name or path.stem, obstacles, file.description, file.states, file.robots, moving, carried, allowed
+    )

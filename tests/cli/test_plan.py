@@ -266,6 +266,9 @@ def test_no_path_is_an_outcome(run: Run, tmp_path: Path) -> None:
     record = json.loads((out / "plan.json").read_text())
     assert code == 4, text
     assert record["outcome"] == "no_path"
+    assert record["reason"]["kind"] == "separated"
+    assert f"'{record['reason']['obstacles'][0]}' separates them" in record["message"]
+    assert record["message"] in text
     assert record["path"] == []
     assert record["cost"] is None
     assert record["roadmap"]["components"] >= 2

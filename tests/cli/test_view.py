@@ -308,3 +308,36 @@ def test_open_says_so_where_there_is_no_screen(folder: Path) -> None:
     assert "open the address yourself" in lines[1]
     process.send_signal(signal.SIGINT)
     assert _finished(process)[0] == 0
+
+
+# the live page
+
+
+def test_a_live_page_is_served_and_ends_cleanly(tmp_path: Path) -> None:
+    task = (*STATE, "--start", "q:0,1", "--goal", "q:1,1", "--nodes", "20")
+    with serving("view", "--live", *task, cwd=tmp_path) as (process, port):
+        assert get(port)[0] == 403
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=PATIENCE)
+        assert (process.returncode, err) == (0, "")
+    assert list(tmp_path.iterdir()) == []
+
+
+LIVE_REFUSED = {
+    "a result": (("view", "plan.json", "--live"), 2, "--live plans anew"),
+    "a state": (("view", "--live", *STATE, "--state", "home"), 2, "--live plans anew"),
+    "a question without it": (("view", *STATE, "--beta", "0.2"), 2, "are for --live"),
+    "a page as its file": (("view", "--live", *STATE, "--out", "state.html"), 2, "ends in .yaml"),
+    "beta": (("view", "--live", *STATE, "--beta", "2"), 2, "outside [0, 1]"),
+    "a start beyond its limits": (
+        ("view", "--live", *STATE, "--start", "q:0,9", "--goal", "q:1,1"),
+        3,
+        "outside its limits",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", LIVE_REFUSED)
+def test_no_live_page(run: Run, tmp_path: Path, case: str) -> None:
+    words, code, sentence = LIVE_REFUSED[case]
+    assert_refused(run(*words), code, sentence, tmp_path / "empty-moved.yaml")

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from planner.base.request import PlanRequest
-from planner.costs.conditioning import _rounded_down, judge_conditioning, reachable_floor
+from planner.costs.conditioning import judge_conditioning, reachable_floor
+from planner.costs.highest_floor import rounded_down
 from planner.kinematics.manipulability import manipulability
 from planner.planning import plan
 from tests.worlds import load, post_roadmap
@@ -52,9 +53,9 @@ def test_where_nothing_is_joined_no_floor_is_reachable():
 
 
 @pytest.mark.parametrize(("w", "down"), [(0.0, 0.0), (0.0123, 0.012), (0.0999, 0.099), (12.7, 12.0), (3e-5, 3e-5)])
-def test_rounded_down(w, down):
-    assert _rounded_down(w) == pytest.approx(down, rel=1e-12)
-    assert _rounded_down(w) <= w
+def testrounded_down(w, down):
+    assert rounded_down(w) == pytest.approx(down, rel=1e-12)
+    assert rounded_down(w) <= w
 
 
 def test_a_singular_place_is_found():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import StateError
+from planner.base.reasons import BeyondLimit, OutOfReach, Touching
 from planner.base.targets import Joints, Pose, Position, parse_target
 from planner.collision import make_checker
 from planner.collision.checker import is_free
@@ -158,6 +159,35 @@ def test_refused(walled, case):
     assert message.endswith(".")
     assert "\n" not in message
     assert caught.value.exit_code == 3
+
+
+REASONS = {
+    "above a limit": BeyondLimit,
+    "in collision": Touching,
+    "only in collision": Touching,
+    "out of reach": OutOfReach,
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_the_reason_is_data_too(walled, case):
+    target, _ = REFUSED[case]
+    with pytest.raises(StateError) as caught:
+        resolve(target, walled, STATES, "start")
+    reason, robot = caught.value.reason, walled.robot
+    assert isinstance(reason, REASONS.get(case, BeyondLimit | OutOfReach | None))
+    match reason:
+        case Touching(role, first, second, enclosed):
+            assert (role, second, enclosed) == ("start", "thing0", False)
+            assert f"'{first}' and 'thing0'" in str(caught.value)
+        case BeyondLimit(role, joint, value, lower, upper):
+            k = robot.joints.index(joint)
+            assert (role, value, lower, upper) == ("start", target.values[k], robot.lower[k], robot.upper[k])
+        case OutOfReach(role, distance):
+            assert role == "start"
+            assert f"stays {distance:.4f} m" in str(caught.value)
+            if case == "out of reach":  # a metre and a half from the shoulder's height: the rest is the arm's length
+                assert distance >= 0.553
 
 
 def test_an_orientation_out_of_reach_tells_the_angle():

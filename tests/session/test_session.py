@@ -9,6 +9,7 @@ import pytest
 
 from planner.base.errors import OptionError, PlannerError, SceneError, StateError
 from planner.base.outcome import Outcome
+from planner.base.reasons import Separated
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.paths.measure import path_contact
@@ -129,6 +130,8 @@ def test_walls_part_start_and_goal_and_nothing_is_lost_when_they_go() -> None:
     parted = session.replan()
     assert parted.outcome is Outcome.NO_PATH
     assert len(parted.path) == 0
+    assert isinstance(parted.reason, Separated)
+    assert {*parted.reason.obstacles} <= {"thing0", *(wall.name for wall in WALLS)}
     for wall in WALLS:
         session.remove(wall.name)
     again = session.replan()

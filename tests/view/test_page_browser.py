@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from planner.base.outcome import Outcome
+from planner.base.reasons import Separated
 from planner.base.request import PlanRequest
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
@@ -32,7 +33,7 @@ from planner.world.robot import Robot, load_visuals
 from planner.world.scene import Scene
 from planner.world.shapes import Obstacle, Sphere
 from tests.browser import Tab, browser
-from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
+from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap, random_q
 
 STAGE = (slice(0, 525), slice(345, None))  # of a picture: neither panel nor player
 ARM = PlanRequest(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)
@@ -708,6 +709,24 @@ def test_pages_without_a_path(window: Tab, tradeoff: Tradeoff, tmp_path: Path) -
         assert window.run("data.paths.length") == paths
         assert window.run("element('player').hidden && element('tradeoff').hidden") is (paths == 1)
         assert window.run("element('colour').querySelector('[value=cost]') !== null") is field
+
+
+def test_what_separates_start_from_goal_is_red(window: Tab, tmp_path: Path) -> None:
+    request = replace(ARM, scene=str(planar_trap(tmp_path)), start="q:0.2,0.3", goal="q:3.0,-0.3", nodes=30)
+    found = plan(request)
+    assert isinstance(found.reason, Separated)
+    found.save(tmp_path)
+    assert window.open(tmp_path / "plan.html"), window.console
+    assert window.console == window.requests == []
+    assert found.reason.sentence == text(window, "message")
+    red = window.run("Object.keys(data.names).filter(p => drawn(p).material.color.getHex() === 0xe61f1f)")
+    names = window.run("data.names")
+    assert [names[path] for path in red] == list(found.reason.obstacles)
+    assert "separates start from goal" in text_content(window, "key")
+    whole = window.screenshot()
+    window.run("show('gap', false)")
+    window.drawn()
+    assert differ(whole, window.screenshot()).mean() > 0.0005
 
 
 def test_a_state_in_collision_is_seen(window: Tab, tmp_path: Path) -> None:

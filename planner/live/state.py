@@ -1,0 +1,179 @@
+"""What a live page shows: the session's answer, the world it holds in, and what came before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.kinematics.forward import tool_positions
+from planner.roadmap.roadmap import Roadmap
+from planner.session.report import Answer
+from planner.session.session import Session, Snapshot
+from planner.view.canvas import Canvas
+from planner.view.drawing import place_obstacles
+from planner.view.page import Content, draw_answer, field_data, page
+from planner.view.shown_path import ShownPath, path_rows
+from planner.world.poses import quaternion_of
+from planner.world.shapes import Cylinder
+
+_LEVEL = 1  # of compression: the page is on this machine
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is asked: start and goal as text, and beta."""
+
+    start: str
+    goal: str
+    beta: float
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A moment that can be come back to: session, question and answer, and the roadmap that the answer speaks of."""
+
+    snapshot: Snapshot
+    question: Question
+    answer: Answer
+    roadmap: (
+        Roadmap  # all nodes, and the edges that are not blocked: those that were opened are proven before their use
+    )
+    start: Floats  # (dof,) where the path begins, or would
+
+    @staticmethod
+    def of(session: Session, question: Question, answer: Answer) -> State:
+        live = session.live
+        roadmap = live.held(~live.proofs.blocked)
+        start = answer.path[0] if answer.solved else roadmap.nodes[roadmap.starts[0]]
+        return State(session.snapshot(), question, answer, roadmap, start)
+
+    @property
+    def goal_position(self) -> Floats:
+        """(3,) m: where the tool is at the goal that is reached, or at the first one."""
+        robot = self.snapshot.now.live.checker.robot
+        q = self.answer.path[-1] if self.answer.solved else self.roadmap.nodes[self.roadmap.goals[0]]
+        return tool_positions(robot, q)[0]
+
+
+@dataclass(frozen=True)
+class Report:
+    """What came of a change: rows of a table, and how long each part of it took (s)."""
+
+    what: str
+    rows: list[tuple[str, str]]
+    seconds: dict[str, float]
+
+
+def page_of(state: State, report: Report, undo: int, **fixed: Any) -> str:
+    """The whole page; ``fixed`` is what never changes: token and names of files."""
+    content = _content(state)
+    live = _live(state, None, report, undo) | {"fixed": fixed}
+    return page(replace(content, live=live))
+
+
+def update_of(state: State, before: State | None, report: Report, undo: int) -> dict[str, Any]:
+    """What changes in the page: commands for its viewer, and data in place of what it had."""
+    canvas, content = Canvas(), _content(state)
+    for path in ("paths", "gap", "start", "goal"):
+        canvas.delete(path)
+    place_obstacles(canvas, content.scene)
+    data = draw_answer(canvas, content)
+    scene, lengths = canvas.packed(_LEVEL)
+    live = _live(state, before, report, undo)
+    return {"scene": scene, "lengths": lengths, "data": {**data, "beta": state.question.beta}, "live": live}
+
+
+def _content(state: State) -> Content:
+    live, answer = state.snapshot.now.live, state.answer
+    robot, paths = live.checker.robot, []
+    if answer.cost is not None:
+        costs = answer.cost.manipulability, answer.cost.distance
+        rows = [("total cost", f"{answer.cost.total:.4f}"), *path_rows(robot, answer.path, *costs)]
+        paths = [ShownPath(answer.path, rows, costs=costs, cost_to_go=_cost_to_go(state))]
+    message = answer.outcome.value if answer.reason is None else answer.reason.sentence
+    return Content(
+        robot,
+        live.scene,
+        message,
+        state.start,
+        roadmap=state.roadmap,
+        cost_to_go=_cost_to_go(state),
+        paths=paths,
+        beta=state.question.beta,
+        reason=answer.reason,
+    )
+
+
+def _cost_to_go(state: State) -> Floats | None:
+    """(n,) of the roadmap's nodes; inf for those that came after the field."""
+    if state.answer.field is None:
+        return None
+    x = state.answer.field.x
+    return np.concatenate([x, np.full(len(state.roadmap.nodes) - len(x), np.inf)])
+
+
+def _live(state: State, before: State | None, report: Report, undo: int) -> dict[str, Any]:
+    """What the page's own controls stand at."""
+    obstacles = [
+        {
+            "name": item.name,
+            "position": item.placement[:3, 3].tolist(),
+            "quaternion": quaternion_of(item.placement[:3, :3]),
+            "upright": isinstance(item.shape, Cylinder),
+        }
+        for item in state.snapshot.now.live.scene.obstacles
+    ]
+    return {
+        "obstacles": obstacles,
+        "goal": state.goal_position.tolist(),
+        "start": state.start.tolist(),
+        "red": sorted(frozenset() if state.answer.reason is None else state.answer.reason.names),
+        "before": None if before is None else field_data(field_before(state, before)),
+        "what": report.what,
+        "report": report.rows,
+        "seconds": {name: round(value, 4) for name, value in report.seconds.items()},
+        "undo": undo,
+    }
+
+
+def field_before(state: State, before: State) -> Floats | None:
+    """(n,) the cost-to-go that the roadmap's nodes had before; inf for those that are new."""
+    field = _cost_to_go(before)
+    if field is None:
+        return None
+    known = {q.tobytes(): float(x) for q, x in zip(before.roadmap.nodes, field, strict=True)}
+    return np.array([known.get(q.tobytes(), np.inf) for q in state.roadmap.nodes])
+
+
+def report_of(what: str, state: State, before: State | None, seconds: dict[str, float]) -> Report:
+    """What a change of the world meant for edges, field and cost."""
+    answer = state.answer
+    edges = answer.edges
+    proofs = state.snapshot.now.live.proofs
+    rows = [
+        ("proven again", f"{edges.proven} edges"),
+        ("to be proven before use", f"{int(proofs.open.sum())} of {len(proofs.known)} edges"),
+        ("lost, regained", f"{edges.removed}, {edges.regained} edges"),
+        ("nodes grown", str(answer.nodes_grown)),
+        ("field healed", f"{answer.raised} nodes raised, {answer.updates} updates"),
+    ]
+    if before is not None:
+        rows.append(("cost-to-go changed", _changed(state, before)))
+        rows.append(("total cost", f"{_total(before)} → {_total(state)}"))
+    return Report(what, rows, seconds)
+
+
+def _changed(state: State, before: State) -> str:
+    old, new = field_before(state, before), _cost_to_go(state)
+    if old is None or new is None:
+        return "no field"
+    both = np.isfinite(old) & np.isfinite(new)
+    apart = np.abs(new[both] - old[both])
+    return f"at {int((apart > 1e-9).sum())} nodes, by {apart.max(initial=0.0):.3g} at most"
+
+
+def _total(state: State) -> str:
+    return "no path" if state.answer.cost is None else f"{state.answer.cost.total:.4f}"

@@ -1,0 +1,122 @@
+"""The live page's server: the page itself is answered, and nobody else."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import socket
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+
+from planner.live.desk import Desk
+from planner.view.serve import TOKEN_HEADER, running
+from tests.live.desks import make_desk
+
+PATIENCE = 60.0  # s
+ORDER = json.dumps({"order": {"do": "beta", "beta": 0.25}}).encode()
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[tuple[Desk, int]]:
+    desk = make_desk(tmp_path)
+    with running(desk) as (address, _):
+        port = urlsplit(address).port
+        assert port is not None
+        assert address == f"http://127.0.0.1:{port}/?token={desk.token}"
+        yield desk, port
+
+
+def ask(
+    port: int, method: str, path: str, body: bytes | None = None, **headers: str
+) -> tuple[int, bytes, dict[str, str]]:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+    try:
+        connection.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
+        answer = connection.getresponse()
+        return answer.status, answer.read(), dict(answer.getheaders())
+    finally:
+        connection.close()
+
+
+def own(desk: Desk, port: int) -> dict[str, str]:
+    return {"Origin": f"http://127.0.0.1:{port}", TOKEN_HEADER: desk.token}
+
+
+def test_the_page_is_shown_to_who_knows_the_token(served: tuple[Desk, int]) -> None:
+    desk, port = served
+    status, body, headers = ask(port, "GET", f"/?token={desk.token}")
+    assert status == 200
+    assert desk.token.encode() in body
+    assert b"connect-src 'self'" in body
+    assert headers["X-Frame-Options"] == "DENY"
+    assert headers["Referrer-Policy"] == "no-referrer"
+    for path in ("/", "/?token=", "/?token=wrong", f"/?other={desk.token}", f"/?token={desk.token}x", "/?token=%ff"):
+        status, body, _ = ask(port, "GET", path)
+        assert status == 403
+        assert desk.token.encode() not in body
+    assert ask(port, "GET", f"/?token={desk.token}", Host="evil.example")[0] == 403
+    assert ask(port, "GET", f"/act?token={desk.token}")[0] == 404
+
+
+def test_only_the_page_changes_anything(served: tuple[Desk, int]) -> None:
+    desk, port = served
+    good = own(desk, port)
+    beta = desk._state.question.beta
+    refused = [
+        {"Origin": good["Origin"]},
+        {TOKEN_HEADER: desk.token},
+        {**good, TOKEN_HEADER: ""},
+        {**good, TOKEN_HEADER: "wrong"},
+        {**good, "Origin": "http://evil.example"},
+        {**good, "Origin": f"http://127.0.0.1:{port + 1}"},
+        {**good, "Origin": f"https://127.0.0.1:{port}"},
+        {**good, "Origin": "null"},
+        {**good, "Host": "evil.example", "Origin": "http://evil.example"},
+        {**good, "Host": f"evil.example:{port}", "Origin": f"http://evil.example:{port}"},
+    ]
+    for headers in refused:
+        assert ask(port, "POST", "/act", ORDER, **headers)[0] == 403, headers
+    assert ask(port, "POST", f"/act?token={desk.token}", ORDER)[0] == 403
+    assert desk._state.question.beta == beta
+    status, body, headers = ask(port, "POST", "/act", ORDER, **good)
+    assert (status, headers["Content-Type"]) == (200, "application/json")
+    assert json.loads(body)["data"]["beta"] == 0.25
+    local = {**good, "Host": f"localhost:{port}", "Origin": f"http://localhost:{port}"}
+    assert ask(port, "POST", "/act", ORDER, **local)[0] == 200
+
+
+def test_other_methods_paths_and_sizes(served: tuple[Desk, int]) -> None:
+    desk, port = served
+    good = own(desk, port)
+    assert ask(port, "POST", "/", ORDER, **good)[0] == 404
+    assert ask(port, "OPTIONS", "/act", None, **good)[0] == 501
+    assert ask(port, "PUT", "/act", ORDER, **good)[0] == 501
+    for length in ("-1", "x", "9" * 5000, str(2 << 20), "٣"):
+        assert ask(port, "POST", "/act", b"", Content_Length=length.encode().decode("latin-1"), **good)[0] == 413
+    assert "not JSON" in json.loads(ask(port, "POST", "/act", b"{", **good)[1])["error"]
+
+
+def test_who_hangs_up_changes_nothing_and_is_no_news(
+    served: tuple[Desk, int], capfd: pytest.CaptureFixture[str]
+) -> None:
+    desk, port = served
+    lines = [f"{name}: {value}" for name, value in own(desk, port).items()]
+    head = "\r\n".join(["POST /act HTTP/1.1", f"Host: 127.0.0.1:{port}", f"Content-Length: {len(ORDER)}", *lines])
+    question = head.encode() + b"\r\n\r\n" + ORDER
+    before = desk._state
+    for cut, rude in [(n, rude) for n in (9, len(head) + 2, len(question) - 4) for rude in (False, True)]:
+        with socket.create_connection(("127.0.0.1", port)) as client:
+            if rude:
+                client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            client.sendall(question[:cut])
+    assert ask(port, "GET", f"/?token={desk.token}")[0] == 200
+    assert desk._state is before
+    with socket.create_connection(("127.0.0.1", port)) as client:  # all was said, the answer is not waited for
+        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        client.sendall(question)
+    assert ask(port, "POST", "/act", ORDER, **own(desk, port))[0] == 200
+    assert capfd.readouterr().err == ""
