@@ -2,6 +2,7 @@
 # make test   run every check: ruff, pyright, pytest, notebooks, the page in a browser; WORKERS=8 for more processes
 # make docs   build the documentation into docs/_build/html, with warnings as errors, and check its links
 # make release   build sdist and wheel into dist, install the sdist on every Python from 3.11 to 3.13 that is here, and plan
+# make pythons   the same with the wheel, and without the Python of .venv
 # All set .venv up from the lock file if that has not been done.
 
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
@@ -9,7 +10,7 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 BIN := .venv/bin
 WORKERS ?= 2
 
-.PHONY: plan test docs release lock clean
+.PHONY: plan test docs release pythons lock clean
 plan: .venv/ready
 	$(BIN)/planner plan
 
@@ -23,16 +24,27 @@ docs: .venv/ready
 	$(BIN)/python -m sphinx -q -E -W --keep-going -b html docs docs/_build/html
 	$(BIN)/python docs/check_site.py docs/_build/html
 
-release: .venv/ready
+# Pythons are looked for by name and among those of pyenv; each gets an environment of its own, all at once
+release pythons: .venv/ready
 	rm -rf dist
 	$(BIN)/python -m hatchling build -d dist
+	@this=$$($(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])'); \
 	for version in 3.11 3.12 3.13; do \
-		python$$version -c '' 2>/dev/null || { echo "no Python $$version here: not tried"; continue; }; \
-		python$$version -m venv --clear dist/venv-$$version \
-			&& dist/venv-$$version/bin/pip install --quiet --disable-pip-version-check dist/*.tar.gz \
-			&& dist/venv-$$version/bin/planner plan --nodes 60 --out dist/out-$$version >/dev/null \
-			&& echo "installed and planned on Python $$version" || exit 1; \
-	done
+		test "$@ $$version" != "pythons $$this" || continue; \
+		python=$$(for p in python$$version "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/$$version.*/bin/python; do \
+			"$$p" -c '' 2>/dev/null && { echo "$$p"; break; }; done); \
+		test -n "$$python" || { echo "no Python $$version here: not tried"; continue; }; \
+		( "$$python" -m venv --clear dist/venv-$$version \
+			&& dist/venv-$$version/bin/pip install --quiet --no-compile --disable-pip-version-check $(INSTALLED) \
+			&& dist/venv-$$version/bin/planner plan --nodes 60 --effort 0 --out dist/out-$$version >dist/log-$$version 2>&1 \
+			&& echo "installed and planned on Python $$version" \
+			|| { tail -n 5 dist/log-$$version; echo "Python $$version failed"; exit 1; } ) & \
+		tries="$$tries $$!"; \
+	done; \
+	for try in $$tries; do wait $$try || failed=yes; done; test -z "$$failed"
+
+release: INSTALLED = dist/*.tar.gz
+pythons: INSTALLED = dist/*.whl
 
 .venv/ready: requirements.lock compiler.lock pyproject.toml hatch_build.py $(wildcard planner/native/source/*)
 	@test -n "$(PYTHON)" || { echo "planner needs Python 3.11, 3.12 or 3.13: install one, or run 'make PYTHON=/path/to/python3.12'."; exit 1; }
