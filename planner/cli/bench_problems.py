@@ -211,6 +211,7 @@ def replan(
     collision: Backend = "coal",
     nodes: int = PAPER_NODES,
     changes: int = 100,
+    simulations: int = 50,
     seed: int = 0,
     time_limit: float = 1200.0,
     workers: Workers = SERIAL,
@@ -218,8 +219,8 @@ def replan(
 ) -> int:
     """Problems whose world changes: time to a new proven path against planning anew, the field against D* Lite.
 
-    Problems are those of 'planner bench plan'. Obstacles are moved, added, removed, and put on the route. Writes
-    replan.csv, one row a change, and replan.md.
+    Problems are those of 'planner bench plan'. Obstacles are moved, added, removed, and put on the route; then boxes
+    move within their speed limits while the arm runs the last path. Writes replan.csv, one row a change, and replan.md.
 
     Args:
         folder: Folder of the problems.
@@ -228,15 +229,12 @@ def replan(
         collision: Collision library to plan with; the paths are checked by the other one.
         nodes: Configurations in the roadmap.
         changes: Changes of each problem's world.
+        simulations: Runs among moving boxes along each problem's last path.
         seed: Seed of the roadmaps and the changes.
         time_limit: Seconds after which a problem is killed and recorded as timed out.
         debug: Show tracebacks of errors.
     """
     from planner.studies.bench_replan.run import bench_replan
 
-    return measure(
-        out,
-        lambda progress: bench_replan(
-            folder, out, robot, collision, nodes, changes, seed, time_limit, progress, workers
-        ),
-    )
+    asked = folder, out, robot, collision, nodes, changes, simulations, seed, time_limit
+    return measure(out, lambda progress: bench_replan(*asked, progress, workers))

@@ -4,6 +4,7 @@ Lines are told apart by dash and marker as well as by shade, so that a black and
 """
 
 from planner.figures.convergence import convergence, error_decay
+from planner.figures.healing import healing_fields
 from planner.figures.laws import near_deadline, node_histories
 from planner.figures.profiles import clearance_bounds, path_profiles
 from planner.figures.space import configuration_space
@@ -17,6 +18,7 @@ __all__ = [
     "convergence",
     "cost_envelope",
     "error_decay",
+    "healing_fields",
     "near_deadline",
     "node_histories",
     "path_profiles",

@@ -114,7 +114,7 @@ def sampled_contact(
 
 def _contact_in_time(trajectory: Trajectory, checker: CollisionChecker, step: float) -> TrajectoryContact | None:
     """The first contact with an obstacle that moves along a known motion."""
-    found = first_touch_in_time(trajectory, checker, step)
+    found = first_touch_in_time(trajectory, checker, checker.world.scene.moving, step)
     return None if found is None else TrajectoryContact(found[0], found[0], found[1], found[2])
 
 

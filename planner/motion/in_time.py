@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,9 +12,10 @@ from planner.base.arrays import Bools, Floats
 from planner.base.polynomials import evaluate, part
 from planner.collision.checker import CollisionChecker
 from planner.collision.coal import CoalInTime
-from planner.collision.in_time import TimedProver
+from planner.collision.in_time import TimedProver, moving_world
 from planner.collision.world import Contact
 from planner.motion.trajectory import Trajectory
+from planner.world.moving import MovingObstacle
 
 _HALVINGS = 12  # of the piece in which a horizon ends
 
@@ -57,7 +58,7 @@ def prove_in_time(trajectory: Trajectory, checker: CollisionChecker) -> TimeProo
         known = TimedProver(checker, scene.moving)
         free = known.free(trajectory.coefficients, _spans(trajectory)) & known.starts(trajectory.at(0.0)[0])
     if scene.limited:
-        until = _free_until(trajectory, TimedProver(checker, limited=scene.limited))
+        until = certified_horizon(trajectory, TimedProver(checker, limited=scene.limited))
     limits = {item.name: item.speed_limit for item in scene.limited}
     return TimeProof(tuple(item.name for item in scene.moving), free, limits, until)
 
@@ -68,8 +69,11 @@ def _spans(trajectory: Trajectory) -> Floats:
     return np.column_stack([begin, np.diff(trajectory.times), np.zeros_like(begin)])
 
 
-def _free_until(trajectory: Trajectory, prover: TimedProver) -> float:
-    """The certified horizon (s): until then every moment from time 0 on is proven free."""
+def certified_horizon(trajectory: Trajectory, prover: TimedProver) -> float:
+    """Until when (s) every moment from time 0 on is proven free, whatever the prover's obstacles do below their limits.
+
+    Beyond the trajectory's end the robot stands; inf where nothing is checked.
+    """
     first, last = trajectory.at(0.0)[0], trajectory.at(trajectory.times[-1])[0]
     if not prover.starts(first):
         return 0.0
@@ -99,18 +103,17 @@ def _standing_until(prover: TimedProver, q: Floats) -> float:
 
 
 def first_touch_in_time(
-    trajectory: Trajectory, checker: CollisionChecker, step: float
+    trajectory: Trajectory, checker: CollisionChecker, moving: Sequence[MovingObstacle], step: float
 ) -> tuple[float, Contact, Floats] | None:
-    """When (s), with what and in which configuration coal first sees a known motion touch the robot; else None.
+    """When (s), with what and in which configuration coal first sees one of ``moving`` touch the robot; else None.
 
     No point of the robot or of an obstacle moves farther than ``step`` (m) between two looks. No proofs, no bounds.
     """
-    scene = checker.world.scene
-    if not scene.moving:
+    if not moving:
         return None
-    prover = TimedProver(checker, scene.moving)
-    judge = CoalInTime(prover.world, prover.motions)
-    fastest = max(float(item.motion.speeds(item.shape).max(initial=0.0)) for item in scene.moving)
+    motions = {item.name: item.motion for item in moving}
+    judge = CoalInTime(moving_world(checker.world, [item.standing() for item in moving]), motions)
+    fastest = max(float(item.motion.speeds(item.shape).max(initial=0.0)) for item in moving)
     for q, t in _moments(trajectory, checker, fastest, step):
         found = judge.first_touch(q, t)
         if found is not None:

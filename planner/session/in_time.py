@@ -81,7 +81,7 @@ def _judged(
     world = live.world
     record = proof.to_dict(world.margin, live.checker.name)
     trajectory = replace(trajectory, limits=limits, proven=proof.whole, proof=record)
-    seen = first_touch_in_time(trajectory, live.checker, RECHECK)
+    seen = first_touch_in_time(trajectory, live.checker, live.scene.moving, RECHECK)
     if seen is None or len(route.nodes) == 1:
         return trajectory, None
     k = min(int(np.searchsorted(route.departures, seen[0], side="right")), len(route.nodes) - 1)

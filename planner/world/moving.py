@@ -64,6 +64,8 @@ class KnownMotion:
         share = (t - self.times[k]) / np.diff(self.times)[k]
         found = np.array(self.poses[k])
         found[:, :3, 3] += share[:, None] * (self.poses[k + 1, :3, 3] - self.poses[k, :3, 3])
+        if not self.turns.any():
+            return found
         turned = [
             turn @ pin.exp3(part) for turn, part in zip(found[:, :3, :3], share[:, None] * self.turns[k], strict=True)
         ]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import threading
+import weakref
 
 import numpy as np
 import pytest
@@ -269,3 +271,18 @@ def test_a_roadmap_of_another_scene_is_kept_as_far_as_it_holds() -> None:
     assert len(session.roadmap.edges) > 0
     assert same_world(session.roadmap, session.checker)
     assert session.plan(POST_START, POST_GOAL).solved
+
+
+def test_worlds_of_before_are_let_go_and_the_field_is_dijkstras_after_every_change() -> None:
+    session, rng, worlds, objects = fresh(), np.random.default_rng(1), [], []
+    session.plan(POST_START, POST_GOAL)
+    session.add(Obstacle("guest", Box((0.03, 0.02, 0.04)), pose([0.8, 0.1, 0.0])))
+    for step in range(40):
+        session.move("guest", position=[rng.uniform(0.7, 0.85), rng.uniform(-0.3, 0.3), 0.0])
+        worlds.append(weakref.ref(session.checker))
+        assert session.replan().error <= 1e-12
+        if step in (19, 39):
+            gc.collect()
+            objects.append(len(gc.get_objects()))
+    assert sum(world() is not None for world in worlds) <= 10  # second_checker keeps eight
+    assert objects[1] - objects[0] < 500

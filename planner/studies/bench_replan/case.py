@@ -21,6 +21,7 @@ from planner.base.files import write_whole
 from planner.base.request import RoadmapRequest
 from planner.collision import BACKENDS, make_checker
 from planner.collision.edge_prover import EdgeProver
+from planner.motion.timing import time_path
 from planner.query.open import make_query
 from planner.roadmap.grow import GrowthSettings, grow
 from planner.session.report import Answer
@@ -28,14 +29,19 @@ from planner.session.session import Session
 from planner.studies.bench_plan.case import path_contacts
 from planner.studies.bench_replan.changes import KINDS, Changer, Step
 from planner.studies.bench_replan.lifelong import repair_field
+from planner.studies.bench_replan.report import SIMULATED
+from planner.studies.bench_replan.simulation import simulate
 
 _ANEW_EVERY = 5  # changes, for each kind: planning anew takes many times as long
 
 Columns = dict[str, Any]
 
 
-def measure(request: RoadmapRequest, changes: int) -> list[Columns]:
-    """The columns of a row per change; one row with a message where the problem cannot be planned at all."""
+def measure(request: RoadmapRequest, changes: int, simulations: int) -> list[Columns]:
+    """The columns of a row per change and of one for the simulated runs.
+
+    One row with a message where the problem cannot be planned at all.
+    """
     query = make_query(request)
     scene, collision = replace(query.scene, carried=()), request.collision  # the robot carries it already
     session = Session(query.robot, scene, collision=collision, nodes=request.nodes, seed=request.seed)
@@ -52,7 +58,16 @@ def measure(request: RoadmapRequest, changes: int) -> list[Columns]:
         if (k // len(KINDS)) % _ANEW_EVERY == 0:
             rows[-1] |= _anew(session, request, *ends)
         last = step.answer
-    return rows
+    return [*rows, *_simulated(session, last, simulations, request.seed)]
+
+
+def _simulated(session: Session, answer: Answer, simulations: int, seed: int) -> list[Columns]:
+    """The row of the runs among boxes that move, along the last path."""
+    if not (answer.solved and simulations):
+        return []
+    found = simulate(session.checker, time_path(answer.path, session.checker), simulations, seed)
+    counts = {"runs": found.runs, "touched_before": found.before, "touched_after": found.after}
+    return [{"kind": SIMULATED, "outcome": "solved", **counts, "horizon": found.horizon}]
 
 
 def _columns(step: Step) -> Columns:
@@ -119,9 +134,10 @@ def _timed(run: Any) -> tuple[Any, float]:
 def main(out: str, options: str) -> None:
     """What the process does: change, replan, measure, write."""
     values = json.loads(options)
-    changes = values.pop("changes")
+    changes, simulations = values.pop("changes"), values.pop("simulations")
     try:
-        rows = measure(RoadmapRequest(**values | {"motion_plan_request": Path(values["motion_plan_request"])}), changes)
+        request = RoadmapRequest(**values | {"motion_plan_request": Path(values["motion_plan_request"])})
+        rows = measure(request, changes, simulations)
     except PlannerError as error:
         rows = [{"kind": "none", "outcome": "refused", "message": str(error)}]
     write_whole(Path(out), json.dumps(rows, allow_nan=False).encode())

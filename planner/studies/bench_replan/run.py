@@ -25,37 +25,28 @@ def bench_replan(
     collision: Backend = "coal",
     nodes: int = PAPER_NODES,
     changes: int = 100,
+    simulations: int = 50,
     seed: int = 0,
     time_limit: float = 1200.0,
     progress: Progress = QUIET,
     workers: WorkersRequest = SERIAL,
 ) -> Bench[Row]:
-    """Change each problem of :func:`find_problems` ``changes`` times; write ``replan.csv`` and ``replan.md``.
+    """Change each problem of :func:`find_problems` ``changes`` times, then simulate moving boxes.
+
+    Writes ``replan.csv`` and ``replan.md``.
 
     Each problem has a process of its own, which is killed after ``time_limit`` seconds. Problems that are measured
     already are kept. Raises OptionError for numbers out of range, FileError where a folder cannot be used.
     """
     require_nodes(nodes)
     require_seed(seed)
-    if changes < 1 or not time_limit > 0:
-        raise OptionError("give at least one change, and a time limit above 0 s.")
+    if changes < 1 or simulations < 0 or not time_limit > 0:
+        raise OptionError("give at least one change, no negative number of simulations, and a time limit above 0 s.")
     problems = find_problems(folder)
 
+    asked = robot, collision, nodes, seed, changes, simulations
     blanks = [
-        Row(
-            problem.name,
-            robot,
-            collision,
-            nodes,
-            seed,
-            changes,
-            problem.content,
-            software(versions()),
-            0,
-            "none",
-            "crashed",
-        )
-        for problem in problems
+        Row(problem.name, *asked, problem.content, software(versions()), 0, "none", "crashed") for problem in problems
     ]
     return run_bench(
         out,
@@ -80,7 +71,7 @@ def _kept(table: ResultsFile[Row], blank: Row) -> list[Row]:
 def _measure(case: tuple[Problem, Row], progress: Progress, time_limit: float) -> list[Row]:
     """The rows of one problem; none where stopped."""
     problem, blank = case
-    options = {name: getattr(blank, name) for name in ("robot", "collision", "nodes", "seed", "changes")}
+    options = {name: getattr(blank, name) for name in ("robot", "collision", "nodes", "seed", "changes", "simulations")}
     options |= {"scene": str(problem.scene), "motion_plan_request": str(problem.request)}
     with tempfile.TemporaryDirectory() as place:
         written = Path(place) / "rows.json"

@@ -6,13 +6,15 @@ from dataclasses import replace
 
 from planner.studies.bench_replan.report import Row, aims, to_markdown
 
-PLAIN = Row("a/1", "panda", "coal", 100, 0, 4, "", "here", 1, "blocking the route", "solved", seconds=0.1, error=0.0)
+PLAIN = Row("a/1", "panda", "coal", 100, 0, 4, 5, "", "here", 1, "blocking the route", "solved", seconds=0.1, error=0.0)
 
 
 def test_aims_are_judged_by_what_was_measured() -> None:
     slow = [replace(PLAIN, seconds=0.2, anew_s=1.0, contacts=1, error=1e-3)]
-    assert [aim.confirmed for aim in aims(slow)] == [0, 0, 0, 0]
-    fast = [replace(PLAIN, anew_s=1.0, contacts=0)]
-    assert [aim.confirmed for aim in aims(fast)] == [1, 1, 1, 1]
+    touched = replace(PLAIN, kind="simulated", seconds=None, error=None, runs=5, touched_before=1, horizon=1.0)
+    assert [aim.confirmed for aim in aims([*slow, touched])] == [0, 0, 0, 0, 0]
+    fast = [replace(PLAIN, anew_s=1.0, contacts=0), replace(touched, touched_before=0, touched_after=2)]
+    assert [aim.confirmed for aim in aims(fast)] == [1, 1, 1, 1, 1]
+    assert "5 runs, 0 contacts before it and 2 after it" in to_markdown(fast)
     refused = replace(PLAIN, outcome="refused", seconds=None, message="no such thing.")
     assert "refused. no such thing." in to_markdown([refused])
