@@ -167,13 +167,14 @@ def motion(
     margin: float = 0.0,
     widen_limits: Flag = False,
     seed: int = 0,
+    python: str | None = None,
     debug: Flag = False,
 ) -> int:
     """A folder of planning problems: the motions along their paths, how long they take and what they break or touch.
 
     A problem is as 'planner bench plan' has it. Durations are set against stopping at every corner and, where it is
-    installed, against toppra along the same rounded path; contacts are looked for at 0.1 mm of motion by the library
-    that has not planned. Writes motion.csv and motion.md.
+    installed, against toppra along the same curve; with --python also against roboplan's time law over the same path.
+    Contacts are looked for at 0.1 mm of motion by the library that has not planned. Writes motion.csv and motion.md.
 
     Args:
         folder: Folder of the problems.
@@ -186,6 +187,7 @@ def motion(
         margin: Distance in metres to keep from every obstacle, and between links.
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         seed: Seed to plan every problem with.
+        python: Python of an environment of its own with roboplan in it.
         debug: Show tracebacks of errors.
     """
     from planner.studies.bench_motion.run import bench_motion
@@ -200,7 +202,7 @@ def motion(
         min_manipulability=min_manipulability,
         beta=beta,
     )
-    return measure(out, lambda progress: bench_motion(folder, out, plain, limits, progress))
+    return measure(out, lambda progress: bench_motion(folder, out, plain, limits, progress, python))
 
 
 def replan(

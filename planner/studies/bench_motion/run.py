@@ -24,8 +24,11 @@ def bench_motion(
     plain: PlanRequest,
     motion: LimitsRequest,
     progress: Progress = QUIET,
+    python: str | None = None,
 ) -> Bench[Row]:
     """Plan every problem of :func:`find_problems` in ``folder`` as ``plain`` says, and time its path within limits.
+
+    ``python`` is that of an environment with roboplan, whose time law is then set beside ours.
 
     ``out`` gets ``motion.csv`` and ``motion.md``; rows that are there already are kept. Raises OptionError for options
     that the problem decides, LimitError for limits that the robot does not allow, FileError for unusable folders.
@@ -41,7 +44,7 @@ def bench_motion(
         Row,
         find_problems(folder),
         lambda table, problem: table.find(_row(problem, asked, outcome="", message="").key),
-        lambda problem: _measured(problem, plain, motion, asked, progress),
+        lambda problem: _measured(problem, plain, motion, asked, progress, python),
         to_markdown,
         "problems",
         progress,
@@ -50,11 +53,16 @@ def bench_motion(
 
 
 def _measured(
-    problem: Problem, plain: PlanRequest, motion: LimitsRequest, asked: dict[str, Any], progress: Progress
+    problem: Problem,
+    plain: PlanRequest,
+    motion: LimitsRequest,
+    asked: dict[str, Any],
+    progress: Progress,
+    python: str | None,
 ) -> list[Row]:
     """The row of a problem; none where stopped."""
     request = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
-    columns = measure(request, motion, progress.renamed(lambda stage, done, total: None))
+    columns = measure(request, motion, progress.renamed(lambda stage, done, total: None), python)
     return [] if progress.stopped else [_row(problem, asked, **columns)]
 
 
