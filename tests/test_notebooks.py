@@ -15,7 +15,15 @@ from nbclient import NotebookClient
 
 FOLDER = Path(__file__).resolve().parents[1] / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
-TAUGHT = ("first_plan", "beta_tradeoff", "laws_compared", "planar_arm", "roadmap_and_proofs", "bring_your_own")
+TAUGHT = (
+    "first_plan",
+    "beta_tradeoff",
+    "laws_compared",
+    "planar_arm",
+    "roadmap_and_proofs",
+    "bring_your_own",
+    "motion",
+)
 
 each = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 
