@@ -85,13 +85,13 @@ def plan(
             limits,
             law=timing.time_law,
             floor=floor,
-            cost=_cost_in_motion(solved),
+            cost=cost_in_motion(solved),
             extra_cost=timing.extra_cost,
         )
     return replace(solved, trajectory=trajectory)
 
 
-def _cost_in_motion(found: Plan) -> MotionCost:
+def cost_in_motion(found: Plan) -> MotionCost:
     """The objective along motions of any length, charged along them whatever the roadmap charges."""
     request, scale = found.request, found.roadmap.scale
     kinds = request.manipulability_cost, request.metric

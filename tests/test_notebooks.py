@@ -22,6 +22,7 @@ TAUGHT = (
     "planar_arm",
     "roadmap_and_proofs",
     "bring_your_own",
+    "motion",
     "a_field_heals",
 )
 

@@ -167,14 +167,15 @@ def motion(
     margin: float = 0.0,
     widen_limits: Flag = False,
     seed: int = 0,
+    python: str | None = None,
     workers: Workers = SERIAL,
     debug: Flag = False,
 ) -> int:
     """A folder of planning problems: the motions along their paths, how long they take and what they break or touch.
 
     A problem is as 'planner bench plan' has it. Durations are set against stopping at every corner and, where it is
-    installed, against toppra along the same rounded path; contacts are looked for at 0.1 mm of motion by the library
-    that has not planned. Writes motion.csv and motion.md.
+    installed, against toppra along the same curve; with --python also against roboplan's time law over the same path.
+    Contacts are looked for at 0.1 mm of motion by the library that has not planned. Writes motion.csv and motion.md.
 
     Args:
         folder: Folder of the problems.
@@ -187,6 +188,7 @@ def motion(
         margin: Distance in metres to keep from every obstacle, and between links.
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         seed: Seed to plan every problem with.
+        python: Python of an environment of its own with roboplan in it.
         debug: Show tracebacks of errors.
     """
     from planner.studies.bench_motion.run import bench_motion
@@ -201,7 +203,7 @@ def motion(
         min_manipulability=min_manipulability,
         beta=beta,
     )
-    return measure(out, lambda progress: bench_motion(folder, out, plain, limits, progress, workers))
+    return measure(out, lambda progress: bench_motion(folder, out, plain, limits, progress, python, workers))
 
 
 def replan(

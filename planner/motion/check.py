@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.polynomials import evaluate
+from planner.base.errors import FileError
+from planner.base.polynomials import bernstein, evaluate
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK
 from planner.collision import second_checker
@@ -24,7 +25,8 @@ from planner.motion.proof import MotionProof, limits_exceeded, prove_motion
 from planner.motion.trajectory import Trajectory
 from planner.query.resolve import looks_like_degrees
 
-_W_APART = 0.01  # s between two looks at w
+_W_APART, _LOOKS = 0.01, 10_000  # s between two looks at w, and how many there are at most
+_FARTHEST = 1000.0  # rad (m)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +79,7 @@ def check_trajectory(
     if report.fault:
         return report
     trajectory = points.trajectory()
+    _require_within_reason(trajectory)
     degrees = bool(limits_exceeded(trajectory, checker.robot, limits)) and looks_like_degrees(
         checker.robot, points.columns[0]
     )
@@ -89,10 +92,21 @@ def check_trajectory(
     )
     proof = prove_motion(trajectory, EdgeProver(checker), limits, room=PROOF_OF_CHECK)
     progress("proofs", pieces, pieces)
-    times = np.linspace(trajectory.times[0], trajectory.times[-1], int(trajectory.duration / _W_APART) + 2)
+    times = np.linspace(trajectory.times[0], trajectory.times[-1], min(int(trajectory.duration / _W_APART), _LOOKS) + 2)
     w = manipulability(checker.robot, trajectory.at(times))
     contact = seen or _proven_contact(trajectory, proof, checker)
     return TrajectoryReport(checker, points, limits, step, None, False, trajectory, proof, contact, w, times)
+
+
+def _require_within_reason(trajectory: Trajectory) -> None:
+    """Raise :class:`FileError` for swings that no arm does, and that would take forever to sample."""
+    hull = np.abs(bernstein(trajectory.coefficients)).max(axis=(1, 2))
+    if hull.max() > _FARTHEST:
+        k = int(hull.argmax())
+        raise FileError(
+            f"between {trajectory.times[k]:g} and {trajectory.times[k + 1]:g} s the trajectory swings as far as "
+            f"{hull[k]:.3g} rad: mend its positions or velocities."
+        )
 
 
 def sampled_contact(

@@ -21,6 +21,7 @@ UNITS = {"velocity": "/s", "acceleration": "/s²", "jerk": "/s³"}
 ASSUMED_VELOCITY = 1.0  # rad/s, m/s
 ASSUMED_ACCELERATION = 5.0  # rad/s², m/s²
 ASSUMED_JERK_PER_ACCELERATION = 100.0  # 1/s: full acceleration is there 10 ms after none
+_SMALLEST = 1e-6
 _LARGEST = {"velocity": 1e4, "acceleration": 1e4, "jerk": 1e7}  # no joint comes near; times would drown in rounding
 
 
@@ -138,11 +139,11 @@ def _each_joint(robot: Robot, values: float | list[float]) -> Floats:
 
 
 def _require_usable(joints: tuple[str, ...], values: Floats, kind: str, source: str) -> None:
-    bad = np.flatnonzero(~((values > 0) & (values <= _LARGEST[kind])))
+    bad = np.flatnonzero(~((values >= _SMALLEST) & (values <= _LARGEST[kind])))
     if len(bad):
         raise LimitError(
             f"{kind} limit {values[bad[0]]:g} of joint '{joints[bad[0]]}' ({source}) is not usable: "
-            f"give a number above 0, {_LARGEST[kind]:g} at most."
+            f"give a number above 0, from {_SMALLEST:g} to {_LARGEST[kind]:g}."
         )
 
 

@@ -187,14 +187,14 @@ def _from_csv(text: str, where: str) -> tuple[Floats, list[Floats], Any, Any] | 
 
 def _from_npz(path: Path, where: str) -> tuple[Floats, list[Floats], Any, Any]:
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             content = {key: file[key] for key in ("t", *_OWN, "joints") if key in file}
             given = _OWN[: next((k for k, key in enumerate(_OWN) if key not in content), len(_OWN))] or _OWN[:1]
-            times, columns = content["t"].astype(float), [content[key].astype(float) for key in given]
+            times, *columns = (content[key].astype(float, casting="same_kind") for key in ("t", *given))
             names = tuple(map(str, content["joints"].tolist())) if "joints" in content else None
     except FileNotFoundError:
         raise FileError(f"{where} not found: check the path.") from None
-    except (OSError, ValueError, KeyError, EOFError, TypeError, MemoryError) as error:
+    except Exception as error:  # of zip, zlib, NumPy and of their underlying files: of many kinds
         raise FileError(f"{where} is no .npz with t, q and qd: {type(error).__name__}; mend the file.") from None
     if times.ndim != 1 or columns[0].ndim != 2 or len(columns[0]) != len(times):
         raise FileError(f"{where}: t has to be (k,) and q (k, joints); mend the file.")

@@ -14,7 +14,7 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.formats import require_readable_version
-from planner.base.yamlfile import read_text
+from planner.base.yamlfile import read_text, shown
 from planner.world.robot import Robot
 
 _NAMES = ("joints", "joint_names")
@@ -66,7 +66,7 @@ def read_joint_path(path: Path, robot: Robot) -> Floats:
 def in_order(content: PathFile, robot: Robot, where: str) -> Floats:
     """The rows with their columns in the robot's order of joints; :class:`FileError` where that cannot be."""
     if content.robot not in (None, robot.name):
-        raise FileError(f"{where} is for robot '{content.robot}', not '{robot.name}': choose it with --robot.")
+        raise FileError(f"{where} is for robot {shown(content.robot)}, not '{robot.name}': choose it with --robot.")
     if not len(content.rows):
         raise FileError(f"{where} holds no rows: give at least one configuration.")
     if content.names is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.base.errors import FileError
 from planner.collision import make_checker
 from planner.collision.edge_prover import Verdict
 from planner.motion.check import TrajectoryReport, check_trajectory
@@ -74,3 +75,9 @@ def test_what_breaks_a_limit_is_named(times: list[float], columns: tuple, words:
     report = report_of(times, *columns)
     assert not report.ok
     assert words in verdict_sentence(report)
+
+
+def test_a_swing_beyond_all_reason_is_refused() -> None:
+    """It would take forever to sample."""
+    with pytest.raises(FileError, match="between 0 and 900 s the trajectory swings as far as"):
+        report_of([0.0, 900.0], [[-0.6, 0.0], [-0.3, 0.0]], [[900.0, 0.0], [0.0, 0.0]])

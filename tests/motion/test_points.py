@@ -68,3 +68,12 @@ def test_what_cannot_be_read_is_a_sentence(name: str, text: str, words: str, tmp
 def test_a_path_without_times_is_none(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("joint_1,joint_2\n0,0\n1,1\n")
     assert read_points(tmp_path / "a.csv", ARM) is None
+
+
+@pytest.mark.parametrize("place", [0, 60, 200])
+def test_damaged_arrays_are_refused(place: int, tmp_path: Path) -> None:
+    content = bytearray(export(MADE, "npz"))
+    content[place] ^= 0xFF
+    (tmp_path / "a.npz").write_bytes(content)
+    with pytest.raises(FileError, match=r"is no \.npz with t, q and qd"):
+        read_points(tmp_path / "a.npz", ARM)

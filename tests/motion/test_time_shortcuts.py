@@ -14,7 +14,7 @@ from planner.motion.check import sampled_contact
 from planner.motion.timing import time_path, timed_curve
 from planner.motion.trajectory import Trajectory
 from planner.plan_record import Plan
-from planner.planning import _cost_in_motion
+from planner.planning import cost_in_motion
 from planner.world.poses import pose
 from planner.world.shapes import Box
 from tests.worlds import load, scene_of
@@ -73,7 +73,7 @@ def test_the_floor_holds_on_them() -> None:
 
 @pytest.mark.parametrize("extra", [0.0, 0.2])
 def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
-    cost = _cost_in_motion(solved)
+    cost = cost_in_motion(solved)
     motion = time_path(solved.path, solved.checker, cost=cost, extra_cost=extra)
     slower = time_path(solved.path, solved.checker, law="blended")
     assert motion.proven

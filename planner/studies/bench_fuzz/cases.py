@@ -15,12 +15,19 @@ import numpy as np
 
 from planner.base.arrays import frozen
 from planner.base.hashing import content_hash
+from planner.base.request import LimitsRequest
 from planner.base.resources import robots_folder, scenes_folder
 from planner.base.targets import parse_target
 from planner.base.yamlfile import parse_yaml
 from planner.collision import BACKENDS, make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
+from planner.motion.check import check_trajectory
+from planner.motion.export import export
+from planner.motion.file import TRAJECTORY_NAME, load_trajectory
+from planner.motion.limits import MotionLimits
+from planner.motion.points import read_points
+from planner.motion.report import report_record, report_rows
 from planner.paths.file import read_joint_path
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.repair import verify
@@ -125,6 +132,45 @@ PATH = {
     "path": [[0.0, 0.5], [0.2, 0.4], [0.4, 0.1]],
     "points": [{"time_from_start": 0, "positions": [0.0, 0.5]}, {"time_from_start": 1, "positions": [0.2, 0.4]}],
 }
+_POINTS = [
+    {"positions": [0.0, 0.5], "velocities": [0.0, 0.0], "accelerations": [0.5, 0.0], "time_from_start": {"sec": 0}},
+    {"positions": [0.2, 0.4], "velocities": [0.2, -0.1], "time_from_start": {"sec": 0, "nanosec": 900000000}},
+    {"positions": [0.4, 0.1], "velocities": [0.0, 0.0], "time_from_start": {"sec": 2, "nanosec": 5}},
+]
+MOVEIT_TRAJECTORY = {
+    "joint_trajectory": {
+        "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "world"},
+        "joint_names": ["joint_2", "joint_1"],
+        "points": [{**point, "accelerations": [0.0, 0.0], "effort": []} for point in _POINTS],
+    },
+    "multi_dof_joint_trajectory": {"joint_names": [], "points": []},
+}
+OWN_TRAJECTORY = {
+    "robot": ARM,
+    "law": "shortcuts",
+    "interpolation": "quintics",
+    "joints": ["joint_1", "joint_2"],
+    "limits": {
+        **{kind: [2.0, 2.0] for kind in ("velocity", "acceleration", "jerk")},
+        "source": {kind: "a file" for kind in ("velocity", "acceleration", "jerk")},
+    },
+    "proven": False,
+    "points": [{"t": t, "q": [0.1 * t, 0.2], "qd": [0.1, 0.0], "qdd": [0.0, 0.0]} for t in (0.0, 1.0)]
+    + [{"t": 2.5, "q": [0.3, 0.2], "qd": [0.0, 0.0], "qdd": [0.0, 0.0]}],
+}
+JOINT_LIMITS = {
+    "default_velocity_scaling_factor": 0.1,
+    "default_acceleration_scaling_factor": 0.5,
+    "joint_limits": {
+        "joint_1": {
+            "has_velocity_limits": True,
+            "max_velocity": 1.5,
+            "has_acceleration_limits": True,
+            "max_acceleration": 3.0,
+        },
+        "joint_2": {"has_velocity_limits": False, "max_velocity": 0, "has_jerk_limits": True, "max_jerk": 100},
+    },
+}
 CSV = "time,joint_2,joint_1\n0.0,0.5,0.0\n0.5,0.4,0.2\n1.0,0.1,0.4\n"
 _TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)[
     np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -143,6 +189,11 @@ def kinds() -> dict[str, FileKind]:
         "request": FileKind(".yaml", _request, use_request),
         "roadmap": FileKind(".npz", _roadmap, use_roadmap),
         "path json": FileKind(".json", _path, use_path),
+        "moveit trajectory": FileKind(".yaml", lambda rng: _changed(MOVEIT_TRAJECTORY, rng), use_trajectory),
+        "trajectory.json": FileKind("-trajectory.json", lambda rng: _changed(OWN_TRAJECTORY, rng), use_trajectory),
+        "trajectory csv": FileKind(".csv", lambda rng: mutated_text(CSV, rng), use_trajectory),
+        "trajectory npz": FileKind(".npz", _trajectory_npz, use_trajectory),
+        "joint limits": FileKind(".yaml", lambda rng: _changed(JOINT_LIMITS, rng), use_limits),
         "path csv": FileKind(".csv", lambda rng: mutated_text(CSV, rng), use_path),
         "stl": FileKind(".stl", lambda rng: mutated_bytes(_stl(), rng), use_mesh),
         "stl text": FileKind(".stl", lambda rng: mutated_text(_stl_text(), rng), use_mesh),
@@ -197,6 +248,25 @@ def use_request(path: Path) -> None:
 def use_path(path: Path) -> None:
     """The path in the arm's order of joints."""
     read_joint_path(path, _arm())
+
+
+def use_trajectory(path: Path) -> None:
+    """The trajectory of the arm is checked in the empty scene, and ours is exported."""
+    points = read_points(path, _arm())
+    if points is None:
+        read_joint_path(path, _arm())
+        return
+    own = points.limits or MotionLimits.of(_arm())
+    report = check_trajectory(make_checker(_arm(), Scene.load("empty"), "coal"), points, own, step=0.05)
+    report_rows(report)
+    json.dumps(report_record(report), allow_nan=False)
+    if path.name.endswith(TRAJECTORY_NAME):
+        export(load_trajectory(path), "ros-json")
+
+
+def use_limits(path: Path) -> None:
+    """The arm's limits with those of the file."""
+    MotionLimits.of(_arm(), LimitsRequest(limits=path)).text()
 
 
 def use_roadmap(path: Path) -> None:
@@ -278,9 +348,26 @@ def _request(rng: np.random.Generator) -> bytes:
 
 
 def _path(rng: np.random.Generator) -> bytes:
+    return _changed(PATH, rng)
+
+
+def _changed(data: dict[str, Any], rng: np.random.Generator) -> bytes:
+    """Plain data as JSON, changed as text or as a tree."""
     return (
-        mutated_text(json.dumps(PATH, indent=1), rng) if rng.random() < 0.3 else as_json(mutated_tree(PATH, rng), rng)
+        mutated_text(json.dumps(data, indent=1), rng) if rng.random() < 0.3 else as_json(mutated_tree(data, rng), rng)
     )
+
+
+def _trajectory_npz(rng: np.random.Generator) -> bytes:
+    """Bytes changed; or one of the arrays."""
+    arrays = {"t": np.array([0.0, 1.0, 2.5]), "q": np.array([[0.0, 0.5], [0.2, 0.4], [0.4, 0.1]])}
+    arrays["qd"] = np.zeros((3, 2))
+    if whole := rng.random() < 0.5:
+        name = str(rng.choice(list(arrays)))
+        arrays[name] = _odd_array(arrays[name], rng)
+    buffer = io.BytesIO()
+    np.savez(buffer, allow_pickle=False, **arrays, joints=np.array(["joint_1", "joint_2"]))
+    return buffer.getvalue() if whole else mutated_bytes(buffer.getvalue(), rng)
 
 
 def _stl() -> bytes:

@@ -25,9 +25,12 @@ def bench_motion(
     plain: PlanRequest,
     motion: LimitsRequest,
     progress: Progress = QUIET,
+    python: str | None = None,
     workers: WorkersRequest = SERIAL,
 ) -> Bench[Row]:
     """Plan every problem of :func:`find_problems` in ``folder`` as ``plain`` says, and time its path within limits.
+
+    ``python`` is that of an environment with roboplan, whose time law is then set beside ours.
 
     ``out`` gets ``motion.csv`` and ``motion.md``; rows that are there already are kept. Raises OptionError for options
     that the problem decides, LimitError for limits that the robot does not allow, FileError for unusable folders.
@@ -43,7 +46,7 @@ def bench_motion(
         Row,
         find_problems(folder),
         lambda table, problem: table.find(_row(problem, asked, outcome="", message="").key),
-        partial(_measured, plain=plain, motion=motion, asked=asked),
+        partial(_measured, plain=plain, motion=motion, asked=asked, python=python),
         to_markdown,
         "problems",
         progress,
@@ -53,11 +56,16 @@ def bench_motion(
 
 
 def _measured(
-    problem: Problem, progress: Progress, plain: PlanRequest, motion: LimitsRequest, asked: dict[str, Any]
+    problem: Problem,
+    progress: Progress,
+    plain: PlanRequest,
+    motion: LimitsRequest,
+    asked: dict[str, Any],
+    python: str | None,
 ) -> list[Row]:
     """The row of a problem; none where stopped."""
     request = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
-    columns = measure(request, motion, progress.renamed(lambda stage, done, total: None))
+    columns = measure(request, motion, progress.renamed(lambda stage, done, total: None), python)
     return [] if progress.stopped else [_row(problem, asked, **columns)]
 
 
