@@ -15,7 +15,8 @@ PACKAGE = TESTS.parent / "planner"
 # the rooms of the house, floor by floor: a room sees itself and the floors below
 FLOORS: tuple[tuple[str, ...], ...] = (
     ("base",),
-    ("world", "gabf", "native", "schemas"),  # gabf sees base only: it knows no robot
+    ("native",),
+    ("world", "gabf", "schemas"),  # gabf sees base and native only: it knows no robot
     ("kinematics",),
     ("collision",),
     ("query",),
