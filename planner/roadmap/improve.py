@@ -1,7 +1,7 @@
 """A roadmap improved for one objective: its best paths refined, and other ones searched where samples say they may be.
 
 Work is counted in rounds, ``effort`` of them. A round refines the cheapest path that still gains. Every third one, or
-every second one where w counts, or where no path gains, adds informed samples, searches a cheaper path through them
+every second one where w counts, or where no path gains, one adds informed samples, searches a cheaper path through them
 or else one unlike those that were found before, and refines that. So paths of several homotopy classes are refined, and
 as the effort grows the cheapest one converges to the optimum.
 """

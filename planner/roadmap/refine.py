@@ -25,7 +25,6 @@ _CORNER, _ROUNDS_PER_CORNER = 0.004, 6  # of the cost: what a waypoint must gain
 _ROUNDING = (0.02, 0.6)  # rad: how far from a corner points are tried that cut it
 _LEAST_GAIN = 1e-4  # relative: less is not worth a proof
 _POINTS = 40  # of a path at most among which shortcuts are searched
-_CHAINS = 30  # cheapest chains that are looked at, until one is proven; then the cheapest of what is
 _SHORT, _LONG = 0.5, 1.0  # rad: the pieces that shortcuts are taken among, and those that descent moves
 _STRETCHES, _PROVEN_STRETCHES = 12, 2  # per try of partial shortcuts
 _SWEEPS = 12  # of descent; each moves every second waypoint
@@ -97,7 +96,7 @@ class PathRefiner:
         if k < 3:
             return points
         price, proven = self._pairs(points, corner), np.eye(k, k, 1, dtype=bool)
-        for _ in range(_CHAINS):
+        while True:
             rows = _cheapest_chain(price)
             a, b = rows[:-1], rows[1:]
             asked = ~proven[a, b]
@@ -107,7 +106,6 @@ class PathRefiner:
             free = self.allowed(points[a], points[b])
             proven[a[free], b[free]] = True
             price[a[~free], b[~free]] = np.inf
-        return points[_cheapest_chain(np.where(proven, price, np.inf))]
 
     def allowed(self, a: Floats, b: Floats) -> Bools:
         """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""

@@ -51,7 +51,7 @@ def test_without_rounds_or_a_path_nothing_changes() -> None:
 
 def test_a_dip_between_two_good_ends_is_gone() -> None:
     """Both ends bend the arm one way; the best path of the roadmap straightens it between them."""
-    request = replace(REQUEST, beta=0.2, effort=2)
+    request = replace(REQUEST, beta=0.2, effort=2, above_ends=True)
     roadmap = replace(post_roadmap(), starts=np.array([49]), goals=np.array([25]))
     least = manipulability(ROBOT, roadmap.nodes[[49, 25]]).min()
     assert path_manipulability(ROBOT, best(roadmap, 0.2)[1]).min() < 0.8 * least

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.roadmap.informed import _in_ellipsoid
+from planner.kinematics.manipulability import manipulability
+from planner.roadmap.informed import _in_ellipsoid, _lifted
 from tests.worlds import load
 
 
@@ -18,3 +19,13 @@ def test_samples_fill_the_ellipsoid() -> None:
     inner = np.linalg.norm(q - a, axis=1) + np.linalg.norm(q - b, axis=1) < np.sqrt(1.06 + 0.25 * (1.69 - 1.06))
     area = [length * np.sqrt(length**2 - 1.06) for length in (np.sqrt(1.06 + 0.25 * (1.69 - 1.06)), 1.3)]
     assert inner.mean() == pytest.approx(area[0] / area[1], abs=0.03)
+
+
+def test_lifted_states_rise_in_w_within_limits() -> None:
+    robot, rng = load("panda"), np.random.default_rng(3)
+    q = rng.uniform(robot.lower, robot.upper, (40, robot.dof))
+    lifted = _lifted(robot, q, rng)
+    gain = manipulability(robot, lifted) - manipulability(robot, q)
+    assert (gain > 0).mean() > 0.9
+    assert ((lifted >= robot.lower) & (lifted <= robot.upper)).all()
+    assert np.linalg.norm(lifted - q, axis=1).max() <= 1.0 + 1e-9
