@@ -18,7 +18,7 @@ def test_every_moment_has_a_panel_with_its_own_rims() -> None:
     network = build_network(roadmap, 1.0)
     before = gabf.oracle(network)
     i, j = roadmap.edges[5].tolist()
-    cut = network.without_arcs([*network.arcs_between(i, j), *network.arcs_between(j, i)])
+    cut = network.without_arcs(np.concatenate([network.arcs_between(i, j), network.arcs_between(j, i)]))
     after = gabf.oracle(cut)
     nowhere = np.full(len(after), np.inf)
     moments = {"before": before, "half way": 0.5 * (before + after), "after": after, "cut off": nowhere}

@@ -1,0 +1,42 @@
+"""Horizons and first contacts in time, where a formula says when."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.in_time import TimedProver
+from planner.motion.in_time import certified_horizon, first_touch_in_time, prove_in_time
+from planner.motion.trajectory import Trajectory
+from planner.world.moving import KnownMotion, MovingObstacle
+from planner.world.poses import pose
+from planner.world.scene import Scene
+from planner.world.shapes import Obstacle, Sphere
+from tests.worlds import load
+
+STILL = Trajectory.through(("joint_1", "joint_2"), np.array([0.0, 4.0]), np.zeros((2, 2)))
+
+
+@pytest.mark.parametrize("limit", [0.1, 0.4, 2.0])
+def test_the_horizon_of_a_standing_arm_is_distance_over_speed(limit: float) -> None:
+    dog = Obstacle("dog", Sphere(0.1), pose([2.0, 0, 0]), speed_limit=limit)
+    checker = make_checker(load("planar_2r"), Scene("dog", (dog,)))
+    prover = TimedProver(checker, limited=[dog])
+    gap = float(prover.gaps(np.zeros(2)).min())
+    until = certified_horizon(STILL, prover)
+    assert 0.99 * gap / limit <= until <= gap / limit
+    assert prove_in_time(STILL, checker).to_dict() == {"horizon": {"free_until": until, "speed_limits": {"dog": limit}}}
+
+
+def test_coal_sees_a_ball_when_it_arrives() -> None:
+    ball = MovingObstacle("ball", Sphere(0.1), KnownMotion([0, 4], [pose([2.0, 0, 0]), pose([0.8, 0, 0])]))
+    checker = make_checker(load("planar_2r"), Scene("ball", moving=(ball,)))
+    gap = float(TimedProver(checker, [ball]).gaps(np.zeros(2)).min())
+    found = first_touch_in_time(STILL, checker, [ball], 1e-3)
+    assert found is not None
+    assert found[0] == pytest.approx(gap / 0.3, abs=0.01)
+    assert not prove_in_time(STILL, checker).whole
+    early = Trajectory.through(STILL.joints, np.array([0.0, 0.9 * gap / 0.3]), np.zeros((2, 2)))
+    assert first_touch_in_time(early, checker, [ball], 1e-3) is None
+    assert prove_in_time(early, checker).whole
