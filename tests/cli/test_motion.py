@@ -22,7 +22,7 @@ def test_plan_writes_a_trajectory_and_says_how_long_it_takes(run: Run, tmp_path:
     assert record["proven"] is summary["proven"] is True
     assert record["limits"]["acceleration"] == [3.0, 3.0]
     assert f"{record['duration']:.3f} s" in out
-    assert "--acceleration 3" in " ".join(out.split())
+    assert "--acceleration 3" in " ".join(out.replace("│", " ").split())
     points = record["points"]
     np.testing.assert_allclose(points[0]["q"], [-1, 0.5])
     np.testing.assert_allclose(points[-1]["q"], [1, 0.9])

@@ -23,7 +23,9 @@ STEP = 1e-4  # m of motion between two looks at a motion
 REFUSED = "refused"
 
 
-def measure(request: PlanRequest, motion: LimitsRequest, progress: Progress, python: str | None) -> dict[str, Any]:
+def measure(
+    request: PlanRequest, motion: LimitsRequest, progress: Progress, python: str | None = None
+) -> dict[str, Any]:
     """The columns of a row; input that the planner refuses is a row like any other."""
     try:
         found = plan(request, progress)
