@@ -52,7 +52,6 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "world_prove": (_Pointer, *4 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
     "curve_quickest": (_int, _int, *7 * [_Pointer]),
-    "arcs_least": (ctypes.c_int64, *6 * [_Pointer], _int, _Pointer),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
@@ -336,17 +335,3 @@ def quickest_motion(
     found = np.empty((len(piece), 3))
     _library.curve_quickest(len(piece), pieces.shape[2], *(_at(array) for array in arrays), _at(found))
     return found
-
-
-def least_over_arcs(rows: Ints, first: Ints, heads: Ints, slope: Floats | None, offset: Floats, y: Floats) -> Floats:
-    """The least of slope y[head] + offset over the arcs of each of ``rows`` (k,); +inf where it has none.
-
-    Row i has the arcs ``first[i]`` to ``first[i + 1]``; slopes are 1 where they are None.
-    """
-    rows, first, heads, offset, y = _ints(rows), _ints(first), _ints(heads), _floats(offset), _floats(y)
-    slope, least = None if slope is None else _floats(slope), np.empty(len(rows))
-    _library.arcs_least(
-        len(rows), _at(rows), _at(first), _at(heads), None if slope is None else _at(slope), _at(offset), _at(y),
-        threads(), _at(least),
-    )  # fmt: skip
-    return least

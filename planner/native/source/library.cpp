@@ -2,7 +2,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <limits>
 #include <system_error>
 #include <thread>
 
@@ -329,25 +328,6 @@ int world_first_near(const World* world, int n, const double* q) {
         }
     }
     return n;
-}
-
-// The least of slope * y[head] + offset over the arcs first[i] to first[i + 1] of each of `rows` (count,); all slopes
-// are 1 where none are given.
-void arcs_least(int64_t count, const int64_t* rows, const int64_t* first, const int64_t* heads, const double* slope,
-                const double* offset, const double* y, int threads, double* least) {
-    constexpr int64_t at_a_time = 8192;  // rows: starting a thread takes as long as a hundred microseconds of them
-    const int parts = static_cast<int>((count + at_a_time - 1) / at_a_time);
-    share_out(parts, threads, 1, [] { return 0; }, [&](int part, int&) {
-        const int64_t end = std::min(count, (part + 1) * at_a_time);
-        for (int64_t k = part * at_a_time; k < end; ++k) {
-            double best = std::numeric_limits<double>::infinity();
-            for (int64_t a = first[rows[k]]; a < first[rows[k] + 1]; ++a) {
-                const double value = (slope ? slope[a] * y[heads[a]] : y[heads[a]]) + offset[a];
-                best = value < best ? value : best;
-            }
-            least[k] = best;
-        }
-    });
 }
 
 // Lengths (count,) of the shortest paths between pairs (count, 2) of nodes; infinite beyond limits (count,)
