@@ -9,13 +9,10 @@ import uuid
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from planner.base.errors import FileError, InstallationError, OptionError, PlannerError
 from planner.base.progress import Progress
-
-if TYPE_CHECKING:
-    from distributed import Client  # pyright: ignore[reportMissingImports]
 
 _SECONDS = 10.0  # to reach the scheduler within
 
@@ -43,7 +40,7 @@ class StopSignal:
 class Cluster:
     """The workers of a Dask scheduler."""
 
-    def __init__(self, client: Client) -> None:
+    def __init__(self, client: Any) -> None:  # a Client: its methods are typed as those of an asynchronous one
         self._client = client
         self.signal = StopSignal(f"planner-stop-{uuid.uuid4().hex}")
 
@@ -83,7 +80,8 @@ def local_cluster(workers: int) -> Iterator[str]:
     """The address of a cluster of so many processes on 127.0.0.1, which end with the block."""
     from distributed import LocalCluster  # pyright: ignore[reportMissingImports]
 
-    with LocalCluster(
+    made: Any = LocalCluster
+    with made(
         n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=logging.ERROR
     ) as found:
         yield found.scheduler_address

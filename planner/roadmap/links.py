@@ -37,7 +37,8 @@ def nearest_of(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tupl
 
     tree = KDTree(wrapped(nodes), boxsize=np.where(robot.continuous, 2 * np.pi, 0.0))
     nearest: Any = [*range(1, count + 1)]  # a list keeps the second axis where it has one entry
-    return tree.query(wrapped(queries), k=nearest, workers=threads())
+    length, order = tree.query(wrapped(queries), k=nearest, workers=threads())
+    return length, np.asarray(order, dtype=np.int64)
 
 
 def candidate_links(robot: Robot, nodes: Floats, edges: Ints, neighbours: int = NEIGHBOURS) -> Ints:

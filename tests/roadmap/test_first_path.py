@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -42,7 +44,7 @@ def test_the_last_report_says_that_it_is_there() -> None:
 class Nothing(EdgeProver):
     """Proves no motion at all."""
 
-    def prove(self, start: np.ndarray, delta: np.ndarray, *more: float):  # type: ignore[override]
+    def prove(self, start: np.ndarray, delta: np.ndarray, *more: Any):  # type: ignore[override]
         proofs = super().prove(start, delta, *more)
         proofs.verdict[:] = Verdict.UNDECIDED
         return proofs

@@ -94,8 +94,8 @@ def test_start_is_goal(post):
 class Doubting(EdgeProver):
     """Proves no motion from a node on a chessboard's black squares, whatever is in the way."""
 
-    def prove(self, start, delta, room=PROOF):
-        proofs = super().prove(start, delta, room)
+    def prove(self, start, delta, room=PROOF, contacts=True):
+        proofs = super().prove(start, delta, room, contacts)
         proofs.verdict[self.doubts(start)] = Verdict.UNDECIDED
         return proofs
 

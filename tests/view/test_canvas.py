@@ -91,5 +91,5 @@ def test_a_page_is_one_file_whatever_its_title(tmp_path: Path) -> None:
 
 def test_a_mesh_is_sent_as_it_is() -> None:
     canvas, mesh = Canvas(), Mesh(np.eye(3), np.array([[0, 1, 2]]))
-    canvas.surface("path", mesh, GREY)
+    canvas.shape("path", mesh, np.eye(4), GREY)
     assert positions(canvas).tolist() == np.eye(3).tolist()
