@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Ints, frozen
+from planner.base.arrays import frozen
 from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.reasons import FloorTooHigh, NoPath
@@ -17,7 +17,6 @@ from planner.costs.conditioning import judge_conditioning
 from planner.costs.healing import HealingNetwork, warm_start
 from planner.costs.highest_floor import highest_floor, highest_grown_floor
 from planner.costs.improvement import improved_roadmap, of_size_asked, without_dip
-from planner.costs.manipulability_floor import LayeredNetwork
 from planner.costs.network import build_network, path_cost
 from planner.motion.limits import MotionLimits
 from planner.motion.timing import time_path
@@ -126,7 +125,7 @@ def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Pla
         with clock("gabf"):
             cost_to_go = gabf.solve(layered.network, law=law, x0=warm_start(layered.network, cost_to_go, law))
         with clock("path"):
-            steps = _cheapest_path(layered, cost_to_go)
+            steps = gabf.cheapest_path(cost_to_go, layered.starts)
             if not len(steps) or healing.accepts(steps):
                 break
     failed = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
@@ -166,14 +165,6 @@ def _reason(failed: Plan, progress: Progress) -> NoPath | None:
     if grew_above:
         return FloorTooHigh(floor, highest_grown_floor(roadmap, checker, request, progress))
     return FloorTooHigh(floor, highest_floor(roadmap, checker, request))
-
-
-def _cheapest_path(layered: LayeredNetwork, cost_to_go: gabf.CostToGo) -> Ints:
-    """The nodes (k,) from the start of the least cost-to-go to a goal; none where no start reaches one."""
-    start = int(layered.starts[np.argmin(cost_to_go.x[layered.starts])])
-    if not np.isfinite(cost_to_go.x[start]):
-        return np.zeros(0, dtype=np.int64)
-    return gabf.extract_path(layered.network, cost_to_go, start)
 
 
 def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:

@@ -10,7 +10,7 @@ import tyro
 
 from planner.base.request import LimitsRequest, WorldRequest
 from planner.cli.common import Flag
-from planner.cli.terminal import complain, say, show, watching
+from planner.cli.terminal import complain, facts, say, show, watching
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
@@ -58,9 +58,6 @@ def check(
     from planner.paths.check import check_path, require_step, worst_excess
 
     require_step(step)
-    from rich.markup import escape
-    from rich.table import Table
-
     from planner.motion.points import read_points
     from planner.paths.file import read_joint_path
     from planner.paths.report import excess_text, report_record, report_rows, verdict_sentence
@@ -82,10 +79,7 @@ def check(
             complain(f"{excess_text(robot, excess)}; the rest of the path is checked all the same.")
         with watching() as progress:
             report = check_path(checker, waypoints, step, progress)
-        table = Table("", "", title=escape(f"{path}: {robot.name} in {scene.name}"), show_header=False)
-        for name, value in report_rows(report):
-            table.add_row(name, escape(value))
-        show(table)
+        show(facts(f"{path}: {robot.name} in {scene.name}", report_rows(report)))
         say(verdict_sentence(report))
     return 0 if report.ok else EXIT_NOT_USABLE
 
@@ -93,9 +87,6 @@ def check(
 def _check_trajectory(
     path: Path, checker: CollisionChecker, points: Points, motion: LimitsRequest, step: float, json: bool
 ) -> int:
-    from rich.markup import escape
-    from rich.table import Table
-
     from planner.motion.check import check_trajectory
     from planner.motion.limits import MotionLimits
     from planner.motion.report import report_record, report_rows, verdict_sentence
@@ -108,10 +99,6 @@ def _check_trajectory(
     else:
         with watching() as progress:
             report = check_trajectory(checker, points, limits, step, progress)
-        title = f"{path}: {checker.robot.name} in {checker.world.scene.name}"
-        table = Table("", "", title=escape(title), show_header=False)
-        for name, value in report_rows(report):
-            table.add_row(name, escape(value))
-        show(table)
+        show(facts(f"{path}: {checker.robot.name} in {checker.world.scene.name}", report_rows(report)))
         say(verdict_sentence(report))
     return 0 if report.ok else EXIT_NOT_USABLE

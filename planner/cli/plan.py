@@ -11,7 +11,7 @@ import tyro
 from planner.base.interrupts import leaving_on_interrupt
 from planner.base.request import PlanRequest, TimingRequest
 from planner.cli.common import STARTED, Flag
-from planner.cli.terminal import complain, say, show, working
+from planner.cli.terminal import complain, facts, say, show, working
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -98,13 +98,7 @@ def plan(
 
 
 def _plan_table(record: dict[str, Any]) -> Table:
-    from rich.markup import escape
-    from rich.table import Table
-
     from planner.plan_record import summary_rows
 
-    table = Table("", "", title=escape(f"{record['robot']} in {record['scene']}"), show_header=False)
-    for name, value in summary_rows(record):
-        table.add_row(name, escape(value))
-    table.add_row("seconds", ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items()))
-    return table
+    seconds = ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items())
+    return facts(f"{record['robot']} in {record['scene']}", [*summary_rows(record), ("seconds", seconds)])

@@ -10,11 +10,9 @@ import tyro
 from planner.base.errors import FileError, OptionError
 from planner.base.request import KeptRequest, RoadmapRequest, require_nodes, require_seed
 from planner.cli.common import Flag
-from planner.cli.terminal import say, show, working
+from planner.cli.terminal import facts, say, show, working
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from planner.roadmap.roadmap import Roadmap
 
 File = Annotated[Path, tyro.conf.Positional]
@@ -76,11 +74,11 @@ def info(file: File, json: Flag = False, debug: Flag = False) -> int:
     from planner.roadmap.storage import load_roadmap
     from planner.roadmap.summary import summary
 
-    facts = summary(load_roadmap(file))
+    found = summary(load_roadmap(file))
     if json:
-        say(dumps(facts, indent=1, allow_nan=False))
+        say(dumps(found, indent=1, allow_nan=False))
     else:
-        show(_info_table(str(file), facts))
+        show(facts(str(file), _info_rows(found)))
     return 0
 
 
@@ -234,32 +232,22 @@ def _size(result: Roadmap) -> str:
     return f"{len(result.nodes)} nodes, {len(result.edges)} edges, {count} component{'' if count == 1 else 's'}"
 
 
-def _info_table(title: str, facts: dict[str, Any]) -> Table:
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table("", "", title=escape(title), show_header=False)
-    for name, value in _info_rows(facts):
-        table.add_row(name, escape(value))
-    return table
-
-
-def _info_rows(facts: dict[str, Any]) -> list[tuple[str, str]]:
-    sizes, degree, w = facts["components"], facts["degree"], facts["manipulability"]
+def _info_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
+    sizes, degree, w = found["components"], found["degree"], found["manipulability"]
     sides = ", ".join(map(str, sizes[:8])) + " nodes" + (f" and {len(sizes) - 8} more" if len(sizes) > 8 else "")
-    joined = "" if facts["connected"] else "; start and goal are not joined"
+    joined = "" if found["connected"] else "; start and goal are not joined"
     return [
-        ("robot", f"{facts['robot']} ({', '.join(facts['joints'])}), tool frame {facts['tool']}"),
-        ("scene", f"{facts['scene']} ({len(facts['obstacles'])} obstacles), margin {facts['margin']:g} m"),
-        ("grown with", f"seed {facts['seed']}; " + ", ".join(f"{k} {v}" for k, v in facts["versions"].items())),
-        ("nodes", f"{facts['nodes']}; starts {facts['starts']}, goals {facts['goals']}"),
-        ("edges", f"{facts['edges']}, {facts['edges_certified']} of them proven free"),
+        ("robot", f"{found['robot']} ({', '.join(found['joints'])}), tool frame {found['tool']}"),
+        ("scene", f"{found['scene']} ({len(found['obstacles'])} obstacles), margin {found['margin']:g} m"),
+        ("grown with", f"seed {found['seed']}; " + ", ".join(f"{k} {v}" for k, v in found["versions"].items())),
+        ("nodes", f"{found['nodes']}; starts {found['starts']}, goals {found['goals']}"),
+        ("edges", f"{found['edges']}, {found['edges_certified']} of them proven free"),
         ("components", f"{len(sizes)}: {sides}{joined}"),
         ("edges per node", f"{degree['min']} to {degree['max']}, mean {degree['mean']:.2f}"),
         ("manipulability w", ", ".join(f"{100 * float(q):g} %: {value:.5f}" for q, value in w.items())),
-        ("edge length", f"{_spread(facts['joint_length'], 'rad')}; tool {_spread(facts['tool_length'], 'm')}"),
-        ("clearance proven", f"beyond the margin {_spread(facts['clearance'], 'm')}; {facts['samples']} samples"),
-        ("sha256", facts["sha256"]),
+        ("edge length", f"{_spread(found['joint_length'], 'rad')}; tool {_spread(found['tool_length'], 'm')}"),
+        ("clearance proven", f"beyond the margin {_spread(found['clearance'], 'm')}; {found['samples']} samples"),
+        ("sha256", found["sha256"]),
     ]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -54,6 +54,17 @@ def let_go_of_output() -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
+
+
+def facts(title: str, rows: Iterable[tuple[str, str]]) -> Table:
+    """Names and what is to be said of them, under a title."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("", "", title=escape(title), show_header=False)
+    for name, value in rows:
+        table.add_row(name, escape(value))
+    return table
 
 
 def show(renderable: Any) -> None:

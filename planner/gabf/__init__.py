@@ -26,7 +26,7 @@ from planner.gabf.network import Network
 from planner.gabf.network_file import read_network, write_network
 from planner.gabf.oracle import bellman_operator, max_error, oracle, residual, value_iteration
 from planner.gabf.partitioned.cut import Partition
-from planner.gabf.path import extract_path
+from planner.gabf.path import cheapest_path, extract_path
 from planner.gabf.references import BackwardEuler, RungeKutta45, right_side
 from planner.gabf.result import CostToGo, Ending, Trajectory
 from planner.gabf.saving import AtTimes, EverySteps
@@ -67,6 +67,7 @@ __all__ = [
     "UserKernel",
     "bellman_operator",
     "certify",
+    "cheapest_path",
     "control_input",
     "examples",
     "extract_path",

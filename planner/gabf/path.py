@@ -39,6 +39,17 @@ def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
     return problem.nodes[path]
 
 
+def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
+    """The path, see :func:`extract_path`, from the one of ``starts`` (s,) with the least cost-to-go.
+
+    No nodes (0,) where none of them reaches a source.
+    """
+    start = int(starts[np.argmin(result.x[starts])])
+    if not np.isfinite(result.x[start]):
+        return np.zeros(0, dtype=np.int64)
+    return extract_path(result.network, result, start)
+
+
 def _position(problem: Problem, start: int) -> int:
     """Where ``start`` stands among the problem's nodes."""
     n = problem.network.n_nodes

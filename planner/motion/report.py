@@ -13,7 +13,7 @@ from planner.motion.check import TrajectoryReport
 from planner.motion.in_time import TimeProof
 from planner.motion.limits import KINDS, UNITS
 from planner.motion.proof import Excess
-from planner.paths.report import circumstances
+from planner.paths.report import circumstances, counted
 from planner.query.resolve import DEGREES
 
 
@@ -33,13 +33,13 @@ def verdict_sentence(report: TrajectoryReport) -> str:
     if not undecided:
         whole = "every piece between two points is proven free as a whole"
         return f"Free and within all limits, at every moment; {whole}.{horizon}"
-    left = f"{_count(undecided, 'piece')} could not be proven"
+    left = f"{counted(undecided, 'piece')} could not be proven"
     return f"Within all limits, and free wherever it was sampled; {left}.{horizon}"
 
 
 def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
     """The report as the terminal's table has it."""
-    size = _count(len(report.points.times), "point")
+    size = counted(len(report.points.times), "point")
     rows = [("limits", report.limits.text())]
     if report.fault:
         return [("trajectory", size), ("times", report.fault), *rows]
@@ -56,7 +56,7 @@ def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
         rows.append((kind, excess_text(report, broken[kind]) if kind in broken else text))
     rows.append(("first contact", _contact(report)))
     proven = int((report.proof.verdict == Verdict.FREE).sum())
-    rows.append(("proofs", f"{proven} of {_count(len(report.proof.verdict), 'piece')} proven free as a whole"))
+    rows.append(("proofs", f"{proven} of {counted(len(report.proof.verdict), 'piece')} proven free as a whole"))
     rows += _rows_in_time(report.proof.in_time)
     if report.w is not None and report.w_times is not None:
         at = report.w_times[report.w.argmin()]
@@ -69,7 +69,7 @@ def _rows_in_time(proof: TimeProof) -> list[tuple[str, str]]:
     """What moves, and what is proven of it; nothing where nothing moves."""
     rows = []
     if proof.moving:
-        text = f"{int(proof.free.sum())} of {_count(len(proof.free), 'piece')} proven clear of {choices(proof.moving)}"
+        text = f"{int(proof.free.sum())} of {counted(len(proof.free), 'piece')} proven clear of {choices(proof.moving)}"
         rows.append(("known motions", text))
     if proof.limits:
         rows.append(("horizon", _horizon(proof)))
@@ -151,7 +151,3 @@ def _contact_record(report: TrajectoryReport) -> dict[str, Any] | None:
         return None
     pair = [found.contact.first, found.contact.second]
     return {"begin": found.begin, "end": found.end, "pair": pair, "q": None if found.q is None else found.q.tolist()}
-
-
-def _count(number: int, thing: str) -> str:
-    return f"{number} {thing}{'' if number == 1 else 's'}"

@@ -28,15 +28,15 @@ def verdict_sentence(report: PathReport) -> str:
     undecided = report.proven.count(Verdict.UNDECIDED)
     if not undecided:
         return "Free and within limits; every segment is proven free as a whole."
-    return f"Free and within limits wherever it was sampled; {_count(undecided, 'segment')} could not be proven."
+    return f"Free and within limits wherever it was sampled; {counted(undecided, 'segment')} could not be proven."
 
 
 def report_rows(report: PathReport) -> list[tuple[str, str]]:
     """The report as the terminal's table has it."""
     if report.degrees:
-        return [("path", _count(len(report.path), "waypoint")), ("joint limits", _limits(report))]
+        return [("path", counted(len(report.path), "waypoint")), ("joint limits", _limits(report))]
     robot, w = report.checker.robot, report.w
-    size = f"{_count(len(report.path), 'waypoint')}, {report.joint_length:.3f} rad, {report.workspace_length:.3f} m"
+    size = f"{counted(len(report.path), 'waypoint')}, {report.joint_length:.3f} rad, {report.workspace_length:.3f} m"
     smallest = f"min {w.min():.3g} ({_where(report.lowest.segment, report.lowest.share)}), mean {w.mean():.3g}"
     return [
         ("path", size),
@@ -86,7 +86,8 @@ def report_record(report: PathReport) -> dict[str, Any]:
     }
 
 
-def _count(number: int, thing: str) -> str:
+def counted(number: int, thing: str) -> str:
+    """ "1 edge", "2 edges"."""
     return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
@@ -134,7 +135,7 @@ def _clearance(report: PathReport) -> str:
 
 def _proofs(report: PathReport) -> str:
     proven, total = report.proven.count(Verdict.FREE), len(report.proven.verdicts)
-    text = f"{proven} of {_count(total, 'segment')} proven free as a whole"
+    text = f"{proven} of {counted(total, 'segment')} proven free as a whole"
     return f"{text}, to keep {1000 * report.proven.bound:.2f} mm from everything" if report.proven.bound else text
 
 

@@ -66,18 +66,10 @@ def search(live: LiveWorld, network: RoadmapNetwork, x: Floats, law: gabf.Law) -
         healing = gabf.heal(network.without(live.proofs.blocked), x, law)
         field, x = healing.cost_to_go, healing.cost_to_go.x
         rounds, raised, updates = rounds + 1, raised + len(healing.raised), updates + healing.updates
-        steps = _cheapest_path(live.roadmap.starts, field)
+        steps = gabf.cheapest_path(field, live.roadmap.starts)
         live, holds = _prove_path(live, network, steps)
         if holds:
             return Found(live, field, steps, rounds, raised, updates)
-
-
-def _cheapest_path(starts: Ints, field: gabf.CostToGo) -> Ints:
-    """The nodes (k,) from the start of the least cost-to-go to a goal; none where no start reaches one."""
-    start = int(starts[np.argmin(field.x[starts])])
-    if not np.isfinite(field.x[start]):
-        return np.zeros(0, dtype=np.int64)
-    return gabf.extract_path(field.network, field, start)
 
 
 def _prove_path(live: LiveWorld, network: RoadmapNetwork, steps: Ints) -> tuple[LiveWorld, bool]:
