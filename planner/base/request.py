@@ -219,8 +219,7 @@ class PlanRequest(SweepRequest):
     beta: float = 0.5
     """Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only."""
     above_ends: bool = False
-    """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost;
-    without the option at 1.05 - 0.05 beta times."""
+    """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost."""
     path_only: bool = False
     """Only a path, the first that is proven, after short cuts: no roadmap grows around it, so beta has next to nothing
     to choose from, and it is refined only where --effort is given."""

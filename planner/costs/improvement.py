@@ -19,8 +19,6 @@ from planner.roadmap.improve import Improvement, improve, without_last_grown
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
-TIE = 0.05  # of the cost, at beta 0: what a path may cost more whose w does not fall below both its ends'
-_ROUNDS_PER_TIE = 2  # of search for such a path
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
 
 
@@ -48,9 +46,8 @@ def without_dip(
 ) -> tuple[Roadmap, float]:
     """The roadmap with a path whose w does not fall below both its ends', and the floor under w that holds it there.
 
-    The floor is 0, and the roadmap as it was, where the best path is such a path, or where none is found at a bounded
-    price: with ``request.above_ends`` 2 - beta times the cost, else 1 + ``TIE`` (1 - beta) times, in few rounds of
-    search. So with length only, beta = 1, no path is taken that is longer.
+    The floor is 0, and the roadmap as it was, where the best path is such a path, or where none is found that costs at
+    most 2 - beta times as much: with length only, beta = 1, none is taken.
     """
     network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
     path = path_waypoints(roadmap, checker.robot, best_nodes(layered_network(roadmap, network)))
@@ -61,10 +58,9 @@ def without_dip(
     if w.min() >= level:
         return roadmap, 0.0
     cost = motion_cost(roadmap, checker, request, request.beta)
-    price, rounds = (1.0, request.rounds) if request.above_ends else (TIE, min(request.rounds, _ROUNDS_PER_TIE))
-    limit = (1.0 + price * (1.0 - request.beta)) * float(cost(path[:-1], path[1:]).sum())
+    limit = (2.0 - request.beta) * float(cost(path[:-1], path[1:]).sum())
     cost = replace(cost, floor=level)
-    found = improve(roadmap, checker, cost, None, rounds, request.room, request.seed, progress, path)
+    found = improve(roadmap, checker, cost, None, request.rounds, request.room, request.seed, progress, path)
     return (found.roadmap, level) if found.curve and found.curve[-1][1] <= limit else (roadmap, 0.0)
 
 

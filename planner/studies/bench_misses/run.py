@@ -18,7 +18,7 @@ from planner.base.request import SERIAL, WorkersRequest, require_seed
 from planner.base.versions import versions
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import EdgeProver, recheck
+from planner.collision.edge_prover import EdgeProver, dense_states
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.studies.bench_misses.report import Row, to_markdown
 from planner.studies.bench_misses.resolution import states_by_ompls_rule
@@ -158,7 +158,10 @@ def judge(robot: Robot, case: ThinCase, most: int) -> Iterator[Judged]:
 
 
 def look_closely(checker: CollisionChecker, start: Floats, delta: Floats) -> tuple[bool, int]:
-    """Whether an edge touches anything when sampled every 0.1 mm of motion, and how many states that took."""
-    before = checker.queries
-    contact = recheck(checker, start, delta, STEP)
-    return contact is not None, checker.queries - before
+    """Whether an edge touches anything when sampled every 0.1 mm of motion, and how many states that took.
+
+    State by state: whatever spares looks would be judged by itself.
+    """
+    states, _ = dense_states(checker.world, start, delta, STEP)
+    found = checker.first_contact(states)
+    return found is not None, len(states) if found is None else found[0] + 1

@@ -38,7 +38,7 @@ def test_nothing_claims_too_much(folder: Path) -> None:
 
 def test_the_same_seed_gives_the_same_rows_and_those_are_kept(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = read_rows(folder / "attack.csv", Row, "planner bench attack")
-    monkeypatch.setattr("planner.studies.bench_attack.run._measure", None)  # nothing is measured again
+    monkeypatch.setattr("planner.studies.bench_attack.run._measure", lambda *_, **__: pytest.fail("measured again"))
     assert bench_attack(folder, tries=12, segments=2, robots=("planar_2r",)).rows == tuple(before)
     worst = [attack_claims(("box", "capsule"), "fcl", 12, np.random.default_rng(5), QUIET) for _ in range(2)]
     assert worst[0] == worst[1]

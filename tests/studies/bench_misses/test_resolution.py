@@ -33,7 +33,7 @@ def test_a_close_look_sees_what_ompls_rule_does_not() -> None:
     touches, looks = look_closely(checker, start, delta)
     assert touches
     reach = float(checker.world.reach.motion(delta[None]).max())
-    assert looks >= reach / 1e-4
+    assert 0.3 * reach / 1e-4 < looks < reach / 1e-4  # up to the wall, halfway
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "panda", "planar_2r", "kinova"])
