@@ -30,11 +30,13 @@ def improved_roadmap(
     With a floor only the part of that path above it is improved, and stays above it. Nothing is improved where the
     roadmap has no path, or none above the floor.
     """
+    if request.rounds < 1 or progress.stopped:
+        return Improvement(roadmap)
     network = build_network(roadmap, beta, request.manipulability_cost, request.metric, request.charge)
     nodes = best_nodes(layered_network(roadmap, network, request.min_manipulability))
     path = path_waypoints(roadmap, checker.robot, nodes)
     above = np.flatnonzero(manipulability(checker.robot, path) >= request.min_manipulability)
-    if len(above) < 2 or request.rounds < 1:
+    if len(above) < 2:
         return Improvement(roadmap)
     cost = motion_cost(roadmap, checker, request, beta)
     part = path[above[0] : above[-1] + 1]

@@ -36,7 +36,7 @@ class LazyRoadmap:
         self.nodes, self._links = nodes, np.zeros((0, 2), dtype=np.int64)
         self._cost, self._proven = np.zeros(0), np.zeros(0, dtype=bool)
         self._penalty = np.ones(len(nodes))
-        self._link(np.concatenate([edges, edges[:, ::-1]]), proven=True)
+        self._link(edges, proven=True)
 
     def add(self, samples: Floats) -> None:
         """Take up the ``samples`` (k, dof) that are free, each with links to its nearest nodes."""
@@ -52,16 +52,17 @@ class LazyRoadmap:
             near = np.argsort(apart, kind="stable")[:count]
             pairs.append(np.column_stack([near, np.full(len(near), node)]))
         if pairs:
-            links = np.concatenate(pairs)
-            self._link(np.concatenate([links, links[:, ::-1]]), proven=False)
+            self._link(np.concatenate(pairs), proven=False)
 
     def _link(self, links: Ints, proven: bool) -> None:
+        """Take up ``links`` (m, 2), which cost as much in both directions."""
         a = self.nodes[links[:, 0]]
         cost = self._refiner.cost(a, a + self._robot.difference(a, self.nodes[links[:, 1]]))
         kept = np.isfinite(cost)
-        self._links = np.concatenate([self._links, links[kept]])
-        self._cost = np.concatenate([self._cost, cost[kept]])
-        self._proven = np.concatenate([self._proven, np.full(int(kept.sum()), proven)])
+        links, cost = links[kept], cost[kept]
+        self._links = np.concatenate([self._links, links, links[:, ::-1]])
+        self._cost = np.concatenate([self._cost, cost, cost])
+        self._proven = np.concatenate([self._proven, np.full(2 * len(links), proven)])
 
     def penalise(self, path: Floats) -> None:
         """From now on paths like this one cost more, where a path of another kind is asked for."""
