@@ -22,6 +22,6 @@ def source_hash() -> str:
     package, digest = Path(__file__).resolve().parents[1], hashlib.sha256()
     for path in sorted([*package.rglob("*.py"), *package.rglob("*.[ch]pp")]):
         place = path.relative_to(package)
-        if place.parts[0] not in _SILENT:
+        if not any(place.is_relative_to(silent) for silent in _SILENT):
             digest.update(f"{place}\0".encode() + path.read_bytes() + b"\0")
     return digest.hexdigest()[:8]

@@ -10,15 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from planner.base.errors import OptionError, PlannerError
+from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
 from planner.base.request import SERIAL, PlanRequest, WorkersRequest
-from planner.studies.apart import call_apart
 from planner.studies.batch.run import run_batch
 from planner.studies.bench_misses.run import bench_misses
 from planner.studies.parallel import collected, measured_cases
 from tests.studies.batch.test_run import PLAIN, timeless
-from tests.studies.functions import killed_always, killed_at_first, process_id, refused, square
+from tests.studies.functions import killed_at_first, process_id, refused, square
 
 TWO = WorkersRequest(2)
 PLANS = "plans:\n  - {name: one}\n  - {name: two, beta: 0.2}\n"
@@ -62,8 +61,6 @@ def test_none_is_begun_after_a_stop(workers: WorkersRequest) -> None:
 def test_a_process_that_is_killed_is_run_once_more(tmp_path: Path) -> None:
     found = dict(measured_cases([tmp_path / "a", tmp_path / "b"], killed_at_first, TWO, QUIET))
     assert found == {0: "a", 1: "b"}
-    with pytest.raises(PlannerError, match="code -9"):
-        call_apart(killed_always, 0, QUIET)
 
 
 def test_errors_come_back_as_they_were() -> None:
