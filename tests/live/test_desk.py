@@ -41,19 +41,6 @@ def test_a_moved_obstacle_gets_a_path_around_it(desk: Desk) -> None:
     assert answer["live"]["obstacles"][0]["position"] == [0.8, 0.15, 0.0]
 
 
-def test_the_field_before_is_the_field_that_was(desk: Desk) -> None:
-    first = desk._state
-    answer = move(desk, "post", 0.8, 0.15, 0.0)
-    before, nodes = answer["live"]["before"], desk._state.roadmap.nodes
-    assert len(before) == len(nodes) == len(answer["data"]["cost"])
-    assert first.answer.field is not None
-    rows = {q.tobytes(): k for k, q in enumerate(first.roadmap.nodes)}
-    for q, x in zip(nodes, before, strict=True):
-        was = first.answer.field.x[rows[q.tobytes()]] if q.tobytes() in rows else np.inf
-        assert (x is None) == (not np.isfinite(was))
-        assert x is None or abs(x - was) < 1e-4
-
-
 def test_goal_start_and_beta(desk: Desk) -> None:
     path = path_of(ask(desk, do="goal", position=[0.3, 0.7, 0.0]))
     np.testing.assert_allclose(tool_positions(load("planar_2r"), path[-1])[0], [0.3, 0.7, 0.0], atol=1e-4)
