@@ -126,19 +126,8 @@ def test_the_rule_catches_an_import_that_points_up(tmp_path: Path) -> None:
     assert level("planner.world.robot") < LEVELS["planning"]
 
 
-# modules without a test file of their own yet; their room's test_run.py runs them
-RUN_WITH_THEIR_ROOM = {
-    "studies/bench_first_path/case.py",
-    "studies/bench_first_path/ompl_connect.py",
-    "studies/bench_first_path/runner.py",
-    "studies/bench_tables/methods.py",
-}
-
-
 def test_every_module_has_a_test_file_of_its_name() -> None:
     files = [path.relative_to(PACKAGE) for path in MODULES.values() if path.name != "__init__.py"]
-    assert set(map(str, files)) >= RUN_WITH_THEIR_ROOM
-    files = [file for file in files if str(file) not in RUN_WITH_THEIR_ROOM]
     mirrored = [TESTS / file.parent / f"test_{file.name}" for file in files]
     missing = [str(path.relative_to(TESTS)) for path in mirrored if not path.is_file()]
     assert not missing, f"without tests of their own: {missing}"

@@ -69,13 +69,7 @@ def bench_first_path(
         raise OptionError("give a time above 0 s.")
     methods = {OURS: "", OMPL: "", **pythons}
     runs = [
-        _Run(
-            problem,
-            method,
-            python,
-            replace(plain, scene=str(problem.scene), motion_plan_request=problem.request),
-            seconds,
-        )
+        _Run(problem, method, python, _request(plain, problem), seconds)
         for problem in find_problems(folder)
         for method, python in methods.items()
     ]
