@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from planner.base.request import PlanRequest
+from planner.collision import make_checker
 from planner.roadmap.first_path import FIRST_PATH
+from planner.studies.bench_first_path import case
 from planner.studies.bench_first_path.case import _FirstPath, main, measure
 from planner.studies.bench_first_path.report import OMPL, OURS
 from planner.studies.bench_plan.rows import NO_PATH, REFUSED, SOLVED
@@ -62,6 +64,17 @@ def test_what_another_python_answers_is_looked_at(around_post: PlanRequest, tmp_
         assert (columns["contacts"], "post" in columns["message"]) == (int(touches), touches)
 
 
+@pytest.mark.parametrize(("planned_with", "looks"), [("coal", "fcl"), ("fcl", "coal")])
+def test_the_library_that_has_not_planned_looks(
+    planned_with: str, looks: str, around_post: PlanRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = []
+    monkeypatch.setattr(case, "make_checker", lambda *args: made.append(args[2]) or make_checker(*args))
+    request = replace(around_post, collision=planned_with)
+    assert measure(OTHER, python_that(tmp_path, f"reply(path={STRAIGHT})"), request, 2.0)["contacts"] == 1
+    assert made == [looks]
+
+
 @pytest.mark.parametrize(
     ("says", "message"),
     [
@@ -83,7 +96,7 @@ def test_another_python_that_fails_is_a_row(
 def test_another_python_that_does_not_end_is_a_row(
     around_post: PlanRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("planner.studies.bench_first_path.case._WAIT", 0.0)
+    monkeypatch.setattr(case, "_WAIT", 0.0)
     columns = measure(OTHER, python_that(tmp_path, "import time; time.sleep(60)"), around_post, 0.2)
     assert columns["outcome"] == REFUSED
     assert "did not answer" in columns["message"]
