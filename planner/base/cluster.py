@@ -82,7 +82,11 @@ def local_cluster(workers: int) -> Iterator[str]:
 
     made: Any = LocalCluster
     with made(
-        n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=logging.ERROR
+        n_workers=workers,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        silence_logs=logging.ERROR,
     ) as found:
         yield found.scheduler_address
 

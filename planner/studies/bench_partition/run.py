@@ -31,8 +31,8 @@ class Row:
 
     ``load_s``, ``load_mib``: the network mapped from its file. ``prepare_s``: a run without steps, ``solve_s`` the
     whole. ``boundary``: states that some other block reads; ``told``: states told in all, 8 bytes each, in ``calls``
-    calls of all blocks. ``mib``, ``worker_mib``: peak memory of the process, and of a worker. ``same``: x is that of
-    one process, to the bit; None where there is nothing to compare.
+    calls of all blocks. ``mib``, ``worker_mib``: peak memory of the process, and of a worker. ``x_sha256``: of x, to be
+    compared with that of one process.
     """
 
     nodes: int
