@@ -114,6 +114,7 @@ class Multiplicative(Kernel):
         return Domain(upper=1.0, open_above=True)
 
     def bind(self, net: Network) -> AffineArcs:
+        """The kernel on the arcs of ``net``; AssumptionError names an arc whose weight it does not allow."""
         wbar = net.weight if self.K is None else 1.0 - net.weight / self.K
         bad = np.flatnonzero(~((wbar > 0) & (wbar < 1)))
         if bad.size:

@@ -26,6 +26,7 @@ class Parents(Protocol):
 
 
 def parents_of(problem: Rows) -> Parents:
+    """Parent values of all rows, laid out for their number and kernel."""
     if problem.n_rows == 0:
         return AllRows(problem)
     if problem.n_rows >= GROUP_FROM:

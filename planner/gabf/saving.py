@@ -74,6 +74,7 @@ class Recorder:
         return self._save is not None
 
     def offer(self, step: int, state: State) -> None:
+        """Keep the state after ``step`` steps, if that is wanted."""
         if self._save is None:
             return
         if self._landed < self.targets.size and state.tau >= self.targets[self._landed]:

@@ -95,6 +95,7 @@ class _Search:
             self._push(low, high, left, right)
 
     def halve(self) -> None:
+        """Look in the middle of the piece that could hold the smallest clearance."""
         piece = heapq.heappop(self.pieces)
         middle = 0.5 * (piece.low + piece.high)
         value = self._look(middle)

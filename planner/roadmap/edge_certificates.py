@@ -45,11 +45,12 @@ class RecordingProver(EdgeProver):
             ends = zip(a, forth, b, back, strict=True)
             return [self._known.get(_key(p, there)) or self._known.get(_key(q, hence)) for p, there, q, hence in ends]
 
-        missing = [row for row, known in enumerate(recall()) if known is None]
+        found = recall()
+        missing = [row for row, known in enumerate(found) if known is None]
         if missing:
             self.prove(a[missing], forth[missing])
-        known = [found or (0.0, 0) for found in recall()]
-        clearance, samples = np.array(known, dtype=float).reshape(-1, 2).T
+            found = recall()
+        clearance, samples = np.array([known or (0.0, 0) for known in found], dtype=float).reshape(-1, 2).T
         return np.maximum(clearance, 0.0), samples.astype(np.int64)
 
 

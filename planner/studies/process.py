@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import resource
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from planner.base.progress import QUIET, Progress
 
@@ -25,6 +27,28 @@ class Ended:
     seconds: float
     over_time: bool
     last_words: str
+
+    @property
+    def fault(self) -> str:
+        """What to say of a process that ended by itself and not well."""
+        return f"the process ended with code {self.code}: {self.last_words}"
+
+
+def run_case(
+    module: str,
+    options: Mapping[str, Any],
+    progress: Progress = QUIET,
+    time_limit: float | None = None,
+    tries: int = 1,
+) -> tuple[Ended, Any]:
+    """How ``python -m module OUT OPTIONS`` ended, and what it wrote to OUT; None where it did not end well.
+
+    Both are JSON; ``progress``, ``time_limit`` and ``tries`` are those of :func:`run_module`.
+    """
+    with tempfile.TemporaryDirectory() as place:
+        out = Path(place) / "found.json"
+        ended = run_module(module, [str(out), json.dumps(options)], progress, time_limit, tries)
+        return ended, json.loads(out.read_text()) if ended.code == 0 else None
 
 
 def run_module(

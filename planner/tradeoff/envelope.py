@@ -118,14 +118,12 @@ class EnvelopeSearch:
         loose = np.flatnonzero(~_tight(network, first.x))
         second = self._solve(at_beta(network.without_arcs(loose), 1.0 - beta), None)
         equal = self.starts[x <= x.min() + _slack(x.min())]
-        start = int(equal[np.argmin(second.x[equal])])
-        return self._support(beta, gabf.extract_path(second.network, second, start), first)
+        return self._support(beta, gabf.cheapest_path(second, equal), first)
 
     def _between(self, beta: float, left: Support, right: Support) -> Support:
         near = left if beta - left.beta < right.beta - beta else right
         field = self._solve(at_beta(self.network, beta), near.cost_to_go)
-        start = int(self.starts[np.argmin(field.x[self.starts])])
-        return self._support(beta, gabf.extract_path(field.network, field, start), field)
+        return self._support(beta, gabf.cheapest_path(field, self.starts), field)
 
     def _solve(self, network: gabf.Network, near: gabf.CostToGo | None) -> gabf.CostToGo:
         """The settled field, started from the current one where the law accepts any start."""

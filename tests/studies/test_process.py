@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from planner.base.progress import Progress
-from planner.studies.process import run_module
+from planner.studies.process import run_case, run_module
 
 
 def test_a_process_ends_by_itself_is_stopped_or_is_killed_over_time(tmp_path: Path) -> None:
@@ -20,3 +22,15 @@ def test_a_process_ends_by_itself_is_stopped_or_is_killed_over_time(tmp_path: Pa
     assert 0.5 <= late.seconds < 20.0
     stopped = run_module("timeit", slow, progress=Progress(stop=lambda: True))
     assert (stopped.code, stopped.over_time) == (None, False)
+
+
+def test_a_case_is_told_json_and_answers_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "twice.py").write_text(
+        "import json, sys\nwith open(sys.argv[1], 'w') as out: json.dump([2 * json.loads(sys.argv[2])['x']], out)\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    ended, found = run_case("twice", {"x": 4})
+    assert (ended.code, found) == (0, [8])
+    ended, found = run_case("twice", {})
+    assert found is None
+    assert ended.fault == "the process ended with code 1: KeyError: 'x'"

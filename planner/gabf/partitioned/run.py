@@ -79,6 +79,7 @@ class PartitionedField:
         return GatheredState(self, self._steps, self._reports, tau, evaluations)
 
     def attempt(self, dtau: float, size: float) -> float:
+        """See :class:`planner.gabf.splitting.Field`."""
         forget = max(report.residual for report in self._reports) > self._clear_above
         told = self._call("sketch", (dtau, size, forget))
         answers = self._call("advance", (dtau, size), self._exchange(told))

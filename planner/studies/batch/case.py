@@ -16,8 +16,7 @@ from planner.base.request import PlanRequest
 from planner.plan_record import save_plan, save_plan_without_page
 from planner.planning import plan, with_alternatives
 from planner.studies.bench_plan.rows import REFUSED
-
-_PATHS = ("srdf", "motion_plan_request", "roadmap")  # options that are paths, which JSON holds as text
+from planner.studies.options import plan_request
 
 
 def planned(request: PlanRequest, folder: Path, page: bool) -> dict[str, Any]:
@@ -52,9 +51,7 @@ def columns(record: dict[str, Any]) -> dict[str, Any]:
 
 def main(out: str, folder: str, options: str, page: str = "") -> None:
     """What the process does."""
-    values = json.loads(options)
-    paths = {name: Path(values[name]) for name in _PATHS if values.get(name)}
-    found = planned(PlanRequest(**values | paths), Path(folder), bool(page))
+    found = planned(plan_request(json.loads(options)), Path(folder), bool(page))
     write_whole(Path(out), json.dumps(found, allow_nan=False).encode())
 
 

@@ -162,6 +162,5 @@ def _row(blank: Row, ended: Ended, answer: Path, time_limit: float) -> Row:
         message = f"killed after {time_limit:g} s; raise --time-limit or lower --nodes."
         return replace(blank, outcome=TIMED_OUT, message=message, seconds=ended.seconds)
     if ended.code != 0:
-        message = f"the process ended with code {ended.code}: {ended.last_words}"
-        return replace(blank, message=message, seconds=ended.seconds)
+        return replace(blank, message=ended.fault, seconds=ended.seconds)
     return replace(blank, **json.loads(answer.read_text()), seconds=ended.seconds)

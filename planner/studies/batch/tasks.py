@@ -19,6 +19,7 @@ from planner.base.files import is_file, is_folder
 from planner.base.request import PlanRequest, SweepRequest
 from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
 from planner.studies.bench_plan.problems import find_problems
+from planner.studies.options import plain_options
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]*(/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*")  # a folder below the batch's own
 _OPTIONS = tuple(field.name for field in fields(PlanRequest))
@@ -42,12 +43,6 @@ class Task:
     def asked(self) -> str:
         """What the row is planned for, see :func:`request_hash`."""
         return request_hash(self.request)
-
-
-def plain_options(request: SweepRequest) -> dict[str, Any]:
-    """The options of a plan or a sweep as JSON holds them."""
-    values = {field.name: getattr(request, field.name) for field in fields(request)}
-    return {name: str(value) if isinstance(value, Path) else value for name, value in values.items()}
 
 
 def request_hash(request: SweepRequest) -> str:

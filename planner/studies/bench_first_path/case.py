@@ -31,9 +31,10 @@ from planner.studies.bench_first_path import runner
 from planner.studies.bench_first_path.exchange import exchanged
 from planner.studies.bench_first_path.ompl_connect import OmplConnect
 from planner.studies.bench_first_path.report import OMPL, OURS
-from planner.studies.bench_plan.case import PATHS, path_contacts
+from planner.studies.bench_plan.case import path_contacts
 from planner.studies.bench_plan.rows import NO_PATH, REFUSED, SOLVED
 from planner.studies.bench_roadmap.case import plain_check
+from planner.studies.options import plan_request
 
 _WAIT = 30.0  # s that a process of another environment may take beyond the time for its search
 
@@ -127,7 +128,7 @@ def main(out: str, options: str) -> None:
     importlib.import_module("scipy.sparse.csgraph")  # as the other planners' libraries: before a clock starts
     values = json.loads(options)
     asked = values.pop("request")
-    request = PlanRequest(**asked | {name: Path(asked[name]) for name in PATHS if asked.get(name)})
+    request = plan_request(asked)
     write_whole(Path(out), json.dumps(measure(request=request, **values), allow_nan=False).encode())
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import OptionError
@@ -16,7 +14,8 @@ from planner.base.versions import versions
 from planner.studies.bench_first_path.report import OMPL, OTHERS, OURS, Row, to_markdown
 from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_plan.rows import CRASHED
-from planner.studies.process import run_module
+from planner.studies.options import plain_options
+from planner.studies.process import run_case
 from planner.studies.table import Bench, run_bench, software
 
 
@@ -69,7 +68,7 @@ def bench_first_path(
         raise OptionError("give a time above 0 s.")
     methods = {OURS: "", OMPL: "", **pythons}
     runs = [
-        _Run(problem, method, python, _request(plain, problem), seconds)
+        _Run(problem, method, python, problem.asked(plain), seconds)
         for problem in find_problems(folder)
         for method, python in methods.items()
     ]
@@ -86,19 +85,15 @@ def bench_first_path(
     )
 
 
-def _request(plain: PlanRequest, problem: Problem) -> PlanRequest:
-    return replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
-
-
 def _measure(run: _Run, progress: Progress) -> list[Row]:
     """The row of one run, in a process of its own; none where stopped."""
-    asked = {name: str(value) if isinstance(value, Path) else value for name, value in asdict(run.request).items()}
-    options = {"method": run.method, "python": run.python, "request": asked, "seconds": run.seconds}
-    with tempfile.TemporaryDirectory() as place:
-        out = Path(place) / "row.json"
-        ended = run_module("planner.studies.bench_first_path.case", [str(out), json.dumps(options)], progress)
-        if ended.code is None:
-            return []
-        if ended.code != 0:
-            return [replace(run.blank, message=f"the process ended with code {ended.code}: {ended.last_words}")]
-        return [replace(run.blank, **json.loads(out.read_text()))]
+    options = {
+        "method": run.method,
+        "python": run.python,
+        "request": plain_options(run.request),
+        "seconds": run.seconds,
+    }
+    ended, found = run_case("planner.studies.bench_first_path.case", options, progress)
+    if ended.code is None:
+        return []
+    return [replace(run.blank, **found) if found is not None else replace(run.blank, message=ended.fault)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -64,7 +63,7 @@ def _measured(
     python: str | None,
 ) -> list[Row]:
     """The row of a problem; none where stopped."""
-    request = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
+    request = problem.asked(plain)
     columns = measure(request, motion, progress.renamed(lambda stage, done, total: None), python)
     return [] if progress.stopped else [_row(problem, asked, **columns)]
 

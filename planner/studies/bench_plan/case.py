@@ -27,9 +27,9 @@ from planner.plan_record import Plan, plan_record
 from planner.planning import plan
 from planner.roadmap.first_path import FIRST_PATH
 from planner.studies.bench_plan.rows import REFUSED
+from planner.studies.options import plan_request
 from planner.studies.process import peak_memory
 
-PATHS = ("srdf", "motion_plan_request")  # options that are paths, which JSON holds as text
 _STAGES = ("setup", "roadmap", "costs", "gabf", "path")
 
 
@@ -111,10 +111,8 @@ def path_contacts(checker: CollisionChecker, path: Floats) -> list[str]:
 
 def main(out: str, options: str) -> None:
     """What the process does: plan, measure, write."""
-    values = json.loads(options)
-    paths = {name: Path(values[name]) for name in PATHS if values.get(name)}
-    request = PlanRequest(**values | paths)
-    write_whole(Path(out), json.dumps(measure(request), allow_nan=False).encode())
+    found = measure(plan_request(json.loads(options)))
+    write_whole(Path(out), json.dumps(found, allow_nan=False).encode())
 
 
 if __name__ == "__main__":

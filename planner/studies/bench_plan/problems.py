@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import FileError
+from planner.base.request import PlanRequest
 
 _SCENES, _REQUESTS = (".yaml", ".yml", ".scene"), (".yaml", ".yml")
 
@@ -27,6 +28,10 @@ class Problem:
             return hashlib.sha256(self.scene.read_bytes() + b"\0" + self.request.read_bytes()).hexdigest()[:8]
         except OSError:
             return ""
+
+    def asked(self, plain: PlanRequest) -> PlanRequest:
+        """``plain`` with this problem's scene and request."""
+        return replace(plain, scene=str(self.scene), motion_plan_request=self.request)
 
 
 def find_problems(folder: Path) -> list[Problem]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -18,7 +16,8 @@ from planner.studies.bench_plan.ompl_log import write_logs
 from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_plan.report import to_markdown
 from planner.studies.bench_plan.rows import CRASHED, TIMED_OUT, Row
-from planner.studies.process import run_module
+from planner.studies.options import plain_options
+from planner.studies.process import run_case
 from planner.studies.table import ResultsFile, measure_missing, software
 
 CSV_NAME, MARKDOWN_NAME, LOGS_NAME = "plan.csv", "plan.md", "logs"
@@ -125,17 +124,13 @@ def _measure(run: tuple[Problem, PlanRequest], progress: Progress, time_limit: f
     """The row of one run; none where stopped."""
     problem, request = run
     blank = _blank(problem, request, time_limit)
-    asked = asdict(replace(request, scene=str(problem.scene), motion_plan_request=problem.request))
-    options = json.dumps({name: str(value) if isinstance(value, Path) else value for name, value in asked.items()})
-    with tempfile.TemporaryDirectory() as place:
-        out = Path(place) / "row.json"
-        ended = run_module("planner.studies.bench_plan.case", [str(out), options], progress, time_limit, tries=2)
-        if ended.over_time:
-            message = f"killed after {time_limit:g} s; raise --time-limit or lower --nodes."
-            return [replace(blank, outcome=TIMED_OUT, message=message, process_s=ended.seconds)]
-        if ended.code is None:
-            return []
-        if ended.code != 0:
-            message = f"the process ended with code {ended.code}: {ended.last_words}"
-            return [replace(blank, outcome=CRASHED, message=message, process_s=ended.seconds)]
-        return [replace(blank, **json.loads(out.read_text()), process_s=ended.seconds)]
+    options = plain_options(problem.asked(request))
+    ended, found = run_case("planner.studies.bench_plan.case", options, progress, time_limit, tries=2)
+    if ended.over_time:
+        message = f"killed after {time_limit:g} s; raise --time-limit or lower --nodes."
+        return [replace(blank, outcome=TIMED_OUT, message=message, process_s=ended.seconds)]
+    if ended.code is None:
+        return []
+    if found is None:
+        return [replace(blank, outcome=CRASHED, message=ended.fault, process_s=ended.seconds)]
+    return [replace(blank, **found, process_s=ended.seconds)]

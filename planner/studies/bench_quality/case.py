@@ -26,9 +26,9 @@ from planner.planning import plan
 from planner.query.open import Query, make_query
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import JointSpace, seed_everything
-from planner.studies.bench_plan.case import PATHS
 from planner.studies.bench_plan.rows import NO_PATH, REFUSED, SOLVED
 from planner.studies.bench_quality.ompl_paths import OmplPaths
+from planner.studies.options import plan_request
 from planner.world.robot import Robot
 
 OURS = "planner"
@@ -83,7 +83,7 @@ def main(out: str, options: str) -> None:
     """What the process does: plan, measure, write."""
     values = json.loads(options)
     asked = values["request"]
-    request = PlanRequest(**asked | {name: Path(asked[name]) for name in PATHS if asked.get(name)})
+    request = plan_request(asked)
     columns = measure(values["method"], request, values["seconds"])
     write_whole(Path(out), json.dumps(columns, allow_nan=False).encode())
 

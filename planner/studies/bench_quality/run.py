@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import itertools
-import json
-import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import OptionError
@@ -17,7 +15,8 @@ from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_plan.rows import CRASHED
 from planner.studies.bench_quality.case import OURS
 from planner.studies.bench_quality.report import Row, to_markdown
-from planner.studies.process import run_module
+from planner.studies.options import plain_options
+from planner.studies.process import run_case
 from planner.studies.table import Bench, run_bench, software
 
 METHODS = ("RRTConnect", "RRT*", "BIT*")
@@ -77,7 +76,7 @@ def bench_quality(
 def _runs(
     problem: Problem, plain: PlanRequest, betas: Sequence[float], efforts: Sequence[int], seconds: float
 ) -> list[_Run]:
-    request = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
+    request = problem.asked(plain)
     runs = [_Run(problem, method, "", request, seconds) for method in METHODS]
     for beta, effort in itertools.product(betas, efforts):
         settings = f"beta {beta:g}, effort {effort}, {plain.nodes} nodes"
@@ -87,13 +86,8 @@ def _runs(
 
 def _measure(run: _Run, progress: Progress) -> list[Row]:
     """The row of one run, in a process of its own; none where stopped."""
-    asked = {k: str(v) if isinstance(v, Path) else v for k, v in asdict(run.request).items()}
-    options = json.dumps({"method": run.method, "seconds": run.seconds, "request": asked})
-    with tempfile.TemporaryDirectory() as place:
-        out = Path(place) / "row.json"
-        ended = run_module("planner.studies.bench_quality.case", [str(out), options], progress, tries=2)
-        if ended.code is None:
-            return []
-        if ended.code != 0:
-            return [replace(run.blank, message=f"the process ended with code {ended.code}: {ended.last_words}")]
-        return [replace(run.blank, **json.loads(out.read_text()))]
+    options = {"method": run.method, "seconds": run.seconds, "request": plain_options(run.request)}
+    ended, found = run_case("planner.studies.bench_quality.case", options, progress, tries=2)
+    if ended.code is None:
+        return []
+    return [replace(run.blank, **found) if found is not None else replace(run.blank, message=ended.fault)]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -14,7 +12,7 @@ from planner.base.request import PAPER_NODES, SERIAL, Backend, WorkersRequest, r
 from planner.base.versions import versions
 from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_replan.report import Row, to_markdown
-from planner.studies.process import run_module
+from planner.studies.process import run_case
 from planner.studies.table import Bench, ResultsFile, run_bench, software
 
 
@@ -73,15 +71,11 @@ def _measure(case: tuple[Problem, Row], progress: Progress, time_limit: float) -
     problem, blank = case
     options = {name: getattr(blank, name) for name in ("robot", "collision", "nodes", "seed", "changes", "simulations")}
     options |= {"scene": str(problem.scene), "motion_plan_request": str(problem.request)}
-    with tempfile.TemporaryDirectory() as place:
-        written = Path(place) / "rows.json"
-        arguments = [str(written), json.dumps(options)]
-        ended = run_module("planner.studies.bench_replan.case", arguments, progress, time_limit, tries=2)
-        if ended.over_time:
-            return [replace(blank, outcome="timed out", message=f"Killed after {time_limit:g} s.")]
-        if ended.code is None:
-            return []
-        if ended.code != 0:
-            return [replace(blank, message=f"The process ended with code {ended.code}: {ended.last_words}")]
-        rows = json.loads(written.read_text())
-        return [replace(blank, number=k, **columns) for k, columns in enumerate(rows, start=1)]
+    ended, rows = run_case("planner.studies.bench_replan.case", options, progress, time_limit, tries=2)
+    if ended.over_time:
+        return [replace(blank, outcome="timed out", message=f"Killed after {time_limit:g} s.")]
+    if ended.code is None:
+        return []
+    if rows is None:
+        return [replace(blank, message=f"{ended.fault[0].upper()}{ended.fault[1:]}")]
+    return [replace(blank, number=k, **columns) for k, columns in enumerate(rows, start=1)]

@@ -24,6 +24,7 @@ from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import recheck
 from planner.costs.network import build_network
+from planner.gabf.routes import paths_from
 from planner.planning import plan
 from planner.query.open import open_world
 from planner.roadmap.attach import attach
@@ -115,12 +116,7 @@ def answer(roadmap: Roadmap, checker: CollisionChecker, starts: Floats, goal: Fl
     joined = attach(roadmap, checker, starts, goal[None])
     network = build_network(joined)
     field = gabf.solve(network, law=gabf.SingularityFree())
-    there = np.isfinite(field.x[joined.starts])
-    robot = checker.robot
-    return [
-        path_waypoints(joined, robot, gabf.extract_path(network, field, int(start)) if reached else np.zeros(0, int))
-        for start, reached in zip(joined.starts, there, strict=True)
-    ]
+    return [path_waypoints(joined, checker.robot, steps) for steps in paths_from(network, field, joined.starts)]
 
 
 def plain_check(checker: CollisionChecker) -> Callable[[Floats], bool]:

@@ -29,9 +29,10 @@ from planner.query.open import Query, make_query
 from planner.roadmap.attach import attach
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import path_waypoints
-from planner.studies.bench_plan.case import PATHS, path_contacts
+from planner.studies.bench_plan.case import path_contacts
 from planner.studies.bench_plan.rows import NO_PATH, REFUSED, SOLVED
 from planner.studies.bench_tables.methods import KEPT
+from planner.studies.options import plan_request
 
 Columns = dict[str, Any]
 Answer = Callable[[Query], tuple[Floats, float]]
@@ -66,8 +67,7 @@ def _on_kept_roadmap(request: PlanRequest, queries: Sequence[Query]) -> list[Col
         joined = attach(roadmap, checker, query.starts, query.goals, request.seed)
         network = build_network(joined, request.beta)
         field = gabf.solve(network, law=gabf.SingularityFree())
-        start = int(joined.starts[0])
-        steps = gabf.extract_path(network, field, start) if np.isfinite(field.x[start]) else np.zeros(0, dtype=int)
+        steps = gabf.cheapest_path(field, joined.starts[:1])
         return path_waypoints(joined, checker.robot, steps), 0.0
 
     return [_timed(query, answer) | {"built_s": built} for query in queries]
@@ -97,7 +97,7 @@ def main(out: str, options: str) -> None:
     importlib.import_module("scipy.sparse.csgraph")  # before a clock starts
     values = json.loads(options)
     asked = values["request"]
-    request = PlanRequest(**asked | {name: Path(asked[name]) for name in PATHS if asked.get(name)})
+    request = plan_request(asked)
     rows = measure(values["method"], [tuple(task) for task in values["tasks"]], request)
     write_whole(Path(out), json.dumps(rows, allow_nan=False).encode())
 

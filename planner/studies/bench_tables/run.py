@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import tempfile
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import OptionError
@@ -17,7 +15,8 @@ from planner.studies.bench_plan.rows import CRASHED
 from planner.studies.bench_tables.methods import asked_by
 from planner.studies.bench_tables.published import GCS, GCS_TASKS, MBM
 from planner.studies.bench_tables.report import Row, to_markdown
-from planner.studies.process import run_module
+from planner.studies.options import plain_options
+from planner.studies.process import run_case
 from planner.studies.table import Bench, run_bench, software
 from planner.world.scene import Scene
 
@@ -51,8 +50,7 @@ def bench_tables(
     runs = [_run(GCS, method, request, GCS_TASKS) for method, request in asked_by(plain, betas, kept=True).items()]
     plain = replace(plain, robot="panda", widen_limits=True)
     for problem in [] if folder is None else find_problems(folder):
-        asked = replace(plain, scene=str(problem.scene), motion_plan_request=problem.request)
-        for method, request in asked_by(asked, betas, kept=False).items():
+        for method, request in asked_by(problem.asked(plain), betas, kept=False).items():
             runs.append(_run(MBM, method, request, (("", ""),), problem.name, problem.content))
     return run_bench(
         out,
@@ -95,14 +93,10 @@ def _run(
 
 def _measure(run: _Run, progress: Progress) -> list[Row]:
     """The rows of one run, in a process of its own; none where stopped."""
-    asked = {name: str(value) if isinstance(value, Path) else value for name, value in asdict(run.request).items()}
-    options = json.dumps({"method": run.method, "tasks": run.tasks, "request": asked})
-    with tempfile.TemporaryDirectory() as place:
-        out = Path(place) / "rows.json"
-        ended = run_module("planner.studies.bench_tables.case", [str(out), options], progress)
-        if ended.code is None:
-            return []
-        if ended.code != 0:
-            message = f"the process ended with code {ended.code}: {ended.last_words}"
-            return [replace(blank, message=message) for blank in run.blanks]
-        return [replace(blank, **row) for blank, row in zip(run.blanks, json.loads(out.read_text()), strict=True)]
+    options = {"method": run.method, "tasks": run.tasks, "request": plain_options(run.request)}
+    ended, found = run_case("planner.studies.bench_tables.case", options, progress)
+    if ended.code is None:
+        return []
+    if found is None:
+        return [replace(blank, message=ended.fault) for blank in run.blanks]
+    return [replace(blank, **row) for blank, row in zip(run.blanks, found, strict=True)]

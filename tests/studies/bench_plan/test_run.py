@@ -82,7 +82,7 @@ def test_the_limit_kills_and_says_so(problems: Path, tmp_path: Path) -> None:
 
 
 def test_a_crash_is_a_row(problems: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bench.json, "dumps", lambda value: "{")
+    monkeypatch.setattr("planner.studies.process.json.dumps", lambda value: "{")
     row = bench_plan(problems / "posts", tmp_path, PLAIN, seeds=(0,)).rows[0]
     assert row.outcome == CRASHED
     assert "ended with code 1: json.decoder.JSONDecodeError" in row.message
