@@ -1,10 +1,10 @@
-"""The valid files that the fuzzer changes, and what a command does first with a file of each kind."""
+"""The valid files that the fuzzer changes, and how; what is done with them is :mod:`uses`."""
 
 from __future__ import annotations
 
 import io
 import json
-import struct
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -15,28 +15,15 @@ import numpy as np
 
 from planner.base.arrays import frozen
 from planner.base.hashing import content_hash
-from planner.base.request import LimitsRequest
 from planner.base.resources import robots_folder, scenes_folder
-from planner.base.targets import parse_target
 from planner.base.yamlfile import parse_yaml
-from planner.collision import BACKENDS, make_checker
-from planner.collision.edge_prover import EdgeProver
-from planner.kinematics.manipulability import manipulability
-from planner.motion.check import check_trajectory
-from planner.motion.export import export
-from planner.motion.file import TRAJECTORY_NAME, load_trajectory
-from planner.motion.limits import MotionLimits
-from planner.motion.points import read_points
-from planner.motion.report import report_record, report_rows
-from planner.paths.file import read_joint_path
+from planner.collision import make_checker
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.repair import verify
 from planner.roadmap.roadmap import DTYPES
-from planner.roadmap.storage import load_roadmap, save_roadmap
+from planner.roadmap.storage import save_roadmap
+from planner.studies.bench_fuzz import mesh_files, uses
 from planner.studies.bench_fuzz.mutations import as_json, mutated_bytes, mutated_text, mutated_tree, mutated_xml
-from planner.world.moveit import read_motion_plan_request
-from planner.world.plausible import notes
-from planner.world.robot import Robot, with_carried
+from planner.studies.bench_fuzz.uses import ARM, arm
 from planner.world.scene import Scene
 from planner.world.srdf import read_srdf
 from planner.world.urdf import example_robot_data
@@ -50,8 +37,6 @@ class FileKind:
     make: Callable[[np.random.Generator], bytes]
     use: Callable[[Path], object]
 
-
-ARM = "planar_2r"  # two joints: every use takes milliseconds
 
 MOVEIT = {
     "name": "fuzzed",
@@ -172,123 +157,33 @@ JOINT_LIMITS = {
     },
 }
 CSV = "time,joint_2,joint_1\n0.0,0.5,0.0\n0.5,0.4,0.2\n1.0,0.1,0.4\n"
-_TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=np.float32)[
-    np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-]
 
 
 def kinds() -> dict[str, FileKind]:
     """Every kind of file by its name."""
     return {
-        "urdf": FileKind(".urdf", _urdf, use_robot),
-        "mesh urdf": FileKind(".urdf", _mesh_urdf, use_robot),
+        "urdf": FileKind(".urdf", _urdf, uses.use_robot),
+        "mesh urdf": FileKind(".urdf", _mesh_urdf, uses.use_robot),
         "srdf": FileKind(".srdf", _srdf, read_srdf),
-        "scene": FileKind(".yaml", _scene, use_scene),
-        "moveit scene": FileKind(".yaml", lambda rng: as_json(mutated_tree(MOVEIT, rng), rng), use_scene),
-        "scene text": FileKind(".scene", lambda rng: mutated_text(SCENE_TEXT, rng), use_scene),
-        "request": FileKind(".yaml", _request, use_request),
-        "roadmap": FileKind(".npz", _roadmap, use_roadmap),
-        "path json": FileKind(".json", _path, use_path),
-        "moveit trajectory": FileKind(".yaml", lambda rng: _changed(MOVEIT_TRAJECTORY, rng), use_trajectory),
-        "trajectory.json": FileKind("-trajectory.json", lambda rng: _changed(OWN_TRAJECTORY, rng), use_trajectory),
-        "trajectory csv": FileKind(".csv", lambda rng: mutated_text(CSV, rng), use_trajectory),
-        "trajectory npz": FileKind(".npz", _trajectory_npz, use_trajectory),
-        "joint limits": FileKind(".yaml", lambda rng: _changed(JOINT_LIMITS, rng), use_limits),
-        "path csv": FileKind(".csv", lambda rng: mutated_text(CSV, rng), use_path),
-        "stl": FileKind(".stl", lambda rng: mutated_bytes(_stl(), rng), use_mesh),
-        "stl text": FileKind(".stl", lambda rng: mutated_text(_stl_text(), rng), use_mesh),
-        "obj": FileKind(".obj", lambda rng: mutated_text(_obj(), rng), use_mesh),
-        "ply": FileKind(".ply", lambda rng: mutated_text(_ply(), rng), use_mesh),
-        "ply of bytes": FileKind(".ply", lambda rng: mutated_bytes(_ply_of_bytes(), rng), use_mesh),
-        "dae": FileKind(".dae", _dae, use_mesh),
+        "scene": FileKind(".yaml", _scene, uses.use_scene),
+        "moveit scene": FileKind(".yaml", lambda rng: as_json(mutated_tree(MOVEIT, rng), rng), uses.use_scene),
+        "scene text": FileKind(".scene", lambda rng: mutated_text(SCENE_TEXT, rng), uses.use_scene),
+        "request": FileKind(".yaml", _request, uses.use_request),
+        "roadmap": FileKind(".npz", _roadmap, uses.use_roadmap),
+        "path json": FileKind(".json", _path, uses.use_path),
+        "moveit trajectory": FileKind(".yaml", lambda rng: _changed(MOVEIT_TRAJECTORY, rng), uses.use_trajectory),
+        "trajectory.json": FileKind("-trajectory.json", lambda rng: _changed(OWN_TRAJECTORY, rng), uses.use_trajectory),
+        "trajectory csv": FileKind(".csv", lambda rng: mutated_text(CSV, rng), uses.use_trajectory),
+        "trajectory npz": FileKind(".npz", _trajectory_npz, uses.use_trajectory),
+        "joint limits": FileKind(".yaml", lambda rng: _changed(JOINT_LIMITS, rng), uses.use_limits),
+        "path csv": FileKind(".csv", lambda rng: mutated_text(CSV, rng), uses.use_path),
+        "stl": FileKind(".stl", lambda rng: mutated_bytes(mesh_files.stl(), rng), uses.use_mesh),
+        "stl text": FileKind(".stl", lambda rng: mutated_text(mesh_files.stl_text(), rng), uses.use_mesh),
+        "obj": FileKind(".obj", lambda rng: mutated_text(mesh_files.obj(), rng), uses.use_mesh),
+        "ply": FileKind(".ply", lambda rng: mutated_text(mesh_files.ply(), rng), uses.use_mesh),
+        "ply of bytes": FileKind(".ply", lambda rng: mutated_bytes(mesh_files.ply_of_bytes(), rng), uses.use_mesh),
+        "dae": FileKind(".dae", _dae, uses.use_mesh),
     }
-
-
-# what is done with a file
-
-
-@cache
-def _arm() -> Robot:
-    return Robot.load(ARM)
-
-
-def use_robot(path: Path) -> None:
-    """A robot in the empty scene: a state is checked, a motion proven, w computed."""
-    robot = Robot.load(str(path))
-    _use(robot, Scene.load("empty"))
-
-
-def use_scene(path: Path) -> None:
-    """The scene around the planar arm; targets of named states are read."""
-    scene = Scene.load(str(path))
-    placement = scene.placement(ARM)
-    robot = Robot.load(ARM, placement.tool, placement.fixed_joints, placement.base.matrix())
-    for text in scene.states_of(ARM).values():
-        parse_target(text)
-    _use(with_carried(robot, scene.carried), scene)
-
-
-def use_mesh(path: Path) -> None:
-    """The mesh as an obstacle, and as a link."""
-    scene = path.with_suffix(".yaml")
-    scene.write_text(f"obstacles: [{{name: part, type: mesh, file: {path.name}}}]\n")
-    use_scene(scene)
-    urdf = path.with_suffix(".urdf")
-    urdf.write_text(_robot_with_mesh(path.name))
-    use_robot(urdf)
-
-
-def use_request(path: Path) -> None:
-    """Start and goals, with the targets that they are."""
-    for goal in read_motion_plan_request(path).goals:
-        if isinstance(goal, str):
-            parse_target(goal)
-
-
-def use_path(path: Path) -> None:
-    """The path in the arm's order of joints."""
-    read_joint_path(path, _arm())
-
-
-def use_trajectory(path: Path) -> None:
-    """The trajectory of the arm is checked in the empty scene, and ours is exported."""
-    points = read_points(path, _arm())
-    if points is None:
-        read_joint_path(path, _arm())
-        return
-    own = points.limits or MotionLimits.of(_arm())
-    report = check_trajectory(make_checker(_arm(), Scene.load("empty"), "coal"), points, own, step=0.05)
-    report_rows(report)
-    json.dumps(report_record(report), allow_nan=False)
-    if path.name.endswith(TRAJECTORY_NAME):
-        export(load_trajectory(path), "ros-json")
-
-
-def use_limits(path: Path) -> None:
-    """The arm's limits with those of the file."""
-    MotionLimits.of(_arm(), LimitsRequest(limits=path)).text()
-
-
-def use_roadmap(path: Path) -> None:
-    """The roadmap, held against a checker, its hash and components."""
-    roadmap = load_roadmap(path)
-    if roadmap.origin.joints == _arm().joints:
-        verify(roadmap, make_checker(_arm(), Scene.load("empty"), "coal"))
-    _ = roadmap.connected, roadmap.sha256
-
-
-def _use(robot: Robot, scene: Scene) -> None:
-    notes(robot, scene)
-    _ = robot.identity, scene.identity
-    q = np.array([robot.home, 0.5 * (robot.lower + robot.upper)])
-    manipulability(robot, q)
-    for checker in (make_checker(robot, scene, backend) for backend in BACKENDS):
-        checker.first_contact(q)
-        checker.bound.looks_free(q)
-        EdgeProver(checker).prove(q[:1], 0.01 * np.ones_like(q[:1]))
-
-
-# how a changed file is made
 
 
 def _arm_text() -> str:
@@ -301,19 +196,8 @@ def _urdf(rng: np.random.Generator) -> bytes:
     return mutated_text(text, rng) if rng.random() < 0.3 else mutated_xml(text, rng)
 
 
-def _robot_with_mesh(name: str) -> str:
-    body = f'<collision><geometry><mesh filename="{name}" scale="0.1 0.1 0.1"/></geometry></collision>'
-    joint = (
-        '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
-    )
-    return (
-        f'<robot name="meshed"><link name="a"/><link name="b">{body}</link>'
-        f'<joint name="j" type="revolute"><origin xyz="0 0 0.1"/>{joint}</joint></robot>'
-    )
-
-
 def _mesh_urdf(rng: np.random.Generator) -> bytes:
-    return mutated_xml(_robot_with_mesh("package://iiwa14/visual/link_0.stl"), rng)
+    return mutated_xml(mesh_files.robot_with_mesh("package://iiwa14/visual/link_0.stl"), rng)
 
 
 @cache
@@ -370,71 +254,15 @@ def _trajectory_npz(rng: np.random.Generator) -> bytes:
     return buffer.getvalue() if whole else mutated_bytes(buffer.getvalue(), rng)
 
 
-def _stl() -> bytes:
-    facets = [struct.pack("<12fH", 0, 0, 1, *corners.ravel().tolist(), 0) for corners in _TETRAHEDRON]
-    return b"\0" * 80 + struct.pack("<I", len(facets)) + b"".join(facets)
-
-
-def _stl_text() -> str:
-    facets = [
-        "facet normal 0 0 1\nouter loop\n"
-        + "".join("vertex {} {} {}\n".format(*p) for p in corners)
-        + "endloop\nendfacet\n"
-        for corners in _TETRAHEDRON
-    ]
-    return "solid part\n" + "".join(facets) + "endsolid part\n"
-
-
-def _obj() -> str:
-    vertices = "".join("v {} {} {}\n".format(*p) for corners in _TETRAHEDRON for p in corners)
-    return vertices + "".join(f"f {k} {k + 1} {k + 2}\n" for k in range(1, 13, 3))
-
-
-def _ply_head(order: str) -> str:
-    head = f"ply\nformat {order} 1.0\nelement vertex 12\nproperty float x\nproperty float y\nproperty float z\n"
-    return head + "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
-
-
-def _ply_of_bytes() -> bytes:
-    faces = b"".join(struct.pack("<B3i", 3, k, k + 1, k + 2) for k in range(0, 12, 3))
-    return _ply_head("binary_little_endian").encode() + _TETRAHEDRON.astype("<f4").tobytes() + faces
-
-
 def _dae(rng: np.random.Generator) -> bytes:
-    return mutated_text(_dae_text(), rng) if rng.random() < 0.3 else mutated_xml(_dae_text(), rng)
-
-
-def _dae_text() -> str:
-    numbers = " ".join(map(str, _TETRAHEDRON.ravel().tolist()))
-    params = "".join(f'<param name="{axis}" type="float"/>' for axis in "XYZ")
-    source = (
-        f'<source id="p"><float_array id="a" count="36">{numbers}</float_array><technique_common>'
-        f'<accessor source="#a" count="12" stride="3">{params}</accessor></technique_common></source>'
-    )
-    mesh = (
-        f'<mesh>{source}<vertices id="v"><input semantic="POSITION" source="#p"/></vertices><triangles count="4">'
-        f'<input semantic="VERTEX" source="#v" offset="0"/><p>{" ".join(map(str, range(12)))}</p></triangles></mesh>'
-    )
-    return (
-        '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><unit meter="1"/>'
-        f'<up_axis>Z_UP</up_axis></asset><library_geometries><geometry id="g">{mesh}</geometry></library_geometries>'
-        '<library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node></visual_scene>'
-        '</library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>'
-    )
-
-
-def _ply() -> str:
-    vertices = "".join("{} {} {}\n".format(*p) for corners in _TETRAHEDRON for p in corners)
-    return _ply_head("ascii") + vertices + "".join(f"3 {k} {k + 1} {k + 2}\n" for k in range(0, 12, 3))
+    return mutated_text(mesh_files.dae(), rng) if rng.random() < 0.3 else mutated_xml(mesh_files.dae(), rng)
 
 
 @cache
 def _roadmap_parts() -> tuple[dict[str, Any], dict[str, np.ndarray], bytes]:
     """Header, arrays and bytes of a small roadmap."""
-    checker = make_checker(_arm(), Scene.load("empty"), "coal")
-    made = build_roadmap(_arm(), checker, start=[0.1, 0.2], goal=[0.9, -0.4], nodes=12, seed=0)
-    import tempfile
-
+    checker = make_checker(arm(), Scene.load("empty"), "coal")
+    made = build_roadmap(arm(), checker, start=[0.1, 0.2], goal=[0.9, -0.4], nodes=12, seed=0)
     with tempfile.TemporaryDirectory() as folder:
         save_roadmap(made, Path(folder) / "roadmap.npz")
         data = (Path(folder) / "roadmap.npz").read_bytes()
