@@ -12,8 +12,11 @@ from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem
 
-WIDTH = 0.1
-"""Share of the latest settling tau that a bracket may be wide before it is computed again with smaller steps."""
+WIDTH = 0.5
+"""Share of the latest settling tau that a bracket may be wide before it is computed again with smaller steps.
+
+On a roadmap of 1000 nodes it takes twice the work of a run, of 100,000 nodes five times; at 0.1 six and fifty times.
+"""
 
 _STEPS = 64
 _ROUNDS = 6

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from planner.base.arrays import Floats
 from planner.gabf.assumptions import Premises
-from planner.gabf.enclosure import bracket_settling
+from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.partitioned.run import Exchanged
@@ -81,14 +81,17 @@ class CostToGo:
 
     @cached_property
     def settling_tau_bracket(self) -> tuple[float, float] | None:
+        """:meth:`settling_within` of the default width: the latest is at most twice the earliest."""
+        return self.settling_within()
+
+    def settling_within(self, width: float = WIDTH) -> tuple[float, float] | None:
         """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
 
-        None for a run that did not settle. The latest is at most a ninth above the earliest, unless that took more than
-        :mod:`planner.gabf.enclosure` spends. Computed when first asked for: 20 to 40 times the work of a run at
-        default tolerance.
+        None for a run that did not settle. They are ``width`` of the latest apart, unless that took more work than
+        :mod:`planner.gabf.enclosure` spends; half the width takes about twice the work.
         """
         if self.settling_tau is None:
             return None
         problem = reduce(self.network)
-        y0 = problem.pack(self.x0)
-        return bracket_settling(problem, self.law.flow, y0, self.premises, self.settle_tolerance, self.settling_tau)
+        y0, expected = problem.pack(self.x0), self.settling_tau
+        return bracket_settling(problem, self.law.flow, y0, self.premises, self.settle_tolerance, expected, width)

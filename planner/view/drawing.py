@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Bools, Floats
 from planner.base.reasons import Gap
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.paths.measure import dense_path
@@ -27,6 +27,7 @@ PATH, START, GOAL = (0.85, 0.25, 0.10, 1.0), (0.15, 0.65, 0.25, 1.0), (0.80, 0.1
 _DOT = 0.022  # m
 _TUBE, _TUBE_STEP = 0.006, 0.08  # m, rad: between two rings the tool leaves the chord by less than a tube's radius
 EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
+MOST_EDGES = 8_000  # that a page draws: more make a black cloud of tens of megabytes
 
 
 def draw_robot(
@@ -67,11 +68,28 @@ def place_obstacles(canvas: Canvas, scene: Scene) -> None:
         canvas.place(f"obstacles/{k}", obstacle.shape, obstacle.placement)
 
 
-def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot) -> dict[str, Any]:
+def drawn_part(roadmap: Roadmap) -> tuple[Bools, Bools]:
+    """Which nodes (n,) and edges (m,) a page draws: of a large roadmap ``MOST_EDGES`` edges, evenly, and their ends."""
+    n, m = len(roadmap.nodes), len(roadmap.edges)
+    if m <= MOST_EDGES:
+        return np.ones(n, dtype=bool), np.ones(m, dtype=bool)
+    nodes, edges = np.zeros(n, dtype=bool), np.zeros(m, dtype=bool)
+    edges[np.linspace(0, m - 1, MOST_EDGES).round().astype(np.int64)] = True
+    for ends in (roadmap.edges[edges].ravel(), roadmap.starts, roadmap.goals):
+        nodes[ends] = True
+    return nodes, edges
+
+
+def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot, drawn: tuple[Bools, Bools]) -> dict[str, Any]:
     """Nodes at their tool positions and edges along the tool's path, to be coloured by the page; starts and goals.
 
-    Returns what the page colours them by: w (n,), the component (n,) and the edges (m, 2).
+    Of both only those ``drawn``, see :func:`drawn_part`. Returns what the page colours them by: w, the component and
+    the edges.
     """
+    nodes, edges = drawn
+    component = roadmap.components[nodes]
+    if not (nodes.all() and edges.all()):
+        roadmap = roadmap.part(nodes, edges)
     positions = tool_positions(robot, roadmap.nodes)
     canvas.points("roadmap/nodes", positions, np.zeros_like(positions), _DOT)
     a, b = roadmap.edges.T
@@ -87,7 +105,7 @@ def draw_roadmap(canvas: Canvas, roadmap: Roadmap, robot: Robot) -> dict[str, An
             canvas.shape(f"{role}/{k}", Sphere(0.022), pose(place.tolist()), colour)
     return {
         "w": np.round(roadmap.manipulability, 7).tolist(),
-        "component": roadmap.components.tolist(),
+        "component": component.tolist(),
         "edges": roadmap.edges.tolist(),
         "pieces": EDGE_PIECES,
     }

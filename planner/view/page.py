@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Bools, Floats
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
 from planner.base.reasons import NoWay, Reason
@@ -20,7 +21,7 @@ from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
-from planner.view.drawing import draw_gap, draw_path, draw_roadmap, draw_robot, draw_scene, extent
+from planner.view.drawing import draw_gap, draw_path, draw_roadmap, draw_robot, draw_scene, drawn_part, extent
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
 from planner.view.visuals import drawn_bodies
@@ -56,6 +57,21 @@ class Content:
     highlighted: tuple[str, ...] = ()
     reason: Reason | None = None  # why there is no path
     live: dict[str, Any] | None = None  # what a page needs that talks to its server
+
+    @cached_property
+    def drawn(self) -> tuple[Bools, Bools]:
+        """Which of the roadmap's nodes and edges are drawn; a live page changes all of them."""
+        if self.roadmap is None:
+            return np.zeros(0, dtype=bool), np.zeros(0, dtype=bool)
+        if self.live is not None:
+            return np.ones(len(self.roadmap.nodes), dtype=bool), np.ones(len(self.roadmap.edges), dtype=bool)
+        return drawn_part(self.roadmap)
+
+    @property
+    def notes(self) -> Rows:
+        """``details``, and how much of a large roadmap is drawn."""
+        count, total = int(self.drawn[1].sum()), len(self.drawn[1])
+        return [*self.details, ("drawn", f"{count} of {total} edges, evenly")] if count < total else self.details
 
     @property
     def red(self) -> frozenset[str]:
@@ -96,7 +112,7 @@ def page(content: Content) -> str:
     )
     data: dict[str, Any] = {
         **changing,
-        "about": content.details,
+        "about": content.notes,
         "names": names,
         "obstacles": [obstacle.name for obstacle in content.scene.obstacles],
         "wrong": content.highlighted,
@@ -118,7 +134,7 @@ def page(content: Content) -> str:
 def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:
     """Draw what another answer changes (roadmap, paths, the gap where there is no path), and return its data."""
     robot = content.robot
-    roadmap = draw_roadmap(canvas, content.roadmap, robot) if content.roadmap else None
+    roadmap = draw_roadmap(canvas, content.roadmap, robot, content.drawn) if content.roadmap else None
     for k, shown in enumerate(content.paths):
         if len(shown.path) > 1:
             draw_path(canvas, f"paths/{k}", robot, shown.path if shown.motion is None else _curve(shown.motion))
@@ -129,7 +145,7 @@ def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:
         "touching": sorted(content.touching),
         "blamed": None if content.reason is None else content.reason.kind,
         "roadmap": roadmap,
-        "cost": field_data(content.cost_to_go),
+        "cost": _field(content, content.cost_to_go),
         "paths": _paths(content),
         "current": content.current,
     }
@@ -143,7 +159,7 @@ def _paths(content: Content) -> list[dict[str, Any]]:
             "interval": item.interval,
             "costs": item.costs,
             "numbers": item.numbers,
-            "cost": field_data(item.cost_to_go),
+            "cost": _field(content, item.cost_to_go),
             **motion_data(content.robot, item.path, item.motion),
         }
         for item in shown
@@ -153,6 +169,11 @@ def _paths(content: Content) -> list[dict[str, Any]]:
 def _curve(motion: ShownMotion) -> Floats:
     """States (n, dof) along a motion, close enough to draw the tool's way by."""
     return motion.trajectory.at(np.linspace(motion.trajectory.times[0], motion.trajectory.times[-1], SHOWN_STATES))
+
+
+def _field(content: Content, x: Floats | None) -> list[float | None] | None:
+    """The cost-to-go of the nodes that are drawn."""
+    return field_data(x if x is None or content.roadmap is None else x[content.drawn[0]])
 
 
 def field_data(x: Floats | None) -> list[float | None] | None:
@@ -172,5 +193,5 @@ def _points(content: Content) -> Floats:
     """Where the tool is at the roadmap's nodes and the paths' waypoints."""
     rows = [shown.path for shown in content.paths]
     if content.roadmap is not None:
-        rows.append(content.roadmap.nodes)
+        rows.append(content.roadmap.nodes[content.drawn[0]])
     return tool_positions(content.robot, np.vstack(rows)) if rows else np.zeros((0, 3))

@@ -9,8 +9,18 @@ import pinocchio as pin
 import pytest
 
 from planner.kinematics.forward import tool_positions
+from planner.view import drawing
 from planner.view.canvas import Canvas
-from planner.view.drawing import draw_path, draw_roadmap, draw_robot, draw_scene, extent, joint_matrices, swept_corners
+from planner.view.drawing import (
+    draw_path,
+    draw_roadmap,
+    draw_robot,
+    draw_scene,
+    drawn_part,
+    extent,
+    joint_matrices,
+    swept_corners,
+)
 from planner.world.poses import pose
 from planner.world.robot import load_visuals
 from planner.world.shapes import Box
@@ -59,14 +69,28 @@ def test_obstacles_are_named_by_their_paths() -> None:
 
 def test_a_roadmap_is_drawn_at_its_tool_positions() -> None:
     canvas, roadmap = Canvas(), post_roadmap()
-    data = draw_roadmap(canvas, roadmap, ROBOT)
+    data = draw_roadmap(canvas, roadmap, ROBOT, drawn_part(roadmap))
     assert paths(canvas, "set_object") == ["roadmap/nodes", "roadmap/edges", "start/0", "goal/0"]
     assert data["edges"] == roadmap.edges.tolist()
     assert data["w"] == pytest.approx(roadmap.manipulability.tolist(), abs=1e-7)
     nothing = replace(roadmap.part(np.ones(len(roadmap.nodes), bool), np.zeros(len(roadmap.edges), bool)))
     canvas = Canvas()
-    draw_roadmap(canvas, nothing, ROBOT)
+    draw_roadmap(canvas, nothing, ROBOT, drawn_part(nothing))
     assert "roadmap/edges" not in paths(canvas, "set_object")
+
+
+def test_of_a_large_roadmap_some_edges_are_drawn_with_their_ends_and_true_components(monkeypatch) -> None:
+    monkeypatch.setattr(drawing, "MOST_EDGES", 5)
+    canvas, roadmap = Canvas(), post_roadmap()
+    nodes, edges = drawn_part(roadmap)
+    assert edges.sum() == 5
+    assert nodes[roadmap.edges[edges]].all()
+    assert nodes[roadmap.starts].all()
+    assert nodes[roadmap.goals].all()
+    assert nodes.sum() <= 2 * 5 + len(roadmap.starts) + len(roadmap.goals)
+    data = draw_roadmap(canvas, roadmap, ROBOT, (nodes, edges))
+    assert np.array_equal(np.flatnonzero(nodes)[data["edges"]], roadmap.edges[edges])
+    assert data["component"] == roadmap.components[nodes].tolist()
 
 
 def test_a_path_is_a_tube_around_the_tools_way() -> None:
