@@ -52,8 +52,8 @@ class EdgeProver:
     """Proves motions in one world with one exact checker; one implementation whatever the backend.
 
         prover = EdgeProver(checker)
-        proofs = prover.prove(a, robot.difference(a, b))     # straight ones, (m, dof) each
-        proofs.free                                          # (m,) True where proven
+        prover.free(a, robot.difference(a, b))               # (m,) True where proven; straight ones, (m, dof) each
+        prover.prove(a, robot.difference(a, b)).pair         # (m,) what stopped the others
 
     Planes between the shapes prove; the checker says what touches where they cannot. A motion that is not decided is
     ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop, everything that is still open
@@ -99,6 +99,10 @@ class EdgeProver:
         not free are undecided: nobody asks the checker whether they collide, which takes as long as the proofs.
         """
         return self.prove_curves(np.stack([np.atleast_2d(start), np.atleast_2d(delta)], axis=1), room, contacts)
+
+    def free(self, start: Floats, delta: Floats, room: float = PROOF) -> Bools:
+        """(m,) which segments are proven, as :meth:`prove` has it without asking what the others touch."""
+        return self.prove(start, delta, room, contacts=False).free
 
     def prove_curves(self, coefficients: Floats, room: float = PROOF, contacts: bool = True) -> Proofs:
         """Verdicts on polynomial pieces q(s) = sum_k c_k s^k, s in [0, 1]; ``coefficients`` (m, degree + 1, dof).

@@ -13,8 +13,8 @@ from planner.collision.checker import CollisionChecker
 from planner.costs.manipulability_floor import LayeredNetwork, layered_network
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
+from planner.native.library import cheapest_nodes
 from planner.paths.measure import path_manipulability
-from planner.roadmap.best_paths import cheapest_nodes
 from planner.roadmap.improve import Improvement, improve, without_last_grown
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.roadmap import Roadmap, path_waypoints
@@ -85,4 +85,4 @@ def best_nodes(layered: LayeredNetwork) -> Ints:
     arcs = np.column_stack([network.tails, network.indices])
     cost = network.arcs(np.zeros(network.n_arcs))
     steps = cheapest_nodes(network.n_nodes, arcs, cost, layered.starts, network.sources)
-    return np.zeros(0, dtype=np.int64) if steps is None else layered.roadmap_node[steps]
+    return layered.roadmap_node[steps]

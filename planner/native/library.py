@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 6  # of the functions' arguments: what planner_version() says
+_VERSION = 7  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _double = ctypes.c_int, ctypes.c_double
@@ -52,6 +52,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "world_prove": (_Pointer, *4 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
     "curve_quickest": (_int, _int, *7 * [_Pointer]),
+    "logarithms": (ctypes.c_int64, *2 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
@@ -60,6 +61,7 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "world_new": (_Pointer, (_Pointer, _double)),
     "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer)),
     "world_take": (_int, (_Pointer, _Pointer, _int)),
+    "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], _Pointer)),
     "world_first_near": (_int, (_Pointer, _int, _Pointer)),
 }
 
@@ -309,6 +311,14 @@ class NativeWorld:
         return verdict, pair, samples, clearance, where
 
 
+def logarithms(x: Floats) -> Floats:
+    """ln x elementwise, as :func:`math.log`; the last bits of :func:`numpy.log` depend on the processor."""
+    x = _floats(x)
+    logs = np.empty(x.shape)
+    _library.logarithms(x.size, _at(x), _at(logs))
+    return logs
+
+
 def detours(nodes: int, edges: Ints, lengths: Floats, pairs: Ints, limits: Floats) -> Floats:
     """Lengths (k,) of the shortest paths between ``pairs`` (k, 2) in a graph of undirected ``edges`` (m, 2).
 
@@ -320,6 +330,16 @@ def detours(nodes: int, edges: Ints, lengths: Floats, pairs: Ints, limits: Float
         nodes, len(edges), _at(edges), _at(lengths), len(pairs), _at(pairs), _at(limits), threads(), _at(found)
     )
     return found
+
+
+def cheapest_nodes(nodes: int, arcs: Ints, cost: Floats, starts: Ints, goals: Ints) -> Ints:
+    """The nodes (k,) of the cheapest path over ``arcs`` (m, 2), directed, from a start to a goal; (0,) without one."""
+    arcs, cost, starts, goals = _ints(arcs), _floats(cost), _ints(starts), _ints(goals)
+    path = np.empty(nodes, dtype=np.int64)
+    count = _library.graph_cheapest(
+        nodes, len(arcs), _at(arcs), _at(cost), len(starts), _at(starts), len(goals), _at(goals), _at(path)
+    )
+    return path[:count]
 
 
 def quickest_motion(

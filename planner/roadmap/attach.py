@@ -103,7 +103,7 @@ class _Builder:
                 break
             edges = np.concatenate(pairs)
             a, b = self.nodes[edges[:, 1]], self.nodes[edges[:, 0]]
-            edges = edges[self.prover.prove(a, self.robot.difference(a, b)).free]
+            edges = edges[self.prover.free(a, self.robot.difference(a, b))]
             self._add(edges)
             near = {node: rows for node, rows in near.items() if node not in edges[:, 1]}
 

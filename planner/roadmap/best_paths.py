@@ -17,6 +17,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
+from planner.native.library import cheapest_nodes
 from planner.roadmap.forest import Forest
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.refine import PathRefiner, cut
@@ -85,20 +86,4 @@ def _with_dips(robot: Robot, path: Floats) -> Floats:
 def best_path(nodes: Floats, edges: Ints, cost: Floats, starts: Ints, goals: Ints) -> Floats | None:
     """The configurations (k, dof) of the cheapest path from a start to a goal; None if there is none."""
     rows = cheapest_nodes(len(nodes), np.concatenate([edges, edges[:, ::-1]]), np.tile(cost, 2), starts, goals)
-    return None if rows is None else nodes[rows]
-
-
-def cheapest_nodes(n: int, arcs: Ints, cost: Floats, starts: Ints, goals: Ints) -> Ints | None:
-    """The nodes (k,) of the cheapest path over ``arcs`` (m, 2) of ``n`` nodes from a start to a goal; None for none."""
-    from scipy.sparse import csr_matrix  # 0.4 s to load: only where a roadmap is grown
-    from scipy.sparse.csgraph import dijkstra
-
-    graph = csr_matrix((cost, (arcs[:, 1], arcs[:, 0])), shape=(n, n))  # from goals back to starts
-    cost_to_go, back, _ = dijkstra(graph, indices=goals, return_predecessors=True, min_only=True)
-    here = int(starts[np.argmin(cost_to_go[starts])])
-    if not np.isfinite(cost_to_go[here]):
-        return None
-    rows = [here]
-    while back[rows[-1]] >= 0:
-        rows.append(int(back[rows[-1]]))
-    return np.array(rows)
+    return nodes[rows] if len(rows) else None

@@ -47,6 +47,6 @@ def _step(prover: EdgeProver, q: Floats, w: float, rng: np.random.Generator) -> 
     along = np.vstack([np.full(len(ends), w), along.reshape(len(_STATES), -1)])
     rising = np.flatnonzero((np.diff(along, axis=0) > 0).all(axis=0))
     for row in rising[np.argsort(-along[-1, rising], kind="stable")]:
-        if prover.prove(q[None], delta[row][None]).free[0]:
+        if prover.free(q[None], delta[row][None])[0]:
             return ends[row]
     return None

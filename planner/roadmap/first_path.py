@@ -98,7 +98,7 @@ class FirstPathSearch:
     def _prove(self, path: Floats) -> Floats | None:
         """The path with every motion proven, refused ones replaced by a proven detour; None where there is none."""
         delta = self._robot.difference(path[:-1], path[1:])
-        free = self._motions.prover.prove(path[:-1], delta).free
+        free = self._motions.prover.free(path[:-1], delta)
         rows = [path[:1]]
         for k, proven in enumerate(free):
             piece = path[k : k + 2] if proven else self._detour(path[k], delta[k])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Set
+from functools import cached_property
 
 import numpy as np
 
@@ -15,8 +16,11 @@ class Forest:
 
     def __init__(self, nodes: Floats | None = None, edges: Ints | None = None) -> None:
         self._nodes: list[Floats] = [] if nodes is None else list(nodes)
-        self._index = {q.tobytes(): k for k, q in enumerate(self._nodes)}
         self._edges: list[tuple[int, int]] = [] if edges is None else [(int(i), int(j)) for i, j in edges]
+
+    @cached_property
+    def _index(self) -> dict[bytes, int]:
+        return {q.tobytes(): k for k, q in enumerate(self._nodes)}
 
     @property
     def known(self) -> Set[bytes]:

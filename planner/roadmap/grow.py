@@ -125,7 +125,7 @@ def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
     if not len(tree.edges):
         return
     a, b = tree.nodes[tree.edges[:, 0]], tree.nodes[tree.edges[:, 1]]
-    edges = tree.edges[motions.prover.prove(a, motions.robot.difference(a, b), motions.room).free]
+    edges = tree.edges[motions.prover.free(a, motions.robot.difference(a, b), motions.room)]
     children: dict[int, list[int]] = {}
     for parent, child in edges.tolist():
         children.setdefault(parent, []).append(child)

@@ -9,7 +9,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.best_paths import cheapest_nodes
+from planner.native.library import cheapest_nodes
 from planner.roadmap.refine import PathRefiner, cut
 from planner.world.robot import Robot
 
@@ -77,7 +77,7 @@ class LazyRoadmap:
         while not self._refiner.progress.stopped:
             weight = self._cost * (self._penalty[self._links].mean(axis=1) if other else 1.0)
             rows = cheapest_nodes(n, self._links, weight, self._starts, self._goals)
-            if rows is None:
+            if not len(rows):
                 return None
             keys = self._links[:, 0] * n + self._links[:, 1]
             order = np.argsort(keys, kind="stable")

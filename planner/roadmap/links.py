@@ -83,7 +83,7 @@ def connect(
         batch = top[_one_per_node(candidates[top])][:_BATCH]
         pairs = candidates[batch]
         a, b = nodes[pairs[:, 0]], nodes[pairs[:, 1]]
-        free = pairs[prover.prove(a, robot.difference(a, b)).free][: target - len(accepted)]
+        free = pairs[prover.free(a, robot.difference(a, b))][: target - len(accepted)]
         accepted = np.concatenate([accepted, free])
         keep = np.ones(len(candidates), dtype=bool)
         keep[batch] = False

@@ -13,6 +13,7 @@ from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.measure import simpson_weights
+from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import CostScale, manipulability_cost
 from planner.world.robot import Robot
 
@@ -54,6 +55,21 @@ class MotionCost:
         if self.beta < 1.0:
             far |= length > self.longest
         return np.where(far | (w.min(axis=1, initial=np.inf) < self.floor), np.inf, cost)
+
+    def of_edges(self, roadmap: Roadmap) -> Floats:
+        """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them."""
+        joint = self.metric == "joint"
+        length = (
+            roadmap.joint_length / self.scale.joint_length if joint else roadmap.tool_length / self.scale.tool_length
+        )
+        w = roadmap.edge_manipulability
+        distance = np.maximum(length, self.scale.zeta)
+        cost = distance
+        far = w.min(axis=1, initial=np.inf) < self.floor
+        if self.beta < 1.0:
+            cost = (1.0 - self.beta) * self._omega(w, distance) + self.beta * distance
+            far |= roadmap.joint_length > self.longest
+        return np.where(far, np.inf, cost)
 
     def _omega(self, w: Floats, distance: Floats) -> Floats:
         if self.charge == "nodes":

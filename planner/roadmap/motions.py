@@ -40,7 +40,7 @@ class Motions:
     def proven(self, first: Floats, delta: Floats) -> bool:
         """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
         looks_free = self._quick_look(first, delta) and self._well_conditioned(first, delta)
-        return looks_free and bool(self.prover.prove(first[None], delta[None], self.room).free[0])
+        return looks_free and bool(self.prover.free(first[None], delta[None], self.room)[0])
 
     def looks_free(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""

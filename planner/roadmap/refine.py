@@ -109,7 +109,7 @@ class PathRefiner:
 
     def allowed(self, a: Floats, b: Floats) -> Bools:
         """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""
-        free = self.prover.prove(a, b - a, self.room, contacts=False).free
+        free = self.prover.free(a, b - a, self.room)
         if self.cost.floor > 0:
             for row in np.flatnonzero(free):
                 count = max(1, int(np.ceil(np.abs(b[row] - a[row]).max() / W_ALONG_PATH)))

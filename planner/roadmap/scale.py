@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -11,14 +10,14 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError, choices
 from planner.base.request import DEFAULT_COST, ManipulabilityCost
+from planner.native.library import logarithms
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
 
-_ln = np.vectorize(math.log, otypes=[float])  # the last bits of np.log depend on the processor
 _DECREASING: dict[str, Callable[[Floats], Floats]] = {
     "inverse": lambda w: 1.0 / w,
-    "log": lambda w: -_ln(w),
+    "log": lambda w: -logarithms(w),
     "linear": lambda w: -w,
 }
 COSTS = tuple(_DECREASING)

@@ -108,11 +108,11 @@ def _blockers(roadmap: Roadmap, checker: CollisionChecker, links: _Links) -> lis
     """Of each link the obstacles that keep it from being proven free; None where the robot itself does."""
     world = checker.world
     motions = _motions(roadmap, checker, links.pairs)
-    alone = _prover(checker, np.zeros(len(world.obstacles), dtype=bool), own=True).prove(*motions).free
+    alone = _prover(checker, np.zeros(len(world.obstacles), dtype=bool), own=True).free(*motions)
     blocked = np.zeros((len(links.pairs), len(world.obstacles)), dtype=bool)
     for k in np.flatnonzero(world.checked.any(axis=0)):
         prover = _prover(checker, np.arange(len(world.obstacles)) == k, own=False)
-        blocked[alone, k] = ~prover.prove(motions[0][alone], motions[1][alone]).free
+        blocked[alone, k] = ~prover.free(motions[0][alone], motions[1][alone])
     return [frozenset(np.flatnonzero(row).tolist()) if ok else None for row, ok in zip(blocked, alone, strict=True)]
 
 

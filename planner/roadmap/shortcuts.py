@@ -10,7 +10,8 @@ from planner.base.arrays import Floats, Ints
 from planner.base.polylines import cut, parts_of
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
-from planner.roadmap.best_paths import BETAS, cheapest_nodes
+from planner.native.library import cheapest_nodes
+from planner.roadmap.best_paths import BETAS
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.forest import Forest
 from planner.roadmap.motion_cost import MotionCost
@@ -51,10 +52,9 @@ def shortcuts(roadmap: Roadmap, prover: RecordingProver, longest: float, progres
     The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
     """
     robot, forest = prover.robot, Forest(roadmap.nodes)
-    a, b = (roadmap.nodes[ends] for ends in roadmap.edges.T)
     for beta in BETAS:
         cost = MotionCost(robot, roadmap.scale, beta, longest=np.inf)
-        for nodes in _best_paths(roadmap, cost(a, a + robot.difference(a, b))):
+        for nodes in _best_paths(roadmap, cost.of_edges(roadmap)):
             if progress.stopped:
                 return forest
             path = robot.unwound(roadmap.nodes[nodes])
@@ -69,7 +69,7 @@ def _best_paths(roadmap: Roadmap, cost: Floats) -> list[Ints]:
     n, arcs = len(roadmap.nodes), np.concatenate([roadmap.edges, roadmap.edges[:, ::-1]])
     starts = dict.fromkeys(roadmap.starts.tolist())
     found = (cheapest_nodes(n, arcs, np.tile(cost, 2), np.array([start]), roadmap.goals) for start in starts)
-    return [nodes for nodes in found if nodes is not None]
+    return [nodes for nodes in found if len(nodes)]
 
 
 def _cheaper(prover: RecordingProver, path: Floats, cost: MotionCost) -> list[tuple[int, int]]:
@@ -83,7 +83,7 @@ def _cheaper(prover: RecordingProver, path: Floats, cost: MotionCost) -> list[tu
     direct, around = cost(path[i], path[j]), so_far[j] - so_far[i]
     worth = np.flatnonzero(direct < (1.0 - _LEAST_GAIN) * around)
     worth = worth[np.argsort((direct - around)[worth], kind="stable")[:_PROVEN_PER_PATH]]
-    free = prover.prove(path[i[worth]], path[j[worth]] - path[i[worth]]).free
+    free = prover.free(path[i[worth]], path[j[worth]] - path[i[worth]])
     proven = {(int(i[row]), int(j[row])): float(direct[row]) for row in worth[free]}
     return _cheapest_steps(step, proven)
 

@@ -252,6 +252,13 @@ def test_a_batch_is_its_edges(paper_prover):
     np.testing.assert_allclose(whole.clearance[whole.free], [p.clearance[0] for p in alone if p.free[0]], atol=1e-9)
 
 
+def test_free_is_what_a_whole_proof_calls_free(paper_prover):
+    a, b = edges_of(load("iiwa14"), 60, 11, 0.6)
+    whole = paper_prover.prove(a, b)
+    assert set(whole.verdict) > {Verdict.FREE}
+    assert np.array_equal(paper_prover.free(a, b), whole.free)
+
+
 def test_backwards_is_the_same_edge(paper_prover):
     start, delta = edges_of(load("iiwa14"), 60, 12, 0.6)
     there, back = paper_prover.prove(start, delta), paper_prover.prove(start + delta, -delta)

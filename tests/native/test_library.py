@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import combinations_with_replacement
+import math
+from itertools import combinations_with_replacement, pairwise
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability
 from planner.native import library
-from planner.native.library import detours
+from planner.native.library import cheapest_nodes, detours, logarithms
 from planner.studies.bench_attack.cases import Case
 from planner.studies.bench_attack.claims import world_of
 from planner.studies.bench_attack.true_distance import true_distance
@@ -96,6 +97,35 @@ def test_the_same_bits_on_one_thread_and_on_many(monkeypatch: pytest.MonkeyPatch
     for other in answers[1:]:
         for one, same in zip(answers[0], other, strict=True):
             np.testing.assert_array_equal(one, same)
+
+
+def test_the_cheapest_path_is_dijkstras_over_directed_arcs() -> None:
+    rng, n = np.random.default_rng(1), 60
+    found = 0
+    for _ in range(60):
+        m = int(rng.integers(n, 3 * n))
+        code = rng.choice(n * n, size=m, replace=False)
+        arcs = np.column_stack([code // n, code % n])
+        cost = np.where(rng.random(m) < 0.1, np.inf, rng.uniform(0.0, 1.0, m))
+        starts, goals = rng.integers(0, n, 3), rng.integers(0, n, 2)
+        path = cheapest_nodes(n, arcs, cost, starts, goals)
+        usable = np.isfinite(cost)
+        graph = csr_matrix((cost[usable], (arcs[usable, 1], arcs[usable, 0])), shape=(n, n))
+        least = dijkstra(graph, indices=goals, min_only=True)[starts].min()
+        if not len(path):
+            assert np.isinf(least)
+            continue
+        price = {tuple(arc): c for arc, c in zip(arcs.tolist(), cost, strict=True)}
+        assert path[0] in starts
+        assert path[-1] in goals
+        assert sum(price[i, j] for i, j in pairwise(path.tolist())) == pytest.approx(least, rel=1e-12)
+        found += 1
+    assert 20 < found < 60
+
+
+def test_logarithms_are_those_of_the_math_module() -> None:
+    x = 10.0 ** np.random.default_rng(0).uniform(-300, 300, (4, 500))
+    assert np.array_equal(logarithms(x), np.vectorize(math.log)(x))
 
 
 def test_detours_are_dijkstras() -> None:

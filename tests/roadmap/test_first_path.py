@@ -44,8 +44,8 @@ def test_the_last_report_says_that_it_is_there() -> None:
 class Nothing(EdgeProver):
     """Proves no motion at all."""
 
-    def prove(self, start: np.ndarray, delta: np.ndarray, *more: Any):  # type: ignore[override]
-        proofs = super().prove(start, delta, *more)
+    def prove(self, *motions: Any, **more: Any):  # type: ignore[override]
+        proofs = super().prove(*motions, **more)
         proofs.verdict[:] = Verdict.UNDECIDED
         return proofs
 

@@ -27,6 +27,19 @@ def test_motions_cost_what_the_network_charges(beta: float, charge: Charge, metr
     np.testing.assert_allclose(cost(a, b), theirs, rtol=1e-9 if metric == "joint" else 0.04)
 
 
+@pytest.mark.parametrize(("beta", "floor", "longest"), [(0.0, 0.0, np.inf), (0.4, 0.03, 0.8), (1.0, 0.03, 0.8)])
+@pytest.mark.parametrize("charge", ["nodes", "edges"])
+def test_edges_cost_what_their_motions_cost(beta: float, floor: float, longest: float, charge: Charge) -> None:
+    made = small_plan()
+    roadmap = made.roadmap
+    cost = MotionCost(made.robot, roadmap.scale, beta, floor, charge=charge, longest=longest)
+    a, b = roadmap.nodes[roadmap.edges].swapaxes(0, 1)
+    motions = cost(a, a + made.robot.difference(a, b))
+    assert np.isfinite(motions).any()
+    assert floor == 0 or np.isinf(motions).any()
+    np.testing.assert_allclose(cost.of_edges(roadmap), motions, rtol=1e-9)
+
+
 def test_motion_cost_is_the_integral() -> None:
     made, rng = small_plan(), np.random.default_rng(0)
     a = rng.uniform(made.robot.lower, made.robot.upper, (5, 7))

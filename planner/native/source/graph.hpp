@@ -81,4 +81,39 @@ class DetourSearch {
     Side sides_[2];
 };
 
+// The nodes of the cheapest path over directed arcs from one of `starts` to one of `goals`; none where there is none.
+// Dijkstra's search from the goals, against the arcs; equal costs are taken in the order of nodes.
+inline std::vector<int64_t> cheapest_path(int nodes, int arcs, const int64_t* ends, const double* costs,
+                                          const std::vector<int>& starts, const std::vector<int>& goals) {
+    std::vector<int> first(nodes + 1), into(arcs);
+    for (int a = 0; a < arcs; ++a) ++first[ends[2 * a + 1] + 1];
+    for (int n = 0; n < nodes; ++n) first[n + 1] += first[n];
+    std::vector<int> free(first.begin(), first.end() - 1);
+    for (int a = 0; a < arcs; ++a) into[free[ends[2 * a + 1]]++] = a;
+
+    std::vector<double> cost(nodes, infinity);
+    std::vector<int> next(nodes, -1);
+    std::vector<char> is_start(nodes);
+    for (int start : starts) is_start[start] = 1;
+    using Entry = std::pair<double, int>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> open;
+    for (int goal : goals) cost[goal] = 0.0, open.push({0.0, goal});
+    while (!open.empty()) {
+        const auto [here, node] = open.top();
+        open.pop();
+        if (here > cost[node]) continue;
+        if (is_start[node]) {
+            std::vector<int64_t> path;
+            for (int n = node; n >= 0; n = next[n]) path.push_back(n);
+            return path;
+        }
+        for (int k = first[node]; k < first[node + 1]; ++k) {
+            const int tail = static_cast<int>(ends[2 * into[k]]);
+            const double offer = here + costs[into[k]];
+            if (offer < cost[tail]) cost[tail] = offer, next[tail] = node, open.push({offer, tail});
+        }
+    }
+    return {};
+}
+
 }  // namespace planner

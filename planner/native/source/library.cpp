@@ -43,7 +43,12 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 6; }
+int planner_version() { return 7; }
+
+// As Python's math.log, by the same libm, whatever processor: NumPy's differs in the last bits from one to the next.
+void logarithms(int64_t n, const double* x, double* logs) {
+    for (int64_t k = 0; k < n; ++k) logs[k] = std::log(x[k]);
+}
 
 Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns, const double* offset,
                  const double* slide, const double* axis) {
@@ -340,6 +345,14 @@ void graph_detours(int nodes, int edges, const int64_t* ends, const double* leng
             detours[k] =
                 search.length(static_cast<int>(pairs[2 * k]), static_cast<int>(pairs[2 * k + 1]), limits[k]);
         });
+}
+
+// The cheapest path over arcs (count, 2) from one of `starts` to one of `goals`: its nodes, `path` (nodes,), their number
+int graph_cheapest(int nodes, int arcs, const int64_t* ends, const double* costs, int start_count,
+                   const int64_t* starts, int goal_count, const int64_t* goals, int64_t* path) {
+    const auto found = cheapest_path(nodes, arcs, ends, costs, {starts, starts + start_count}, {goals, goals + goal_count});
+    std::copy(found.begin(), found.end(), path);
+    return static_cast<int>(found.size());
 }
 
 // The quickest motion along `count` stretches: `piece` (count,) says of which piece (., 3, dof) one is the part between
