@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
+from functools import cache
 
 __version__ = importlib.metadata.version("gabf-planner")
 # what a plan's numbers depend on; the C library gives the last bits of a sine
@@ -15,6 +16,7 @@ def versions(packages: tuple[str, ...] = DECISIVE) -> dict[str, str]:
     return {name: _version(name) for name in packages}
 
 
+@cache
 def _version(name: str) -> str:
     match name:
         case "python":

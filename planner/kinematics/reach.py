@@ -34,8 +34,7 @@ class Reach:
 
     @staticmethod
     def _of(robot: Robot, bodies: tuple[Body, ...]) -> Reach:
-        chain = Chain.of(robot)
-        rows = [_reach_of(robot, chain, body) for body in bodies]
+        rows = [_reach_of(robot, body) for body in bodies]
         return Reach(frozen(np.reshape(rows, (len(rows), robot.dof))))
 
     def motion(self, delta: Floats) -> Floats:
@@ -54,11 +53,12 @@ def _own_reach(robot: Robot) -> Reach:
     return Reach._of(robot, robot.bodies)
 
 
-def _reach_of(robot: Robot, chain: Chain, body: Body) -> Floats:
+@lru_cache(maxsize=2048)
+def _reach_of(robot: Robot, body: Body) -> Floats:
     """Walking down from the body: the distance from a joint's origin to the body's farthest point, never too small."""
-    reach = np.zeros(robot.dof)
+    chain, reach = Chain.of(robot), np.zeros(robot.dof)
     if body.joint == 0:
-        return reach
+        return frozen(reach)
     joint = body.joint - 1
     radius = farthest(body.shape, body.placement)
     across = farthest_from_axis(body.shape, body.placement, chain.axis[joint])
@@ -68,7 +68,7 @@ def _reach_of(robot: Robot, chain: Chain, body: Body) -> Floats:
         radius += _travel(robot, chain, joint)
         parent = int(chain.parent[joint]) - 1
         if parent < 0:
-            return reach
+            return frozen(reach)
         offset, axis = chain.offset[joint], chain.axis[parent]
         across = radius + length(offset - dot(offset, axis) * axis)
         radius += length(offset)
