@@ -1,9 +1,9 @@
 """Proofs that joint paths are free between samples: adaptive sampling with clearance (Schwarzer, Saha, Latombe 2005).
 
 Where a pair of bodies is d apart, no motion that moves them against each other by less than d can make them touch.
-A joint's motion dq moves no point further than its reach times |dq|, so every sample clears an interval of the path;
-when the intervals of every pair cover it, the path is proven, for all the configurations on it and not just for those
-that were sampled. The loop is compiled: ``native/source/prover.hpp``.
+A joint's motion dq moves no point further than its distance from the joint's axis times |dq|, so every sample clears an
+interval of the path; when the intervals of every pair cover it, the path is proven, for all the configurations on it
+and not just for those that were sampled. The loop is compiled: ``native/source/prover.hpp``.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ class EdgeProver:
                 break
             rows = slice(first, first + _BATCH)
             verdict[rows], pair[rows], samples[rows], clearance[rows], where[rows] = self.checker.bound.native.prove(
-                self._reach, self._is_static, coefficients[rows], room
+                self._reach, self.world.reach.bodies, self._is_static, coefficients[rows], room
             )
         proofs = Proofs(verdict, pair, samples, clearance)
         if contacts:

@@ -67,7 +67,9 @@ class TimedProver:
 
     def prove(self, coefficients: Floats, spans: Floats, room: float = PROOF) -> tuple[Ints, Ints]:
         """Verdicts (m,), free or undecided, and the pairs (m,) that stopped them; as :meth:`free`."""
-        verdict, pair, *_ = self._bound.native.prove(self._reach, self._left_out, coefficients, room, spans)
+        verdict, pair, *_ = self._bound.native.prove(
+            self._reach, self.world.reach.bodies, self._left_out, coefficients, room, spans
+        )
         return verdict, pair
 
     def starts(self, q: Floats) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 7  # of the functions' arguments: what planner_version() says
+_VERSION = 8  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _double = ctypes.c_int, ctypes.c_double
@@ -50,7 +50,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
-    "world_prove": (_Pointer, *4 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
+    "world_prove": (_Pointer, *5 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
     "curve_quickest": (_int, _int, *7 * [_Pointer]),
     "logarithms": (ctypes.c_int64, *2 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
@@ -290,21 +290,28 @@ class NativeWorld:
         return _library.world_first_near(self.handle, len(q), _at(q))
 
     def prove(
-        self, reach: Floats, is_static: Bools, coefficients: Floats, room: float, spans: Floats | None = None
+        self,
+        reach: Floats,
+        body_reach: Floats,
+        is_static: Bools,
+        coefficients: Floats,
+        room: float,
+        spans: Floats | None = None,
     ) -> tuple[Ints, Ints, Ints, Floats, Floats]:
         """Proofs of pieces q(s) = sum_k c_k s^k, ``coefficients`` (m, degree + 1, dof), s in [0, 1].
 
-        ``reach`` (pairs, dof) bounds how fast a joint's motion changes a pair's distance; pairs that are ``is_static``
-        (pairs,) are left out. ``spans`` (m, 3), where obstacles move: when a piece begins, how long it takes, and by
-        how much it may begin sooner or later, s. Verdicts (m,), the pairs that stopped them, samples, clearances and
-        where they stopped.
+        ``reach`` (pairs, dof) bounds how fast a joint's motion changes a pair's distance, ``body_reach`` (bodies, dof)
+        how fast it moves a body's points, in any configuration; pairs that are ``is_static`` (pairs,) are left out.
+        ``spans`` (m, 3), where obstacles move: when a piece begins, how long it takes, and by how much it may begin
+        sooner or later, s. Verdicts (m,), the pairs that stopped them, samples, clearances and where they stopped.
         """
-        reach, is_static, coefficients = _floats(reach), _bytes(is_static), _floats(coefficients)
+        reach, body_reach, is_static = _floats(reach), _floats(body_reach), _bytes(is_static)
+        coefficients = _floats(coefficients)
         m, spans = len(coefficients), None if spans is None else _floats(spans)
         verdict, pair, samples = (np.empty(m, dtype=np.int64) for _ in range(3))
         clearance, where = np.empty(m), np.empty(m)
         _library.world_prove(
-            self.handle, _at(reach), _at(is_static), _at(coefficients),
+            self.handle, _at(reach), _at(body_reach), _at(is_static), _at(coefficients),
             None if spans is None else _at(spans), m, coefficients.shape[1] - 1, room, threads(),
             *(_at(array) for array in (verdict, pair, samples, clearance, where)),
         )  # fmt: skip

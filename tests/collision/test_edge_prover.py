@@ -224,6 +224,29 @@ def test_clearance_is_a_lower_bound_where_everything_moves():
         assert -1e-12 <= proofs.clearance[k] <= nearest + 1e-6
 
 
+def test_no_wall_that_the_tip_of_a_folding_arm_crosses_is_called_clear():
+    """The tip is near the first axis and swings out: what the proof takes from there must hold until it is out."""
+    robot, rng, proven = load("planar_2r"), np.random.default_rng(0), 0
+    last = next(body for body in robot.bodies if body.joint == 2)
+    arm = replace(robot, bodies=(replace(last, shape=Sphere(1e-3), placement=pose([0.5, 0, 0])),))
+    for _ in range(25):
+        start = np.array([rng.uniform(-2.5, 2.5), rng.choice([-1, 1]) * rng.uniform(2.0, 2.9)])
+        delta = rng.uniform(-1.0, 1.0, 2) * rng.uniform(0.2, 1.2)
+        angle = np.cumsum(start + np.linspace(0, 1, 401)[:, None] * delta, axis=1)
+        tip = 0.5 * np.column_stack([np.cos(angle).sum(axis=1), np.sin(angle).sum(axis=1), 0 * angle[:, 0]])
+        towards = rng.choice([1, -1]) * (tip[-1] - tip[0]) + rng.normal(scale=0.1, size=3) * [1, 1, 0]
+        normal = towards / np.linalg.norm(towards)
+        for beyond in (-0.03, -0.01, 1e-6, 0.003, 0.01, 0.03):
+            middle = ((tip @ normal).max() + 1e-3 + beyond + 0.5) * normal
+            place = pose(middle, rpy=[0.0, 0.0, float(np.arctan2(normal[1], normal[0]))])
+            checker = make_checker(arm, scene_of((Box((1.0, 6.0, 6.0)), place)))
+            proofs = EdgeProver(checker).prove(start[None], delta[None])
+            if proofs.free[0]:
+                assert proofs.clearance[0] <= beyond + 1e-9
+                proven += 1
+    assert proven > 60
+
+
 def test_clearance_counts_pairs_that_stand_still():
     """The first link stands 1 cm from a wall while only the second joint moves."""
     robot = load("planar_2r")

@@ -43,7 +43,7 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 7; }
+int planner_version() { return 8; }
 
 // As Python's math.log, by the same libm, whatever processor: NumPy's differs in the last bits from one to the next.
 void logarithms(int64_t n, const double* x, double* logs) {
@@ -301,14 +301,14 @@ void world_close(const World* world, int n, const double* rotation, const double
     }
 }
 
-// Proofs of polynomial pieces (count, degree + 1, dof); reach (pairs, dof), is_static (pairs,). spans (count, 3), or null
+// Proofs of polynomial pieces (count, degree + 1, dof); reach (pairs, dof), body_reach (bodies, dof), is_static (pairs,). spans (count, 3), or null
 // where nothing moves by itself: when each piece begins, how long it takes, and how much sooner or later it may begin, s.
-void world_prove(const World* world, const double* reach, const uint8_t* is_static, const double* coefficients,
+void world_prove(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static, const double* coefficients,
                  const double* spans, int count, int degree, double room, int threads, int64_t* verdict, int64_t* pair, int64_t* samples,
                  double* clearance, double* where) {
     const Pieces pieces{coefficients, count, degree, world->chain.dof()};
     share_out(
-        count, threads, 4, [&] { return Prover(*world, reach, is_static); },
+        count, threads, 4, [&] { return Prover(*world, reach, body_reach, is_static); },
         [&](int k, Prover& prover) {
             const Span span = spans ? Span{spans[3 * k], spans[3 * k + 1], spans[3 * k + 2]} : Span();
             const Proof proof = prover.prove(pieces, k, room, spans ? &span : nullptr);

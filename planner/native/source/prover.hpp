@@ -1,18 +1,19 @@
 // Proofs that a piece of a joint path is free: adaptive sampling with clearance (Schwarzer, Saha and Latombe 2005).
 //
 // Where a pair of bodies is d apart, no motion that moves them against each other by less than d can make them touch.
-// A joint's motion dq moves no point further than its reach times |dq|, so every sample clears an interval of the
-// piece; when the intervals of every pair cover it, it is proven for all its configurations.
+// A joint's motion dq moves a point no further than its distance from the joint's axis times |dq|, so every sample
+// clears an interval of the piece; when the intervals of every pair cover it, it is proven for all its configurations.
+// That distance is at most the body's reach in any configuration, and near a sample at most what it is there and what
+// the joints beyond can add to it: an arm that is folded moves its hand half as fast as one that is stretched out.
 #pragma once
 
 #include <algorithm>
-#include <deque>
 
 #include "world.hpp"
 
 namespace planner {
 
-constexpr double first_motion = 0.35;    // m: first intervals move no point further than this
+constexpr double first_motion = 0.5;     // m: first intervals move no point further than this
 constexpr double always_close = 0.03;    // m: pairs that a coarse bound puts nearer get a closer look where it is short
 constexpr int close_looks = 8;           // per sample, for pairs that are farther apart: more cost more than halving
 constexpr double reported = 5e-3;        // m beyond what covers an interval, so that the clearance reported is worth it
@@ -81,10 +82,12 @@ struct Proof {
 
 class Prover {
    public:
-    Prover(const World& world, const double* reach, const uint8_t* is_static)
-        : world_(world), reach_(reach), static_(is_static), scratch_(world.scratch()), gap_(world.pair_count()),
-          rate_(world.pair_count()), keep_(world.pair_count(), world.margin), joint_rate_(world.chain.dof()),
-          q_(world.chain.dof()),
+    // `reach` (pairs, dof) and `body_reach` (bodies, dof) hold in every configuration.
+    Prover(const World& world, const double* reach, const double* body_reach, const uint8_t* is_static)
+        : world_(world), reach_(reach), body_reach_(body_reach), static_(is_static), scratch_(world.scratch()),
+          gap_(world.pair_count()), rate_(world.pair_count()), whole_rate_(world.pair_count()),
+          own_rate_(world.pair_count()), keep_(world.pair_count(), world.margin), joint_rate_(world.chain.dof()),
+          q_(world.chain.dof()), here_(static_cast<size_t>(world.bodies) * world.chain.dof()), is_here_(world.bodies),
           apart_(world.pair_count()), guessed_(world.pair_count()) {}
 
     // Sample until every interval is cleared, or a pair is left with less than `room` (m) of clearance. With a `span`
@@ -96,13 +99,15 @@ class Prover {
         std::fill(guessed_.begin(), guessed_.end(), 0);
         rates(pieces, piece, 0.0, 1.0);
         double motion = 0.0;
-        for (double rate : rate_) motion = std::max(motion, rate);
+        for (double rate : whole_rate_) motion = std::max(motion, rate);
         int count = std::max(1, static_cast<int>(std::ceil(motion / first_motion)));
         open_.clear();
-        for (int k = 0; k < count; ++k) open_.push_back({k / double(count), (k + 1) / double(count)});
+        for (int k = 0; k < count; ++k) {
+            const double low = k / double(count), high = (k + 1) / double(count);
+            push({low, high, std::fabs(low + high - 1.0) - 1.0});  // the middle first, both ends last
+        }
         while (!open_.empty() && proof.verdict == proven_free) {
-            Interval here = open_.front();
-            open_.pop_front();  // the ends of a piece in turn with its middle: contacts are met sooner
+            const Interval here = pop();
             if (pieces.degree > 1 || span_) rates(pieces, piece, here.low, here.high);
             sample(pieces, piece, here, room, proof);
         }
@@ -110,9 +115,22 @@ class Prover {
     }
 
    private:
+    // Intervals next to where a pair was nearest come first: what is not free is met sooner, what is free takes as long.
     struct Interval {
-        double low, high;
+        double low, high, gap;
+
+        bool operator<(const Interval& other) const { return gap != other.gap ? gap > other.gap : low > other.low; }
     };
+    void push(Interval interval) {
+        open_.push_back(interval);
+        std::push_heap(open_.begin(), open_.end());
+    }
+    Interval pop() {
+        std::pop_heap(open_.begin(), open_.end());
+        const Interval first = open_.back();
+        open_.pop_back();
+        return first;
+    }
 
     // Metres by which each pair's distance can change per unit of s.
     void rates(const Pieces& pieces, int piece, double low, double high) {
@@ -122,9 +140,52 @@ class Prover {
             double rate = 0.0;
             if (!static_[p])
                 for (int j = 0; j < dof; ++j) rate += reach_[p * dof + j] * joint_rate_[j];
-            rate_[p] = rate;
+            whole_rate_[p] = rate;
         }
         if (span_) add_obstacles_rates(low, high);
+    }
+
+    // The same within `need` (in s) of the sample, for one pair.
+    void rate_here(int p, double need) {
+        const Pair& pair = world_.pairs[p];
+        const int dof = world_.chain.dof();
+        const double* first = reach_here(pair.first, need);
+        const double* second = pair.second < world_.bodies ? reach_here(pair.second, need) : nullptr;
+        double rate = own_rate_[p];
+        for (int j = 0; j < dof; ++j) {
+            double reach = std::min(reach_[p * dof + j], first[j]);
+            if (second) reach = std::min(reach, second[j]);
+            rate += reach * joint_rate_[j];
+        }
+        rate_[p] = std::min(rate_[p], rate);
+    }
+
+    // How far a body's points are from the axes of the joints that carry it, on average over an interval of `need` from
+    // the sample; infinite for other joints. Joints beyond an axis change the distance from it, its own does not.
+    const double* reach_here(int body, double need) {
+        const int dof = world_.chain.dof();
+        double* here = here_.data() + static_cast<size_t>(body) * dof;
+        if (is_here_[body]) return here;
+        is_here_[body] = 1;
+        std::fill(here, here + dof, infinity);
+        const Item& item = world_.items[body];
+        double beyond = 0.0;  // per unit of s, by the joints beyond
+        for (int j = item.joint; j > 0; j = world_.chain.joints[j - 1].parent) {
+            const double whole = body_reach_[static_cast<size_t>(body) * dof + j - 1];
+            double now = 0.0;
+            if (world_.chain.joints[j - 1].prismatic) {
+                now = 1.0;
+            } else {
+                const Vec axis = scratch_.frames[j].turn * world_.chain.joints[j - 1].axis, at = scratch_.frames[j].shift;
+                for (int k = item.first_sphere; k < item.first_sphere + item.spheres; ++k) {
+                    const Vec out = cross(axis, Vec{scratch_.x[k], scratch_.y[k], scratch_.z[k]} - at);
+                    now = std::max(now, length(out) + world_.radii[k]);
+                }
+            }
+            here[j - 1] = std::min(whole, now + 0.5 * beyond * need);
+            beyond += joint_rate_[j - 1] * std::min(whole, now + beyond * need);
+        }
+        return here;
     }
 
     // What an obstacle's own motion adds: to the rate, and to the distance to keep as it may be early, late or elsewhere.
@@ -135,7 +196,8 @@ class Prover {
             const Motion* motion = world_.motion_of(item);
             const double known = motion ? motion->fastest(first, last) : 0.0, limit = world_.items[item].speed_limit;
             if (static_[p]) continue;
-            rate_[p] += (known + limit) * span_->duration;
+            own_rate_[p] = (known + limit) * span_->duration;
+            whole_rate_[p] += own_rate_[p];
             const double latest = span_->at(0.5 * (low + high)) + span_->slack;
             keep_[p] = world_.margin + known * span_->slack + limit * std::max(0.0, latest);
         }
@@ -148,6 +210,8 @@ class Prover {
         if (span_) world_.place_moving(span_->at(middle), scratch_.frames.data());
         world_.coarse(scratch_.frames.data(), scratch_, gap_.data(), static_);
         ++proof.samples;
+        std::copy(whole_rate_.begin(), whole_rate_.end(), rate_.begin());
+        std::fill(is_here_.begin(), is_here_.end(), 0);
         look_closer(need);
         double reach = infinity;
         int limit = -1;
@@ -167,8 +231,8 @@ class Prover {
             proof.verdict = undecided, proof.pair = limit, proof.where = middle;
             return;
         }
-        open_.push_back({here.low, middle - reach});
-        open_.push_back({middle + reach, here.high});
+        push({here.low, middle - reach, gap_[limit]});
+        push({middle + reach, here.high, gap_[limit]});
     }
 
     // Make bounds that do not cover `need` better where that is likely to pay; all of them less what is to keep.
@@ -177,7 +241,8 @@ class Prover {
         for (int p = 0; p < world_.pair_count(); ++p) {
             gap_[p] -= keep_[p];
             if (static_[p]) gap_[p] = infinity;
-            else if (gap_[p] < rate_[p] * need || gap_[p] <= 0.0) short_.push_back(p);
+            else if (gap_[p] < rate_[p] * need) rate_here(p, need);
+            if (gap_[p] < rate_[p] * need || gap_[p] <= 0.0) short_.push_back(p);
         }
         const bool all = static_cast<int>(short_.size()) <= close_looks;
         for (int p : short_) {
@@ -192,14 +257,18 @@ class Prover {
 
     const World& world_;
     const double* reach_;
+    const double* body_reach_;
     const uint8_t* static_;
     Scratch scratch_;
     const Span* span_ = nullptr;
-    std::vector<double> gap_, rate_, keep_, joint_rate_, q_;  // keep_: m, the margin and what is unknown of an obstacle
+    std::vector<double> gap_, rate_, whole_rate_, own_rate_;  // own_rate_: an obstacle's
+    std::vector<double> keep_, joint_rate_, q_;               // keep_: m, the margin and what is unknown of an obstacle
+    std::vector<double> here_;                                // (bodies, dof) reach_here, of those that is_here_
+    std::vector<char> is_here_;
     std::vector<Vec> apart_;
     std::vector<char> guessed_;
     std::vector<int> short_;
-    std::deque<Interval> open_;
+    std::vector<Interval> open_;
 };
 
 }  // namespace planner
