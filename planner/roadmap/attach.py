@@ -13,10 +13,11 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.query.resolve import free_configuration
+from planner.roadmap.bridges import bridges
 from planner.roadmap.edge_certificates import RecordingProver
-from planner.roadmap.extend import enlarged, renumbered
+from planner.roadmap.extend import enlarged
 from planner.roadmap.forest import Forest
-from planner.roadmap.grow import Growth, GrowthSettings, grow
+from planner.roadmap.grow import GrowthSettings
 from planner.roadmap.links import NEIGHBOURS
 from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import Roadmap, component_labels
@@ -49,8 +50,8 @@ def attach(
     for an end that is not free.
     """
     settings = settings or GrowthSettings()
-    grow_path = partial(grow, seed=seed, settings=settings, progress=progress)
-    builder = _Builder(roadmap, checker, grow_path, progress)
+    find_bridges = partial(bridges, seed=seed, settings=settings, progress=progress)
+    builder = _Builder(roadmap, checker, find_bridges, progress)
     first, last = (
         np.array([builder.index(free_configuration(q, checker, role)) for q in ends], dtype=np.int64)
         for role, ends in (("start", starts), ("goal", goals))
@@ -75,11 +76,11 @@ class _Builder:
         self,
         roadmap: Roadmap,
         checker: CollisionChecker,
-        grow_path: Callable[..., Growth],
+        find_bridges: Callable[[RecordingProver, Floats, Floats], list[Floats]],
         progress: Progress,
     ) -> None:
         self.robot, self.prover = checker.robot, RecordingProver(checker, progress)
-        self.grow_path, self.progress = grow_path, progress
+        self.find_bridges, self.progress = find_bridges, progress
         self.nodes, self.edges = roadmap.nodes, roadmap.edges
 
     def index(self, q: Floats) -> int:
@@ -114,11 +115,7 @@ class _Builder:
 
     def link_straight(self, starts: Ints, goals: Ints, longest: float) -> None:
         """Add the straight motions from ``starts`` to ``goals`` that are proven, in pieces."""
-        forest = Forest(self.nodes)
-        for path in straight_paths(Motions(self.prover), self.nodes[starts], self.nodes[goals], longest):
-            forest.add_path(path)
-        self.nodes = forest.nodes()
-        self._add(forest.edges())
+        self._add_paths(straight_paths(Motions(self.prover), self.nodes[starts], self.nodes[goals], longest))
 
     def bring_together(self, start: int, goals: Ints) -> None:
         """Grow until ``start`` and one of the ``goals`` are joined, through the largest component if that helps."""
@@ -138,19 +135,24 @@ class _Builder:
         else:
             _log.warning("neither direct links nor %d nodes more joined start and goal", more)
 
-    def _join(self, roots: Bools, ends: Bools) -> bool:
-        """Grow a path from the nodes in one mask (n,) to those in another and link it; whether one was found."""
-        if self.progress.stopped or not ends.any():
+    def _join(self, one: Bools, other: Bools) -> bool:
+        """Bridge the nodes in one mask (n,) and those in another, and link what is new; whether a bridge was found."""
+        if self.progress.stopped or not other.any():
             return False
-        first, last, n = np.flatnonzero(roots), np.flatnonzero(ends), len(self.nodes)
-        # no more nodes than the path itself needs
-        growth = self.grow_path(self.prover, self.nodes[first], self.nodes[last], 0)
-        if growth.joined:
-            new, edges = renumbered(growth, first, n, last)
-            self.nodes = np.vstack([self.nodes, new])
-            self._add(edges)
+        n = len(self.nodes)
+        found = self.find_bridges(self.prover, self.nodes[one], self.nodes[other])
+        if found:
+            self._add_paths(found)
             self.link(np.arange(n, len(self.nodes)), _WAY_NEIGHBOURS)
-        return growth.joined
+        return bool(found)
+
+    def _add_paths(self, paths: list[Floats]) -> None:
+        """Add proven paths; those ends that are nodes already stay these nodes."""
+        forest = Forest(self.nodes)
+        for path in paths:
+            forest.add_path(path)
+        self.nodes = forest.nodes()
+        self._add(forest.edges())
 
     def _add(self, edges: Ints) -> None:
         self.edges = np.concatenate([self.edges, edges])

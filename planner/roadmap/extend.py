@@ -45,7 +45,7 @@ def extend(
         settings or GrowthSettings(),
         progress,
     )
-    new, edges = renumbered(growth, np.arange(n), n)
+    new, edges = _renumbered(growth, np.arange(n), n)
     everything = np.vstack([roadmap.nodes, new])
     density = max(DENSITY, len(roadmap.edges) / n)
     linked = connect(
@@ -58,15 +58,13 @@ def extend(
     return enlarged(roadmap, prover, new, linked)
 
 
-def renumbered(growth: Growth, roots: Ints, n: int, goals: Ints | None = None) -> tuple[Floats, Ints]:
-    """What grew from nodes ``roots`` (and towards nodes ``goals``) of ``n``: new nodes (k, dof), and edges (j, 2).
+def _renumbered(growth: Growth, roots: Ints, n: int) -> tuple[Floats, Ints]:
+    """What grew from nodes ``roots`` of ``n``: new nodes (k, dof), and edges (j, 2).
 
-    In the edges the roots and goals have the numbers given, the new nodes those from n on.
+    In the edges the roots have the numbers given, the new nodes those from n on.
     """
     number = np.full(len(growth.nodes), -1, dtype=np.int64)
     number[growth.starts] = roots
-    if goals is not None:
-        number[growth.goals] = goals
     fresh = number < 0
     number[fresh] = n + np.arange(fresh.sum())
     return growth.nodes[fresh], np.sort(number[growth.edges], axis=1)

@@ -23,6 +23,8 @@ _STEPS = (2.0, 4.0, 1.0)  # steps of the tries, alternately, in ranges
 _TRY = 10_000  # motions that one try may check: several shorter tries solved fewer problems than one long one
 _REPAIR_MOTIONS = 300
 _REPAIR_BOX = (0.3, 1.0)  # rad beyond the ends of a refused motion in which a detour is searched, one after the other
+# (rad, motions) of the boxes around a gap: there nine of ten gaps are bridged, by a tenth of the motions, shorter ones
+_GAP_BOXES = ((0.3, 500), (0.6, 1000), (1.0, 2000))
 _REPORT_EVERY = 500
 FIRST_PATH = "first path"  # a stage of progress
 
@@ -67,21 +69,51 @@ class FirstPathSearch:
         """
         if not len(starts) or not len(goals):
             return None
-        end, sample = self._settings.motions, MOTION_IN_FIRST_PATH
+        end, sample, space = self._settings.motions, MOTION_IN_FIRST_PATH, JointSpace.of(self._robot)
         for factor in itertools.cycle(_STEPS):
             left = end - self.checked
             if left <= 0 or self._progress.stopped:
                 return None
-            found = self._search(starts, goals, factor * self._settings.range, sample, min(_TRY, left))
+            found = self._search(space, starts, goals, factor * self._settings.range, sample, min(_TRY, left))
             if found is None:
                 continue
             path = self._prove(found)
             if path is not None:
-                self._progress(FIRST_PATH, end, end)
-                return subdivided(self._robot, self._shorten(path), self._settings.range)
+                return self._finished(path)
             sample = max(0.5 * sample, FINEST_IN_FIRST_PATH)
 
-    def _search(self, starts: Floats, goals: Floats, step: float, sample: float, limit: int) -> Floats | None:
+    def join_near(self, starts: Floats, goals: Floats, gap: Floats) -> Floats | None:
+        """As :meth:`join`, in boxes around a ``gap`` (2, dof) between a row of ``starts`` and a row of ``goals``.
+
+        Only what lies within a box is joined, where motions are short and most states are near the gap.
+        """
+        robot, middle = self._robot, gap[0] + 0.5 * self._robot.difference(gap[0], gap[1])
+
+        def unwound(q: Floats) -> Floats:
+            return np.where(robot.continuous, middle + robot.difference(middle, q), q)
+
+        first, last, ends = unwound(starts), unwound(goals), unwound(gap)
+        for beyond, limit in _GAP_BOXES:
+            box = self._box(ends[0], ends[1], beyond)
+            mine, theirs = box.holds(first), box.holds(last)
+            step = self._settings.range
+            found = self._search(box, first[mine], last[theirs], step, MOTION_IN_FIRST_PATH, limit)
+            if found is None:
+                continue
+            a, b = (int(np.argmin(np.abs(q - end).max(axis=1))) for q, end in ((first, found[0]), (last, found[-1])))
+            path = self._prove(np.vstack([starts[a], robot.normalise(found[1:-1]), goals[b]]))
+            if path is not None:
+                return self._finished(path)
+        return None
+
+    def _finished(self, path: Floats) -> Floats:
+        """A proven path after short cuts, in pieces."""
+        self._progress(FIRST_PATH, self._settings.motions, self._settings.motions)
+        return subdivided(self._robot, self._shorten(path), self._settings.range)
+
+    def _search(
+        self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
+    ) -> Floats | None:
         look, before = self._motions.looks_free(sample), self.checked
 
         def check(first: Floats, delta: Floats) -> bool:
@@ -90,7 +122,7 @@ class FirstPathSearch:
                 self._progress(FIRST_PATH, self.checked, self._settings.motions)
             return look(first, delta)
 
-        with TreePlanners(JointSpace.of(self._robot), check, self._progress) as planners:
+        with TreePlanners(space, check, self._progress) as planners:
             path = planners.rrt_connect(starts, goals, step, limit)
         self.checked = max(self.checked, before + 1)  # a try that could not even begin counts, so that tries end
         return path
@@ -111,17 +143,21 @@ class FirstPathSearch:
         """Proven motions (k, dof) from ``first`` to ``first + delta`` within a box around both, angles unwound."""
         robot, last = self._robot, first + delta
         for beyond in _REPAIR_BOX:
-            lower, upper = np.minimum(first, last) - beyond, np.maximum(first, last) + beyond
-            lower = np.where(robot.continuous, lower, np.maximum(lower, robot.lower))
-            upper = np.where(robot.continuous, upper, np.minimum(upper, robot.upper))
-            space = JointSpace(lower, upper, np.zeros(robot.dof, dtype=bool))
-            with TreePlanners(space, self._motions.proven, self._progress) as planners:
+            with TreePlanners(self._box(first, last, beyond), self._motions.proven, self._progress) as planners:
                 step = max(0.5 * length(delta), 0.1)
                 path = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
             self.checked += planners.checked
             if path is not None:
                 return robot.normalise(path)
         return None
+
+    def _box(self, first: Floats, last: Floats, beyond: float) -> JointSpace:
+        """The joint values within limits not farther than ``beyond`` (rad) from a box around two; no angle wraps."""
+        robot = self._robot
+        lower, upper = np.minimum(first, last) - beyond, np.maximum(first, last) + beyond
+        lower = np.where(robot.continuous, lower, np.maximum(lower, robot.lower))
+        upper = np.where(robot.continuous, upper, np.minimum(upper, robot.upper))
+        return JointSpace(lower, upper, np.zeros(robot.dof, dtype=bool))
 
     def _shorten(self, path: Floats) -> Floats:
         roomy = Motions(self._motions.prover, self._motions.floor, EXTRA_CLEARANCE)

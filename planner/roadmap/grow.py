@@ -16,6 +16,7 @@ from planner.roadmap.first_path import FirstPathSearch, JoinSettings
 from planner.roadmap.forest import Forest
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners, seed_everything
+from planner.world.robot import Robot
 
 _JOIN_PER_JOINT = 8000  # motions
 _PART = 250  # nodes at least that a tree grows before its motions are proven
@@ -71,8 +72,7 @@ def grow(
     motions, forest = Motions(prover, (1.0 + _ABOVE) * settings.floor), Forest()
     first = np.array([forest.add(q) for q in starts], dtype=np.int64)
     last = np.array([forest.add(q) for q in goals], dtype=np.int64)
-    join = JoinSettings(settings.range, settings.join_motions or _JOIN_PER_JOINT * prover.robot.dof, settings.shortcuts)
-    search = FirstPathSearch(motions, join, progress)
+    search = FirstPathSearch(motions, join_settings(settings, prover.robot), progress)
     if settings.floor > 0 and len(
         goals
     ):  # with nothing to join, ``starts`` are a tree whose paths reach the floor already
@@ -84,6 +84,11 @@ def grow(
         forest.add_path(path)
     checked = search.checked + grow_tree(motions, forest, nodes - len(forest), settings, progress)
     return Growth(forest.nodes(), forest.edges(), first, last, bool(joining), checked)
+
+
+def join_settings(settings: GrowthSettings, robot: Robot) -> JoinSettings:
+    """How long a first path is searched for a ``robot``."""
+    return JoinSettings(settings.range, settings.join_motions or _JOIN_PER_JOINT * robot.dof, settings.shortcuts)
 
 
 def _risen(forest: Forest, motions: Motions, ends: Floats) -> Floats:

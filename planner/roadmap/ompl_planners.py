@@ -32,6 +32,10 @@ class JointSpace:
     def of(robot: Robot) -> JointSpace:
         return JointSpace(robot.lower, robot.upper, robot.continuous)
 
+    def holds(self, q: Floats) -> Bools:
+        """(n,) which configurations (n, dof) lie within; angles that wrap always do."""
+        return np.all(self.wrap | ((self.lower <= q) & (q <= self.upper)), axis=1)
+
     def difference(self, a: Floats, b: Floats) -> Floats:
         """The joint motion from a to b: in the shorter direction where a joint wraps."""
         return shorter_way(b - a, self.wrap)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from planner.base.arrays import Bools, Floats
 from planner.base.hashing import content_hash
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
+from planner.world.shapes import Body
 
 
 @dataclass(frozen=True)
@@ -57,10 +59,7 @@ def record_of(world: World) -> WorldRecord:
         lower=tuple(robot.lower.tolist()),
         upper=tuple(robot.upper.tolist()),
         held=dict(robot.fixed_joints),
-        bodies=tuple(
-            BodyRecord(body.name, body.link, content_hash([body.joint, body.placement, *body.shape.content()]))
-            for body in world.bodies
-        ),
+        bodies=tuple(_body_record(body) for body in world.bodies),
         self_pairs=tuple((int(i), int(k)) for i, k in world.self_pairs),
         obstacles=tuple(
             ObstacleRecord(
@@ -72,6 +71,12 @@ def record_of(world: World) -> WorldRecord:
             for item, row in zip(world.obstacles, world.checked.T, strict=True)
         ),
     )
+
+
+@lru_cache(maxsize=256)
+def _body_record(body: Body) -> BodyRecord:
+    """Of detailed meshes a hash takes milliseconds, and a session asks for it after every change."""
+    return BodyRecord(body.name, body.link, content_hash([body.joint, body.placement, *body.shape.content()]))
 
 
 def _rounded(array: np.ndarray) -> Floats:

@@ -12,7 +12,7 @@ from planner.collision.edge_prover import EdgeProver, Verdict, recheck
 from planner.roadmap.first_path import FIRST_PATH, FirstPathSearch, JoinSettings
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import seed_everything
-from tests.worlds import POST_GOAL, POST_START, make_post
+from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
 
 SETTINGS = JoinSettings(range=0.4, motions=4000, shortcuts=20)
 
@@ -65,3 +65,30 @@ def test_without_a_start_or_a_goal_there_is_nothing_to_join(ends: tuple[int, int
 
 def test_a_stop_ends_it() -> None:
     assert search(EdgeProver(make_post()), Progress(stop=lambda: True)).join(POST_START[None], POST_GOAL[None]) is None
+
+
+def test_near_a_gap_the_path_is_proven_and_begins_and_ends_at_nodes() -> None:
+    checker, nodes = make_post(), post_roadmap().nodes
+    left, right = nodes[nodes[:, 0] < -0.3], nodes[nodes[:, 0] > 0.3]
+    apart = np.linalg.norm(left[:, None] - right[None], axis=2)
+    i, k = np.unravel_index(np.argmin(apart), apart.shape)
+    gap = np.array([left[i], right[k]])
+    found = search(EdgeProver(checker)).join_near(left, right, gap)
+    assert found is not None
+    assert (left == found[0]).all(axis=1).any()
+    assert (right == found[-1]).all(axis=1).any()
+    delta = np.diff(found, axis=0)
+    assert all(recheck(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
+    assert (found >= gap.min(axis=0) - 1.0).all()  # the largest box
+    assert (found <= gap.max(axis=0) + 1.0).all()
+
+
+def test_near_a_gap_a_joint_that_turns_freely_goes_the_shorter_way() -> None:
+    robot, checker = load("kinova"), checker_of("kinova")
+    first, last = robot.home.copy(), robot.home.copy()
+    first[0], last[0] = 3.0, -3.0
+    found = search(EdgeProver(checker)).join_near(first[None], last[None], np.array([first, last]))
+    assert found is not None
+    np.testing.assert_array_equal(found[[0, -1]], [first, last])
+    turned = robot.difference(found[:-1], found[1:])[:, 0].sum()
+    np.testing.assert_allclose(turned, 2 * np.pi - 6.0, atol=1e-9)
