@@ -11,6 +11,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
+from planner.base.errors import choices
 from planner.base.files import make_folder, remove, write_json
 from planner.base.html import html_table
 from planner.base.outcome import Outcome
@@ -24,6 +25,7 @@ from planner.costs.manipulability_floor import LayeredNetwork, first_violation
 from planner.costs.network import PathCost
 from planner.kinematics.manipulability import manipulability
 from planner.motion.file import TRAJECTORY_NAME, save_trajectory
+from planner.motion.safe_intervals import TimedRoute
 from planner.motion.trajectory import Trajectory
 from planner.paths.measure import corners, measure_path, path_manipulability
 from planner.roadmap.roadmap import Roadmap
@@ -36,6 +38,7 @@ from planner.world.run_record import run_record
 from planner.world.scene import Scene
 
 JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
+_CORNERS = ("corners", "corners_blended", "shortcuts")  # what a trajectory's proof says of a path's corners
 CONDITIONING = "conditioning"  # the row of the summary that is there only where it is bad
 
 
@@ -67,6 +70,7 @@ class Plan:
     dip_floor: float = 0.0  # under w, so that the path does not fall below both its ends; 0 where none was set
     edges_removed: int = 0
     trajectory: Trajectory | None = None  # along the path, where one was asked for
+    route: TimedRoute | None = None  # when each waypoint is reached and left, where obstacles move
     max_error_vs_oracle: float | None = None
     certificate: tuple[gabf.Certificate, ...] = ()
     alternatives: tuple[ShownPath, ...] = ()
@@ -120,6 +124,7 @@ def plan_record(plan: Plan) -> dict[str, Any]:
         "quality": _quality(plan),
         **_measures(plan),
         "trajectory": _motion(plan.trajectory),
+        "in_time": _in_time(plan),
         "roadmap": roadmap_record(plan.roadmap, plan.edges_removed),
         "gabf": _gabf(plan),
         "timings_s": rounded(plan.timings),
@@ -180,6 +185,8 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
     beta, shown, costs = plan.request.beta, list(plan.alternatives), (plan.cost.manipulability, plan.cost.distance)
     rows, field = path_rows(plan.robot, plan.path, *costs), on_roadmap(plan.layered, plan.cost_to_go)
     motion = None if plan.trajectory is None else shown_motion(plan.trajectory, plan.checker)
+    if plan.scene.moving:  # the earliest motion, which no beta has chosen
+        return [ShownPath(plan.path, rows, cost_to_go=field, motion=motion)], 0
     for k, other in enumerate(shown):
         assert other.interval is not None
         assert other.costs is not None
@@ -196,10 +203,23 @@ def _motion(trajectory: Trajectory | None) -> dict[str, Any] | None:
     """What ``plan.json`` says of the trajectory beside it."""
     if trajectory is None:
         return None
-    corners = {key: trajectory.proof[key] for key in ("corners", "corners_blended", "shortcuts")}
+    corners = {key: trajectory.proof[key] for key in _CORNERS if key in trajectory.proof}
     limits = "" if trajectory.limits is None else trajectory.limits.text()
     law = {"law": trajectory.law, "duration": trajectory.duration, "limits": limits}
     return {**law, **corners, "proven": trajectory.proven}
+
+
+def _in_time(plan: Plan) -> dict[str, Any] | None:
+    """What ``plan.json`` says of obstacles that move or may move; None where there are none, or no motion."""
+    scene, route = plan.scene, plan.route
+    if plan.trajectory is None or not (scene.moving or scene.limited):
+        return None
+    times = None if route is None else {"arrivals": route.arrivals.tolist(), "departures": route.departures.tolist()}
+    return {
+        "moving": [item.name for item in scene.moving],
+        "waypoints": times,
+        "horizon": plan.trajectory.proof.get("horizon"),
+    }
 
 
 def _measures(plan: Plan) -> dict[str, Any]:
@@ -284,6 +304,8 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         )
     if record["trajectory"]:
         rows.append(("motion", _motion_text(record["trajectory"])))
+    if record["in_time"]:
+        rows += _rows_in_time(record["in_time"], record["trajectory"])
     if field:
         rows.append(("settled", _settling(field)))
         rows += _certified(field)
@@ -304,9 +326,29 @@ def _quality_rows(quality: dict[str, Any]) -> list[tuple[str, str]]:
 
 
 def _motion_text(motion: dict[str, Any]) -> str:
-    corners = f"{motion['corners_blended']} of {motion['corners']} corners rounded, shortcuts: {motion['shortcuts']}"
+    corners = "from rest to rest, the earliest through the roadmap"
+    if "corners" in motion:
+        corners = (
+            f"{motion['corners_blended']} of {motion['corners']} corners rounded, shortcuts: {motion['shortcuts']}"
+        )
     proof = "proven free and within limits" if motion["proven"] else "NOT proven as a whole"
     return f"{motion['duration']:.3f} s, {corners}, {proof}; {motion['limits']}"
+
+
+def _rows_in_time(in_time: dict[str, Any], motion: dict[str, Any]) -> list[tuple[str, str]]:
+    """How the motion keeps clear of what moves, and until when what may move cannot touch."""
+    rows, times, horizon = [], in_time["waypoints"], in_time["horizon"]
+    if times:
+        waits = sum(times["departures"]) - sum(times["arrivals"])
+        stands = f"it stands {waits:.3f} s on the way" if waits > 0 else "it need not wait"
+        clear = "proven clear" if motion["proven"] else "NOT proven clear"
+        rows.append(("known motions", f"{clear} of {choices(in_time['moving'])}; {stands}"))
+    if horizon:
+        limits = choices(f"{name} below {limit:g} m/s" for name, limit in horizon["speed_limits"].items())
+        until = horizon["free_until"]
+        when = "at any time" if until is None else f"before {until:.3f} s"
+        rows.append(("horizon", f"no contact {when}, whatever these do: {limits}"))
+    return rows
 
 
 def _floor_text(w: dict[str, Any]) -> str:

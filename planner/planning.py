@@ -9,6 +9,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import frozen
+from planner.base.errors import SceneError
 from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.reasons import FloorTooHigh, NoPath
@@ -18,13 +19,16 @@ from planner.costs.healing import HealingNetwork, warm_start
 from planner.costs.highest_floor import highest_floor, highest_grown_floor
 from planner.costs.improvement import improved_roadmap, of_size_asked, without_dip
 from planner.costs.network import build_network, path_cost
+from planner.motion.earliest import earliest_motion, why_not_in_time
 from planner.motion.limits import MotionLimits
 from planner.motion.timing import time_path
+from planner.motion.trajectory import Trajectory
 from planner.plan_record import Plan
 from planner.query.open import make_query
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.obtain import obtain_roadmap
+from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.separation import why_apart
 from planner.tradeoff.alternatives import paths_for_every_beta
 
@@ -48,11 +52,16 @@ def plan(
     found becomes a trajectory too, see :func:`planner.motion.timing.time_path`. ``progress`` is called with
     (stage, done, total); once it is asked to stop the work ends as soon as it can, and what there is comes back with
     ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
+
+    Where obstacles move along known motions the plan is the earliest motion through the roadmap that keeps clear of
+    them, waiting included, and ``beta`` shapes the roadmap only; this needs ``timing``.
     """
     request, clock = replace(request or PlanRequest(), **options), Stopwatch()
     with clock("setup"):
-        query = make_query(request)
+        query = make_query(request, in_time=timing is not None)
         limits = None if timing is None else MotionLimits.of(query.robot, timing)
+        if query.scene.moving:
+            _require_earliest(request, timing)
     with clock("roadmap"):
         roadmap = obtain_roadmap(request, query, progress, request.path_only)
     draft = Plan(request, Outcome.INTERRUPTED, query.robot, query.scene, query.checker, roadmap, timings=clock.seconds)
@@ -71,23 +80,69 @@ def plan(
     if solved.outcome is not Outcome.SOLVED:
         with clock("reason"):
             return replace(solved, reason=_reason(solved, progress))
+    if query.scene.moving and limits is not None:
+        with clock("timing"):
+            solved = _in_time(solved, limits, progress)
+        if solved.outcome is not Outcome.SOLVED:
+            return solved
     with clock("path"):
         conditioning = judge_conditioning(query.robot, solved.roadmap, solved.path, request)
     solved = replace(solved, goal=query.goal_at(solved.path[-1]), conditioning=conditioning)
-    if timing is None:
+    if timing is None or solved.trajectory is not None:
         return solved
     with clock("timing"):
-        floor = max(request.min_manipulability, _OF_DIP_FLOOR * solved.dip_floor)
-        trajectory = time_path(
-            solved.path,
-            query.checker,
-            limits,
-            law=timing.time_law,
-            floor=floor,
-            cost=cost_in_motion(solved),
-            extra_cost=timing.extra_cost,
+        return replace(solved, trajectory=_timed(solved, timing, limits))
+
+
+def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> None:
+    """Refuse options that say how a path is run, or which paths are good, where the earliest motion is asked for."""
+    plain = TimingRequest()
+    if timing is not None and (timing.time_law, timing.extra_cost) != (plain.time_law, plain.extra_cost):
+        raise SceneError(
+            "obstacles move in this scene, so the motion runs from rest to rest: leave --time-law and --extra-cost out."
         )
-    return replace(solved, trajectory=trajectory)
+    if request.min_manipulability > 0 or request.above_ends:
+        raise SceneError(
+            "obstacles move in this scene, so the earliest motion is looked for, and no floor under manipulability is "
+            "kept: leave --min-manipulability and --above-ends out."
+        )
+
+
+def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
+    """The earliest motion through the plan's roadmap in place of its path, or the reason why there is none."""
+    none = replace(found, path=found.path[:0], path_nodes=found.path_nodes[:0], cost=None)
+    earliest = earliest_motion(found.roadmap, found.checker, limits, progress)
+    if progress.stopped:
+        return replace(none, outcome=Outcome.INTERRUPTED)
+    if earliest is None:
+        reason = why_not_in_time(found.roadmap, found.checker, limits, progress)
+        return replace(none, outcome=Outcome.NO_PATH, reason=reason)
+    assert found.network is not None  # it was solved
+    removed = len(found.roadmap.edges) - len(earliest.roadmap.edges)
+    return replace(
+        found,
+        roadmap=earliest.roadmap,
+        path=path_waypoints(earliest.roadmap, found.robot, earliest.route.nodes),
+        path_nodes=earliest.route.nodes,
+        cost=path_cost(found.network, earliest.route.nodes),
+        edges_removed=found.edges_removed + removed,
+        trajectory=earliest.trajectory,
+        route=earliest.route,
+    )
+
+
+def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
+    """The motion along a plan's path."""
+    floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
+    return time_path(
+        found.path,
+        found.checker,
+        limits,
+        law=timing.time_law,
+        floor=floor,
+        cost=cost_in_motion(found),
+        extra_cost=timing.extra_cost,
+    )
 
 
 def cost_in_motion(found: Plan) -> MotionCost:
@@ -168,8 +223,11 @@ def _reason(failed: Plan, progress: Progress) -> NoPath | None:
 
 
 def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
-    """The plan with the paths that every other beta would choose on its network, for its page; a search of its own."""
-    if plan.layered is None or plan.cost is None:
+    """The plan with the paths that every other beta would choose on its network, for its page; a search of its own.
+
+    Where obstacles move there are none: no beta chooses among motions in time.
+    """
+    if plan.layered is None or plan.cost is None or plan.scene.moving:
         return plan
     clock, request = Stopwatch(), plan.request
     with clock("alternatives"):

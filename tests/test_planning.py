@@ -1,6 +1,7 @@
 """The whole plan: the best path of its roadmap by another algorithm, free at 1 mm, healed where an edge fails."""
 
 import itertools
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,22 +14,27 @@ from scipy.sparse.csgraph import dijkstra
 import planner.costs.healing as module
 import planner.planning as module_planning
 from planner import gabf
-from planner.base.errors import OptionError, StateError
+from planner.base.errors import OptionError, SceneError, StateError
 from planner.base.outcome import Outcome
 from planner.base.progress import Progress
-from planner.base.reasons import FloorTooHigh, Separated
-from planner.base.request import PlanRequest
+from planner.base.reasons import BlockedInTime, FloorTooHigh, Separated
+from planner.base.request import PlanRequest, TimingRequest
+from planner.collision import make_checker
+from planner.collision.checker import is_free
 from planner.collision.edge_prover import recheck, states_along
 from planner.collision.world import Contact
 from planner.costs.network import build_network, distance_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
+from planner.motion.file import load_trajectory
 from planner.paths.measure import dense_path, path_manipulability, tool_path_length
-from planner.planning import plan
+from planner.planning import plan, with_alternatives
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.scale import manipulability_cost
 from planner.roadmap.storage import save_roadmap
+from planner.schemas.plan import PlanRecord
+from planner.world.scene import Scene
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, post_roadmap, random_q
 
@@ -450,3 +456,87 @@ def test_a_goal_named_twice_is_one_goal(scenes):
     result = plan(PlanRequest(robot="planar_2r", scene=scenes["post"], goal="goal,start,goal", nodes=10))
     assert result.outcome is Outcome.SOLVED
     assert len(result.roadmap.goals) == 2
+
+
+CART = """
+obstacles:
+  - {name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}
+  - {name: cart, type: box, size: [0.2, 0.2, 0.2], motion: [
+      {t: 0, position: [1.2, 0.9, 0]}, {t: 3, position: [0.3, -0.5, 0]}, {t: 6, position: [0.3, -0.5, 0]},
+      {t: 9, position: [-1.5, -1.5, 0]}]}
+  - {name: dog, type: sphere, radius: 0.05, position: [-1.2, 1.2, 0], speed_limit: 0.2}
+states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}}
+"""
+
+
+@pytest.fixture(scope="module")
+def moving(tmp_path_factory) -> PlanRequest:
+    path = tmp_path_factory.mktemp("moving") / "cart.yaml"
+    path.write_text(CART)
+    return PlanRequest(robot="planar_2r", scene=str(path), nodes=80)
+
+
+def test_among_what_moves_the_plan_is_in_time(moving, tmp_path):
+    """Nothing touches at any of many moments, by FCL; the files say what moves, waits and horizon."""
+    found = plan(moving, timing=TimingRequest())
+    assert found.outcome is Outcome.SOLVED
+    assert found.trajectory is not None
+    assert found.cost is not None
+    assert found.trajectory.proven
+    cart = found.scene.moving[0]
+    for t in np.linspace(0, found.trajectory.duration + 10, 300):
+        there = replace(found.scene, obstacles=(*found.scene.obstacles, cart.standing(t)), moving=())
+        assert is_free(make_checker(found.robot, there), found.trajectory.at(t)[0])
+    network = build_network(found.roadmap, moving.beta)
+    cost = sum(
+        network.arcs.take(network.arcs_between(i, j))(np.zeros(1))[0] for i, j in itertools.pairwise(found.path_nodes)
+    )
+    np.testing.assert_allclose(found.cost.total, cost)
+    with_alternatives(found).save(tmp_path)
+    record = json.loads((tmp_path / "plan.json").read_text())
+    times = record["in_time"]["waypoints"]
+    assert len(record["path"]) == len(times["arrivals"]) == len(times["departures"])
+    assert (np.array(times["departures"]) >= times["arrivals"]).all()
+    assert times["arrivals"][-1] == record["trajectory"]["duration"]
+    assert record["in_time"]["moving"] == ["cart"]
+    assert record["in_time"]["horizon"]["speed_limits"] == {"dog": 0.2}
+    assert load_trajectory(tmp_path).proof["horizon"] == record["in_time"]["horizon"]
+    np.testing.assert_allclose(load_trajectory(tmp_path).at(times["arrivals"]), record["path"], atol=1e-9)
+    PlanRecord.model_validate(record)
+
+
+def test_what_moves_in_the_way_is_a_reason(moving, tmp_path):
+    path = tmp_path / "late.yaml"
+    path.write_text(CART.replace("[-1.5, -1.5, 0]", "[0.7, 0.5, 0]"))
+    found = plan(replace(moving, scene=str(path)), timing=TimingRequest())
+    assert found.outcome is Outcome.NO_PATH
+    assert found.reason == BlockedInTime("goal", ("cart",))
+    assert found.trajectory is None
+    record = found.to_dict()
+    assert (record["path"], record["in_time"], record["cost"]) == ([], None, None)
+    PlanRecord.model_validate(record)
+    assert found.page()
+
+
+@pytest.mark.parametrize(
+    ("timing", "more", "words"),
+    [
+        (None, {}, "--no-timing"),
+        (TimingRequest(time_law="stop-at-corners"), {}, "--time-law"),
+        (TimingRequest(extra_cost=0.1), {}, "--extra-cost"),
+        (TimingRequest(), {"min_manipulability": 0.01}, "--min-manipulability"),
+        (TimingRequest(), {"above_ends": True}, "--above-ends"),
+    ],
+)
+def test_what_has_no_meaning_among_what_moves_is_refused(moving, timing, more, words):
+    with pytest.raises(SceneError, match=words):
+        plan(moving, timing=timing, **more)
+
+
+def test_without_known_motions_a_horizon_is_told(moving):
+    scene = replace(Scene.load(moving.scene), moving=())
+    found = plan(replace(moving, scene=scene), timing=TimingRequest())
+    told = found.to_dict()["in_time"]
+    assert found.trajectory is not None
+    assert told["waypoints"] is None
+    assert told["horizon"] == found.trajectory.proof["horizon"]

@@ -147,7 +147,38 @@ class FloorTooHigh(Reason):
         )
 
 
+@dataclass(frozen=True)
+class BlockedInTime(Reason):
+    """Start and goal are joined, but no motion in time keeps clear of ``obstacles``, which move along known motions.
+
+    ``place``: "start", where the arm is not clear of them at time 0; "goal", where it cannot stay for good; "route",
+    where without them there is a motion, as far as that was found.
+    """
+
+    place: str
+    obstacles: tuple[str, ...]
+    kind = "blocked_in_time"
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.obstacles)
+
+    @property
+    def sentence(self) -> str:
+        """What the user reads."""
+        named, head = choices(f"'{name}'" for name in self.obstacles), "Start and goal are joined, but not in time: "
+        if self.place == "start":
+            return head + f"at time 0 {named} cannot be proven clear of the arm at the start: choose another start."
+        if self.place == "goal":
+            come = "comes" if len(self.obstacles) == 1 else "come"
+            return head + f"the arm cannot stay at the goal, where {named} {come} too near: choose another goal."
+        return head + (
+            f"no motion through the roadmap was found that keeps clear of {named}, waiting included: "
+            "raise --nodes, or try another --seed."
+        )
+
+
 NoWay = Separated | BudgetSpent
 """Start and goal lie in different parts of the roadmap."""
 
-NoPath = NoWay | FloorTooHigh
+NoPath = NoWay | FloorTooHigh | BlockedInTime

@@ -50,7 +50,7 @@ def build(
 
     sweep = SweepRequest(**vars(request))
     with working() as progress:
-        query = make_query(request)
+        query = make_query(request, in_time=True)  # of the world that stands
         result = obtain_roadmap(sweep, query, progress)
         outcome = Outcome.INTERRUPTED if progress.stopped else Outcome.SOLVED if result.connected else Outcome.NO_PATH
         place = file_for_interrupted(file) if outcome is Outcome.INTERRUPTED else file

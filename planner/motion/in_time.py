@@ -10,7 +10,9 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats
 from planner.base.polynomials import evaluate, part
+from planner.collision import coal_checker
 from planner.collision.checker import CollisionChecker
+from planner.collision.clearance import Clearance
 from planner.collision.coal import CoalInTime
 from planner.collision.in_time import TimedProver, moving_world
 from planner.collision.world import Contact
@@ -119,6 +121,19 @@ def first_touch_in_time(
         if found is not None:
             return float(t[found[0]]), found[1], q[found[0]]
     return None
+
+
+def clearance_in_time(trajectory: Trajectory, checker: CollisionChecker, times: Floats) -> Floats:
+    """Distance (n,) m of the nearest thing at ``times`` (n,) s, with what moves where it is then; inf for nothing.
+
+    See :class:`planner.collision.clearance.Clearance`.
+    """
+    q = trajectory.at(times)
+    found, moving = Clearance(checker)(q), checker.world.scene.moving
+    for k, t in enumerate(times if moving else ()):
+        among = coal_checker(moving_world(checker.world, [item.standing(float(t)) for item in moving]))
+        found[k] = min(found[k], Clearance(among)(q[k])[0])
+    return found
 
 
 def _moments(

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.progress import QUIET, Progress
 from planner.collision.in_time import TimedProver
 from planner.motion.limits import MotionLimits
 from planner.motion.trajectory import Trajectory
@@ -60,7 +61,7 @@ class RoadmapInTime:
     """
 
     def __init__(self, roadmap: Roadmap, prover: TimedProver, limits: MotionLimits) -> None:
-        self.roadmap, self._prover = roadmap, prover
+        self.roadmap, self.prover = roadmap, prover
         first, last = (roadmap.nodes[roadmap.edges[:, k]] for k in (0, 1))
         self.seconds = rest_to_rest(prover.robot.difference(first, last), limits)
         self._stays: dict[int, Floats] = {}
@@ -73,28 +74,28 @@ class RoadmapInTime:
     def stays(self, node: int) -> Floats:
         """(k, 2) stretches of time (s) in which standing at a node is proven free."""
         if node not in self._stays:
-            still = np.stack([self.roadmap.nodes[node], np.zeros(self._prover.robot.dof)])
+            still = np.stack([self.roadmap.nodes[node], np.zeros(self.prover.robot.dof)])
 
             def proven(low: Floats, high: Floats) -> Bools:
                 spans = np.column_stack([low, high - low, np.zeros_like(low)])
-                return self._prover.free(np.repeat(still[None], len(low), axis=0), spans)
+                return self.prover.free(np.repeat(still[None], len(low), axis=0), spans)
 
-            self._stays[node] = certified_stretches(proven, self._prover.end)
+            self._stays[node] = certified_stretches(proven, self.prover.end)
         return self._stays[node]
 
     def departures(self, i: int, j: int, edge: int) -> Floats:
         """(k, 2) stretches of time (s) in which the ``edge`` may be begun at node ``i``, proven free as a whole."""
         if (i, j) not in self._departures:
-            a, robot = self.roadmap.nodes[i], self._prover.robot
+            a, robot = self.roadmap.nodes[i], self.prover.robot
             delta, takes = robot.difference(a, self.roadmap.nodes[j]), float(self.seconds[edge])
             motion = _QUINTIC[:, None] * delta
             motion[0] = a
 
             def proven(low: Floats, high: Floats) -> Bools:
                 spans = np.column_stack([0.5 * (low + high), np.full_like(low, takes), 0.5 * (high - low)])
-                return self._prover.free(np.repeat(motion[None], len(low), axis=0), spans)
+                return self.prover.free(np.repeat(motion[None], len(low), axis=0), spans)
 
-            self._departures[i, j] = certified_stretches(proven, self._prover.end)
+            self._departures[i, j] = certified_stretches(proven, self.prover.end)
         return self._departures[i, j]
 
     def seconds_to_go(self, goals: Ints) -> Floats:
@@ -160,11 +161,11 @@ class _State:
     stretch: int
 
 
-def earliest_route(timed: RoadmapInTime, starts: Ints, goals: Ints) -> TimedRoute | None:
+def earliest_route(timed: RoadmapInTime, starts: Ints, goals: Ints, progress: Progress = QUIET) -> TimedRoute | None:
     """The route that is the first to reach one of ``goals`` and can stay there for good; None where there is none.
 
     It leaves one of ``starts`` at time 0 or later, and is the earliest for the certified stretches: what is free but
-    too tight to be proven in cells of 1/64 s is passed over.
+    too tight to be proven in cells of 1/64 s is passed over. None too where ``progress`` is asked to stop.
     """
     left, wanted = timed.seconds_to_go(goals), set(goals.tolist())
     arrival: dict[_State, float] = {}
@@ -174,7 +175,7 @@ def earliest_route(timed: RoadmapInTime, starts: Ints, goals: Ints) -> TimedRout
         if np.isfinite(left[start]) and len(stays := timed.stays(start)) and stays[0, 0] == 0.0:
             arrival[_State(start, 0)] = 0.0
             heapq.heappush(queue, (float(left[start]), 0.0, _State(start, 0)))
-    while queue:
+    while queue and not progress.stopped:
         _, now, state = heapq.heappop(queue)
         if now > arrival[state]:
             continue

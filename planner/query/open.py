@@ -56,17 +56,19 @@ def open_world(request: WorldRequest, message: Path | None = None) -> CollisionC
     return make_checker(robot, scene, request.collision, request.margin)
 
 
-def make_query(request: RoadmapRequest, near_start: bool = True) -> Query:
+def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool = False) -> Query:
     """Load everything that ``request`` names; raises :class:`PlannerError` for what is unusable.
 
     The configurations that a position or pose as goal becomes are chosen by their manipulability and by how near they
-    are to the start; by manipulability alone without ``near_start``.
+    are to the start; by manipulability alone without ``near_start``. A scene in which obstacles move along known
+    motions is refused, but where the answer has times (``in_time``).
     """
     scene = _scene(request)
-    if scene.moving:
+    if scene.moving and not in_time:
         raise SceneError(
             f"in scene '{scene.name}' obstacles move ({choices(item.name for item in scene.moving)}), and a path "
-            "without times cannot keep clear of them: plan in time with planner.Session(...).plan_in_time(...)."
+            "without times cannot keep clear of them: plan in time, by 'planner plan' without --no-timing, or by "
+            "Session.plan_in_time."
         )
     message = _message(request.motion_plan_request)
     robot = _robot(request, scene, message)

@@ -74,6 +74,28 @@ class FieldRecord(Written):
     certificate: list[CertificateRecord]
 
 
+class WaypointTimesRecord(Written):
+    """When each waypoint of the path is reached and left, s from the scene's time 0; what lies between is a wait."""
+
+    arrivals: list[float]
+    departures: list[float]
+
+
+class HorizonRecord(Written):
+    """Until when nothing can touch, whatever the obstacles with a speed limit do below it."""
+
+    free_until: float | None = Field(description="s; null: at no time")
+    speed_limits: dict[str, float] = Field(description="m/s by obstacle")
+
+
+class InTimeRecord(Written):
+    """How the motion keeps clear of obstacles that move."""
+
+    moving: list[str] = Field(description="obstacles along a known motion")
+    waypoints: WaypointTimesRecord | None = Field(description="null where nothing moves along a known motion")
+    horizon: HorizonRecord | None = Field(description="null where no obstacle has a speed limit")
+
+
 class PlanRecord(RunRecord):
     """What ``planner plan`` writes as plan.json; units rad, m and s."""
 
@@ -87,4 +109,5 @@ class PlanRecord(RunRecord):
     )
     path_length: LengthRecord | None
     gabf: FieldRecord | None
+    in_time: InTimeRecord | None = Field(None, description="null where no obstacle moves or may move, or no motion is")
     reason: ReasonRecord | None = Field(None, description="why there is no path")

@@ -42,4 +42,16 @@ class FloorTooHighRecord(Written):
     reachable: float = Field(description="the highest floor found that a path keeps to; 0: all pass through w = 0")
 
 
-ReasonRecord = Annotated[SeparatedRecord | BudgetSpentRecord | FloorTooHighRecord, Field(discriminator="kind")]
+class BlockedInTimeRecord(Written):
+    """Start and goal are joined, but no motion in time keeps clear of what moves along known motions."""
+
+    kind: Literal["blocked_in_time"]
+    place: Literal["start", "goal", "route"] = Field(
+        description="start: not clear at time 0; goal: it cannot be stayed at; route: no motion leads past"
+    )
+    obstacles: list[str] = Field(min_length=1)
+
+
+ReasonRecord = Annotated[
+    SeparatedRecord | BudgetSpentRecord | FloorTooHighRecord | BlockedInTimeRecord, Field(discriminator="kind")
+]

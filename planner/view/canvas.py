@@ -26,7 +26,7 @@ from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _SCRIPTS = (  # one script, in this order, the last one after those of a live page
     *("page_robot.js", "page_roadmap.js", "page_pointer.js"),
-    *("page_joints.js", "page_choice.js", "page_effort.js", "page_curve.js", "page_motion.js"),
+    *("page_joints.js", "page_choice.js", "page_effort.js", "page_curve.js", "page_motion.js", "page_moving.js"),
 )
 _LIVE_SCRIPTS = ("live_gizmo.js", "live.js")
 _REFERENCES = ("uuid", "geometry", "material")  # keys by which a command's parts speak of each other

@@ -15,12 +15,13 @@ from planner.paths.measure import dense_path
 from planner.roadmap.roadmap import Roadmap
 from planner.view.canvas import Canvas
 from planner.view.surfaces import smoothed, tube
-from planner.world.poses import pose
+from planner.world.poses import pose, quaternion_of
 from planner.world.robot import Robot
 from planner.world.scene import Scene
 from planner.world.shapes import Body, Sphere, corners
 
 _OBSTACLE = (0.55, 0.60, 0.68, 0.85)
+_WAY = (0.70, 0.74, 0.78, 0.6)
 _COLLISION = (0.10, 0.55, 0.90, 0.6)
 TOUCHING = (0.90, 0.12, 0.12, 0.9)
 PATH, START, GOAL = (0.85, 0.25, 0.10, 1.0), (0.15, 0.65, 0.25, 1.0), (0.80, 0.10, 0.15, 1.0)
@@ -51,15 +52,43 @@ def draw_robot(
 
 
 def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> dict[str, str]:
-    """The obstacles, those in ``touching`` red, and a calm background; returns the obstacles' names by path."""
+    """The obstacles, those in ``touching`` red, and a calm background; returns the obstacles' names by path.
+
+    What moves is where it is at time 0, under a frame of its own, with the way of that frame.
+    """
+    names: dict[str, str] = {}
     for k, obstacle in enumerate(scene.obstacles):
         rgba = TOUCHING if obstacle.name in touching else _OBSTACLE
         canvas.shape(f"obstacles/{k}", smoothed(obstacle.shape), obstacle.placement, rgba)
+        names[f"obstacles/{k}"] = obstacle.name
+    for k, item in enumerate(scene.moving):
+        rgba = TOUCHING if item.name in touching else _OBSTACLE
+        canvas.shape(f"moving/{k}/shape", smoothed(item.shape), np.eye(4), rgba)
+        canvas.transform(f"moving/{k}", item.motion.poses[0])
+        names[f"moving/{k}/shape"] = item.name
+        way = item.motion.poses[:, :3, 3]
+        if np.ptp(way, axis=0).any():
+            canvas.shape(f"ways/{k}", tube(way, _TUBE, 8), np.eye(4), _WAY)
     canvas.set("Background", "top_color", [0.95, 0.96, 0.98])
     canvas.set("Background", "bottom_color", [0.82, 0.85, 0.89])
     for name in ("Axes", "Grid", "Lights"):  # the page draws a ground of the scene's own size, and lights it
         canvas.set(name, "visible", False)
-    return {f"obstacles/{k}": obstacle.name for k, obstacle in enumerate(scene.obstacles)}
+    return names
+
+
+def moving_data(scene: Scene) -> list[dict[str, Any]]:
+    """What the page's script moves obstacles by: poses at times (s), with one half way between any two.
+
+    So no turn between two of them is so wide that the shorter way is in doubt.
+    """
+    found = []
+    for item in scene.moving:
+        times = item.motion.times
+        times = np.unique(np.concatenate([times, 0.5 * (times[1:] + times[:-1])]))
+        poses = item.motion.at(times)
+        turns = [quaternion_of(placement[:3, :3]) for placement in poses]
+        found.append({"times": times.tolist(), "positions": poses[:, :3, 3].tolist(), "quaternions": turns})
+    return found
 
 
 def place_obstacles(canvas: Canvas, scene: Scene) -> None:
@@ -142,7 +171,8 @@ def extent(robot: Robot, scene: Scene, bodies: Sequence[Body], q: Floats, points
     line = np.vstack([robot.base[:3, 3], frames, tool_positions(robot, q[0])])
     reach = 1.3 * float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())  # the arm stretched out
     near = [line, points, swept_corners(robot, bodies, q)]
-    for obstacle in scene.obstacles:
+    passing = [item.standing(t) for item in scene.moving for t in item.motion.times]
+    for obstacle in (*scene.obstacles, *passing):
         hull, _ = corners(obstacle.shape)
         placed = hull @ obstacle.placement[:3, :3].T + obstacle.placement[:3, 3]
         if np.linalg.norm(placed - robot.base[:3, 3], axis=1).max() < reach:

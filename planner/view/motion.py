@@ -72,7 +72,12 @@ def _motion_in_time(robot: Robot, path: Floats, motion: ShownMotion) -> dict[str
         "length": round(path_shares(path)[1], 6),
         "worst": [vars(point) for point in _lowest(robot, trajectory.at(fine), np.linspace(0.0, 1.0, _FINE))],
         "seconds": trajectory.duration,
-        "motion": {"duration": trajectory.duration, "clearance": clearance, **of_limits},
+        "motion": {
+            "begin": float(trajectory.times[0]),
+            "duration": trajectory.duration,
+            "clearance": clearance,
+            **of_limits,
+        },
         **_along(robot, q),
     }
 

@@ -105,7 +105,9 @@ function fillKey(cell) {
   if (data.touching.length) entries.unshift(["#e61f1f", "in contact"]);
   if (data.blamed === "separated") entries.unshift(["#e61f1f", "separates start from goal, and the shortest motion that it blocks"]);
   if (data.blamed === "budget_spent") entries.unshift(["#e61f1f", "the shortest motion between the parts, and what touches there"]);
-  const useful = data.roadmap ? entries : entries.filter(([, text]) => /ellipsoid|grid|contact/.test(text));
+  if (data.blamed === "blocked_in_time") entries.unshift(["#e61f1f", "moves and is in the way"]);
+  if (data.moving.length) entries.push(["#b3bcc8", "the way of what moves; it stands where it is at the time shown"]);
+  const useful = data.roadmap ? entries : entries.filter(([, text]) => /ellipsoid|grid|contact|moves/.test(text));
   for (const [colour, text] of useful) {
     const item = document.createElement("li"), words = document.createElement("span");
     words.textContent = text;
@@ -167,6 +169,7 @@ function goTo(place) {
   share = Math.min(Math.max(place, 0), 1);
   const path = shownPath(), other = otherPath(), w = (each) => `w = ${short(sampleAt(each.w, share))} ${data.unit}`;
   placeRobot(path, share);
+  placeMoving(path, share);
   placeGhost();
   placeJoints(configurationAt(path, share), share);
   element("scrub").value = 1000 * share;

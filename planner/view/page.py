@@ -21,7 +21,16 @@ from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
-from planner.view.drawing import draw_gap, draw_path, draw_roadmap, draw_robot, draw_scene, drawn_part, extent
+from planner.view.drawing import (
+    draw_gap,
+    draw_path,
+    draw_roadmap,
+    draw_robot,
+    draw_scene,
+    drawn_part,
+    extent,
+    moving_data,
+)
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
 from planner.view.visuals import drawn_bodies
@@ -114,7 +123,8 @@ def page(content: Content) -> str:
         **changing,
         "about": content.notes,
         "names": names,
-        "obstacles": [obstacle.name for obstacle in content.scene.obstacles],
+        "obstacles": [item.name for item in (*content.scene.obstacles, *content.scene.moving)],
+        "moving": moving_data(content.scene),
         "wrong": content.highlighted,
         "ramp": ramp_stops(),
         "gradient": css_gradient(),

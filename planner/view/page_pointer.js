@@ -7,7 +7,7 @@ let marked = null;
 
 function objectsToPick() {
   const kind = element("collision").checked ? "/collision/" : "/visual/";
-  const picked = Object.keys(data.names).filter((path) => path.startsWith("obstacles/") || path.includes(kind));
+  const picked = Object.keys(data.names).filter((path) => !path.startsWith("robot/") || path.includes(kind));
   const objects = picked.map(group);
   if (data.roadmap && group("roadmap/nodes").visible) objects.push(group("roadmap/nodes"));
   return objects;
@@ -42,8 +42,14 @@ function showTip(event) {
   tip.style.top = `${Math.min(event.clientY + 12, innerHeight - tip.offsetHeight - 4)}px`;
 }
 
+// What moves stands last in the list.
+function obstaclePath(k) {
+  const standing = data.obstacles.length - data.moving.length;
+  return k < standing ? `obstacles/${k}` : `moving/${k - standing}/shape`;
+}
+
 function markObstacle(k, button) {
-  const glow = (index, colour) => drawn(`obstacles/${index}`).material.emissive.setHex(colour);
+  const glow = (index, colour) => drawn(obstaclePath(index)).material.emissive.setHex(colour);
   if (marked !== null) {
     glow(marked.k, 0);
     marked.button.setAttribute("aria-pressed", "false");

@@ -10,8 +10,8 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.resolutions import CLEARANCES_OF_MOTION
 from planner.collision.checker import CollisionChecker
-from planner.collision.clearance import Clearance
 from planner.costs.manipulability_floor import LayeredNetwork
+from planner.motion.in_time import clearance_in_time
 from planner.motion.trajectory import Trajectory
 from planner.paths.measure import measure_path
 from planner.world.robot import Robot
@@ -31,7 +31,7 @@ class ShownMotion:
 def shown_motion(trajectory: Trajectory, checker: CollisionChecker) -> ShownMotion:
     """A trajectory with its clearance, from its beginning to its end."""
     times = np.linspace(trajectory.times[0], trajectory.times[-1], CLEARANCES_OF_MOTION)
-    clearance = Clearance(checker)(trajectory.at(times))
+    clearance = clearance_in_time(trajectory, checker, times)
     return ShownMotion(trajectory, clearance if np.isfinite(clearance).all() else None)
 
 

@@ -7,7 +7,17 @@ import json
 import pytest
 
 from planner.base import reasons
-from planner.base.reasons import BeyondLimit, BudgetSpent, FloorTooHigh, Gap, OutOfReach, Reason, Separated, Touching
+from planner.base.reasons import (
+    BeyondLimit,
+    BlockedInTime,
+    BudgetSpent,
+    FloorTooHigh,
+    Gap,
+    OutOfReach,
+    Reason,
+    Separated,
+    Touching,
+)
 
 NEAR = Gap(0.12345, (0.0, 1.0), (0.1, 1.0), ("hand", "shelf"))
 UNSTOPPED = Gap(2.0, (0.0,), (2.0,), None)
@@ -19,6 +29,7 @@ EVERY = [
     Separated(("wall", "door"), NEAR),
     BudgetSpent(300, NEAR),
     FloorTooHigh(0.3, 0.2),
+    BlockedInTime("route", ("cart", "lorry")),
 ]
 
 
@@ -45,6 +56,7 @@ def test_every_reason_is_plain_data_under_a_kind_of_its_own() -> None:
         (BudgetSpent(300, UNSTOPPED), set()),
         (FloorTooHigh(0.3, 0.2), set()),
         (OutOfReach("goal", 0.25), set()),
+        (BlockedInTime("route", ("cart", "lorry")), {"cart", "lorry"}),
     ],
 )
 def test_the_names_that_are_blamed(reason: Reason, names: set[str]) -> None:
@@ -75,3 +87,13 @@ def test_a_floor_that_is_too_high_names_one_that_is_not() -> None:
     none = FloorTooHigh(0.3, 0.0).sentence
     assert "floor of 0.3 " in none
     assert none.endswith("leave --min-manipulability out.")
+
+
+@pytest.mark.parametrize(
+    ("place", "end"), [("start", "choose another start."), ("goal", "choose another goal."), ("route", "--seed.")]
+)
+def test_what_moves_in_the_way_is_named_with_a_remedy(place: str, end: str) -> None:
+    sentence = BlockedInTime(place, ("cart", "lorry")).sentence
+    assert "not in time" in sentence
+    assert "'cart', 'lorry'" in sentence
+    assert sentence.endswith(end)

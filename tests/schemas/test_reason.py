@@ -8,13 +8,18 @@ from typing import Any
 import pydantic
 import pytest
 
-from planner.base.reasons import BudgetSpent, FloorTooHigh, Gap, NoPath, Separated
+from planner.base.reasons import BlockedInTime, BudgetSpent, FloorTooHigh, Gap, NoPath, Separated
 from planner.schemas.reason import ReasonRecord
 
 RECORD: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(ReasonRecord)
 NEAR = Gap(0.1, (0.0, 1.0), (0.1, 1.0), ("hand", "shelf"))
 UNSTOPPED = Gap(2.0, (0.0,), (2.0,), None)
-REASONS: list[NoPath] = [Separated(("wall",), NEAR), BudgetSpent(300, UNSTOPPED), FloorTooHigh(0.3, 0.2)]
+REASONS: list[NoPath] = [
+    Separated(("wall",), NEAR),
+    BudgetSpent(300, UNSTOPPED),
+    FloorTooHigh(0.3, 0.2),
+    BlockedInTime("goal", ("cart",)),
+]
 
 
 def written(reason: NoPath) -> dict[str, Any]:

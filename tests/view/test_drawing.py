@@ -19,8 +19,10 @@ from planner.view.drawing import (
     drawn_part,
     extent,
     joint_matrices,
+    moving_data,
     swept_corners,
 )
+from planner.world.moving import KnownMotion, MovingObstacle
 from planner.world.poses import pose
 from planner.world.robot import load_visuals
 from planner.world.shapes import Box
@@ -65,6 +67,21 @@ def test_obstacles_are_named_by_their_paths() -> None:
     canvas, scene = Canvas(), make_post().world.scene
     assert draw_scene(canvas, scene) == {"obstacles/0": "thing0"}
     assert paths(canvas, "set_object") == ["obstacles/0"]
+
+
+def test_what_moves_is_drawn_where_it_begins_with_its_way() -> None:
+    motion = KnownMotion([0, 2, 3], [pose([1, 0, 0]), pose([1, 1, 0], [0, 0, 3.0]), pose([1, 1, 0])])
+    canvas, moving = Canvas(), (MovingObstacle("cart", Box((0.1, 0.2, 0.3)), motion),)
+    scene = replace(make_post().world.scene, moving=moving)
+    assert draw_scene(canvas, scene, ["cart"]) == {"obstacles/0": "thing0", "moving/0/shape": "cart"}
+    assert paths(canvas, "set_object") == ["obstacles/0", "moving/0/shape", "ways/0"]
+    assert [_red(c) for c in canvas.commands if c["type"] == "set_object"] == [False, True, False]
+    (item,) = moving_data(scene)
+    assert {0.0, 2.0, 3.0} <= set(item["times"])
+    for t, position, quaternion in zip(item["times"], item["positions"], item["quaternions"], strict=True):
+        np.testing.assert_allclose(pose(position, quaternion=quaternion), motion.at(t)[0], atol=1e-12)
+    turns = np.array(item["quaternions"])
+    assert (np.abs((turns[1:] * turns[:-1]).sum(axis=1)) > np.cos(np.pi / 4) - 1e-9).all()  # half a turn apart at most
 
 
 def test_a_roadmap_is_drawn_at_its_tool_positions() -> None:

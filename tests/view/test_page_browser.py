@@ -14,7 +14,7 @@ import pytest
 
 from planner.base.outcome import Outcome
 from planner.base.reasons import Separated
-from planner.base.request import PlanRequest
+from planner.base.request import PlanRequest, TimingRequest
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
@@ -28,10 +28,11 @@ from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
 from planner.view.page import Content, page
 from planner.view.state import inspect_state, state_page
+from planner.world.moving import KnownMotion, MovingObstacle
 from planner.world.poses import pose
 from planner.world.robot import Robot, load_visuals
 from planner.world.scene import Scene
-from planner.world.shapes import Obstacle, Sphere
+from planner.world.shapes import Cylinder, Obstacle, Sphere
 from tests.browser import Tab, browser
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap, random_q
 
@@ -727,6 +728,32 @@ def test_what_separates_start_from_goal_is_red(window: Tab, tmp_path: Path) -> N
     window.run("show('gap', false)")
     window.drawn()
     assert differ(whole, window.screenshot()).mean() > 0.0005
+
+
+def test_what_moves_is_where_it_is_at_the_time_shown(window: Tab, tmp_path: Path) -> None:
+    way = [pose([1.2, 0.9, 0]), pose([0.5, 1.2, 0], [0.4, 0, 2.5]), pose([-1.5, 1.5, 0], [0, 0, -2.9])]
+    cart = MovingObstacle("cart", Cylinder(0.1, 0.3), KnownMotion([0, 0.6, 30], way))
+    found = plan(replace(ARM, scene=Scene("cart", moving=(cart,))), timing=TimingRequest())
+    found.save(tmp_path)
+    assert window.open(tmp_path / "plan.html"), window.console
+    assert found.trajectory is not None
+    upright = pose(rpy=[np.pi / 2, 0, 0])  # three.js cylinders lie on y
+    seen = []
+    for share in (0.0, 0.15, 0.8, 1.0):
+        window.run(f"void goTo({share})")
+        window.drawn()
+        seen.append(window.screenshot()[STAGE])
+        matrix = window.run("viewer.scene.updateMatrixWorld(true), drawn('moving/0/shape').matrixWorld.toArray()")
+        there = cart.motion.at(share * found.trajectory.duration)[0] @ upright
+        shown = pose(rpy=[np.pi / 2, 0, 0]) @ np.array(matrix).reshape(4, 4).T  # meshcat's world is y-up
+        np.testing.assert_allclose(shown, there, atol=1e-6)
+    assert differ(seen[0], seen[2]).mean() > 0.0005
+    assert "the way of what moves" in text_content(window, "key")
+    assert window.run("data.names['moving/0/shape']") == "cart"
+    window.run("element('obstacles').querySelector('button').click()")
+    assert window.run("root.dataset.marked") == "cart"
+    assert window.run("element('tradeoff').hidden")
+    assert window.console == window.requests == []
 
 
 def test_a_state_in_collision_is_seen(window: Tab, tmp_path: Path) -> None:

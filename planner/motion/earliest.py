@@ -1,0 +1,122 @@
+"""The earliest motion over a roadmap among obstacles that move, proven and looked at; or what is in its way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints, frozen
+from planner.base.progress import QUIET, Progress
+from planner.base.reasons import BlockedInTime
+from planner.base.resolutions import RECHECK
+from planner.collision import second_checker
+from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import EdgeProver
+from planner.collision.in_time import TimedProver
+from planner.motion.in_time import first_touch_in_time
+from planner.motion.limits import MotionLimits
+from planner.motion.proof import prove_motion
+from planner.motion.safe_intervals import RoadmapInTime, TimedRoute, earliest_route
+from planner.motion.trajectory import Trajectory
+from planner.paths.measure import path_contact
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.world.moving import MovingObstacle
+
+_TRIED = 8  # obstacles without which a search is made to find out which are in the way
+
+
+@dataclass(frozen=True, eq=False)
+class TimedMotion:
+    """A route in time and its trajectory, whose ``proof`` holds what is proven.
+
+    ``roadmap`` lacks the edges on which a second look found a contact that no proof did.
+    """
+
+    trajectory: Trajectory
+    route: TimedRoute
+    roadmap: Roadmap
+
+
+def earliest_motion(
+    roadmap: Roadmap, checker: CollisionChecker, limits: MotionLimits, progress: Progress = QUIET
+) -> TimedMotion | None:
+    """The earliest motion from a start to a goal among the obstacles that move in the checker's scene.
+
+    See :func:`planner.motion.safe_intervals.earliest_route`. What it uses is looked at once more by coal, at every
+    millimetre that robot or obstacles move: an edge that fails is left out, and the search goes on. None where there is
+    no motion, or it is asked to stop.
+    """
+    prover = TimedProver(checker, checker.world.scene.moving)
+    while True:
+        timed = RoadmapInTime(roadmap, prover, limits)
+        route = earliest_route(timed, _usable_starts(roadmap, prover), roadmap.goals, progress)
+        if route is None:
+            return None
+        trajectory = route.trajectory(roadmap, prover, limits)
+        bad = _touching_edge(roadmap, checker, route, trajectory)
+        if bad is None:
+            proof = prove_motion(trajectory, EdgeProver(checker), limits)
+            record = proof.to_dict(checker.world.margin, checker.name)
+            return TimedMotion(replace(trajectory, limits=limits, proven=proof.whole, proof=record), route, roadmap)
+        roadmap = roadmap.without_edge(roadmap.edge_index(*bad))
+
+
+def why_not_in_time(
+    roadmap: Roadmap, checker: CollisionChecker, limits: MotionLimits, progress: Progress = QUIET
+) -> BlockedInTime:
+    """Which moving obstacles keep the arm at the start, from the goal, or on the way, as far as that is found.
+
+    ``roadmap`` joins a start and a goal.
+    """
+    moving = checker.world.scene.moving
+
+    def timed(among: Sequence[MovingObstacle]) -> RoadmapInTime:
+        return RoadmapInTime(roadmap, TimedProver(checker, among), limits)
+
+    def blocking(place: str) -> tuple[str, ...]:
+        found = [item for item in moving if not _can_stand(timed([item]), place)]
+        return tuple(item.name for item in found or moving)
+
+    for place in ("start", "goal"):
+        if not _can_stand(timed(moving), place):
+            return BlockedInTime(place, blocking(place))
+    for item in moving[:_TRIED]:
+        others = timed([other for other in moving if other is not item])
+        starts = _usable_starts(roadmap, others.prover)
+        if not progress.stopped and earliest_route(others, starts, roadmap.goals, progress) is not None:
+            return BlockedInTime("route", (item.name,))
+    return BlockedInTime("route", tuple(item.name for item in moving))
+
+
+def _usable_starts(roadmap: Roadmap, prover: TimedProver) -> Ints:
+    """The starts that lie in no closed mesh at time 0."""
+    return frozen([node for node in roadmap.starts if prover.starts(roadmap.nodes[node])], np.int64)
+
+
+def _can_stand(timed: RoadmapInTime, place: str) -> bool:
+    """Whether some start can be stood at from time 0 on, or some goal for good."""
+    roadmap = timed.roadmap
+    if place == "start":
+        stays = [timed.stays(int(node)) for node in _usable_starts(roadmap, timed.prover)]
+        return any(len(spans) and spans[0, 0] == 0.0 for spans in stays)
+    return any(len(spans) and np.isinf(spans[-1, 1]) for spans in map(timed.stays, roadmap.goals.tolist()))
+
+
+def _touching_edge(
+    roadmap: Roadmap, checker: CollisionChecker, route: TimedRoute, trajectory: Trajectory
+) -> tuple[int, int] | None:
+    """The edge on which coal sees a contact, with what stands or with what moves; None where it sees none."""
+    nodes = route.nodes.tolist()
+    if len(nodes) == 1:
+        return None
+    path: Floats = path_waypoints(roadmap, checker.robot, route.nodes)
+    contact = path_contact(second_checker(checker), path)
+    if contact is not None:
+        return nodes[contact.segment], nodes[contact.segment + 1]
+    seen = first_touch_in_time(trajectory, checker, checker.world.scene.moving, RECHECK)
+    if seen is None:
+        return None
+    k = min(int(np.searchsorted(route.departures, seen[0], side="right")), len(nodes) - 1)
+    return nodes[k - 1], nodes[k]
