@@ -48,6 +48,10 @@ def plan(
     A path becomes a motion: corners are rounded as far as that is proven free, and the quickest motion within the
     limits on velocity, acceleration and jerk is proven as a curve in time.
 
+    Where obstacles move along known motions (motion: in the scene file) the plan is the earliest motion through the
+    roadmap that keeps clear of them, waiting included; beta then shapes the roadmap only. Of obstacles with a
+    speed_limit plan.json says until when they cannot touch.
+
     Writes plan.json, plan.html (open it in a browser), roadmap.npz and trajectory.json, which 'planner export' turns
     into what a controller takes. Exit code 0: solved; 2: a wrong option;
     3: an unusable robot, scene, state or file; 4: no path within the budget; 130: interrupted.

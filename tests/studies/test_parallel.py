@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from planner.base.cluster import local_cluster
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
 from planner.base.request import SERIAL, PlanRequest, WorkersRequest
@@ -92,6 +93,35 @@ def test_a_cluster_measures_the_same_rows(dask_cluster: WorkersRequest, tmp_path
     assert (tmp_path / "t" / "two" / "plan.json").is_file()
     with pytest.raises(OptionError, match="7 is refused"):
         list(measured_cases([7], refused, dask_cluster, QUIET))
+
+
+def test_a_worker_of_a_cluster_that_is_killed_costs_its_own_row_which_is_planned_again(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    psutil = pytest.importorskip("psutil")  # Dask brings it along
+    source, seen = tmp_path / "batch.yaml", {}
+    source.write_text(f"{PLANS}  - {{name: three, beta: 0.8}}\n")
+
+    def look() -> bool:
+        """Note which processes plan which row, ten times a second; kill the worker that the first one belongs to."""
+        for process in psutil.process_iter(["pid", "cmdline"]):
+            words = process.info["cmdline"] or []
+            if "planner.studies.batch.case" not in words or str(tmp_path / "there") not in " ".join(words):
+                continue
+            if not seen:
+                process.parent().kill()
+            seen[process.pid] = Path(words[-2]).name
+        return False
+
+    with local_cluster(2) as address:
+        workers = WorkersRequest(backend="dask", scheduler=address)
+        there = run_batch(source, tmp_path / "there", PLAIN, workers, progress=Progress(stop=look))
+    here = run_batch(source, tmp_path / "here", PLAIN, TWO)
+    assert there.complete
+    assert timeless(there) == timeless(here)
+    planned = list(seen.values())
+    assert {name: planned.count(name) for name in planned} == {
+        name: 1 + (name == planned[0]) for name in ("one", "two", "three")
+    }
 
 
 def test_a_stop_reaches_the_workers_of_a_cluster(dask_cluster: WorkersRequest, tmp_path: Path) -> None:
