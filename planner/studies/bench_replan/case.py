@@ -31,8 +31,10 @@ from planner.studies.bench_replan.changes import KINDS, Changer, Step
 from planner.studies.bench_replan.lifelong import repair_field
 from planner.studies.bench_replan.report import SIMULATED
 from planner.studies.bench_replan.simulation import simulate
+from planner.studies.process import held_memory
 
 _ANEW_EVERY = 5  # changes, for each kind: planning anew takes many times as long
+_COMPARED = 100  # changes; of further ones only the session's own times, error and memory are measured
 
 Columns = dict[str, Any]
 
@@ -54,9 +56,11 @@ def measure(request: RoadmapRequest, changes: int, simulations: int) -> list[Col
         step = changer.step(KINDS[k % len(KINDS)])
         if step is None:
             continue
-        rows.append(_columns(step) | _field(last, step.answer) | _contacts(session, step.answer, collision))
-        if (k // len(KINDS)) % _ANEW_EVERY == 0:
-            rows[-1] |= _anew(session, request, *ends)
+        rows.append(_columns(step))
+        if k < _COMPARED:
+            rows[-1] |= _field(last, step.answer) | _contacts(session, step.answer, collision)
+            if (k // len(KINDS)) % _ANEW_EVERY == 0:
+                rows[-1] |= _anew(session, request, *ends)
         last = step.answer
     return [*rows, *_simulated(session, last, simulations, request.seed)]
 
@@ -82,6 +86,7 @@ def _columns(step: Step) -> Columns:
         "nodes_grown": answer.nodes_grown,
         "rounds": answer.rounds,
         "error": answer.error,
+        "memory_mib": held_memory(),
     }
 
 

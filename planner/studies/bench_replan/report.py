@@ -10,6 +10,7 @@ from planner.studies.bench_replan.changes import KINDS
 from planner.studies.report import Verdict, tally
 from planner.studies.table import aim_lines, closing_lines, markdown_table, median, percentile
 
+_MANY = 1000  # changes from which on the memory of a session is told
 SIMULATED = "simulated"  # the kind of a row that is no change
 
 
@@ -62,6 +63,7 @@ class Row:
     touched_after: int | None = None
     horizon: float | None = None
     contacts: int | None = None
+    memory_mib: float | None = None
 
     @property
     def asked(self) -> tuple:
@@ -120,9 +122,23 @@ def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
         "ms",
     ]
     lines += [*markdown_table([*header, "Dijkstra (ms)"], _by_size(changed)), "", *aim_lines(aims(rows))]
+    lines += _lasting(changed)
     failed = [row for row in rows if row.seconds is None and row.kind != SIMULATED]
     lines += [f"- {row.problem}: {row.outcome}. {row.message}" for row in failed]
     return "\n".join([*lines, *closing_lines(rows, complete, "problems", _METHOD)]) + "\n"
+
+
+def _lasting(rows: Sequence[Row]) -> list[str]:
+    """What sessions of many changes held in memory: after a tenth of them, and at the end."""
+    held: dict[str, list[float]] = {}
+    for row in rows:
+        if row.memory_mib is not None and row.changes >= _MANY:
+            held.setdefault(row.problem, []).append(row.memory_mib)
+    return [
+        f"- {problem}: {len(found)} changes; its process held {found[len(found) // 10]:.0f} MiB after a tenth of them, "
+        f"{found[-1]:.0f} MiB after the last, {max(found):.0f} MiB at most."
+        for problem, found in held.items()
+    ]
 
 
 def _simulated(rows: Sequence[Row]) -> str:
@@ -169,4 +185,5 @@ start is settled, LPA* settles every node, as GABF does; both without a heuristi
 others are plain Python: compare updates rather than times. The dynamics computes every node in every step, wherever the
 change was: it loses in updates to what touches only what changed. Simulated: three boxes of 5 to 20 cm with limits of
 0.05 to 0.6 m/s move while the arm runs the last path in time, half of the runs for a joint, half at random and turning;
-looked at by coal every 5 mm until 2 s after the certified horizon, beyond which nothing is claimed."""
+looked at by coal every 5 mm until 2 s after the certified horizon, beyond which nothing is claimed. Of more than 100
+changes the later ones are neither compared nor looked at: there the error of the field and memory are measured."""

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import pytest
+
 from planner.base.request import RoadmapRequest
+from planner.studies.bench_replan import case
 from planner.studies.bench_replan.case import measure
 from planner.studies.bench_replan.changes import KINDS
 from tests.worlds import load, make_post
@@ -25,3 +28,14 @@ def test_rows_hold_what_was_measured() -> None:
             assert row["lifelong_to_start"] <= row["lifelong_updates"]
         if row["outcome"] == "solved" and row["nodes_grown"] == 0:
             assert row["seconds"] > 0
+
+
+def test_later_changes_are_measured_but_not_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(case, "_COMPARED", 1)
+    first, *later = measure(REQUEST, changes=6, simulations=0)
+    assert first["anew_solved"] in (True, False)
+    assert len(later) > 1
+    for row in later:
+        assert "anew_s" not in row
+        assert row["error"] <= 1e-9
+        assert row["memory_mib"] is None or row["memory_mib"] > 10

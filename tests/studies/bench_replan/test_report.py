@@ -18,3 +18,9 @@ def test_aims_are_judged_by_what_was_measured() -> None:
     assert "5 runs, 0 contacts before it and 2 after it" in to_markdown(fast)
     refused = replace(PLAIN, outcome="refused", seconds=None, message="no such thing.")
     assert "refused. no such thing." in to_markdown([refused])
+
+
+def test_the_memory_of_long_sessions_is_told() -> None:
+    rows = [replace(PLAIN, changes=1000, number=k, memory_mib=100.0 + k) for k in range(20)]
+    assert "held 102 MiB after a tenth of them, 119 MiB after the last, 119 MiB at most" in to_markdown(rows)
+    assert "MiB" not in to_markdown([replace(row, changes=100) for row in rows])
