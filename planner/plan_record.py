@@ -293,7 +293,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
                 f" + {cost['beta']:g} x {cost['distance']:.4f} distance",
             )
         )
-        rows += _quality_rows(record["quality"])
+        rows += _quality_rows(record["quality"], bool(record["in_time"]))
         rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
         if record["conditioning"] and record["conditioning"]["poor"]:
             rows.append((CONDITIONING, record["conditioning"]["advice"]))
@@ -313,10 +313,10 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
     return rows
 
 
-def _quality_rows(quality: dict[str, Any]) -> list[tuple[str, str]]:
-    """The bound on the cost, and what the effort gained."""
+def _quality_rows(quality: dict[str, Any], in_time: bool) -> list[tuple[str, str]]:
+    """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""
     bound, gap = quality["lower_bound"], quality["gap"]
-    apart = "" if gap is None else f"; this path is at most {100 * gap:.1f} % above the optimum"
+    apart = "" if gap is None or in_time else f"; this path is at most {100 * gap:.1f} % above the optimum"
     rows = [("bound", f"no path costs less than {bound:.4f}{apart}")]
     costs = [point["cost"] for point in quality["curve"]]
     if len(costs) > 1:
