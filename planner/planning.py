@@ -161,7 +161,7 @@ def _improve(draft: Plan, progress: Progress) -> Plan:
         if beta != request.beta:
             fewer = replace(request, effort=min(request.rounds, _ROUNDS_PER_EXTREME))
             roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress).roadmap
-    if request.above_ends and request.min_manipulability <= 0:
+    if (request.above_ends or request.beta == 0.0) and request.min_manipulability <= 0:
         roadmap, level = without_dip(roadmap, draft.checker, request, progress)
     if request.roadmap is None:
         roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), request)

@@ -32,6 +32,34 @@ def gabf(
     return measure(out, lambda progress: bench_gabf(out, sizes, seed=seed, progress=progress))
 
 
+def optimum(
+    out: Path = Path("bench-optimum"),
+    nodes: tuple[int, ...] = (1000, 5000),
+    efforts: tuple[int, ...] = (6, 30),
+    betas: tuple[float, ...] = (0.0, 1.0),
+    seeds: tuple[int, ...] = (0, 1, 2),
+    arms: tuple[str, ...] = ("planar_2r", "planar_3r"),
+    debug: Flag = False,
+) -> int:
+    """Planar arms with two and three joints against the optimum of a fine grid: the gap, and how it falls with effort.
+
+    The grid has its own geometry and manipulability, computed in the plane. Writes optimum.csv, one row a plan, and
+    optimum.md.
+
+    Args:
+        out: Folder to write into.
+        nodes: Configurations in the roadmaps.
+        efforts: Rounds of refinement and search to plan with.
+        betas: Trade-offs to plan at.
+        seeds: Seeds to plan with.
+        arms: Which arms, planar_2r or planar_3r.
+        debug: Show tracebacks of errors.
+    """
+    from planner.studies.bench_optimum.run import bench_optimum
+
+    return measure(out, lambda progress: bench_optimum(out, nodes, efforts, betas, seeds, arms, progress))
+
+
 def misses(
     out: Path = Path("bench-misses"),
     seed: int = 0,
@@ -216,6 +244,7 @@ bench.command(gabf)
 bench.command(plan)
 bench.command(first_path)
 bench.command(quality)
+bench.command(optimum)
 bench.command(motion)
 bench.command(misses)
 bench.command(attack)

@@ -19,6 +19,7 @@ from planner.roadmap.improve import Improvement, improve, without_last_grown
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
+_ROUNDS_WITHOUT_DIP = 2  # where nothing but the cost decides
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
 
 
@@ -48,12 +49,14 @@ def without_dip(
 ) -> tuple[Roadmap, float]:
     """The roadmap with a path whose w does not fall below both its ends', and the floor under w that holds it there.
 
-    The floor is 0, and the roadmap as it was, where the best path is such a path, or where none is found that costs at
-    most 2 - beta times as much: with length only, beta = 1, none is taken.
+    The roadmap is as it was where the best path is such a path, or where none is found. With ``request.above_ends`` the
+    floor is the lower end's w, if the path found costs at most 2 - beta times as much: with length only, beta = 1, none
+    is taken. Otherwise it is 0, and the path found is taken where it is the cheaper one.
     """
     network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
     path = path_waypoints(roadmap, checker.robot, best_nodes(layered_network(roadmap, network)))
-    if len(path) < 2 or request.rounds < 1:
+    rounds = request.rounds if request.above_ends else min(request.rounds, _ROUNDS_WITHOUT_DIP)
+    if len(path) < 2 or rounds < 1:
         return roadmap, 0.0
     w = path_manipulability(checker.robot, path)
     level = (1.0 - _ROUNDING) * float(min(w[0], w[-1]))
@@ -62,7 +65,9 @@ def without_dip(
     cost = motion_cost(roadmap, checker, request, request.beta)
     limit = (2.0 - request.beta) * float(cost(path[:-1], path[1:]).sum())
     cost = replace(cost, floor=level)
-    found = improve(roadmap, checker, cost, None, request.rounds, request.room, request.seed, progress, path)
+    found = improve(roadmap, checker, cost, None, rounds, request.room, request.seed, progress, path)
+    if not request.above_ends:
+        return found.roadmap, 0.0
     return (found.roadmap, level) if found.curve and found.curve[-1][1] <= limit else (roadmap, 0.0)
 
 

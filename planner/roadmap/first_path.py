@@ -15,6 +15,7 @@ from planner.base.arrays import Floats
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH
+from planner.roadmap.informed_set import InformedSet
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
 from planner.roadmap.shortcuts import straight_paths, subdivided
@@ -43,16 +44,20 @@ class JoinSettings:
 
 
 class FirstPathSearch:
-    """Searches a proven path between sets of configurations; ``checked`` counts the motions it checked."""
+    """Searches a proven path between sets of configurations; ``checked`` counts the motions it checked.
+
+    With ``within`` RRTConnect stays in that set, so that a path is found which may be shorter than the one known.
+    """
 
     def __init__(
         self,
         motions: Motions,
         settings: JoinSettings,
         progress: Progress = QUIET,
+        within: InformedSet | None = None,
     ) -> None:
         self._robot, self._motions, self._settings = motions.robot, motions, settings
-        self._progress = progress
+        self._progress, self._within = progress, within
         self.checked = 0
 
     def straight(self, starts: Floats, goals: Floats) -> list[Floats]:
@@ -69,7 +74,8 @@ class FirstPathSearch:
         """
         if not len(starts) or not len(goals):
             return None
-        end, sample, space = self._settings.motions, MOTION_IN_FIRST_PATH, JointSpace.of(self._robot)
+        end, sample = self._settings.motions, MOTION_IN_FIRST_PATH
+        space = JointSpace.of(self._robot) if self._within is None else self._within.space
         for factor in itertools.cycle(_STEPS):
             left = end - self.checked
             if left <= 0 or self._progress.stopped:
@@ -114,13 +120,13 @@ class FirstPathSearch:
     def _search(
         self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
     ) -> Floats | None:
-        look, before = self._motions.looks_free(sample), self.checked
+        look, before, within = self._motions.looks_free(sample), self.checked, self._within
 
         def check(first: Floats, delta: Floats) -> bool:
             self.checked += 1
             if self.checked % _REPORT_EVERY == 0:
                 self._progress(FIRST_PATH, self.checked, self._settings.motions)
-            return look(first, delta)
+            return (within is None or within.holds(first + delta)) and look(first, delta)
 
         with TreePlanners(space, check, self._progress) as planners:
             path = planners.rrt_connect(starts, goals, step, limit)

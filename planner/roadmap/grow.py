@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,11 +14,15 @@ from planner.kinematics.manipulability import manipulability
 from planner.roadmap.escape_singularity import ascend_manipulability
 from planner.roadmap.first_path import FirstPathSearch, JoinSettings
 from planner.roadmap.forest import Forest
+from planner.roadmap.informed_set import InformedSet
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners, seed_everything
 from planner.world.robot import Robot
 
 _JOIN_PER_JOINT = 8000  # motions
+_SHORTER_PER_NODE, _SHORTER = 5, 10_000  # motions at most that the search for shorter first paths may check
+_NEARLY_STRAIGHT = 1.1  # times the distance of the nearest start and goal: a path so short is short enough
+_SHARE_OF_PATHS = 0.3  # of the nodes: first paths that have more are enough
 _PART = 250  # nodes at least that a tree grows before its motions are proven
 _ABOVE = 0.02  # growth keeps so much above the floor, relative: between two sampled states w may dip
 ROADMAP = "roadmap"  # a stage of progress
@@ -65,8 +69,10 @@ def grow(
 ) -> Growth:
     """Grow about ``nodes`` configurations around first paths from ``starts`` (s, dof) to ``goals`` (g, dof).
 
-    These are all straight motions that are proven, and where there is none the path that RRTConnect finds. Should they
-    need more than ``nodes``, all of them are kept. The same seed gives the same growth.
+    These are all straight motions that are proven, and where there is none the path that RRTConnect finds, and more
+    that it finds where a shorter one may pass: what is found first is often several times as long as need be, and no
+    refinement leads from one way around the obstacles to another. Should the first path need more than ``nodes``, all
+    of it is kept. The same seed gives the same growth.
     """
     seed_everything(seed)
     motions, forest = Motions(prover, (1.0 + _ABOVE) * settings.floor), Forest()
@@ -82,13 +88,46 @@ def grow(
     joining = straight if spine is None else [spine]
     for path in joining:
         forest.add_path(path)
-    checked = search.checked + grow_tree(motions, forest, nodes - len(forest), settings, progress)
+    checked = search.checked
+    if spine is not None:
+        checked += _add_shorter_paths(motions, forest, starts, goals, spine, nodes, settings, progress)
+    checked += grow_tree(motions, forest, nodes - len(forest), settings, progress)
     return Growth(forest.nodes(), forest.edges(), first, last, bool(joining), checked)
 
 
 def join_settings(settings: GrowthSettings, robot: Robot) -> JoinSettings:
     """How long a first path is searched for a ``robot``."""
     return JoinSettings(settings.range, settings.join_motions or _JOIN_PER_JOINT * robot.dof, settings.shortcuts)
+
+
+def _add_shorter_paths(
+    motions: Motions,
+    forest: Forest,
+    starts: Floats,
+    goals: Floats,
+    path: Floats,
+    nodes: int,
+    settings: GrowthSettings,
+    progress: Progress,
+) -> int:
+    """Add paths to ``forest``, each searched where one shorter than all before may pass; the motions checked."""
+    robot, checked, longest = motions.robot, 0, _length(motions.robot, path)
+    enough = _NEARLY_STRAIGHT * float(np.linalg.norm(robot.difference(starts[:, None], goals[None]), axis=2).min())
+    limit = min(_SHORTER_PER_NODE * nodes, _SHORTER)
+    join, silent = join_settings(settings, robot), progress.renamed(lambda *report: None)
+    while longest > enough and checked < limit and len(forest) < _SHARE_OF_PATHS * nodes and not progress.stopped:
+        within = InformedSet(robot, starts, goals, longest)
+        search = FirstPathSearch(motions, replace(join, motions=limit - checked), silent, within)
+        found = search.join(starts, goals)
+        checked += search.checked
+        if found is not None:
+            forest.add_path(found)
+            longest = min(longest, _length(robot, found))
+    return checked
+
+
+def _length(robot: Robot, path: Floats) -> float:
+    return float(np.linalg.norm(robot.difference(path[:-1], path[1:]), axis=1).sum())
 
 
 def _risen(forest: Forest, motions: Motions, ends: Floats) -> Floats:

@@ -1,9 +1,10 @@
 """A roadmap improved for one objective: its best paths refined, and other ones searched where samples say they may be.
 
 Work is counted in rounds, ``effort`` of them. A round refines the cheapest path that still gains. Every third one, or
-every second one where w counts, or where no path gains, one adds informed samples, searches a cheaper path through them
-or else one unlike those that were found before, and refines that. So paths of several homotopy classes are refined, and
-as the effort grows the cheapest one converges to the optimum.
+every second one where w counts, or where no path gains, one adds informed samples and a path that RRTConnect finds
+where a cheaper one may pass, searches a cheaper path through them or else one unlike those that were found before, and
+refines that. So paths of several homotopy classes are refined, and as the effort grows the cheapest one converges to
+the optimum.
 """
 
 from __future__ import annotations
@@ -18,9 +19,14 @@ from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.extend import enlarged
+from planner.roadmap.first_path import FirstPathSearch
 from planner.roadmap.forest import Forest
+from planner.roadmap.grow import GrowthSettings, join_settings
 from planner.roadmap.informed import LazyRoadmap, informed_samples
+from planner.roadmap.informed_set import InformedSet
 from planner.roadmap.motion_cost import MotionCost
+from planner.roadmap.motions import Motions
+from planner.roadmap.ompl_planners import seed_everything
 from planner.roadmap.refine import PathRefiner, cut
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.simplify import simplified
@@ -31,6 +37,9 @@ _WORKING_ROOM = 1e-3  # m: motions that pass closer take long to prove; a path's
 _GAIN = 3e-3  # relative: a round that gains less is a path's last one, until all are through
 _HOPELESS = 1.25  # a path is left once it costs so many times the cheapest one after its first round
 _EXPLORED_EVERY, _EXPLORED_EVERY_FOR_W = 3, 2  # rounds; where w counts there are more local optima
+_JOIN_MOTIONS = 3000  # that RRTConnect may check in each of them
+_LONGER = 2.0  # times the best path's length: where w counts a cheaper path may be longer, but rarely more
+_EXPLORED_SEED = 7919  # times their number: seeds of theirs
 _RESUMED = 4  # after so many searches the cheapest path is refined once more
 
 
@@ -121,12 +130,28 @@ class _Search:
         around = self._around if best is None else best.path
         if around is not None:
             self.graph.add(informed_samples(self.refiner, around, self._rate, self._rng))
+            if (joined := self._joined(around)) is not None:
+                self.graph.add_path(joined)
         found = self.graph.cheapest_path()
         if best is not None:
             best.gains |= self._explored % _RESUMED == 0
             if found is None or self.refiner.total(self._cut(found)) >= best.cost * (1.0 - _GAIN):
                 found = self.graph.cheapest_path(other=True)
         return None if found is None else self.take(found)
+
+    def _joined(self, around: Floats) -> Floats | None:
+        """A path that RRTConnect finds where one cheaper than the best, or ``around``, may pass; None if it fails."""
+        refiner, cost, best = self.refiner, self.refiner.cost, self.best
+        longest = _LONGER * float(np.linalg.norm(np.diff(around, axis=0), axis=1).sum())
+        if best is not None and self._rate > 0:
+            longest = min(longest, best.cost / self._rate)
+        seed_everything((refiner.seed + _EXPLORED_SEED * self._explored) % 2**31)
+        robot, motions = refiner.prover.robot, Motions(refiner.prover, cost.floor)
+        search = join_settings(GrowthSettings(join_motions=_JOIN_MOTIONS), robot)
+        silent = refiner.progress.renamed(lambda *report: None)
+        starts, goals = self.graph.starts, self.graph.goals
+        within = InformedSet(robot, starts, goals, longest)
+        return FirstPathSearch(motions, search, silent, within).join(starts, goals)
 
     def _cut(self, path: Floats) -> Floats:
         return cut(path, self.refiner.cost.longest) if self.refiner.cost.beta < 1.0 else path
@@ -152,7 +177,7 @@ def improve(
     prover = RecordingProver(checker, progress)
     refiner = PathRefiner(prover, cost, max(room, PROOF), seed, progress)
     starts, goals = roadmap.starts, roadmap.goals
-    if path is not None:
+    if path is not None and cost.floor > 0:  # it may be part of one only
         starts, goals = (np.array([_nearest(checker.robot, roadmap.nodes, q)]) for q in path[[0, -1]])
     search = _Search(roadmap, refiner, starts, goals, around)
     first = search.graph.cheapest_path() if path is None else checker.robot.unwound(path)

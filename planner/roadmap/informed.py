@@ -10,6 +10,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.kinematics.manipulability import manipulability
 from planner.native.library import cheapest_nodes
+from planner.roadmap.links import nearest_of
 from planner.roadmap.refine import PathRefiner, cut
 from planner.world.robot import Robot
 
@@ -31,6 +32,7 @@ class LazyRoadmap:
 
     def __init__(self, refiner: PathRefiner, nodes: Floats, edges: Ints, starts: Ints, goals: Ints) -> None:
         self._refiner, self._starts, self._goals = refiner, starts, goals
+        self.starts, self.goals = nodes[starts], nodes[goals]
         self._robot: Robot = refiner.prover.robot
         self._bound = refiner.prover.checker.bound
         self.nodes, self._links = nodes, np.zeros((0, 2), dtype=np.int64)
@@ -53,6 +55,15 @@ class LazyRoadmap:
             pairs.append(np.column_stack([near, np.full(len(near), node)]))
         if pairs:
             self._link(np.concatenate(pairs), proven=False)
+
+    def add_path(self, path: Floats) -> None:
+        """Take up a ``path`` (k, dof) from a start to a goal, which are nodes; its motions are proven like links."""
+        first, inner = len(self.nodes), path[1:-1]
+        _, ends = nearest_of(self._robot, self.nodes, path[[0, -1]], 1)
+        rows = np.array([ends[0, 0], *range(first, first + len(inner)), ends[1, 0]])
+        self.nodes = np.vstack([self.nodes, inner])
+        self._penalty = np.concatenate([self._penalty, np.ones(len(inner))])
+        self._link(np.column_stack([rows[:-1], rows[1:]]), proven=False)
 
     def _link(self, links: Ints, proven: bool) -> None:
         """Take up ``links`` (m, 2), which cost as much in both directions."""

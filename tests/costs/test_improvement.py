@@ -52,8 +52,8 @@ def test_without_rounds_or_a_path_nothing_changes() -> None:
 def test_a_dip_between_two_good_ends_is_gone() -> None:
     """Both ends bend the arm one way; the best path of the roadmap straightens it between them."""
     request = replace(REQUEST, beta=0.2, effort=2, above_ends=True)
-    roadmap = replace(post_roadmap(), starts=np.array([49]), goals=np.array([25]))
-    least = manipulability(ROBOT, roadmap.nodes[[49, 25]]).min()
+    roadmap = replace(post_roadmap(), starts=np.array([42]), goals=np.array([57]))
+    least = manipulability(ROBOT, roadmap.nodes[[42, 57]]).min()
     assert path_manipulability(ROBOT, best(roadmap, 0.2)[1]).min() < 0.8 * least
     found, level = without_dip(roadmap, make_post(), request)
     assert level == pytest.approx(least, rel=1e-6)
@@ -63,6 +63,14 @@ def test_a_dip_between_two_good_ends_is_gone() -> None:
     steps = gabf.extract_path(layered.network, field, int(layered.starts[0]))
     path = path_waypoints(found, ROBOT, layered.roadmap_node[steps])
     assert path_manipulability(ROBOT, path).min() >= level * (1 - 1e-9)
+
+
+def test_without_the_option_the_cost_decides_about_a_dip() -> None:
+    roadmap = replace(post_roadmap(), starts=np.array([42]), goals=np.array([57]))
+    found, level = without_dip(roadmap, make_post(), replace(REQUEST, beta=0.2, effort=2))
+    assert level == 0.0
+    assert len(found.nodes) > len(roadmap.nodes)
+    assert best(found, 0.2)[0] <= best(roadmap, 0.2)[0]
 
 
 def test_a_dip_that_no_path_avoids_stays() -> None:

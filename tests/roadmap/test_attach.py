@@ -32,7 +32,7 @@ def test_new_ends_become_linked_nodes():
     np.testing.assert_array_equal(new.nodes[:n], old.nodes)
     np.testing.assert_array_equal(new.nodes[n : n + 2], [Q[0], OTHER[0]])
     kept = new.edges[(new.edges < n).all(axis=1)]
-    np.testing.assert_array_equal(kept, old.edges)
+    assert {tuple(edge) for edge in old.edges.tolist()} <= {tuple(edge) for edge in kept.tolist()}  # and short cuts
     added = new.edges[(new.edges >= n).any(axis=1)]
     assert 0 < (added < n + 2).all(axis=1).sum() <= 2 * NEIGHBOURS
     assert (new.edges[:, 0] < new.edges[:, 1]).all()

@@ -69,7 +69,7 @@ def test_a_stop_ends_it() -> None:
 
 def test_near_a_gap_the_path_is_proven_and_begins_and_ends_at_nodes() -> None:
     checker, nodes = make_post(), post_roadmap().nodes
-    left, right = nodes[nodes[:, 0] < -0.3], nodes[nodes[:, 0] > 0.3]
+    left, right = nodes[nodes[:, 0] < -0.2], nodes[nodes[:, 0] > 0.2]
     apart = np.linalg.norm(left[:, None] - right[None], axis=2)
     i, k = np.unravel_index(np.argmin(apart), apart.shape)
     gap = np.array([left[i], right[k]])

@@ -8,6 +8,8 @@ from planner.base.progress import Progress
 from planner.base.resolutions import PROOF
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver, Verdict, recheck
+from planner.paths.measure import joint_path_length
+from planner.roadmap.best_paths import best_path
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.grow import Growth, GrowthSettings, grow
 from planner.roadmap.roadmap import component_labels
@@ -57,6 +59,24 @@ def test_one_seed_is_one_growth_and_seeds_0_and_1_differ(post):
     assert same(*again)
     assert not same(again[0], grown(post, seed=1))
     assert same(grown(post, seed=1), grown(post, seed=1))
+
+
+def test_first_paths_are_searched_where_a_shorter_one_may_pass(monkeypatch):
+    """The bar leaves two ways round; with the first path alone the roadmap's is 3.85 rad long or more."""
+    checker = make_checker(load("planar_2r"), scene_of((Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0]))))
+    start, goal = np.array([[-1.0, 0.8]]), np.array([[1.3, -0.8]])
+
+    def shortest() -> float:
+        growth = grown(checker, 100, 0, start, goal)
+        a, b = growth.nodes[growth.edges.T]
+        length = np.linalg.norm(a - b, axis=1)
+        path = best_path(growth.nodes, growth.edges, length, growth.starts, growth.goals)
+        assert path is not None
+        return joint_path_length(path)
+
+    several = shortest()
+    monkeypatch.setattr("planner.roadmap.grow._SHORTER", 0)
+    assert several < 0.98 * shortest()
 
 
 def test_more_nodes_is_not_another_first_path(post):

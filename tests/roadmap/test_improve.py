@@ -12,6 +12,7 @@ from planner.paths.measure import corners, joint_path_length, path_manipulabilit
 from planner.planning import plan
 from planner.roadmap.improve import improve, without_last_grown
 from planner.roadmap.motion_cost import MotionCost
+from planner.roadmap.simplify import TOLERANCE
 from planner.world.poses import pose
 from planner.world.scene import Obstacle, Scene
 from planner.world.shapes import Box
@@ -29,7 +30,8 @@ def test_the_effort_converges_to_the_shortest_path() -> None:
     assert length[1] < length[0]
     assert corners(found[1].path) <= 6
     costs = [cost for _, cost in found[1].curve]
-    assert costs == sorted(costs, reverse=True)
+    assert costs[:-1] == sorted(costs[:-1], reverse=True)
+    assert costs[-1] <= (1.0 + TOLERANCE) * costs[-2]  # fewer corners may cost a bit
 
 
 def test_improvement_keeps_the_roadmap_and_repeats() -> None:
