@@ -101,8 +101,12 @@ class Robot:
         return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
 
     def unwound(self, path: Floats) -> Floats:
-        """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump."""
-        return np.vstack([path[:1], path[:1] + np.cumsum(self.difference(path[:-1], path[1:]), axis=0)])
+        """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump.
+
+        What takes no whole turns stays the same to the last bit.
+        """
+        turns = np.rint((self.difference(path[:-1], path[1:]) - np.diff(path, axis=0)) / (2 * np.pi))
+        return path + 2 * np.pi * np.vstack([np.zeros(path.shape[1]), np.cumsum(turns, axis=0)])
 
     def normalise(self, q: Floats) -> Floats:
         """Continuous joints brought into [-pi, pi)."""

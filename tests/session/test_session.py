@@ -260,7 +260,7 @@ def test_nothing_grows_over_many_changes_and_queries() -> None:
         session.remove(f"guest {step}")
         session.plan(POST_START + rng.uniform(-0.1, 0.1, 2), POST_GOAL)
     now = live(session)
-    assert len(now.roadmap.nodes) <= 1.5 * lasting + 2
+    assert len(now.roadmap.nodes) <= 1.5 * lasting + 10  # and what one query adds
     assert now.proofs.known.shape == (len(now.roadmap.edges), 2)
     assert now.scene.allowed == frozenset()
     require_true(session)

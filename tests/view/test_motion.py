@@ -39,7 +39,7 @@ def test_a_motion_is_even_in_time(solved: Plan) -> None:
         assert shares.shape == (solved.robot.dof, SHOWN_STATES)
         assert 0.9 < np.abs(shares).max() <= 1.0 + 1e-4
     assert min(data["motion"]["clearance"]) > 0
-    assert data["worst"][0]["w"] <= min(data["w"]) + 1e-7  # as the page rounds them
+    assert data["worst"][0]["w"] <= min(data["w"]) + 3e-7  # as the page rounds times and w
 
 
 def test_a_path_of_one_configuration_stands_still() -> None:
