@@ -104,6 +104,7 @@ def _content(state: State) -> Content:
         paths=paths,
         beta=state.question.beta,
         reason=answer.reason,
+        live={},  # what a page of it has is added later; all of the roadmap is drawn, at first and at every change
     )
 
 

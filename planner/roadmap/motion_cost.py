@@ -51,10 +51,7 @@ class MotionCost:
             return np.where(far, np.inf, distance)
         states = (a[:, None] + _SHARES[:, None] * delta[:, None]).reshape(-1, self.robot.dof)
         w = manipulability(self.robot, states).reshape(len(a), W_STATES_PER_EDGE)
-        cost = (1.0 - self.beta) * self._omega(w, distance) + self.beta * distance
-        if self.beta < 1.0:
-            far |= length > self.longest
-        return np.where(far | (w.min(axis=1, initial=np.inf) < self.floor), np.inf, cost)
+        return np.where(far, np.inf, self._along(w, distance, length))
 
     def of_edges(self, roadmap: Roadmap) -> Floats:
         """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them."""
@@ -62,14 +59,15 @@ class MotionCost:
         length = (
             roadmap.joint_length / self.scale.joint_length if joint else roadmap.tool_length / self.scale.tool_length
         )
-        w = roadmap.edge_manipulability
-        distance = np.maximum(length, self.scale.zeta)
-        cost = distance
-        far = w.min(axis=1, initial=np.inf) < self.floor
+        return self._along(roadmap.edge_manipulability, np.maximum(length, self.scale.zeta), roadmap.joint_length)
+
+    def _along(self, w: Floats, distance: Floats, length: Floats) -> Floats:
+        """(k,) costs of motions along which w (k, W_STATES_PER_EDGE) is known; infinite if too long or too singular."""
+        cost, refused = distance, w.min(axis=1, initial=np.inf) < self.floor
         if self.beta < 1.0:
             cost = (1.0 - self.beta) * self._omega(w, distance) + self.beta * distance
-            far |= roadmap.joint_length > self.longest
-        return np.where(far, np.inf, cost)
+            refused |= length > self.longest
+        return np.where(refused, np.inf, cost)
 
     def _omega(self, w: Floats, distance: Floats) -> Floats:
         if self.charge == "nodes":

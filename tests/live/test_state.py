@@ -134,6 +134,16 @@ def test_an_update_holds_what_changes_and_no_more(moved: tuple[State, State]) ->
     assert made["data"]["message"] == after.answer.outcome.value
 
 
+def test_an_update_draws_all_of_a_large_roadmap_as_the_page_did(
+    moved: tuple[State, State], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("planner.view.drawing.MOST_EDGES", 5)
+    before, after = moved
+    update = update_of(after, before, report_of("moved", after, before, SECONDS), 1)
+    assert update["data"]["roadmap"]["edges"] == after.roadmap.edges.tolist()
+    assert len(update["live"]["before"]) == len(update["data"]["cost"]) == len(after.roadmap.nodes)
+
+
 def test_an_update_without_a_path_blames_what_separates(moved: tuple[State, State], separated: State) -> None:
     made = update_of(separated, None, report_of("moved", separated, None, SECONDS), 1)
     assert separated.answer.reason is not None

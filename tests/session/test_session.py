@@ -259,8 +259,9 @@ def test_nothing_grows_over_many_changes_and_queries() -> None:
         session.add(Obstacle(f"guest {step}", Sphere(0.02), pose([2.0, 0, 0])))
         session.remove(f"guest {step}")
         session.plan(POST_START + rng.uniform(-0.1, 0.1, 2), POST_GOAL)
+    session.plan(POST_START, POST_GOAL)  # adds nothing: the ends are nodes
     now = live(session)
-    assert len(now.roadmap.nodes) <= 1.5 * lasting + 10  # and what one query adds
+    assert len(now.roadmap.nodes) <= 1.5 * lasting + 2
     assert now.proofs.known.shape == (len(now.roadmap.edges), 2)
     assert now.scene.allowed == frozenset()
     require_true(session)

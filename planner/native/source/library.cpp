@@ -303,9 +303,9 @@ void world_close(const World* world, int n, const double* rotation, const double
 
 // Proofs of polynomial pieces (count, degree + 1, dof); reach (pairs, dof), body_reach (bodies, dof), is_static (pairs,). spans (count, 3), or null
 // where nothing moves by itself: when each piece begins, how long it takes, and how much sooner or later it may begin, s.
-void world_prove(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static, const double* coefficients,
-                 const double* spans, int count, int degree, double room, int threads, int64_t* verdict, int64_t* pair, int64_t* samples,
-                 double* clearance, double* where) {
+void world_prove(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
+                 const double* coefficients, const double* spans, int count, int degree, double room, int threads,
+                 int64_t* verdict, int64_t* pair, int64_t* samples, double* clearance, double* where) {
     const Pieces pieces{coefficients, count, degree, world->chain.dof()};
     share_out(
         count, threads, 4, [&] { return Prover(*world, reach, body_reach, is_static); },
@@ -350,7 +350,8 @@ void graph_detours(int nodes, int edges, const int64_t* ends, const double* leng
 // The cheapest path over arcs (count, 2) from one of `starts` to one of `goals`: its nodes, `path` (nodes,), their number
 int graph_cheapest(int nodes, int arcs, const int64_t* ends, const double* costs, int start_count,
                    const int64_t* starts, int goal_count, const int64_t* goals, int64_t* path) {
-    const auto found = cheapest_path(nodes, arcs, ends, costs, {starts, starts + start_count}, {goals, goals + goal_count});
+    const auto found =
+        cheapest_path(nodes, arcs, ends, costs, {starts, starts + start_count}, {goals, goals + goal_count});
     std::copy(found.begin(), found.end(), path);
     return static_cast<int>(found.size());
 }
