@@ -132,18 +132,18 @@ class _Side:
         self._flow, self._parents, self._upper = flow, parents_of(problem), upper
         self._speed = np.zeros(problem.n_rows)
         self._contracts = bounds.L <= 1.0
-        self._limit = _limit(problem, y0, upper)[self._parents.rows]
+        self._limit = _limit(problem, y0, upper)[self._parents.where]
 
     @property
     def first_step(self) -> float:
         """A tenth of the time in which the fastest node would move by its own disequilibrium."""
-        rows = self._parents.rows
+        rows = self._parents.where
         largest = float(np.abs(self.y[rows] - self._parents(self.y)).max(initial=0.0))
         return 0.1 * largest / min(self._flow.speed(largest), 1e300) if largest else math.inf
 
     def step(self, dtau: float) -> None:
         """Go on by ``dtau``."""
-        rows = self._parents.rows
+        rows = self._parents.where
         there = self._from_speed(dtau)
         y = self.y.copy()
         y[rows] = self._within_limit(self._from_fastest(dtau) if there is None else there)
@@ -153,7 +153,7 @@ class _Side:
     def stays(self, y_star: Floats) -> bool:
         """Whether no state ever leaves max(y, y_star) (min on the lower side): it is an upper solution that rests."""
         worse = np.maximum(self.y, y_star) if self._upper else np.minimum(self.y, y_star)
-        own = worse[self._parents.rows]
+        own = worse[self._parents.where]
         return bool((self.sign * (self._parents(worse) - own) <= 4e-16 * np.maximum(1.0, np.abs(own))).all())
 
     def _from_speed(self, dtau: float) -> Floats | None:
@@ -171,7 +171,7 @@ class _Side:
 
         The fastest never becomes faster if L <= 1. What this proves is used to repeat the step, as long as it gains.
         """
-        rows = self._parents.rows
+        rows = self._parents.where
         reach = self.sign * (self._limit - self.y[rows])
         if self._contracts:
             fastest = float(np.max(self.sign * (self._parents(self.y) - self.y[rows]), initial=0.0))
@@ -186,7 +186,7 @@ class _Side:
 
     def _try(self, reach: Floats, dtau: float) -> tuple[Floats, Floats]:
         """Where each state gets in ``dtau`` with its parents held ``reach`` outwards, and how far outwards that is."""
-        rows = self._parents.rows
+        rows = self._parents.where
         held, here = self.y.copy(), self.y[rows]
         held[rows] = self._within_limit(here + self.sign * reach)
         m = self._parents(held)
@@ -197,10 +197,10 @@ class _Side:
         return np.minimum(y, self._limit) if self._upper else np.maximum(y, self._limit)
 
     def _outermost(self, s: Floats, dtau: float) -> Floats:
-        flow, size = self._flow, np.abs(s)
+        flow = self._flow
         above, below = (flow.slowest, flow.fastest) if self._upper else (flow.fastest, flow.slowest)
         if (s >= 0).all():
-            return above(size, dtau)
+            return above(s, dtau)
         if (s <= 0).all():
-            return -below(size, dtau)
-        return np.where(s > 0, above(size, dtau), -below(size, dtau))
+            return below(s, dtau)
+        return np.where(s > 0, above(s, dtau), below(s, dtau))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
@@ -12,38 +11,53 @@ from functools import cache, cached_property
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeFlow
 
 
 class Flow(ABC):
-    """s' = -phi(s), phi odd and increasing."""
+    """s' = -phi(s), phi odd and increasing; how far it moves many states is compiled."""
 
     @abstractmethod
     def rate(self, s: Floats) -> Floats:
         """phi(s)."""
 
+    @property
     @abstractmethod
-    def advance(self, s: Floats, dtau: float) -> Floats:
-        """s after ``dtau``."""
+    def coefficients(self) -> tuple[float, float, float, float]:
+        """beta1, beta2, 1 - p and q - 1; all 0 where phi(s) = s."""
+
+    @cached_property
+    def compiled(self) -> NativeFlow:
+        """The same equation in the compiled library."""
+        return NativeFlow(*self.coefficients)
 
     @abstractmethod
     def time_between(self, start: float, end: float) -> float:
         """tau that |s| takes from ``start`` down to ``end``."""
 
     @abstractmethod
-    def slowest(self, size: Floats, dtau: float) -> Floats:
-        """A proved upper bound of |s| after ``dtau``, first order in ``dtau``; ``size`` >= 0, exact at 0."""
-
-    @abstractmethod
-    def fastest(self, size: Floats, dtau: float) -> Floats:
-        """A proved lower bound of |s| after ``dtau``, likewise."""
-
-    @abstractmethod
-    def sketch(self, s: Floats, dtau: float) -> Floats:
-        """The same as :meth:`advance` to first order in ``dtau``, for less work; exact at s = 0."""
-
-    @abstractmethod
     def resolvent(self, c: Floats, dtau: float) -> Floats:
         """The root s of s + dtau phi(s) = c: one backward Euler step."""
+
+    def advance(self, s: Floats, dtau: float) -> Floats:
+        """s after ``dtau``, second order in ``dtau``, exact at s = 0."""
+        return self.compiled.moved(STRANG, s, dtau)
+
+    def sketch(self, s: Floats, dtau: float) -> Floats:
+        """The same as :meth:`advance` to first order in ``dtau``, for less work; exact at s = 0."""
+        return self.fastest(s, dtau)
+
+    def slowest(self, s: Floats, dtau: float) -> Floats:
+        """A proved upper bound of |s| after ``dtau``, first order in ``dtau``, with the sign of s; exact at 0.
+
+        It lets the power below 1 act first, then the power above 1. beta1 s^p / (beta2 s^q) falls with s, so the power
+        below 1 acts at the larger s and takes less time off.
+        """
+        return self.compiled.moved(SINK_THEN_BRAKE, s, dtau)
+
+    def fastest(self, s: Floats, dtau: float) -> Floats:
+        """A proved lower bound of |s| after ``dtau``, likewise: the other order, for the same reason."""
+        return self.compiled.moved(BRAKE_THEN_SINK, s, dtau)
 
     @property
     def total_time(self) -> float:
@@ -64,29 +78,24 @@ class Flow(ABC):
         """The step at which :meth:`advance` of |s| <= ``size`` errs by as much again; infinite where it is exact."""
         return math.inf
 
+    @abstractmethod
     def speed(self, size: float) -> float:
-        """phi of one number."""
-        return float(self.rate(np.array([size]))[0])
+        """phi of one number >= 0; inf where that is beyond the largest double."""
 
 
 @dataclass(frozen=True)
 class LinearFlow(Flow):
     """s' = -s: the nominal and the prescribed-time law in tau."""
 
+    @property
+    def coefficients(self) -> tuple[float, float, float, float]:
+        return 0.0, 0.0, 0.0, 0.0
+
+    def speed(self, size: float) -> float:
+        return size
+
     def rate(self, s: Floats) -> Floats:
         return np.asarray(s)
-
-    def advance(self, s: Floats, dtau: float) -> Floats:
-        return s * math.exp(-dtau)
-
-    def sketch(self, s: Floats, dtau: float) -> Floats:
-        return self.advance(s, dtau)
-
-    def slowest(self, size: Floats, dtau: float) -> Floats:
-        return self.advance(size, dtau)
-
-    def fastest(self, size: Floats, dtau: float) -> Floats:
-        return self.advance(size, dtau)
 
     def resolvent(self, c: Floats, dtau: float) -> Floats:
         return c / (1.0 + dtau)
@@ -113,11 +122,9 @@ class PowerFlow(Flow):
     def _floats(self) -> tuple[float, float, float, float]:
         return float(self.p), float(self.q), float(1 - self.p), float(self.q - 1)
 
-    @cached_property
-    def _roots(self) -> list[tuple[float, int]]:
-        """1 / (1 - p) and 1 / (q - 1), each with its number of halves, or 0 if products are not cheaper."""
-        roots = 1 / (1 - self.p), 1 / (self.q - 1)
-        return [(float(r), r.numerator if r.denominator == 2 and r < 6 else 0) for r in roots]
+    @property
+    def coefficients(self) -> tuple[float, float, float, float]:
+        return self.beta1, self.beta2, *self._floats[2:]
 
     @property
     def total_time(self) -> float:
@@ -158,35 +165,18 @@ class PowerFlow(Flow):
         vanishing = min(0.5, max(0.0, 0.5 - below / width)) * min(decades, 0.0)
         return self.pace / width * math.exp(min(-vanishing, 700.0))
 
+    def speed(self, size: float) -> float:
+        p, q, _, _ = self._floats
+        try:
+            return self.beta1 * size**p + self.beta2 * size**q
+        except OverflowError:
+            return math.inf
+
     def rate(self, s: Floats) -> Floats:
         size = np.abs(s)
         p, q, _, _ = self._floats
         with np.errstate(over="ignore"):
             return np.copysign(self.beta1 * size**p + self.beta2 * size**q, s)
-
-    def advance(self, s: Floats, dtau: float) -> Floats:
-        return _in_blocks(self._strang, s, dtau)
-
-    def sketch(self, s: Floats, dtau: float) -> Floats:
-        return _in_blocks(self._lie, s, dtau)
-
-    def slowest(self, size: Floats, dtau: float) -> Floats:
-        """The bound that lets the power below 1 act first, then the power above 1.
-
-        beta1 s^p / (beta2 s^q) falls with s, so the power below 1 acts at the larger s and takes less time off. The
-        other order is a lower bound for the same reason.
-        """
-        return self._brake(self._sink(size.copy(), dtau), dtau)
-
-    def fastest(self, size: Floats, dtau: float) -> Floats:
-        return self._sink(self._brake(size.copy(), dtau), dtau)
-
-    def _strang(self, s: Floats, dtau: float) -> Floats:
-        size = self._sink(np.abs(s), 0.5 * dtau)
-        return np.copysign(self._sink(self._brake(size, dtau), 0.5 * dtau), s)
-
-    def _lie(self, s: Floats, dtau: float) -> Floats:
-        return np.copysign(self._sink(self._brake(np.abs(s), dtau), dtau), s)
 
     def resolvent(self, c: Floats, dtau: float) -> Floats:
         """Newton in v = |s|^p, in which the equation is convex: from above, the iterates fall to the root."""
@@ -220,43 +210,6 @@ class PowerFlow(Flow):
         both = _panels(below / width, low, high) if low < high else 0.0
         return self.pace / width * (sink + both + brake)
 
-    def _sink(self, size: Floats, dtau: float) -> Floats:
-        """s' = -beta1 s^p, in place."""
-        _, _, below, _ = self._floats
-        fall = below * self.beta1 * dtau
-        if below < _NEAR_ONE:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                share = np.minimum(fall * size**-below, 1.0)
-                size *= np.exp(np.log1p(-share) / below)
-            return size
-        np.power(size, below, out=size)
-        size -= fall
-        np.maximum(size, 0.0, out=size)
-        return fractional_power(size, *self._roots[0])
-
-    def _brake(self, size: Floats, dtau: float) -> Floats:
-        """s' = -beta2 s^q, in place, written so that s = 0 stays 0."""
-        _, _, _, above = self._floats
-        fall = above * self.beta2 * dtau
-        with np.errstate(over="ignore"):
-            growth = size**above
-            growth *= fall
-        if above < _NEAR_ONE:
-            size *= np.exp(np.log1p(growth) / -above)
-            return size
-        far = growth > _HUGE
-        growth += 1.0
-        size /= fractional_power(growth, *self._roots[1])
-        if far.any():
-            size[far] = fall ** (-1.0 / above)
-        return size
-
-
-_NEAR_ONE = 1e-3
-"""Distance of an exponent from 1 below which a root of that order would lose more than three digits."""
-
-_HUGE = 1e200
-"""Where the power above 1 of a state nears the largest double; its start is forgotten there to the last bit."""
 
 _FLAT = 40.0
 
@@ -273,29 +226,6 @@ def _panels(rate: float, low: float, high: float) -> float:
     half = 0.5 * np.diff(edges)
     v = 0.5 * (edges[1:] + edges[:-1])[:, None] + half[:, None] * points
     return float(half @ (np.exp(rate * v) / (1.0 + np.exp(v)) @ weights))
-
-
-BLOCK = 16_384
-"""Numbers that a chain of array operations handles at once: they stay in the cache, twice as fast at 1e5."""
-
-
-def _in_blocks(function: Callable[[Floats, float], Floats], s: Floats, dtau: float) -> Floats:
-    if s.size <= BLOCK:
-        return function(s, dtau)
-    return np.concatenate([function(s[k : k + BLOCK], dtau) for k in range(0, s.size, BLOCK)])
-
-
-def fractional_power(base: Floats, exponent: float, halves: int) -> Floats:
-    """base^exponent; where the exponent is halves / 2, halves odd, by one root and products.
-
-    1 / (1 - p) is half an odd number for the paper's exponents, and a root costs a fifth of a power.
-    """
-    if not halves:
-        return base**exponent
-    result = np.sqrt(base)
-    for _ in range(halves // 2):
-        result *= base
-    return result
 
 
 @cache

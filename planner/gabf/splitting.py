@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -155,7 +155,7 @@ class Stepper:
 
     def disequilibrium(self, y: Floats) -> Floats:
         """xhat (R,), eq. (xhat); exactly 0 at retired rows."""
-        xhat, rows = np.zeros(self._n_rows), self._parents.rows
+        xhat, rows = np.zeros(self._n_rows), self._parents.where
         xhat[rows] = y[rows] - self._parents(y)
         return xhat
 
@@ -173,10 +173,8 @@ class Stepper:
 
     def sketch(self, y: Floats, xhat: Floats, dtau: float, size: float) -> Floats:
         """y about half a step on, where parent values are taken from, see :meth:`_centre`."""
-        rows = self._parents.rows
-        s = xhat[rows]
         y_mid = y.copy()
-        y_mid[rows] = y[rows] - s + _moved(self._flow.sketch, s, self._centre(dtau, size) * dtau)
+        self._flow.compiled.sketch(self._parents.rows, y, xhat, self._centre(dtau, size) * dtau, y_mid)
         return y_mid
 
     def advance(self, y: Floats, xhat: Floats, y_mid: Floats, dtau: float, size: float) -> tuple[Floats, float]:
@@ -186,13 +184,8 @@ class Stepper:
         y_i - m_i that the flow leaves over. The law undoes an error of ``size`` in size / phi(size), so this
         share counts as a time: ``size`` is the largest disequilibrium, or an average arc cost if smaller.
         """
-        rows = self._parents.rows
-        s, here = xhat[rows], y[rows]
         m_mid = self._parents(y_mid)
-        s_mid = here - m_mid
-        left = _moved(self._flow.advance, s_mid, dtau)
-        y_mid[rows] = m_mid + left
-        return y_mid, _largest_share(m_mid - (here - s), s_mid, left, size + np.abs(s))
+        return y_mid, self._flow.compiled.advance(self._parents.rows, m_mid, y, xhat, dtau, size, y_mid)
 
     def _centre(self, dtau: float, size: float) -> float:
         """The share of a step at which its parent values are taken: 1/2 for short steps, more for long ones.
@@ -204,19 +197,3 @@ class Stepper:
         """
         forgotten = dtau * self._flow.speed(size) / size if size else 0.0
         return 1.0 / -math.expm1(-forgotten) - 1.0 / forgotten if forgotten > 1e-4 else 0.5
-
-
-def _moved(flow: Callable[[Floats, float], Floats], s: Floats, dtau: float) -> Floats:
-    moving = (s != 0.0).nonzero()[0]
-    if moving.size == s.size:
-        return flow(s, dtau)
-    left = np.zeros_like(s)
-    left[moving] = flow(s[moving], dtau)
-    return left
-
-
-def _largest_share(moved: Floats, s: Floats, left: Floats, scale: Floats) -> float:
-    scale *= np.abs(s)
-    share = np.zeros_like(s)
-    np.divide(np.abs(moved * (s - left)), scale, out=share, where=scale > 0.0)
-    return float(share.max(initial=0.0))

@@ -1,111 +1,21 @@
-"""The door to the compiled library: one function or class for each thing it does, over NumPy arrays.
+"""What the compiled library knows of robots and graphs: one function or class for each thing, over NumPy arrays.
 
-Arrays are float64 in C order, angles rad, lengths m. Every call leaves other Python threads running.
+Arrays are float64 in C order, angles rad, lengths m.
 """
 
 from __future__ import annotations
 
-import ctypes
-import os
 import weakref
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.base.errors import InstallationError
-
-_VERSION = 8  # of the functions' arguments: what planner_version() says
-_NAME = "libplanner.so"
-_Pointer = ctypes.c_void_p
-_int, _double = ctypes.c_int, ctypes.c_double
-
-# arguments of every function; all but those that make or count something return nothing
-_ARGUMENTS: dict[str, Sequence[Any]] = {
-    "chain_free": (_Pointer,),
-    "chain_placements": (_Pointer, _int, *3 * [_Pointer]),
-    "chain_points": (_Pointer, _int, _Pointer, _int, *2 * [_Pointer]),
-    "chain_path_lengths": (_Pointer, _int, *3 * [_Pointer], _int, _Pointer, _int, _Pointer),
-    "chain_inverse": (
-        _Pointer,
-        _int,
-        _Pointer,
-        _int,
-        *4 * [_Pointer],
-        _int,
-        *3 * [_Pointer],
-        _int,
-        _int,
-        *2 * [_Pointer],
-    ),
-    "chain_in_boxes": (_Pointer, _int, _Pointer, _int, *9 * [_Pointer]),
-    "chain_manipulability": (_Pointer, _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
-    "world_free": (_Pointer,),
-    "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
-    "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
-    "world_set_motion": (_Pointer, _int, _int, *6 * [_Pointer]),
-    "world_set_speed_limit": (_Pointer, _int, _double),
-    "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
-    "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
-    "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
-    "world_prove": (_Pointer, *5 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
-    "curve_quickest": (_int, _int, *7 * [_Pointer]),
-    "logarithms": (ctypes.c_int64, *2 * [_Pointer]),
-    "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
-}
-_RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
-    "planner_version": (_int, ()),
-    "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
-    "world_new": (_Pointer, (_Pointer, _double)),
-    "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer)),
-    "world_take": (_int, (_Pointer, _Pointer, _int)),
-    "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], _Pointer)),
-    "world_first_near": (_int, (_Pointer, _int, _Pointer)),
-}
-
-
-def threads() -> int:
-    """How many threads work is shared among; the results are the same for any number."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _load() -> ctypes.CDLL:
-    path = Path(__file__).parent / _NAME
-    remedy = "install the package again ('make' or 'pip install .'), which compiles it."
-    try:
-        library = ctypes.CDLL(str(path))
-    except OSError as error:
-        raise InstallationError(f"the compiled library {path} cannot be loaded ({error}): {remedy}") from None
-    for name, arguments in _ARGUMENTS.items():
-        function = getattr(library, name)
-        function.argtypes, function.restype = arguments, None
-    for name, (result, arguments) in _RESULTS.items():
-        function = getattr(library, name)
-        function.argtypes, function.restype = arguments, result
-    if library.planner_version() != _VERSION:
-        raise InstallationError(f"the compiled library {path} is of another version of the planner: {remedy}")
-    return library
-
-
-_library = _load()
-
-
-def _floats(array: Any) -> Floats:
-    return np.ascontiguousarray(array, dtype=np.float64)
-
-
-def _ints(array: Any) -> Ints:
-    return np.ascontiguousarray(array, dtype=np.int64)
-
-
-def _bytes(array: Any) -> Any:
-    return np.ascontiguousarray(array, dtype=np.uint8)
-
-
-def _at(array: Any) -> int:
-    return array.ctypes.data
+from planner.native.loading import address as _at
+from planner.native.loading import flags as _bytes
+from planner.native.loading import floats as _floats
+from planner.native.loading import ints as _ints
+from planner.native.loading import library as _library
+from planner.native.loading import threads
 
 
 class NativeChain:

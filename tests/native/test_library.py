@@ -10,7 +10,6 @@ import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from planner.base.errors import InstallationError
 from planner.collision.bounds import ClearanceBound
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import Chain, joint_placements
@@ -151,9 +150,3 @@ def test_points_outlive_the_arrays_they_came_from() -> None:
     before = bound.coarse(*placed)
     del world
     np.testing.assert_array_equal(bound.coarse(*placed), before)
-
-
-def test_a_library_that_is_missing_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(library, "_NAME", "libmissing.so")
-    with pytest.raises(InstallationError, match="install the package again"):
-        library._load()

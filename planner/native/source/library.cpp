@@ -5,6 +5,7 @@
 #include <system_error>
 #include <thread>
 
+#include "dynamics.hpp"
 #include "graph.hpp"
 #include "inverse.hpp"
 #include "prover.hpp"
@@ -33,6 +34,15 @@ void share_out(int count, int threads, int least, Make make, Work work) {
     for (std::thread& helper : helpers) helper.join();
 }
 
+// The same for the rows [begin, end) of many blocks of `flow_block` rows.
+template <class Work>
+void share_out_rows(int64_t rows, int threads, Work work) {
+    const int blocks = static_cast<int>((rows + flow_block - 1) / flow_block);
+    share_out(blocks, threads, 32, [] { return 0; }, [&](int b, int) {
+        work(int64_t{b} * flow_block, std::min(int64_t{b + 1} * flow_block, rows), b);
+    });
+}
+
 Mat mat_at(const double* p) {
     Mat m;
     std::copy(p, p + 9, m.m);
@@ -43,7 +53,7 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 8; }
+int planner_version() { return 9; }
 
 // As Python's math.log, by the same libm, whatever processor: NumPy's differs in the last bits from one to the next.
 void logarithms(int64_t n, const double* x, double* logs) {
@@ -368,6 +378,50 @@ void curve_quickest(int count, int dof, const double* pieces, const int64_t* pie
         stretches.back().joint = joint[k];
     }
     quickest_motion(stretches, found);
+}
+
+// Rows (count,) of `arcs` arcs: `first` (count + 1,), `head` and `offset` (arcs,), `slope` (arcs,) or null
+Arcs* arcs_new(int64_t count, int64_t arcs, const int64_t* first, const int64_t* head, const double* slope,
+               const double* offset) {
+    auto* made = new Arcs{{first, first + count + 1}, {head, head + arcs}, {}, {offset, offset + arcs}};
+    if (slope) made->slope.assign(slope, slope + arcs);
+    return made;
+}
+
+void arcs_free(Arcs* arcs) { delete arcs; }
+
+// m (count,) of rows `index` (count,), or of the first `count`, at states y
+void arcs_parent_values(const Arcs* arcs, int64_t count, const int64_t* index, const double* y, int threads,
+                        double* m) {
+    const Rows rows{count, index};
+    share_out_rows(count, threads, [&](int64_t begin, int64_t end, int) {
+        for (int64_t k = begin; k < end; ++k) m[k] = arcs->parent_value(rows[k], y);
+    });
+}
+
+// moved (n,): s after dtau, `order` as in flows.hpp
+void flow_moved(const Flow* flow, int order, int64_t n, const double* s, double dtau, int threads, double* moved) {
+    share_out_rows(n, threads, [&](int64_t begin, int64_t end, int) {
+        for (int64_t k = begin; k < end; ++k) moved[k] = std::abs(s[k]);
+        flow_moves(*flow, static_cast<Order>(order), dtau, static_cast<int>(end - begin), moved + begin);
+        for (int64_t k = begin; k < end; ++k) moved[k] = std::copysign(moved[k], s[k]);
+    });
+}
+
+void flow_sketch(const Flow* flow, int64_t count, const int64_t* index, const double* y, const double* xhat,
+                 double dtau, int threads, double* next) {
+    share_out_rows(count, threads, [&](int64_t begin, int64_t end, int) {
+        sketch_rows(*flow, {count, index}, begin, end, y, xhat, dtau, next);
+    });
+}
+
+double flow_advance(const Flow* flow, int64_t count, const int64_t* index, const double* m, const double* y,
+                    const double* xhat, double dtau, double size, int threads, double* next) {
+    std::vector<double> off((count + flow_block - 1) / flow_block);
+    share_out_rows(count, threads, [&](int64_t begin, int64_t end, int block) {
+        off[block] = advance_rows(*flow, {count, index}, begin, end, m, y, xhat, dtau, size, next);
+    });
+    return count ? *std::max_element(off.begin(), off.end()) : 0.0;
 }
 
 }  // extern "C"

@@ -1,0 +1,84 @@
+"""What the compiled library does for the dynamics: parent values of rows, and how rows move towards them.
+
+Arrays are float64 in C order; ``rows`` are the rows that are looked at, None for all of them.
+"""
+
+from __future__ import annotations
+
+import weakref
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.native.loading import address, floats, ints, library, threads
+
+STRANG, BRAKE_THEN_SINK, SINK_THEN_BRAKE = 0, 1, 2
+"""The order in which the powers above 1 (brake) and below 1 (sink) act over a step; Strang: half, full, half."""
+
+
+_SHARED_FROM = 16_384
+"""Rows from which a thread more gains more than it costs to start."""
+
+
+class NativeArcs:
+    """The arcs of R rows: row i reads ``heads[starts[i]:starts[i + 1]]`` as slope y + offset; no ``slope``: 1."""
+
+    def __init__(self, starts: Ints, heads: Ints, slope: Floats | None, offset: Floats) -> None:
+        first, heads = np.append(ints(starts), heads.size), ints(heads)
+        slope, offset = None if slope is None else floats(slope), floats(offset)
+        self._n_rows = starts.size
+        self.handle = library.arcs_new(
+            starts.size, heads.size, address(first), address(heads), _address(slope), address(offset)
+        )
+        weakref.finalize(self, library.arcs_free, self.handle)
+
+    def parent_values(self, rows: Ints | None, y: Floats) -> Floats:
+        """(rows,) the least of each row's arcs at states ``y``."""
+        values = np.empty(self._n_rows if rows is None else rows.size)
+        y = floats(y)
+        library.arcs_parent_values(
+            self.handle, values.size, _address(rows), address(y), _threads(values.size), address(values)
+        )
+        return values
+
+
+class NativeFlow:
+    """s' = -(beta1 |s|^(1 - below) + beta2 |s|^(1 + above)) sgn(s), or s' = -s where ``below`` is 0."""
+
+    def __init__(self, beta1: float, beta2: float, below: float, above: float) -> None:
+        self._numbers = np.array([beta1, beta2, below, above])
+        self._handle = address(self._numbers)
+
+    def moved(self, order: int, s: Floats, dtau: float) -> Floats:
+        """s after ``dtau``, to 1e-13 relative; 0 stays 0, and no |s| grows."""
+        s = floats(s)
+        moved = np.empty(s.shape)
+        library.flow_moved(self._handle, order, s.size, address(s), dtau, _threads(s.size), address(moved))
+        return moved
+
+    def sketch(self, rows: Ints | None, y: Floats, xhat: Floats, dtau: float, following: Floats) -> None:
+        """Write into ``following`` the rows' y after ``dtau``, the brake before the sink; ``xhat`` (R,) is y - m."""
+        y, xhat = floats(y), floats(xhat)
+        count = xhat.size if rows is None else rows.size
+        library.flow_sketch(
+            self._handle, count, _address(rows), address(y), address(xhat), dtau, _threads(count), address(following)
+        )
+
+    def advance(
+        self, rows: Ints | None, m: Floats, y: Floats, xhat: Floats, dtau: float, size: float, following: Floats
+    ) -> float:
+        """Write into ``following`` the rows' y after ``dtau`` by Strang's rule, with parents at ``m`` (rows,).
+
+        How far off that may be, as a share of ``size`` + \\|xhat\\|: :meth:`planner.gabf.splitting.Stepper.advance`.
+        """
+        m, y, xhat = floats(m), floats(y), floats(xhat)
+        pointers = _address(rows), address(m), address(y), address(xhat)
+        return library.flow_advance(self._handle, m.size, *pointers, dtau, size, _threads(m.size), address(following))
+
+
+def _threads(count: int) -> int:
+    return threads() if count >= _SHARED_FROM else 1
+
+
+def _address(array: Floats | Ints | None) -> int | None:
+    return None if array is None else address(array)

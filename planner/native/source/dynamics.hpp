@@ -1,0 +1,84 @@
+// The parts of a step of GABF: parent values of rows, and how far the rows move towards them.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "flows.hpp"
+
+namespace planner {
+
+// Arcs of rows in compressed form: row i is min over its arcs of slope * y[head] + offset; slopes are 1 where there
+// are none.
+struct Arcs {
+    std::vector<int64_t> first;
+    std::vector<int32_t> head;
+    std::vector<double> slope, offset;
+
+    double parent_value(int64_t row, const double* y) const {
+        double least = std::numeric_limits<double>::infinity();
+        if (slope.empty())
+            for (int64_t a = first[row]; a < first[row + 1]; ++a) least = std::min(least, y[head[a]] + offset[a]);
+        else
+            for (int64_t a = first[row]; a < first[row + 1]; ++a)
+                least = std::min(least, slope[a] * y[head[a]] + offset[a]);
+        return least;
+    }
+};
+
+// Rows that are looked at: `index`, or the first `count` where there is no index.
+struct Rows {
+    int64_t count;
+    const int64_t* index;
+
+    int64_t operator[](int64_t k) const { return index ? index[k] : k; }
+};
+
+// The disequilibria of some rows that are not at rest, of at most one block, and what is left of them.
+struct Moving {
+    int n = 0;
+    int at[flow_block];
+    double before[flow_block], left[flow_block];
+
+    void add(int k, double s) {
+        if (s != 0.0) at[n] = k, before[n] = s, left[n++] = std::abs(s);
+    }
+    void move(const Flow& flow, Order order, double dtau) {
+        flow_moves(flow, order, dtau, n, left);
+        for (int k = 0; k < n; ++k) left[k] = std::copysign(left[k], before[k]);
+    }
+};
+
+// next = y - xhat, the parent value, plus what the sketched flow leaves of xhat.
+inline void sketch_rows(const Flow& flow, const Rows& rows, int64_t begin, int64_t end, const double* y,
+                        const double* xhat, double dtau, double* next) {
+    Moving moving;
+    for (int64_t k = begin; k < end; ++k) moving.add(static_cast<int>(k - begin), xhat[rows[k]]);
+    moving.move(flow, brake_then_sink, dtau);
+    for (int k = 0; k < moving.n; ++k) {
+        const int64_t row = rows[begin + moving.at[k]];
+        next[row] = y[row] - moving.before[k] + moving.left[k];
+    }
+}
+
+// next = m plus what the flow leaves of y - m; how far off that may be, see Stepper.advance in gabf/splitting.py.
+inline double advance_rows(const Flow& flow, const Rows& rows, int64_t begin, int64_t end, const double* m,
+                           const double* y, const double* xhat, double dtau, double size, double* next) {
+    Moving moving;
+    for (int64_t k = begin; k < end; ++k) {
+        next[rows[k]] = m[k];
+        moving.add(static_cast<int>(k - begin), y[rows[k]] - m[k]);
+    }
+    moving.move(flow, strang, dtau);
+    double largest = 0.0;
+    for (int k = 0; k < moving.n; ++k) {
+        const int64_t at = begin + moving.at[k], row = rows[at];
+        const double s = moving.before[k], left = moving.left[k], moved = m[at] - (y[row] - xhat[row]);
+        next[row] = m[at] + left;
+        const double scale = (size + std::abs(xhat[row])) * std::abs(s);
+        if (scale > 0.0) largest = std::max(largest, std::abs(moved * (s - left)) / scale);
+    }
+    return largest;
+}
+
+}  // namespace planner

@@ -1,0 +1,24 @@
+"""A library that is missing or of another version is told in one sentence; arrays are read as C does."""
+
+import numpy as np
+import pytest
+
+from planner.base.errors import InstallationError
+from planner.native import loading
+
+
+@pytest.mark.parametrize(("name", "other"), [("_NAME", "libmissing.so"), ("_VERSION", -1)])
+def test_a_library_that_does_not_fit_is_told(monkeypatch: pytest.MonkeyPatch, name: str, other: object) -> None:
+    monkeypatch.setattr(loading, name, other)
+    with pytest.raises(InstallationError, match="install the package again"):
+        loading._load()
+
+
+def test_arrays_are_read_in_c_order() -> None:
+    table = np.arange(6, dtype=np.int32).reshape(2, 3).T
+    for read, kind in ((loading.floats, np.float64), (loading.ints, np.int64), (loading.flags, np.uint8)):
+        assert read(table).dtype == kind
+        assert read(table).flags.c_contiguous
+        assert np.array_equal(read(table), table)
+    own = np.zeros(3)
+    assert loading.floats(own) is own
