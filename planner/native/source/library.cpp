@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <system_error>
 #include <thread>
 
@@ -15,23 +16,34 @@ using namespace planner;
 
 namespace {
 
+// What is left to do of work that is shared among threads, and how many of them are at it.
+struct Shares {
+    std::atomic<int> next{0}, busy{0};
+};
+
 // Do `work(k, worker)` for k in [0, count) on up to `threads` threads; `make` makes what each of them works in.
-// Whatever the threads, every k is worked on alone: the results are the same.
+// Whatever the threads, every k is worked on alone: the results are the same. No thread is waited for that has not
+// begun: on a busy machine that takes longer than the work. Such a late one finds nothing left to do, and all that it
+// looks at are the shares, which live as long as it does.
 template <class Make, class Work>
 void share_out(int count, int threads, int least, Make make, Work work) {
-    std::atomic<int> next{0};
-    auto run = [&] {
-        auto worker = make();
-        for (int k = next++; k < count; k = next++) work(k, worker);
+    const auto shares = std::make_shared<Shares>();
+    const auto help = [shares, count, &make, &work] {
+        ++shares->busy;
+        int k = shares->next++;
+        if (k < count) {
+            auto worker = make();
+            for (; k < count; k = shares->next++) work(k, worker);
+        }
+        --shares->busy;
     };
-    std::vector<std::thread> helpers;
     try {
-        for (int t = 1; t < threads && t * least < count; ++t) helpers.emplace_back(run);
+        for (int t = 1; t < threads && t * least < count; ++t) std::thread(help).detach();
     } catch (const std::system_error&) {
         // no more threads are to be had: those that there are do it
     }
-    run();
-    for (std::thread& helper : helpers) helper.join();
+    help();
+    while (shares->busy > 0) std::this_thread::yield();
 }
 
 // The same for the rows [begin, end) of many blocks of `flow_block` rows.
