@@ -1,4 +1,4 @@
-"""Array aliases, named by what they hold; shapes stand in the docstrings that use them."""
+"""Array aliases, named by what they hold, and index arithmetic; shapes stand in the docstrings that use the aliases."""
 
 from __future__ import annotations
 
@@ -17,3 +17,9 @@ def frozen(array: Any, dtype: Any = np.float64) -> NDArray[Any]:
     result = np.array(array, dtype=dtype, order="C", copy=True)
     result.setflags(write=False)
     return result
+
+
+def ranges(starts: Ints, counts: Ints) -> Ints:
+    """starts[k], starts[k] + 1, ... counts[k] of them, for every k in turn."""
+    ends = np.cumsum(counts)
+    return np.repeat(starts - (ends - counts), counts) + np.arange(counts.sum())

@@ -12,13 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, ranges
 from planner.base.errors import AssumptionError
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
 from planner.gabf.problem import Problem, reduce
-from planner.gabf.reachability import ranges
 from planner.gabf.result import CostToGo
 from planner.gabf.solve import solve
 

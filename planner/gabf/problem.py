@@ -12,7 +12,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.network import Network
-from planner.gabf.reachability import hops_to_source
+from planner.native.dynamics import hops_to_source
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ class Problem(Rows):
 
 def reduce(net: Network) -> Problem:
     """Leave out sources' arcs, unreachable nodes and arcs into them."""
-    hops = hops_to_source(net)
+    hops = hops_to_source(net.indptr, net.indices, net.sources)
     is_row = hops > 0
     nodes = np.concatenate((np.flatnonzero(is_row), net.sources))
     position = np.full(net.n_nodes, -1, dtype=np.intp)

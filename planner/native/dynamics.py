@@ -1,4 +1,4 @@
-"""What the compiled library does for the dynamics: parent values of rows, and how rows move towards them.
+"""What the compiled library does for the dynamics: hops, parent values of rows, and how rows move towards them.
 
 Arrays are float64 in C order; ``rows`` are the rows that are looked at, None for all of them.
 """
@@ -18,6 +18,17 @@ STRANG, BRAKE_THEN_SINK, SINK_THEN_BRAKE = 0, 1, 2
 
 _SHARED_FROM = 16_384
 """Rows from which a thread more gains more than it costs to start."""
+
+
+def hops_to_source(indptr: Ints, heads: Ints, sources: Ints) -> Ints:
+    """(n,) fewest arcs from each node to a source, -1 where there is no path.
+
+    Node i reads the nodes ``heads[indptr[i]:indptr[i + 1]]``.
+    """
+    indptr, heads, sources = ints(indptr), ints(heads), ints(sources)
+    hops = np.empty(indptr.size - 1, dtype=np.int64)
+    library.arcs_hops(hops.size, address(indptr), address(heads), sources.size, address(sources), address(hops))
+    return hops
 
 
 class NativeArcs:

@@ -53,6 +53,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "curve_quickest": (_int, _int, *7 * [_Pointer]),
     "logarithms": (_long, *2 * [_Pointer]),
     "arcs_free": (_Pointer,),
+    "arcs_hops": (_long, *2 * [_Pointer], _long, *2 * [_Pointer]),
     "arcs_parent_values": (_Pointer, _long, *2 * [_Pointer], _int, _Pointer),
     "flow_moved": (_Pointer, _int, _long, _Pointer, _double, _int, _Pointer),
     "flow_sketch": (_Pointer, _long, *3 * [_Pointer], _double, _int, _Pointer),

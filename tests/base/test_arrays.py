@@ -1,9 +1,9 @@
-"""Arrays that cannot be written to."""
+"""Arrays that cannot be written to, and index arithmetic."""
 
 import numpy as np
 import pytest
 
-from planner.base.arrays import frozen
+from planner.base.arrays import frozen, ranges
 
 
 def test_a_frozen_array_is_a_copy_that_nobody_changes() -> None:
@@ -19,3 +19,7 @@ def test_a_frozen_array_is_a_copy_that_nobody_changes() -> None:
 
 def test_the_dtype_is_that_asked_for() -> None:
     assert frozen([0, 2], np.bool_).tolist() == [False, True]
+
+
+def test_ranges_follow_each_other() -> None:
+    assert ranges(np.array([5, 0, 9]), np.array([2, 0, 3])).tolist() == [5, 6, 9, 10, 11]

@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
 from planner.native import dynamics
-from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeArcs, NativeFlow
+from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeArcs, NativeFlow, hops_to_source
 
 EXPONENTS = [(2 / 5, 2 / 7), (8 / 9, 4.0), (2 / 11, 8 / 7), (98 / 99, 998.0), (2e-6, 2e-6), (0.4, 2e-6)]
 
@@ -70,6 +72,18 @@ def test_the_linear_flow_decays():
     s = np.array([-2.0, 0.0, 1e-320, 3.0])
     for order in (STRANG, BRAKE_THEN_SINK, SINK_THEN_BRAKE):
         assert np.allclose(NativeFlow(0.0, 0.0, 0.0, 0.0).moved(order, s, 0.7), s * math.exp(-0.7), rtol=1e-15, atol=0)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hops_are_scipys(seed):
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(0, 4, 80)
+    indptr, heads, sources = np.append(0, np.cumsum(counts)), rng.integers(0, 80, counts.sum()), np.array([3, 71])
+    far = dijkstra(csr_matrix((np.ones(heads.size), heads, indptr), shape=(80, 80)), unweighted=True)
+    fewest = far[:, sources].min(axis=1)
+    assert np.isinf(fewest).any()
+    assert fewest[np.isfinite(fewest)].max() > 3
+    assert np.array_equal(hops_to_source(indptr, heads, sources), np.where(np.isfinite(fewest), fewest, -1))
 
 
 def random_arcs(rng: np.random.Generator, rows: int, sloped: bool):

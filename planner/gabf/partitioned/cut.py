@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, ranges
 from planner.base.errors import OptionError
 from planner.gabf.problem import Problem, Rows
-from planner.gabf.reachability import ranges
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,6 +26,27 @@ struct Arcs {
     }
 };
 
+// The fewest arcs from each of `count` nodes to a source, -1 where there is no path: breadth first, against the arcs.
+inline void hops_to_source(int64_t count, const int64_t* first, const int64_t* head, int64_t source_count,
+                           const int64_t* sources, int64_t* hops) {
+    std::vector<int64_t> end(count + 1);  // where the readers of a node end, once they are sorted in
+    for (int64_t a = 0; a < first[count]; ++a) ++end[head[a] + 1];
+    for (int64_t n = 0; n < count; ++n) end[n + 1] += end[n];
+    std::vector<int32_t> reader(first[count]);
+    for (int64_t n = 0; n < count; ++n)
+        for (int64_t a = first[n]; a < first[n + 1]; ++a) reader[end[head[a]]++] = static_cast<int32_t>(n);
+
+    std::fill(hops, hops + count, -1);
+    std::vector<int64_t> reached(sources, sources + source_count);
+    for (int64_t source : reached) hops[source] = 0;
+    reached.reserve(count);
+    for (size_t k = 0; k < reached.size(); ++k) {
+        const int64_t node = reached[k];
+        for (int64_t r = node ? end[node - 1] : 0; r < end[node]; ++r)
+            if (hops[reader[r]] < 0) hops[reader[r]] = hops[node] + 1, reached.push_back(reader[r]);
+    }
+}
+
 // Rows that are looked at: `index`, or the first `count` where there is no index.
 struct Rows {
     int64_t count;

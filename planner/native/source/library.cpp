@@ -411,6 +411,12 @@ void arcs_parent_values(const Arcs* arcs, int64_t count, const int64_t* index, c
     });
 }
 
+// hops (count,) of nodes whose arcs `head` go from first[n] to first[n + 1]
+void arcs_hops(int64_t count, const int64_t* first, const int64_t* head, int64_t source_count, const int64_t* sources,
+               int64_t* hops) {
+    hops_to_source(count, first, head, source_count, sources, hops);
+}
+
 // moved (n,): s after dtau, `order` as in flows.hpp
 void flow_moved(const Flow* flow, int order, int64_t n, const double* s, double dtau, int threads, double* moved) {
     share_out_rows(n, threads, [&](int64_t begin, int64_t end, int) {
