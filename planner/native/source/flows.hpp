@@ -8,8 +8,8 @@
 
 // The best instructions of the processor at hand are chosen when the library is loaded. Nothing is fused or reordered,
 // so that all of them give the same bits.
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
-#define PLANNER_WIDEST __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+#define PLANNER_WIDEST __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define PLANNER_WIDEST
 #endif
