@@ -19,8 +19,6 @@ from planner.view.shown_path import ShownPath, path_rows
 from planner.world.poses import quaternion_of
 from planner.world.shapes import Cylinder
 
-_LEVEL = 1  # of compression: the page is on this machine
-
 
 @dataclass(frozen=True)
 class Question:
@@ -81,7 +79,7 @@ def update_of(state: State, before: State | None, report: Report, undo: int) -> 
         canvas.delete(path)
     place_obstacles(canvas, content.scene)
     data = draw_answer(canvas, content)
-    scene, lengths = canvas.packed(_LEVEL)
+    scene, lengths = canvas.packed()
     live = _live(state, before, report, undo)
     return {"scene": scene, "lengths": lengths, "data": {**data, "beta": state.question.beta}, "live": live}
 

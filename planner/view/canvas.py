@@ -1,25 +1,20 @@
-"""The door to meshcat: objects as viewer commands, and the page that replays them without a server."""
+"""Objects on a canvas as commands to meshcat's viewer, and the page that replays them without a server."""
 
 from __future__ import annotations
 
-import base64
-import gzip
 import json
 import re
 from functools import cache
 from html import escape
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import meshcat
-import meshcat.geometry as g
 import numpy as np
-import umsgpack
-from meshcat.commands import Delete, SetObject, SetProperty, SetTransform
-from meshcat.path import Path as ScenePath
 
 from planner.base.arrays import Floats
+from planner.view import commands
 from planner.view.colours import hex_colour
 from planner.view.surfaces import tube
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
@@ -29,7 +24,7 @@ _SCRIPTS = (  # one script, in this order, the last one after those of a live pa
     *("page_joints.js", "page_choice.js", "page_effort.js", "page_curve.js", "page_motion.js", "page_moving.js"),
 )
 _LIVE_SCRIPTS = ("live_gizmo.js", "live.js")
-_REFERENCES = ("uuid", "geometry", "material")  # keys by which a command's parts speak of each other
+_LINES_OPACITY = 0.3
 _Z_FROM_Y = np.array(
     [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float
 )  # three.js cylinders lie on y
@@ -39,12 +34,11 @@ class Canvas:
     """Records what a meshcat viewer would be sent; no server, no port, no browser."""
 
     def __init__(self) -> None:
-        self.commands: list[dict[str, Any]] = []
-        self._numbers: dict[str, str] = {}
+        self.commands: list[commands.Command] = []
 
     def shape(self, path: str, shape: Shape, placement: Floats, rgba: tuple[float, ...]) -> None:
         """A shape as it is, at a placement (4, 4) relative to what ``path`` hangs under."""
-        self._send(SetObject(_geometry(shape), _material(rgba), _path(path)))
+        self._object(path, "Mesh", _geometry(shape), commands.surface(hex_colour(rgba), float(rgba[3])))
         self.place(path, shape, placement)
 
     def place(self, path: str, shape: Shape, placement: Floats) -> None:
@@ -53,43 +47,29 @@ class Canvas:
 
     def delete(self, path: str) -> None:
         """Take an object away, with all that hangs under it."""
-        self._send(Delete(_path(path)))
+        self.commands.append(commands.delete(_path(path)))
 
     def points(self, path: str, positions: Floats, colours: Floats, size: float) -> None:
         """Dots (n, 3) with colours (n, 3); ``size`` in metres."""
-        geometry = g.PointsGeometry(_columns(positions), _columns(colours))
-        material: Any = g.PointsMaterial(size=float(size))
-        self._send(SetObject(g.Points(geometry, material), None, _path(path)))
+        self._object(path, "Points", commands.coloured_points(positions, colours), commands.dots(size))
 
     def segments(self, path: str, ends: Floats, colours: Floats) -> None:
         """Lines between consecutive pairs of ``ends`` (2 k, 3), all in one object."""
-        geometry = g.PointsGeometry(_columns(ends), _columns(colours))
-        material: Any = g.LineBasicMaterial(vertexColors=True, transparent=True, opacity=0.3)
-        self._send(SetObject(g.LineSegments(geometry, material), None, _path(path)))
+        self._object(path, "LineSegments", commands.coloured_points(ends, colours), commands.lines(_LINES_OPACITY))
 
     def transform(self, path: str, matrix: Floats) -> None:
-        self._send(SetTransform(np.asarray(matrix, dtype=float), _path(path)))
+        self.commands.append(commands.set_transform(_path(path), matrix))
 
     def set(self, path: str, key: str, value: Any) -> None:
-        """A property of an object, as ``visible``."""
-        self._send(SetProperty(key.encode().decode(), value, ScenePath(tuple(path.strip("/").split("/")))))
+        """A property of an object of the viewer's own, as ``visible``."""
+        self.commands.append(commands.set_property(f"/{path.strip('/')}", key, value))
 
-    def _send(self, command: Any) -> None:
-        self.commands.append(self._numbered(command.lower()))
+    def packed(self) -> tuple[str, list[int]]:
+        """All commands as a page holds them, and their lengths; see :func:`planner.view.commands.packed`."""
+        return commands.packed(self.commands)
 
-    def _numbered(self, value: Any) -> Any:
-        """``value`` with meshcat's random identifiers replaced by numbers: the same scene gives the same bytes."""
-        if isinstance(value, dict):
-            return {k: self._number(v) if k in _REFERENCES else self._numbered(v) for k, v in value.items()}
-        return [self._numbered(item) for item in value] if isinstance(value, list) else value
-
-    def _number(self, value: Any) -> Any:
-        return self._numbers.setdefault(value, str(len(self._numbers))) if isinstance(value, str) else value
-
-    def packed(self, level: int = 6) -> tuple[str, list[int]]:
-        """All commands in MessagePack, one after another, gzipped (no time stamp) in base64; and their lengths."""
-        parts = [umsgpack.packb(command) for command in self.commands]
-        return base64.b64encode(gzip.compress(b"".join(parts), level, mtime=0)).decode(), [len(part) for part in parts]
+    def _object(self, path: str, kind: str, geometry: dict[str, Any], material: dict[str, Any]) -> None:
+        self.commands.append(commands.set_object(_path(path), kind, geometry, material, len(self.commands)))
 
 
 def render_page(canvas: Canvas, data: dict[str, Any], title: str, live: bool = False) -> str:
@@ -98,7 +78,7 @@ def render_page(canvas: Canvas, data: dict[str, Any], title: str, live: bool = F
     A ``live`` one talks to the server that it comes from; any other is allowed no connection.
     """
     folder = resources.files("planner.view")
-    scene, lengths = canvas.packed(1 if live else 6)
+    scene, lengths = canvas.packed()
     data = {**data, "lengths": lengths}
     scripts = (*_SCRIPTS, *(_LIVE_SCRIPTS if live else ()), "page.js")
     parts = {
@@ -128,40 +108,33 @@ def script_json(data: Any) -> str:
 
 @cache
 def _viewer_script() -> str:
-    """meshcat's own viewer, as its wheel ships it; its licence note is kept at its head."""
-    folder = Path(meshcat.__file__).parent / "viewer" / "dist"
+    """meshcat's own viewer, as its wheel ships it; its licence note is kept at its head.
+
+    Found without running the package. Raises ImportError where it is not installed.
+    """
+    package = find_spec("meshcat")
+    if package is None or package.origin is None:
+        raise ImportError("no module named 'meshcat'")
+    folder = Path(package.origin).parent / "viewer" / "dist"
     return (folder / "main.min.js").read_text("utf-8").replace("</script>", "<\\/script>")
 
 
-def _path(path: str) -> ScenePath:
-    return ScenePath(("meshcat", *path.strip("/").split("/")))
+def _path(path: str) -> str:
+    return f"/meshcat/{path.strip('/')}"
 
 
-def _columns(rows: Floats) -> Any:
-    return np.ascontiguousarray(np.asarray(rows, dtype=np.float32).T)
-
-
-def _material(rgba: tuple[float, ...]) -> Any:
-    opacity = float(rgba[3])
-    return g.MeshPhongMaterial(color=hex_colour(rgba), opacity=opacity, transparent=opacity < 1.0)
-
-
-def _triangles(mesh: Mesh) -> Any:
-    return g.TriangularMeshGeometry(mesh.vertices.astype(np.float32), mesh.triangles.astype(np.uint32))
-
-
-def _geometry(shape: Shape) -> Any:
+def _geometry(shape: Shape) -> dict[str, Any]:
     match shape:
         case Box(size):
-            return g.Box([float(side) for side in size])
+            return commands.box(size)
         case Sphere(radius):
-            return g.Sphere(float(radius))
+            return commands.sphere(radius)
         case Cylinder(radius, length):
-            return g.Cylinder(float(length), float(radius))
+            return commands.cylinder(radius, length)
         case Capsule():
-            return _triangles(_capsule(shape))
-        case Mesh():
-            return _triangles(shape)
+            return _geometry(_capsule(shape))
+        case Mesh(vertices, triangles):
+            return commands.triangles(vertices, triangles)
 
 
 def _capsule(shape: Capsule) -> Mesh:
