@@ -1,12 +1,13 @@
-"""The program: Ctrl-C is seen to before anything of weight is loaded, and nothing is searched for cycles at its end."""
+"""The program: Ctrl-C is seen to before anything of weight is loaded, and the end comes at once, with all said."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
 
-CODE = """
-import gc
+import pytest
+
+ORDER = """
 import sys
 import planner.__main__ as program
 early = {name for name in sys.modules if name.startswith("planner.")}
@@ -16,10 +17,43 @@ program.leave_on_interrupt = lambda: order.append("interrupts")
 import planner.cli
 planner.cli.main = lambda: order.append("commands")
 program.main()
-print(order, len(gc.get_objects()) < gc.get_freeze_count())
+print(order)
+"""
+END = """
+import atexit, os, sys, threading
+import planner.__main__ as program
+import planner.cli
+
+def command():
+    atexit.register(os.write, 2, b"last")
+    {before}
+    print("said")
+    sys.exit({code})
+
+class Telling:
+    def __del__(self):
+        os.write(2, b", taken apart")
+
+kept = Telling()
+planner.cli.main = command
+program.main()
 """
 
 
-def test_interrupts_come_first_and_nothing_is_collected_at_the_end() -> None:
-    done = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, check=False)
-    assert (done.stdout, done.stderr) == ("['interrupts', 'commands'] True\n", "")
+def test_interrupts_come_first() -> None:
+    done = subprocess.run([sys.executable, "-c", ORDER], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("['interrupts', 'commands']\n", "")
+
+
+@pytest.mark.parametrize(
+    ("before", "code", "last"),
+    [
+        ("pass", 4, "last"),
+        ("threading.Timer(0.3, os.write, (2, b'worked, ')).start()", 3, "worked, last, taken apart"),
+        ("pass", "'a sentence'", "a sentence\nlast, taken apart"),
+    ],
+)
+def test_the_end_waits_for_threads_and_runs_exit_functions(before: str, code: int | str, last: str) -> None:
+    end = END.format(before=before, code=code)
+    done = subprocess.run([sys.executable, "-c", end], capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr, done.returncode) == ("said\n", last, code if isinstance(code, int) else 1)
