@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from planner.costs.manipulability_floor import LayeredNetwork, first_violation
 from planner.costs.network import PathCost
 from planner.kinematics.manipulability import manipulability
 from planner.motion.file import TRAJECTORY_NAME, save_trajectory
-from planner.motion.safe_intervals import TimedRoute
 from planner.motion.trajectory import Trajectory
 from planner.paths.measure import corners, measure_path, path_manipulability
 from planner.roadmap.roadmap import Roadmap
@@ -36,6 +35,9 @@ from planner.view.shown_path import ShownPath, on_roadmap, path_rows, shown_moti
 from planner.world.robot import Robot
 from planner.world.run_record import run_record
 from planner.world.scene import Scene
+
+if TYPE_CHECKING:
+    from planner.motion.safe_intervals import TimedRoute
 
 JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
 _CORNERS = ("corners", "corners_blended", "shortcuts")  # what a trajectory's proof says of a path's corners

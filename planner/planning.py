@@ -1,4 +1,8 @@
-"""One plan, as the paper's method section: a roadmap, costs, the dynamics, the path. Read this file first."""
+"""One plan, as the paper's method section: a roadmap, costs, the dynamics, the path. Read this file first.
+
+What grows and improves roadmaps, OMPL with it, is imported where it is used: a plan on a kept roadmap needs none of it,
+and would wait for it longer than it takes itself.
+"""
 
 from __future__ import annotations
 
@@ -16,20 +20,15 @@ from planner.base.reasons import FloorTooHigh, NoPath
 from planner.base.request import PlanRequest, TimingRequest
 from planner.costs.conditioning import judge_conditioning
 from planner.costs.healing import HealingNetwork, warm_start
-from planner.costs.highest_floor import highest_floor, highest_grown_floor
-from planner.costs.improvement import improved_roadmap, of_size_asked, without_dip
 from planner.costs.network import build_network, path_cost
-from planner.motion.earliest import earliest_motion, why_not_in_time
 from planner.motion.limits import MotionLimits
 from planner.motion.timing import time_path
 from planner.motion.trajectory import Trajectory
 from planner.plan_record import Plan
 from planner.query.open import make_query
-from planner.roadmap.build import build_roadmap
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import path_waypoints
-from planner.roadmap.separation import why_apart
 from planner.tradeoff.alternatives import paths_for_every_beta
 
 _EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 2  # betas refined too, else the one asked for would be best for all
@@ -110,6 +109,8 @@ def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> Non
 
 def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
     """The earliest motion through the plan's roadmap in place of its path, or the reason why there is none."""
+    from planner.motion.earliest import earliest_motion, why_not_in_time
+
     none = replace(found, path=found.path[:0], path_nodes=found.path_nodes[:0], cost=None)
     earliest = earliest_motion(found.roadmap, found.checker, limits, progress)
     if progress.stopped:
@@ -155,6 +156,10 @@ def cost_in_motion(found: Plan) -> MotionCost:
 def _improve(draft: Plan, progress: Progress) -> Plan:
     """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for."""
     request = draft.request
+    if request.roadmap is not None and request.rounds < 1:
+        return draft  # on the roadmap as it is kept
+    from planner.costs.improvement import improved_roadmap, of_size_asked, without_dip
+
     improved = improved_roadmap(draft.roadmap, draft.checker, request, request.beta, progress)
     roadmap, level = improved.roadmap, 0.0
     for beta in _EXTREMES:
@@ -204,6 +209,10 @@ def _reason(failed: Plan, progress: Progress) -> NoPath | None:
 
     A roadmap that grew above a floor says little of lower ones: a small one that grew without it does.
     """
+    from planner.costs.highest_floor import highest_floor, highest_grown_floor
+    from planner.roadmap.build import build_roadmap
+    from planner.roadmap.separation import why_apart
+
     request, checker, roadmap = failed.request, failed.checker, failed.roadmap
     floor = request.min_manipulability
     grew_above = floor > 0 and request.roadmap is None

@@ -74,7 +74,6 @@ def plan(
     from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.motion.file import TRAJECTORY_NAME
     from planner.plan_record import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_plan_page, save_plan_without_page
-    from planner.view.serve import serve
 
     imported = time.perf_counter() - STARTED
     with working() as progress:
@@ -97,6 +96,8 @@ def plan(
     if progress.stopped:
         return Outcome.INTERRUPTED.exit_code
     if view:
+        from planner.view.serve import serve
+
         serve(place / PAGE_NAME, announce=tell)
     return result.outcome.exit_code
 

@@ -12,7 +12,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.request import PlanRequest
 from planner.base.resolutions import W_AGAINST_FLOOR, W_ALONG_PATH
-from planner.costs.highest_floor import rounded_down
+from planner.costs.manipulability_floor import rounded_down
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path, dense_segments
 from planner.roadmap.roadmap import Roadmap, component_labels, path_waypoints

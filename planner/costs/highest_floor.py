@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 from planner import gabf
@@ -10,10 +9,10 @@ from planner.base.progress import QUIET, Progress
 from planner.base.request import PlanRequest
 from planner.collision.checker import CollisionChecker
 from planner.costs.improvement import best_nodes
-from planner.costs.manipulability_floor import first_violation, layered_network
+from planner.costs.manipulability_floor import first_violation, layered_network, rounded_down
 from planner.costs.network import build_network
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.world.robot import Robot
 
@@ -64,11 +63,3 @@ def _floors(below: float, factor: float) -> Iterator[float]:
     while floor > _LEAST * below:
         floor = rounded_down(factor * floor)
         yield floor
-
-
-def rounded_down(w: float) -> float:
-    """``w`` >= 0 with two significant digits, never above it."""
-    if w <= 0.0:
-        return 0.0
-    unit = math.floor(math.log10(w)) - 1
-    return float(f"{math.floor(w / 10.0**unit)}e{unit}")

@@ -14,6 +14,7 @@ Arcs lead from the layers of starts to the nodes above the floor, and from there
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 
@@ -176,3 +177,11 @@ class _Layers:
         for node in nodes[self._w[nodes] < self._floor]:
             numbers.append([t.copy[node] for t in self.layers_below if t.up != up or t.least == self._w[node]])
         return np.array(list(itertools.chain(*numbers)), dtype=np.int64)
+
+
+def rounded_down(w: float) -> float:
+    """``w`` >= 0 with two significant digits, never above it."""
+    if w <= 0.0:
+        return 0.0
+    unit = math.floor(math.log10(w)) - 1
+    return float(f"{math.floor(w / 10.0**unit)}e{unit}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +16,14 @@ from planner.base.targets import HOME, Joints, Target, joints_text, parse_base, 
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.query.resolve import looks_like_degrees, resolve
-from planner.world.moveit import MotionPlanRequest, read_motion_plan_request
 from planner.world.plausible import require_bodies, tell
 from planner.world.poses import pose
 from planner.world.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
 from planner.world.robot_files import JointChoice, read_robot
 from planner.world.scene import Scene
+
+if TYPE_CHECKING:
+    from planner.world.moveit import MotionPlanRequest
 
 _log = logging.getLogger(__name__)
 
@@ -109,7 +112,11 @@ def _scene(request: WorldRequest) -> Scene:
 
 
 def _message(path: Path | None) -> MotionPlanRequest | None:
-    return None if path is None else read_motion_plan_request(path)
+    if path is None:
+        return None
+    from planner.world.moveit import read_motion_plan_request
+
+    return read_motion_plan_request(path)
 
 
 def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -13,11 +12,10 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.query.resolve import free_configuration
-from planner.roadmap.bridges import bridges
 from planner.roadmap.edge_certificates import RecordingProver
-from planner.roadmap.extend import enlarged
+from planner.roadmap.enlarge import enlarged
 from planner.roadmap.forest import Forest
-from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import NEIGHBOURS
 from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import Roadmap, component_labels
@@ -50,7 +48,12 @@ def attach(
     for an end that is not free.
     """
     settings = settings or GrowthSettings()
-    find_bridges = partial(bridges, seed=seed, settings=settings, progress=progress)
+
+    def find_bridges(prover: RecordingProver, part: Floats, other: Floats) -> list[Floats]:
+        from planner.roadmap.bridges import bridges  # which loads OMPL: few queries need it
+
+        return bridges(prover, part, other, seed, settings, progress)
+
     builder = _Builder(roadmap, checker, find_bridges, progress)
     first, last = (
         np.array([builder.index(free_configuration(q, checker, role)) for q in ends], dtype=np.int64)

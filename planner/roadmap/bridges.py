@@ -10,7 +10,8 @@ from planner.base.arrays import Floats
 from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
 from planner.roadmap.first_path import FirstPathSearch
-from planner.roadmap.grow import GrowthSettings, join_settings
+from planner.roadmap.grow import join_settings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import nearest_of
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import seed_everything

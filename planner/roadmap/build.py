@@ -17,7 +17,8 @@ from planner.kinematics.manipulability import manipulability
 from planner.query.resolve import free_configuration
 from planner.roadmap.best_paths import add_refined_paths
 from planner.roadmap.edge_certificates import RecordingProver
-from planner.roadmap.grow import ROADMAP, GrowthSettings, grow
+from planner.roadmap.grow import ROADMAP, grow
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import connect
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import Origin, Roadmap

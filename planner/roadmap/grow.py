@@ -14,6 +14,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.roadmap.escape_singularity import ascend_manipulability
 from planner.roadmap.first_path import FirstPathSearch, JoinSettings
 from planner.roadmap.forest import Forest
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.informed_set import InformedSet
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners, seed_everything
@@ -26,24 +27,6 @@ _SHARE_OF_PATHS = 0.3  # of the nodes: first paths that have more are enough
 _PART = 250  # nodes at least that a tree grows before its motions are proven
 _ABOVE = 0.02  # growth keeps so much above the floor, relative: between two sampled states w may dip
 ROADMAP = "roadmap"  # a stage of progress
-
-
-@dataclass(frozen=True)
-class GrowthSettings:
-    """How far a tree steps and how long it tries; counts, never clocks, so that a run can be repeated.
-
-    ``range`` (rad): longer steps cross free space sooner, shorter ones enter narrow passages. ``join_motions``: motions
-    that the search for a first path may check before it gives up, 8000 per joint where left out; ``shortcuts``:
-    attempts to shorten that path. ``motions_per_node``: motions that RRT may check for each node it is to add.
-    ``floor``: manipulability w that all motions keep above, but for those that lead up to it from a start or goal
-    below; 0 for none.
-    """
-
-    range: float = 0.8
-    join_motions: int | None = None
-    shortcuts: int = 100
-    motions_per_node: int = 20
-    floor: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

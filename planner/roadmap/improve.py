@@ -18,10 +18,11 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.roadmap.edge_certificates import RecordingProver
-from planner.roadmap.extend import enlarged
+from planner.roadmap.enlarge import enlarged
 from planner.roadmap.first_path import FirstPathSearch
 from planner.roadmap.forest import Forest
-from planner.roadmap.grow import GrowthSettings, join_settings
+from planner.roadmap.grow import join_settings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.informed import LazyRoadmap, informed_samples
 from planner.roadmap.informed_set import InformedSet
 from planner.roadmap.motion_cost import MotionCost

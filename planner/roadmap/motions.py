@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +12,9 @@ from planner.base.products import length, product
 from planner.base.resolutions import PROOF, W_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.ompl_planners import MotionCheck
+
+if TYPE_CHECKING:
+    from planner.roadmap.ompl_planners import MotionCheck
 
 # where a motion is sampled before anything costly: most refused ones end in contact
 _QUICK_LOOKS = np.array([1.0, 0.5])

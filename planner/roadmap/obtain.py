@@ -6,7 +6,6 @@ from planner.base.progress import QUIET, Progress
 from planner.base.request import SweepRequest
 from planner.query.open import Query
 from planner.roadmap.attach import attach
-from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap, require_same_world
 
@@ -19,6 +18,8 @@ def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUI
     Raises :class:`PlannerError` for a file of another world.
     """
     if request.roadmap is None:
+        from planner.roadmap.build import build_roadmap  # with all that grows roadmaps, and OMPL
+
         return build_roadmap(
             query.robot,
             query.checker,

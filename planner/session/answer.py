@@ -15,7 +15,7 @@ from planner.costs.network import build_network, path_cost
 from planner.query.open import Query
 from planner.roadmap.attach import attach
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.repair import repair
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.roadmap.storage import same_world

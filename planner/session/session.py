@@ -36,7 +36,7 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.motion.limits import MotionLimits
 from planner.query.open import Query, resolve_query, states_of
 from planner.query.resolve import resolve_as_is
-from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.separation import why_apart
 from planner.roadmap.storage import load_roadmap

@@ -168,11 +168,6 @@ class PlanningScene:
     allowed: frozenset[frozenset[str]] = frozenset()
 
 
-def looks_like_planning_scene(data: Any) -> bool:
-    """Whether plain data is a PlanningScene message rather than one of our own scene files."""
-    return isinstance(data, dict) and bool({"world", "robot_model_name", "allowed_collision_matrix"} & set(data))
-
-
 def planning_scene(data: Any, path: Path) -> PlanningScene:
     """A PlanningScene message out of plain data; :class:`SceneError` names the object that is wrong."""
     where = f"MoveIt scene {path}"

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import pydantic
 
@@ -18,10 +18,12 @@ from planner.base.resources import published_scene_names, scene_file, scene_name
 from planner.base.targets import TURN
 from planner.base.yamlfile import FARTHEST, Coordinate, Name, Size, Strict, parse_yaml, read_text, validate
 from planner.world.meshes import read_mesh
-from planner.world.moveit import PlanningScene, looks_like_planning_scene, planning_scene, scene_text
 from planner.world.moving import LONGEST, KnownMotion, MovingObstacle
 from planner.world.poses import pose
 from planner.world.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
+
+if TYPE_CHECKING:
+    from planner.world.moveit import PlanningScene
 
 Triple = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -228,9 +230,13 @@ class Scene:
         where = f"scene file {path}"
         text = read_text(path, "scene file")
         if path.suffix.lower() == ".scene":
+            from planner.world.moveit import scene_text  # its models take longer to make than a scene to read
+
             return _from_moveit(scene_text(text, path))
         data = parse_yaml(text, where)
-        if looks_like_planning_scene(data):
+        if _is_planning_scene(data):
+            from planner.world.moveit import planning_scene
+
             return _from_moveit(planning_scene(data, path))
         return _build(validate(SceneFile, data, where, SceneError), path)
 
@@ -254,6 +260,11 @@ class Scene:
         allowed = sorted(sorted(pair) for pair in self.allowed if pair & named)
         owners = sorted((item.object, item.placement.tolist()) for item in self.obstacles) if allowed else []
         return content_hash([solid, allowed, owners])
+
+
+def _is_planning_scene(data: Any) -> bool:
+    """Whether plain data is MoveIt's PlanningScene message rather than one of our own scene files."""
+    return isinstance(data, dict) and bool({"world", "robot_model_name", "allowed_collision_matrix"} & set(data))
 
 
 def _from_moveit(scene: PlanningScene) -> Scene:

@@ -8,7 +8,6 @@ import pytest
 
 from planner.base.request import PlanRequest
 from planner.costs.conditioning import judge_conditioning, reachable_floor
-from planner.costs.highest_floor import rounded_down
 from planner.kinematics.manipulability import manipulability
 from planner.planning import plan
 from tests.worlds import load, post_roadmap
@@ -50,12 +49,6 @@ def test_the_reachable_floor_is_that_of_the_widest_path():
 def test_where_nothing_is_joined_no_floor_is_reachable():
     roadmap = post_roadmap().part(np.ones(60, dtype=bool), np.zeros(len(post_roadmap().edges), dtype=bool))
     assert reachable_floor(ROBOT, roadmap) == 0.0
-
-
-@pytest.mark.parametrize(("w", "down"), [(0.0, 0.0), (0.0123, 0.012), (0.0999, 0.099), (12.7, 12.0), (3e-5, 3e-5)])
-def testrounded_down(w, down):
-    assert rounded_down(w) == pytest.approx(down, rel=1e-12)
-    assert rounded_down(w) <= w
 
 
 def test_a_singular_place_is_found():

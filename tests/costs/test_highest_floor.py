@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import pytest
-
 from planner.base.request import PlanRequest
 from planner.costs.conditioning import reachable_floor
-from planner.costs.highest_floor import highest_floor, rounded_down
+from planner.costs.highest_floor import highest_floor
 from planner.costs.manipulability_floor import first_violation
 from planner.planning import plan
 from planner.roadmap.storage import save_roadmap
@@ -34,9 +32,3 @@ def test_it_is_none_where_every_path_passes_zero() -> None:
     request = PlanRequest(min_manipulability=0.1)
     checker = checker_of("planar_2r")
     assert highest_floor(post_roadmap(), checker, request) == 0.0
-
-
-@pytest.mark.parametrize(("w", "rounded"), [(0.0, 0.0), (0.0567, 0.056), (12.9, 12.0), (0.05, 0.05), (9.96e-5, 9.9e-5)])
-def test_rounding_never_goes_up(w: float, rounded: float) -> None:
-    assert rounded_down(w) == pytest.approx(rounded)
-    assert rounded_down(w) <= w

@@ -13,7 +13,7 @@ from planner import gabf
 from planner.base.outcome import Outcome
 from planner.base.request import PlanRequest
 from planner.base.resolutions import W_STATES_PER_EDGE
-from planner.costs.manipulability_floor import first_violation, layered_network
+from planner.costs.manipulability_floor import first_violation, layered_network, rounded_down
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path
@@ -163,3 +163,9 @@ def test_breach_names_the_segment() -> None:
     away = np.array([[0.0, 1.0], [0.0, 0.4], [0.0, 1.0]])  # leaves the floor and comes back
     assert first_violation(robot, away, 0.9 * top[3]) == 0
     assert first_violation(robot, away[:2], 0.9 * top[3]) is None  # the last stretch to a goal that lies below
+
+
+@pytest.mark.parametrize(("w", "down"), [(0.0, 0.0), (0.0999, 0.099), (12.7, 12.0), (3e-5, 3e-5), (9.96e-5, 9.9e-5)])
+def test_rounding_never_goes_up(w, down):
+    assert rounded_down(w) == pytest.approx(down, rel=1e-12)
+    assert rounded_down(w) <= w

@@ -14,7 +14,7 @@ from planner.collision.edge_prover import recheck
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.attach import attach
-from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import NEIGHBOURS
 from planner.world.poses import pose
 from planner.world.shapes import Box
@@ -186,13 +186,13 @@ def test_growing_follows_the_seed():
 
 
 def test_it_does_not_grow_where_it_need_not(caplog, monkeypatch):
-    monkeypatch.setattr("planner.roadmap.attach.bridges", lambda *_, **__: pytest.fail("grown"))
+    monkeypatch.setattr("planner.roadmap.bridges.bridges", lambda *_, **__: pytest.fail("grown"))
     assert attach(post_roadmap(), make_post(), Q, OTHER).connected
     assert not caplog.text
 
 
 def test_one_reachable_goal_of_several_is_enough(monkeypatch):
-    monkeypatch.setattr("planner.roadmap.attach.bridges", lambda *_, **__: pytest.fail("grown"))
+    monkeypatch.setattr("planner.roadmap.bridges.bridges", lambda *_, **__: pytest.fail("grown"))
     monkeypatch.setattr("planner.roadmap.attach.straight_paths", lambda *_: [])
     old = post_roadmap()
     apart = [np.linalg.norm(old.nodes - q, axis=1) for q in (Q, OTHER)]

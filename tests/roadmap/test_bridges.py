@@ -9,7 +9,7 @@ from planner.base.progress import Progress
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver, recheck
 from planner.roadmap.bridges import bridges
-from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.world.poses import pose
 from planner.world.shapes import Box
 from tests.worlds import checker_of, load, make_post, post_roadmap, random_q, scene_of

@@ -11,7 +11,8 @@ from planner.collision.edge_prover import EdgeProver, Verdict, recheck
 from planner.paths.measure import joint_path_length
 from planner.roadmap.best_paths import best_path
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.grow import Growth, GrowthSettings, grow
+from planner.roadmap.grow import Growth, grow
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.roadmap import component_labels
 from planner.world.poses import pose
 from planner.world.shapes import Box, Sphere

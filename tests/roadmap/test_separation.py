@@ -8,7 +8,7 @@ import pytest
 from planner.base.reasons import BudgetSpent, Separated
 from planner.collision import make_checker
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.separation import why_apart
 from planner.world.poses import pose

@@ -10,7 +10,7 @@ from planner import gabf
 from planner.collision.edge_prover import recheck
 from planner.costs.network import build_network
 from planner.roadmap.edge_certificates import RecordingProver
-from planner.roadmap.extend import enlarged
+from planner.roadmap.enlarge import enlarged
 from planner.roadmap.motions import Motions
 from planner.roadmap.shortcuts import _cheapest_steps, shortcuts, straight_paths, subdivided
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap

@@ -11,7 +11,7 @@ from planner import gabf
 from planner.base.request import WorldRequest
 from planner.base.targets import Joints
 from planner.query.open import Query, resolve_query
-from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.session.answer import Costs, Moment, Planning, adopted, answered
 from planner.session.live_world import LiveWorld
 from planner.world.poses import pose

@@ -23,7 +23,8 @@ from planner.collision import BACKENDS, make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.motion.timing import time_path
 from planner.query.open import make_query
-from planner.roadmap.grow import GrowthSettings, grow
+from planner.roadmap.grow import grow
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.session.report import Answer
 from planner.session.session import Session
 from planner.studies.bench_plan.case import path_contacts

@@ -14,7 +14,7 @@ from planner.costs.network import PathCost, build_network, path_cost
 from planner.paths.measure import measure_path, path_contact
 from planner.query.open import Query
 from planner.roadmap.build import build_roadmap
-from planner.roadmap.grow import GrowthSettings
+from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.studies.manipulator.geometry import kinks, sampled_tool_path, turning
 
