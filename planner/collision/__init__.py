@@ -36,7 +36,11 @@ def second_checker(checker: CollisionChecker) -> CollisionChecker:
     Coal is quick, and shares no code with FCL's proofs. So it is used where its answer is confirmed by a proof, to find
     motions that are likely free, and where it confirms a proof, to check finished paths once more.
     """
-    return checker if checker.name == "coal" else coal_checker(checker.world)
+    if checker.name == "coal":
+        return checker
+    from planner.collision.coal import CoalChecker
+
+    return CoalChecker(checker.world, bound=checker.bound)
 
 
 def coal_checker(world: World, known: CollisionChecker | None = None) -> CollisionChecker:

@@ -37,10 +37,11 @@ class CoalChecker(CollisionChecker):
 
     name = "coal"
 
-    def __init__(self, world: World, known: CoalChecker | None = None) -> None:
+    def __init__(self, world: World, known: CoalChecker | None = None, bound: ClearanceBound | None = None) -> None:
+        """``bound``: that of another checker in this world."""
         self.world = world
         self.chain = Chain.of(world.robot)
-        self.bound = ClearanceBound(world, known.bound if known else None)
+        self.bound = bound or ClearanceBound(world, known.bound if known else None)
         self.queries = 0
         self._geometries = [_geometry(item.shape) for item in world.items]
         self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]

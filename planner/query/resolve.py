@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import StateError, choices
 from planner.base.reasons import BeyondLimit, OutOfReach, Touching
 from planner.base.targets import FORMS, HOME, TURN, Joints, Named, Pose, Position, Target, parse_target
 from planner.base.yamlfile import FARTHEST
-from planner.collision.checker import CollisionChecker, contact_of
+from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact
 from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
@@ -197,40 +198,60 @@ def _choose(
     found = solutions.configurations
     if not len(found):
         raise _out_of_reach(solutions, checker.robot, position, role)
-    contacts = [contact_of(checker, q) for q in found]
-    free = np.array([contact is None for contact in contacts])
-    if not free.any():
-        first = next(contact for contact in contacts if contact is not None)
+
+    @cache
+    def free(row: int) -> bool:  # of few is it asked: a check takes as long as a solution
+        return is_free(checker, found[row])
+
+    if not any(map(free, range(len(found)))):
+        first = contact_of(checker, found[0])
+        assert first is not None
         raise StateError(
             f"{role} is reached by {len(found)} configurations, all in collision (the first: "
             f"{_describe(first, checker)}); move it or the obstacle.",
             touching(role, first),
         )
-    candidates = found[free]
     robot = checker.robot
-    room = np.minimum(candidates - robot.lower, robot.upper - candidates)
+    room = np.minimum(found - robot.lower, robot.upper - found)
     at_limit: Bools = np.any(np.where(robot.continuous, np.inf, room) < NEAR_LIMIT, axis=1)
-    best = np.lexsort((-manipulability(robot, candidates), at_limit))
+    best: Iterator[int] = filter(free, np.lexsort((-manipulability(robot, found), at_limit)).tolist())
     if starts is None:
-        return frozen(candidates[best[:count]])
-    nearest = _nearest(candidates, at_limit, checker, starts)
-    alternately = dict.fromkeys(itertools.chain.from_iterable(zip(best.tolist(), nearest.tolist(), strict=True)))
-    return frozen(candidates[list(alternately)[:count]])
+        return frozen(found[_distinct(best, count)])
+    nearest = _nearest(found, free, at_limit, checker, starts)
+    alternately = itertools.chain.from_iterable(zip(best, nearest, strict=True))
+    return frozen(found[_distinct(alternately, count)])
 
 
-def _nearest(candidates: Floats, at_limit: Bools, checker: CollisionChecker, starts: Floats) -> Ints:
-    """Indices of ``candidates`` (k, dof), nearest to one of ``starts`` first.
+def _distinct(numbers: Iterable[int], count: int) -> list[int]:
+    """The first ``count`` different ones of ``numbers``."""
+    chosen: dict[int, None] = {}
+    for number in numbers:
+        chosen[number] = None
+        if len(chosen) == count:
+            break
+    return list(chosen)
 
-    Those to which the straight motion is seen to touch something come last: it is sampled in a few states, so what
-    looks free may still touch, but is likely a short way.
+
+def _nearest(
+    found: Floats, free: Callable[[int], bool], at_limit: Bools, checker: CollisionChecker, starts: Floats
+) -> Iterator[int]:
+    """Indices of the ``free`` ones of ``found`` (k, dof), nearest to one of ``starts`` first.
+
+    Those ``at_limit`` come last, and of either kind those to which the straight motion is seen to touch something: it
+    is sampled in a few states, so what looks free may still touch, but is likely a short way.
     """
-    robot = checker.robot
-    delta = robot.difference(starts[:, None], candidates)  # (s, k, dof)
+    delta = checker.robot.difference(starts[:, None], found)  # (s, k, dof)
     lengths = np.linalg.norm(delta, axis=2)
-    start, k = lengths.argmin(axis=0), np.arange(len(candidates))
-    motions = zip(starts[start], delta[start, k], strict=True)
-    blocked = np.array([not checker.bound.looks_free(_states(*motion)) for motion in motions])
-    return np.lexsort((lengths[start, k], blocked, at_limit))
+    start, k = lengths.argmin(axis=0), np.arange(len(found))
+    order = np.argsort(lengths[start, k], kind="stable")
+    for group in (order[~at_limit[order]], order[at_limit[order]]):
+        blocked = []
+        for row in filter(free, group.tolist()):
+            if checker.bound.looks_free(_states(starts[start[row]], delta[start[row], row])):
+                yield row
+            else:
+                blocked.append(row)
+        yield from blocked
 
 
 def _states(first: Floats, delta: Floats) -> Floats:
