@@ -60,12 +60,20 @@ class EnvelopeSearch:
         self.settled = 0
         self.connected = True
         self.solves = 0
-        self.max_error = 0.0
+        self._max_error, self._unjudged = 0.0, list[gabf.CostToGo]()
 
     @property
     def done(self) -> bool:
         """Whether every gap is settled, or no start reaches a goal."""
         return not self.connected or self.settled == len(self.supports) - 1 > 0
+
+    @property
+    def max_error(self) -> float:
+        """The largest relative error of all solved fields against :func:`planner.gabf.oracle`, which is asked here."""
+        while self._unjudged:
+            field = self._unjudged.pop()
+            self._max_error = max(self._max_error, gabf.max_error(field, gabf.oracle(field.network)))
+        return self._max_error
 
     @property
     def reach(self) -> float:
@@ -130,7 +138,7 @@ class EnvelopeSearch:
         x0 = None if near is None or self.law.needs_overestimate else near.x
         field = gabf.solve(network, law=self.law, x0=x0)
         self.solves += 1
-        self.max_error = max(self.max_error, gabf.max_error(field, gabf.oracle(network)))
+        self._unjudged.append(field)
         return field
 
     def _support(self, beta: float, nodes: Ints, field: gabf.CostToGo) -> Support:
