@@ -15,7 +15,7 @@ def content_hash(values: Iterable[Any]) -> str:
     for value in values:
         text, numbers = _parts(value)
         digest.update((len(text) + numbers.nbytes).to_bytes(8, "little") + text)
-        digest.update(numbers)
+        digest.update(numbers.data)
     return digest.hexdigest()
 
 

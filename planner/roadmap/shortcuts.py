@@ -10,7 +10,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.polylines import cut, parts_of
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
-from planner.native.library import cheapest_nodes
+from planner.native.graphs import cheapest_nodes
 from planner.roadmap.best_paths import BETAS
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.forest import Forest
