@@ -19,8 +19,8 @@ _SPARE = 1.05
 
 _SWEEPS = 32
 _TIGHTER = 16
-_FEW = 0.25
-"""Share of the rows up to which it is faster to look only at those that read a changed state."""
+_FEW, _FEW_OF = 0.25, 4_000
+"""Share of the rows up to which it is faster to look only at those that read a changed state, and of how many rows."""
 
 
 def limit(problem: Problem, y0: Floats, y_star: Floats, upper: bool) -> Floats:
@@ -96,7 +96,7 @@ class Side:
                 return there
             reach[short] = _SPARE * moved[short]
             held[short] = self._within_limit(here[short] + self.sign * reach[short], self._limit[short])
-            if short.size > _FEW * here.size:
+            if here.size < _FEW_OF or short.size > _FEW * here.size:
                 there = self._flown(here, self._values(held), dtau)
             else:
                 reading = self._reading(short)

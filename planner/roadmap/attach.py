@@ -114,7 +114,10 @@ class _Builder:
     def _nearest(self, node: int, count: int) -> Ints:
         """The nodes before ``node`` that are nearest to it, nearest first."""
         apart = np.linalg.norm(self.robot.difference(self.nodes[node], self.nodes[:node]), axis=1)
-        return np.argsort(apart, kind="stable")[:count]
+        if len(apart) <= count:
+            return np.argsort(apart, kind="stable")
+        near = np.flatnonzero(apart <= np.partition(apart, count)[count])
+        return near[np.argsort(apart[near], kind="stable")[:count]]
 
     def link_straight(self, starts: Ints, goals: Ints, longest: float) -> None:
         """Add the straight motions from ``starts`` to ``goals`` that are proven, in pieces."""

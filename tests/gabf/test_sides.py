@@ -44,6 +44,7 @@ def test_a_step_is_the_same_whether_all_rows_are_looked_at_again_or_those_that_r
     looked_at = []
     monkeypatch.setattr(Side, "_reading", lambda *a, real=Side._reading: looked_at.append(1) or real(*a))
     ends = []
+    monkeypatch.setattr(sides, "_FEW_OF", 0)
     for few in (-1.0, 1.0):
         monkeypatch.setattr(sides, "_FEW", few)
         pair = both_sides(net, result)
