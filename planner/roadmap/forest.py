@@ -33,8 +33,9 @@ class Forest:
         return len(self._first) + len(self._added)
 
     def add(self, q: Floats) -> int:
-        index = self._index.setdefault(q.tobytes(), len(self))
-        if index == len(self):
+        count = len(self)
+        index = self._index.setdefault(q.tobytes(), count)
+        if index == count:
             self._added.append(q.copy())  # a row of a larger array would keep all of it
         return index
 
