@@ -238,8 +238,7 @@ def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
     """
     if plan.layered is None or plan.cost is None or plan.scene.moving:
         return plan
-    clock, request = Stopwatch(), plan.request
+    clock = Stopwatch()
     with clock("alternatives"):
-        law = gabf.named_law(request.law, request.prescribed_time)
-        found = paths_for_every_beta(plan.roadmap, plan.robot, plan.layered, law, progress)
+        found = paths_for_every_beta(plan.roadmap, plan.robot, plan.layered, progress)
     return replace(plan, alternatives=found, timings=plan.timings | clock.seconds)

@@ -23,3 +23,10 @@ def ranges(starts: Ints, counts: Ints) -> Ints:
     """starts[k], starts[k] + 1, ... counts[k] of them, for every k in turn."""
     ends = np.cumsum(counts)
     return np.repeat(starts - (ends - counts), counts) + np.arange(counts.sum())
+
+
+def as_frozen(array: Any, dtype: Any = np.float64) -> NDArray[Any]:
+    """``array`` itself where it is what :func:`frozen` would make of it, else that copy."""
+    value = np.asarray(array)
+    as_it_is = value.dtype == dtype and value.flags.c_contiguous and not value.flags.writeable
+    return value if as_it_is else frozen(value, dtype)

@@ -12,7 +12,7 @@ from planner.base.arrays import Floats, Ints
 from planner.collision.bounds import ClearanceBound
 from planner.collision.inside import Inside
 from planner.collision.world import Contact, World
-from planner.kinematics.forward import Chain
+from planner.kinematics.forward import Chain, joint_placements
 from planner.world.robot import Robot
 
 
@@ -40,6 +40,18 @@ class CollisionChecker(Protocol):
     def inside(self) -> Inside:
         """Which pairs lie one wholly inside the other, where no surfaces touch."""
         return Inside(self.world, self.chain)
+
+    @cached_property
+    def static_contact(self) -> Contact | None:
+        """A pair that no joint can move (the base and an obstacle), if it touches or is within the margin."""
+        world = self.world
+        checked = np.append(world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool))
+        pairs = np.flatnonzero(checked & ~np.any(world.pair_reach, axis=1))
+        if not len(pairs):
+            return None
+        rotation, position = joint_placements(self.chain, np.zeros((1, self.robot.dof)))
+        touching = pairs[self.distances(rotation[:, 0], position[:, 0], pairs) <= world.margin]
+        return world.contact(int(touching[0])) if len(touching) else None
 
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
         """The first of the configurations (n, dof) that is not free, and why; None if all are free.

@@ -66,24 +66,13 @@ class EdgeProver:
         self.robot = checker.robot
         self._reach = np.ascontiguousarray(self.world.pair_reach)
         self._is_static: Bools = ~np.any(self.world.pair_reach, axis=1)
-        self.static_contact = self._find_static_contact()
+        self.static_contact = checker.static_contact
 
     def only(self, pairs: Bools) -> EdgeProver:
         """A prover of these ``pairs`` (pairs,) alone: what it calls free may touch in others."""
         part = copy.copy(self)
         part._is_static = self._is_static | ~pairs
         return part
-
-    def _find_static_contact(self) -> Contact | None:
-        """A pair that no joint can move (the base and an obstacle), if it touches."""
-        placed = joint_placements(self.checker.chain, np.zeros((1, self.world.robot.dof)))
-        pairs = np.array([p for p in np.flatnonzero(self._is_static) if self._is_checked(int(p))], dtype=np.int64)
-        touching = self._touching(placed[0][:, 0], placed[1][:, 0], pairs)
-        return None if touching is None else self.world.contact(touching)
-
-    def _is_checked(self, pair: int) -> bool:
-        first, second = self.world.members(pair)
-        return not self.world.is_scene_pair(pair) or bool(self.world.checked[first, second])
 
     def _touching(self, rotation: Floats, position: Floats, pairs: Ints) -> int | None:
         """The first of ``pairs`` that the checker finds within the margin at one placement of the joints."""

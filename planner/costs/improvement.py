@@ -13,7 +13,7 @@ from planner.collision.checker import CollisionChecker
 from planner.costs.manipulability_floor import LayeredNetwork, layered_network
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
-from planner.native.library import cheapest_nodes
+from planner.native.graphs import cheapest_nodes
 from planner.paths.measure import path_manipulability
 from planner.roadmap.improve import Improvement, improve, without_last_grown
 from planner.roadmap.motion_cost import MotionCost

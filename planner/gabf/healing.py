@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, ranges
+from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import AssumptionError
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
 from planner.gabf.problem import Problem, reduce
+from planner.gabf.readers import Readers
 from planner.gabf.result import CostToGo
 from planner.gabf.solve import solve
 
@@ -94,7 +95,7 @@ def raised_start(net: Network, x: Floats) -> Floats:
     problem = reduce(net)
     y = np.asarray(x, dtype=np.float64)[problem.nodes]
     y[problem.n_rows :] = problem.anchors
-    readers = _Readers(problem)
+    readers = Readers(problem.heads, problem.nodes.size)
     settled = _borne(problem, readers, y)
     frontier = np.flatnonzero(settled)
     while frontier.size:
@@ -109,20 +110,7 @@ def raised_start(net: Network, x: Floats) -> Floats:
     return problem.unpack(y)
 
 
-class _Readers:
-    """The arcs of a problem by the node that they lead to."""
-
-    def __init__(self, problem: Problem) -> None:
-        self._order = np.argsort(problem.heads, kind="stable")
-        counts = np.bincount(problem.heads, minlength=problem.nodes.size)
-        self._indptr = np.concatenate(([0], np.cumsum(counts)))
-
-    def of(self, nodes: Ints) -> Ints:
-        """The arcs that read one of ``nodes``, by their positions in the problem."""
-        return self._order[ranges(self._indptr[nodes], self._indptr[nodes + 1] - self._indptr[nodes])]
-
-
-def _borne(problem: Problem, readers: _Readers, y: Floats) -> Bools:
+def _borne(problem: Problem, readers: Readers, y: Floats) -> Bools:
     """(R + S,) the nodes that arcs with f(y_j) <= y_i lead from to a source."""
     with np.errstate(invalid="ignore"):
         bears = problem.arcs(y[problem.heads]) <= y[problem.owners]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen
+from planner.base.arrays import Floats, Ints, as_frozen, frozen
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
@@ -79,9 +79,7 @@ class Network:
         value = np.asarray(getattr(self, name))
         if dtype is np.int64 and value.size and value.dtype.kind not in "iu":
             raise AssumptionError(f"{name} must hold integers, not {value.dtype}: they are node indices")
-        if not (value.dtype == dtype and not value.flags.writeable and value.flags.c_contiguous):
-            value = frozen(value, dtype)
-        object.__setattr__(self, name, value)
+        object.__setattr__(self, name, as_frozen(value, dtype))
 
     @property
     def n_nodes(self) -> int:

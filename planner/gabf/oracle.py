@@ -12,9 +12,7 @@ from planner.gabf.arcmaps import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce
 from planner.gabf.result import CostToGo
-
-SCIPY_FROM = 50_000
-"""Arcs from which SciPy's search is quicker than ours, with the 0.3 s that it takes to load."""
+from planner.native.graphs import cheapest_costs
 
 
 def oracle(net: Network) -> Floats:
@@ -22,28 +20,15 @@ def oracle(net: Network) -> Floats:
 
     Nodes leave the heap in ascending order of x*, as the levels S_l of eq. (S). An arc that lowers a value
     below that of the node it came from breaks the order, and raises AssumptionError. Where the kernel adds positive
-    costs and all sources have the value 0 :func:`scipy.sparse.csgraph.dijkstra` finds the same, to the bit, and does so
-    for large networks.
+    costs a compiled search finds the same, to the bit.
     """
+    arcs = net.arcs
+    if isinstance(arcs, AffineArcs) and arcs.slope is None and (arcs.offset > 0).all():
+        ends = np.column_stack([net.tails, net.indices])
+        assert net.source_values is not None
+        return cheapest_costs(net.n_nodes, ends, arcs.offset, net.sources, net.source_values)
     problem = reduce(net)
-    return problem.unpack(_shortest_paths(problem) if _is_shortest_paths(problem) else _dijkstra(problem))
-
-
-def _is_shortest_paths(problem: Problem) -> bool:
-    arcs = problem.arcs
-    if len(problem.heads) < SCIPY_FROM or not isinstance(arcs, AffineArcs):
-        return False
-    return arcs.slope is None and bool((arcs.offset > 0).all()) and not problem.anchors.any()
-
-
-def _shortest_paths(problem: Problem) -> Floats:
-    from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import dijkstra
-
-    assert isinstance(problem.arcs, AffineArcs)
-    n, ends = problem.nodes.size, np.full(problem.anchors.size + 1, problem.heads.size)
-    graph = csr_array((problem.arcs.offset, problem.heads, np.append(problem.starts, ends)), shape=(n, n)).T.tocsr()
-    return dijkstra(graph, indices=np.arange(problem.n_rows, n), min_only=True)
+    return problem.unpack(_dijkstra(problem))
 
 
 def _dijkstra(problem: Problem) -> Floats:

@@ -94,4 +94,7 @@ class CostToGo:
             return None
         problem = reduce(self.network)
         y0, expected = problem.pack(self.x0), self.settling_tau
-        return bracket_settling(problem, self.law.flow, y0, self.premises, self.settle_tolerance, expected, width)
+        y_star = problem.pack(self.x) if self.error_bound == 0.0 else None
+        return bracket_settling(
+            problem, self.law.flow, y0, self.premises, self.settle_tolerance, expected, width, y_star
+        )

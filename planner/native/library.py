@@ -1,4 +1,4 @@
-"""What the compiled library knows of robots and graphs: one function or class for each thing, over NumPy arrays.
+"""What the compiled library knows of robots: one function or class for each thing, over NumPy arrays.
 
 Arrays are float64 in C order, angles rad, lengths m.
 """
@@ -234,29 +234,6 @@ def logarithms(x: Floats) -> Floats:
     logs = np.empty(x.shape)
     _library.logarithms(x.size, _at(x), _at(logs))
     return logs
-
-
-def detours(nodes: int, edges: Ints, lengths: Floats, pairs: Ints, limits: Floats) -> Floats:
-    """Lengths (k,) of the shortest paths between ``pairs`` (k, 2) in a graph of undirected ``edges`` (m, 2).
-
-    inf where a path is longer than its limit (k,), or there is none.
-    """
-    edges, lengths, pairs, limits = _ints(edges), _floats(lengths), _ints(pairs), _floats(limits)
-    found = np.empty(len(pairs))
-    _library.graph_detours(
-        nodes, len(edges), _at(edges), _at(lengths), len(pairs), _at(pairs), _at(limits), threads(), _at(found)
-    )
-    return found
-
-
-def cheapest_nodes(nodes: int, arcs: Ints, cost: Floats, starts: Ints, goals: Ints) -> Ints:
-    """The nodes (k,) of the cheapest path over ``arcs`` (m, 2), directed, from a start to a goal; (0,) without one."""
-    arcs, cost, starts, goals = _ints(arcs), _floats(cost), _ints(starts), _ints(goals)
-    path = np.empty(nodes, dtype=np.int64)
-    count = _library.graph_cheapest(
-        nodes, len(arcs), _at(arcs), _at(cost), len(starts), _at(starts), len(goals), _at(goals), _at(path)
-    )
-    return path[:count]
 
 
 def quickest_motion(

@@ -16,7 +16,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 9  # of the functions' arguments: what planner_version() says
+_VERSION = 10  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -57,6 +57,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "arcs_parent_values": (_Pointer, _long, *2 * [_Pointer], _int, _Pointer),
     "flow_moved": (_Pointer, _int, _long, _Pointer, _double, _int, _Pointer),
     "flow_sketch": (_Pointer, _long, *3 * [_Pointer], _double, _int, _Pointer),
+    "graph_costs": (_int, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
@@ -115,4 +116,7 @@ def flags(array: Any) -> Any:
 
 def address(array: Any) -> int:
     """Where an array begins: what the library is given."""
+    flags = array.flags
+    if flags.writeable and flags.c_contiguous and array.size:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # a quarter of the time
     return array.ctypes.data

@@ -66,9 +66,12 @@ def attach(
     builder.link_straight(first, last, settings.range)
     for start in dict.fromkeys(first.tolist() if join else ()):
         builder.bring_together(start, last)
-    new = builder.nodes[len(roadmap.nodes) :]
-    linked = replace(enlarged(roadmap, builder.prover, new, builder.edges), starts=first, goals=last)
+    n, m = len(roadmap.nodes), len(roadmap.edges)
+    linked = enlarged(roadmap, builder.prover, builder.nodes[n:], builder.edges[m:])
+    linked = replace(linked, starts=first, goals=last)
     found = shortcuts(linked, builder.prover, settings.range, progress)
+    if not len(found.edges()):
+        return linked
     return enlarged(linked, builder.prover, found.nodes()[len(linked.nodes) :], found.edges())
 
 
@@ -114,7 +117,10 @@ class _Builder:
     def _nearest(self, node: int, count: int) -> Ints:
         """The nodes before ``node`` that are nearest to it, nearest first."""
         apart = np.linalg.norm(self.robot.difference(self.nodes[node], self.nodes[:node]), axis=1)
-        return np.argsort(apart, kind="stable")[:count]
+        if len(apart) <= count:
+            return np.argsort(apart, kind="stable")
+        near = np.flatnonzero(apart <= np.partition(apart, count)[count])
+        return near[np.argsort(apart[near], kind="stable")[:count]]
 
     def link_straight(self, starts: Ints, goals: Ints, longest: float) -> None:
         """Add the straight motions from ``starts`` to ``goals`` that are proven, in pieces."""
@@ -151,6 +157,8 @@ class _Builder:
 
     def _add_paths(self, paths: list[Floats]) -> None:
         """Add proven paths; those ends that are nodes already stay these nodes."""
+        if not paths:
+            return
         forest = Forest(self.nodes)
         for path in paths:
             forest.add_path(path)

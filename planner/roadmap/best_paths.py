@@ -17,7 +17,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
-from planner.native.library import cheapest_nodes
+from planner.native.graphs import cheapest_nodes
 from planner.roadmap.forest import Forest
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.refine import PathRefiner, cut

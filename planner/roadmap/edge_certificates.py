@@ -27,8 +27,9 @@ class RecordingProver(EdgeProver):
         """See :class:`planner.collision.edge_prover.EdgeProver`."""
         start, delta = np.atleast_2d(start), np.atleast_2d(delta)
         proofs = super().prove(start, delta, room, contacts)
-        for row in np.flatnonzero(proofs.free):
-            self._known[_key(start[row], delta[row])] = float(proofs.clearance[row]), int(proofs.samples[row])
+        free = proofs.free
+        found = zip(proofs.clearance[free].tolist(), proofs.samples[free].tolist(), strict=True)
+        self._known |= dict(zip(zip(_rows(start[free]), _rows(delta[free]), strict=True), found, strict=True))
         return proofs
 
     def certificates(self, nodes: Floats, edges: Ints) -> tuple[Floats, Ints]:
@@ -39,11 +40,11 @@ class RecordingProver(EdgeProver):
         """
         a, b = nodes[edges[:, 0]], nodes[edges[:, 1]]
         forth, back = self.robot.difference(a, b), self.robot.difference(b, a)
+        ends = list(zip(zip(_rows(a), _rows(forth), strict=True), zip(_rows(b), _rows(back), strict=True), strict=True))
 
         def recall() -> list[tuple[float, int] | None]:
             # whichever end a proof began at
-            ends = zip(a, forth, b, back, strict=True)
-            return [self._known.get(_key(p, there)) or self._known.get(_key(q, hence)) for p, there, q, hence in ends]
+            return [self._known.get(one) or self._known.get(other) for one, other in ends]
 
         found = recall()
         missing = [row for row, known in enumerate(found) if known is None]
@@ -54,5 +55,7 @@ class RecordingProver(EdgeProver):
         return np.maximum(clearance, 0.0), samples.astype(np.int64)
 
 
-def _key(start: Floats, delta: Floats) -> tuple[bytes, bytes]:
-    return start.tobytes(), delta.tobytes()
+def _rows(array: Floats) -> list[bytes]:
+    """Every row (m, dof) as bytes."""
+    data, width = array.tobytes(), array.itemsize * array.shape[1]
+    return [data[k : k + width] for k in range(0, len(data), width)]

@@ -20,7 +20,7 @@ def enlarged(roadmap: Roadmap, prover: RecordingProver, nodes: Floats, edges: In
     The margin is that of the weaker proofs; whatever was proven with a larger one has so much more clearance.
     """
     robot, everything = prover.robot, np.vstack([roadmap.nodes, nodes])
-    edges = _lacking(roadmap.edges, edges, len(everything))
+    edges, place = _lacking(roadmap.edges, edges, len(everything))
     clearance, samples = prover.certificates(everything, edges)
     margin = min(roadmap.origin.margin, prover.world.margin)
     fresh = {
@@ -32,19 +32,18 @@ def enlarged(roadmap: Roadmap, prover: RecordingProver, nodes: Floats, edges: In
     }
     old: dict[str, Any] = {name: getattr(roadmap, name) for name in EDGE_ARRAYS}
     old["clearance"] = old["clearance"] + (roadmap.origin.margin - margin)
-    merged = {name: np.concatenate([old[name], fresh[name]]) for name in EDGE_ARRAYS}
-    order = np.lexsort((merged["edges"][:, 1], merged["edges"][:, 0]))
     return replace(
         roadmap,
         nodes=everything,
         manipulability=np.concatenate([roadmap.manipulability, manipulability(robot, nodes)]),
         origin=replace(roadmap.origin, margin=margin),
-        **{name: array[order] for name, array in merged.items()},
+        **{name: np.insert(old[name], place, fresh[name], axis=0) for name in EDGE_ARRAYS},
     )
 
 
-def _lacking(known: Ints, edges: Ints, n: int) -> Ints:
-    """The ``edges`` that are not among the ``known`` ones, each once."""
-    keys = np.unique(edges[:, 0] * n + edges[:, 1])
-    keys = keys[~np.isin(keys, known[:, 0] * n + known[:, 1])]
-    return np.column_stack([keys // n, keys % n])
+def _lacking(known: Ints, edges: Ints, n: int) -> tuple[Ints, Ints]:
+    """The ``edges`` that are not among the ``known`` ones, which are sorted, each once; and before which each goes."""
+    there, keys = known[:, 0] * n + known[:, 1], np.unique(edges[:, 0] * n + edges[:, 1])
+    place = np.searchsorted(there, keys)
+    new = np.append(there, -1)[place] != keys
+    return np.column_stack([keys[new] // n, keys[new] % n]), place[new]

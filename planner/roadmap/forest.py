@@ -15,12 +15,14 @@ class Forest:
     """Nodes by their exact values, so that a configuration of two planners is one node."""
 
     def __init__(self, nodes: Floats | None = None, edges: Ints | None = None) -> None:
-        self._nodes: list[Floats] = [] if nodes is None else list(nodes)
-        self._edges: list[tuple[int, int]] = [] if edges is None else [(int(i), int(j)) for i, j in edges]
+        self._first = np.zeros((0, 0)) if nodes is None else np.array(nodes, dtype=np.float64)
+        self._added: list[Floats] = []
+        self._edges: list[tuple[int, int]] = [] if edges is None else [(i, j) for i, j in edges.tolist()]
 
     @cached_property
     def _index(self) -> dict[bytes, int]:
-        return {q.tobytes(): k for k, q in enumerate(self._nodes)}
+        data, width = self._first.tobytes(), self._first.itemsize * self._first.shape[1]
+        return {data[k * width : (k + 1) * width]: k for k in range(len(self._first))}
 
     @property
     def known(self) -> Set[bytes]:
@@ -28,12 +30,13 @@ class Forest:
         return self._index.keys()
 
     def __len__(self) -> int:
-        return len(self._nodes)
+        return len(self._first) + len(self._added)
 
     def add(self, q: Floats) -> int:
-        index = self._index.setdefault(q.tobytes(), len(self._nodes))
-        if index == len(self._nodes):
-            self._nodes.append(q.copy())  # a row of a larger array would keep all of it
+        count = len(self)
+        index = self._index.setdefault(q.tobytes(), count)
+        if index == count:
+            self._added.append(q.copy())  # a row of a larger array would keep all of it
         return index
 
     def add_edge(self, a: Floats, b: Floats) -> None:
@@ -46,7 +49,8 @@ class Forest:
             self.add_edge(a, b)
 
     def nodes(self) -> Floats:
-        return np.array(self._nodes)
+        parts = [np.array(rows) for rows in (self._first, self._added) if len(rows)]
+        return np.concatenate(parts) if parts else self._first
 
     def edges(self) -> Ints:
         unique = dict.fromkeys(self._edges)

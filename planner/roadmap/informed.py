@@ -9,7 +9,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.kinematics.manipulability import manipulability
-from planner.native.library import cheapest_nodes
+from planner.native.graphs import cheapest_nodes
 from planner.roadmap.links import nearest_of
 from planner.roadmap.refine import PathRefiner, cut
 from planner.world.robot import Robot

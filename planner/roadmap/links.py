@@ -9,7 +9,8 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
-from planner.native.library import detours, threads
+from planner.native.graphs import detours
+from planner.native.loading import threads
 from planner.world.robot import Robot
 
 NEIGHBOURS = 20

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
 from planner.base.hashing import content_hash
 from planner.roadmap.scale import CostScale
 from planner.roadmap.world_record import WorldRecord
@@ -69,7 +69,7 @@ class Roadmap:
 
     def __post_init__(self) -> None:
         for name, dtype in DTYPES.items():
-            object.__setattr__(self, name, frozen(getattr(self, name), dtype))
+            object.__setattr__(self, name, as_frozen(getattr(self, name), dtype))
 
     @cached_property
     def components(self) -> Ints:

@@ -10,7 +10,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.polylines import cut, parts_of
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
-from planner.native.library import cheapest_nodes
+from planner.native.graphs import cheapest_nodes
 from planner.roadmap.best_paths import BETAS
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.forest import Forest
@@ -20,7 +20,7 @@ from planner.roadmap.roadmap import Roadmap
 from planner.world.robot import Robot
 
 _LEAST_GAIN = 1e-4  # relative
-_PROVEN_PER_PATH = 60  # of the motions past waypoints, those that save most
+_MOST_PER_PATH = 60  # of the motions past waypoints, those that save most
 
 
 def straight_paths(motions: Motions, starts: Floats, goals: Floats, longest: float) -> list[Floats]:
@@ -51,14 +51,15 @@ def shortcuts(roadmap: Roadmap, prover: RecordingProver, longest: float, progres
 
     The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
     """
-    robot, forest = prover.robot, Forest(roadmap.nodes)
+    robot, forest, verdicts = prover.robot, Forest(roadmap.nodes), _Verdicts(prover)
+    omega, distance = (MotionCost(robot, roadmap.scale, beta, longest=np.inf).of_edges(roadmap) for beta in (0.0, 1.0))
     for beta in BETAS:
         cost = MotionCost(robot, roadmap.scale, beta, longest=np.inf)
-        for nodes in _best_paths(roadmap, cost.of_edges(roadmap)):
+        for nodes in _best_paths(roadmap, (1.0 - beta) * omega + beta * distance):
             if progress.stopped:
                 return forest
             path = robot.unwound(roadmap.nodes[nodes])
-            for i, j in _cheaper(prover, path, cost):
+            for i, j in _cheaper(verdicts, path, cost):
                 ends = roadmap.nodes[[nodes[i], nodes[j]]]  # to the last bit
                 forest.add_path(subdivided(robot, ends, longest))
     return forest
@@ -72,8 +73,31 @@ def _best_paths(roadmap: Roadmap, cost: Floats) -> list[Ints]:
     return [nodes for nodes in found if len(nodes)]
 
 
-def _cheaper(prover: RecordingProver, path: Floats, cost: MotionCost) -> list[tuple[int, int]]:
-    """Pairs of waypoints (i, j) of ``path`` (k, dof) that the cheapest way along it skips from one to the other."""
+class _Verdicts:
+    """Which motions between waypoints are proven; each is asked for once, as the betas' best paths have much in common.
+
+    verdicts(path, [(0, 2), (2, 4)])        # [True, False]: from waypoint 0 to 2, but not from 2 to 4
+    """
+
+    def __init__(self, prover: RecordingProver) -> None:
+        self._prover = prover
+        self._known: dict[tuple[bytes, bytes], bool] = {}
+
+    def __call__(self, path: Floats, skips: list[tuple[int, int]]) -> list[bool]:
+        keys = [(path[i].tobytes(), path[j].tobytes()) for i, j in skips]
+        new = [skip for skip, key in zip(skips, keys, strict=True) if key not in self._known]
+        if new:
+            i, j = np.array(new).T
+            free = self._prover.free(path[i], path[j] - path[i]).tolist()
+            self._known |= {(path[a].tobytes(), path[b].tobytes()): ok for (a, b), ok in zip(new, free, strict=True)}
+        return [self._known[key] for key in keys]
+
+
+def _cheaper(verdicts: _Verdicts, path: Floats, cost: MotionCost) -> list[tuple[int, int]]:
+    """Pairs of waypoints (i, j) of ``path`` (k, dof) that the cheapest way along it skips from one to the other.
+
+    Motions on the cheapest way that is left are proven, and refused ones left out, until all of one are proven.
+    """
     k = len(path)
     i, j = (rows.astype(np.int64) for rows in np.triu_indices(k, 2))
     if not len(i):
@@ -82,21 +106,29 @@ def _cheaper(prover: RecordingProver, path: Floats, cost: MotionCost) -> list[tu
     so_far = np.concatenate([[0.0], np.cumsum(step)])
     direct, around = cost(path[i], path[j]), so_far[j] - so_far[i]
     worth = np.flatnonzero(direct < (1.0 - _LEAST_GAIN) * around)
-    worth = worth[np.argsort((direct - around)[worth], kind="stable")[:_PROVEN_PER_PATH]]
-    free = prover.free(path[i[worth]], path[j[worth]] - path[i[worth]])
-    proven = {(int(i[row]), int(j[row])): float(direct[row]) for row in worth[free]}
-    return _cheapest_steps(step, proven)
+    worth = worth[np.argsort((direct - around)[worth], kind="stable")[:_MOST_PER_PATH]]
+    skips = {(int(i[row]), int(j[row])): float(direct[row]) for row in worth}
+    while True:
+        way = _cheapest_steps(step, skips)
+        refused = [skip for skip, is_free in zip(way, verdicts(path, way), strict=True) if not is_free]
+        if not refused:
+            return way
+        for skip in refused:
+            del skips[skip]
 
 
 def _cheapest_steps(step: Floats, skips: dict[tuple[int, int], float]) -> list[tuple[int, int]]:
     """The ``skips`` (i, j), with their costs, on the cheapest way along all of len(step) + 1 places."""
-    into: dict[int, list[tuple[int, float]]] = {}
+    into: list[list[tuple[int, float]]] = [[] for _ in range(len(step) + 1)]
     for (i, j), price in skips.items():
-        into.setdefault(j, []).append((i, price))
+        into[j].append((i, price))
     best, come_from = [0.0], [0]
     for place, price in enumerate(step.tolist(), start=1):
-        ways = [(best[place - 1] + price, place - 1), *((best[i] + p, i) for i, p in into.get(place, []))]
-        least, previous = min(ways)
+        least, previous = best[-1] + price, place - 1
+        for i, skip in into[place]:
+            offer = best[i] + skip
+            if offer < least or (offer == least and i < previous):
+                least, previous = offer, i
         best.append(least)
         come_from.append(previous)
     taken, place = [], len(step)

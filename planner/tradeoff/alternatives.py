@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from planner import gabf
 from planner.base.progress import QUIET, Progress
 from planner.costs.manipulability_floor import LayeredNetwork
 from planner.roadmap.roadmap import Roadmap, path_waypoints
@@ -12,13 +11,14 @@ from planner.world.robot import Robot
 
 
 def paths_for_every_beta(
-    roadmap: Roadmap, robot: Robot, layered: LayeredNetwork, law: gabf.Law, progress: Progress = QUIET
+    roadmap: Roadmap, robot: Robot, layered: LayeredNetwork, progress: Progress = QUIET
 ) -> tuple[ShownPath, ...]:
     """One path for every interval of beta, sorted; none where the search was stopped.
 
-    They consist of proven edges, and are not checked a second time.
+    They consist of proven edges, and are not checked a second time. Their fields are the oracle's, which the dynamics
+    would settle at.
     """
-    search = EnvelopeSearch(layered.network, layered.starts, law)
+    search = EnvelopeSearch(layered.network, layered.starts)
     while not search.done:
         if progress.stopped:
             return ()
@@ -29,6 +29,6 @@ def paths_for_every_beta(
         support = piece.support
         path = path_waypoints(roadmap, robot, layered.roadmap_node[support.nodes])
         costs = support.manipulability, support.distance
-        field = on_roadmap(layered, support.cost_to_go)
+        field = on_roadmap(layered, support.x)
         shown.append(ShownPath(path, path_rows(robot, path, *costs), (piece.beta_min, piece.beta_max), field, costs))
     return tuple(shown)

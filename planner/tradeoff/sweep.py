@@ -279,7 +279,7 @@ class _Run:
     def _front(self, search: EnvelopeSearch, healing: HealingNetwork) -> Front | None:
         """The non-dominated paths, the fields of the two ends being the bounds; None where one failed."""
         network, layered = search.network, healing.layered
-        bounds = np.column_stack([search.supports[k].cost_to_go.x for k in (0, -1)])
+        bounds = np.column_stack([search.supports[k].x for k in (0, -1)])
         with self.clock("front"):
             found = non_dominated(
                 network.indptr,
@@ -302,6 +302,7 @@ class _Run:
 
 def _interval(piece: Piece, healing: HealingNetwork) -> Interval:
     support, path = piece.support, healing.waypoints(piece.support.nodes)
+    assert support.cost_to_go is not None  # a sweep runs the dynamics
     return Interval(
         beta_min=piece.beta_min,
         beta_max=piece.beta_max,

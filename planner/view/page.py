@@ -188,7 +188,12 @@ def _field(content: Content, x: Floats | None) -> list[float | None] | None:
 
 def field_data(x: Floats | None) -> list[float | None] | None:
     """Cost-to-go as JSON has it: null where no goal is reached."""
-    return None if x is None else [round(float(value), 4) if np.isfinite(value) else None for value in x]
+    if x is None:
+        return None
+    values: list[float | None] = np.round(x, 4).tolist()
+    for node in np.flatnonzero(~np.isfinite(x)).tolist():
+        values[node] = None
+    return values
 
 
 def _poses(content: Content, configuration: Floats) -> Floats:

@@ -65,10 +65,11 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
     ]
 
 
-def on_roadmap(layered: LayeredNetwork | None, cost_to_go: gabf.CostToGo | None) -> Floats | None:
+def on_roadmap(layered: LayeredNetwork | None, cost_to_go: gabf.CostToGo | Floats | None) -> Floats | None:
     """The cost-to-go (n,) of the roadmap's own nodes; where a floor has several stretches, a node's least on any."""
     if layered is None or cost_to_go is None:
         return None
     least = np.full(layered.roadmap_node.max() + 1, np.inf)
-    np.minimum.at(least, layered.roadmap_node, cost_to_go.x)
+    x = cost_to_go if isinstance(cost_to_go, np.ndarray) else cost_to_go.x
+    np.minimum.at(least, layered.roadmap_node, x)
     return least

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planner.base.arrays import frozen, ranges
+from planner.base.arrays import as_frozen, frozen, ranges
 
 
 def test_a_frozen_array_is_a_copy_that_nobody_changes() -> None:
@@ -23,3 +23,13 @@ def test_the_dtype_is_that_asked_for() -> None:
 
 def test_ranges_follow_each_other() -> None:
     assert ranges(np.array([5, 0, 9]), np.array([2, 0, 3])).tolist() == [5, 6, 9, 10, 11]
+
+
+def test_what_is_frozen_already_is_not_copied() -> None:
+    array = np.arange(6.0).reshape(2, 3)
+    once = as_frozen(array)
+    assert once is not array
+    assert not once.flags.writeable
+    assert as_frozen(once) is once
+    assert as_frozen(once, np.int64).dtype == np.int64
+    assert as_frozen(once.T).flags.c_contiguous

@@ -1,5 +1,4 @@
-import heapq
-import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +7,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from planner import gabf
 from planner.base.errors import AssumptionError
+from planner.gabf.oracle import _dijkstra
+from planner.gabf.problem import reduce
 
 from .networks import chain, from_arcs, scattered
 
@@ -20,17 +21,26 @@ def test_oracle_agrees_with_scipy_where_the_kernel_is_additive(seed):
     assert np.allclose(gabf.oracle(net), expected, rtol=1e-13, equal_nan=True)
 
 
-def test_the_heap_and_scipy_agree_to_the_bit_with_parallel_arcs_and_unreachable_nodes(monkeypatch):
+@pytest.mark.parametrize("values", [(0.0, 0.0), (0.3, 2.0)])
+def test_the_heap_and_the_compiled_search_agree_to_the_bit(values):
+    """With parallel arcs, unreachable nodes, a source that would be cheaper by another one, and scipy's opinion."""
     net = scattered(150, seed=3, kernel=gabf.Additive())
     doubled = np.repeat(np.arange(net.n_arcs), 2)
     weight = net.weight[doubled] * np.tile([1.0, 1.7], net.n_arcs)
     heads, tails = net.indices[doubled], net.tails[doubled]
-    parallel = gabf.Network.from_arcs(tails, heads, weight, net.sources, 152, kernel=gabf.Additive())
-    by_heap = gabf.oracle(parallel)
-    monkeypatch.setattr(sys.modules["planner.gabf.oracle"], "SCIPY_FROM", 0)
-    monkeypatch.setattr(heapq, "heappop", None)
-    assert np.array_equal(gabf.oracle(parallel), by_heap)
-    assert np.isinf(by_heap[150:]).all()
+    parallel = replace(
+        gabf.Network.from_arcs(tails, heads, weight, np.array([0, 1]), 152, kernel=gabf.Additive()),
+        source_values=values,
+    )
+    compiled = gabf.oracle(parallel)
+    problem = reduce(parallel)
+    assert np.array_equal(compiled, problem.unpack(_dijkstra(problem)))
+    assert np.isinf(compiled[150:]).all()
+    keep = (net.tails > 1) | (net.indices > 1)
+    graph = csr_matrix((net.weight[keep], (net.indices[keep], net.tails[keep])), shape=(150, 150))
+    away = [dijkstra(graph, indices=source) + value for source, value in enumerate(values)]
+    np.testing.assert_allclose(compiled[2:150], np.minimum(*away)[2:], rtol=1e-13)
+    assert tuple(compiled[:2]) == values
 
 
 def test_value_iteration_is_a_second_opinion_from_above_and_below():

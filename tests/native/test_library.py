@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from itertools import combinations_with_replacement, pairwise
+from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from planner.collision.bounds import ClearanceBound
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability
 from planner.native import library
-from planner.native.library import cheapest_nodes, detours, logarithms
+from planner.native.library import logarithms
 from planner.studies.bench_attack.cases import Case
 from planner.studies.bench_attack.claims import world_of
 from planner.studies.bench_attack.true_distance import true_distance
@@ -98,48 +96,9 @@ def test_the_same_bits_on_one_thread_and_on_many(monkeypatch: pytest.MonkeyPatch
             np.testing.assert_array_equal(one, same)
 
 
-def test_the_cheapest_path_is_dijkstras_over_directed_arcs() -> None:
-    rng, n = np.random.default_rng(1), 60
-    found = 0
-    for _ in range(60):
-        m = int(rng.integers(n, 3 * n))
-        code = rng.choice(n * n, size=m, replace=False)
-        arcs = np.column_stack([code // n, code % n])
-        cost = np.where(rng.random(m) < 0.1, np.inf, rng.uniform(0.0, 1.0, m))
-        starts, goals = rng.integers(0, n, 3), rng.integers(0, n, 2)
-        path = cheapest_nodes(n, arcs, cost, starts, goals)
-        usable = np.isfinite(cost)
-        graph = csr_matrix((cost[usable], (arcs[usable, 1], arcs[usable, 0])), shape=(n, n))
-        least = dijkstra(graph, indices=goals, min_only=True)[starts].min()
-        if not len(path):
-            assert np.isinf(least)
-            continue
-        price = {tuple(arc): c for arc, c in zip(arcs.tolist(), cost, strict=True)}
-        assert path[0] in starts
-        assert path[-1] in goals
-        assert sum(price[i, j] for i, j in pairwise(path.tolist())) == pytest.approx(least, rel=1e-12)
-        found += 1
-    assert 20 < found < 60
-
-
 def test_logarithms_are_those_of_the_math_module() -> None:
     x = 10.0 ** np.random.default_rng(0).uniform(-300, 300, (4, 500))
     assert np.array_equal(logarithms(x), np.vectorize(math.log)(x))
-
-
-def test_detours_are_dijkstras() -> None:
-    rng = np.random.default_rng(0)
-    for nodes, edges in ((2, 1), (30, 40), (200, 500)):
-        ends = rng.integers(0, nodes, (edges, 2))
-        ends = np.unique(np.sort(ends[ends[:, 0] != ends[:, 1]], axis=1), axis=0)
-        lengths = rng.uniform(0.1, 1.0, len(ends))
-        graph = csr_matrix((lengths, ends.T), shape=(nodes, nodes))
-        pairs = rng.integers(0, nodes, (300, 2))
-        truth = dijkstra(graph, directed=False)[pairs[:, 0], pairs[:, 1]]
-        np.testing.assert_allclose(detours(nodes, ends, lengths, pairs, np.full(300, np.inf)), truth, rtol=1e-12)
-        limits = rng.uniform(0.0, 2.0, 300)
-        capped = detours(nodes, ends, lengths, pairs, limits)
-        np.testing.assert_allclose(capped, np.where(truth <= limits, truth, np.inf), rtol=1e-12)
 
 
 def test_points_outlive_the_arrays_they_came_from() -> None:

@@ -22,3 +22,11 @@ def test_arrays_are_read_in_c_order() -> None:
         assert np.array_equal(read(table), table)
     own = np.zeros(3)
     assert loading.floats(own) is own
+
+
+def test_an_address_is_where_the_numbers_begin() -> None:
+    table = np.arange(12.0).reshape(3, 4)
+    fixed = table.copy()
+    fixed.setflags(write=False)
+    for array in (table, fixed, table[1:], table[:, 2], table.T, table[:0]):
+        assert loading.address(array) == array.__array_interface__["data"][0]

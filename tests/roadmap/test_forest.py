@@ -22,3 +22,13 @@ def test_a_path_becomes_edges_between_its_rows() -> None:
     forest.add_path(path[::-1])
     assert {frozenset(edge) for edge in forest.edges().tolist()} == {frozenset((0, 1)), frozenset((1, 2))}
     assert len(forest) == 3
+
+
+def test_nodes_that_were_there_keep_their_numbers_and_new_ones_follow() -> None:
+    there = np.array([[0.0, 1.0], [1.0, 0.0], [2.0, 2.0]])
+    forest = Forest(there, np.array([[0, 1]]))
+    forest.add_path(np.array([[1.0, 0.0], [5.0, 5.0], [2.0, 2.0]]))
+    np.testing.assert_array_equal(forest.nodes(), [*there, [5.0, 5.0]])
+    assert forest.edges().tolist() == [[0, 1], [1, 3], [2, 3]]
+    assert forest.known == {q.tobytes() for q in forest.nodes()}
+    assert len(forest) == 4

@@ -7,12 +7,22 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.collision.edge_prover import recheck
+from planner.collision.edge_prover import EdgeProver, recheck
 from planner.costs.network import build_network
+from planner.roadmap.best_paths import BETAS
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.enlarge import enlarged
+from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.motions import Motions
-from planner.roadmap.shortcuts import _cheapest_steps, shortcuts, straight_paths, subdivided
+from planner.roadmap.shortcuts import (
+    _best_paths,
+    _cheaper,
+    _cheapest_steps,
+    _Verdicts,
+    shortcuts,
+    straight_paths,
+    subdivided,
+)
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 
@@ -83,3 +93,31 @@ def test_pieces_of_a_path_that_wraps():
     steps = np.linalg.norm(robot.difference(path[:-1], path[1:]), axis=1)
     np.testing.assert_allclose(steps.sum(), np.linalg.norm(robot.difference(first, last)))
     assert steps.max() <= 0.1 + 1e-9
+
+
+def test_the_way_is_the_cheapest_of_all_that_is_proven_though_few_motions_are_asked_for(monkeypatch):
+    """Against the cheapest way over every skip that is proven, on best paths of a random roadmap."""
+    fewer = 0
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        roadmap, prover = post_roadmap(), RecordingProver(make_post())
+        start, goal = rng.choice(len(roadmap.nodes), 2, replace=False)
+        cost = MotionCost(prover.robot, roadmap.scale, float(rng.choice(BETAS)), longest=np.inf)
+        here = replace(roadmap, starts=np.array([start]), goals=np.array([goal]))
+        for nodes in _best_paths(here, cost.of_edges(here)):
+            path, asked = roadmap.nodes[nodes], []
+
+            def counted(start, delta, asked=asked, prover=prover):
+                asked.append(len(start))
+                return EdgeProver.free(prover, start, delta)
+
+            monkeypatch.setattr(prover, "free", counted)
+            found = _cheaper(_Verdicts(prover), path, cost)
+            i, j = np.triu_indices(len(path), 2)
+            step = cost(path[:-1], path[1:])
+            direct, around = cost(path[i], path[j]), np.array([step[a:b].sum() for a, b in zip(i, j, strict=True)])
+            worth = np.flatnonzero((direct < around) & EdgeProver.free(prover, path[i], path[j] - path[i]))
+            every = {(int(i[row]), int(j[row])): float(direct[row]) for row in worth}
+            assert found == _cheapest_steps(step, every)
+            fewer += sum(asked) < (direct < around).sum()
+    assert fewer > 3

@@ -73,6 +73,14 @@ def test_no_pickle_is_written(content):
             assert b"'O'" not in archive.read(item)[:200]
 
 
+def test_only_what_compresses_is_compressed_and_a_file_compressed_as_a_whole_reads_the_same(content, tmp_path):
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        stored = {item.filename[:-4] for item in archive.infolist() if item.compress_type == zipfile.ZIP_STORED}
+    assert stored == {name for name, dtype in DTYPES.items() if dtype is np.float64}
+    assert load_roadmap(rewritten(content, tmp_path / "packed.npz")).sha256 == ROADMAP.sha256
+    assert (tmp_path / "packed.npz").stat().st_size < len(content)
+
+
 def test_a_file_is_readable_by_others(tmp_path):
     save_roadmap(ROADMAP, tmp_path / "a.npz")
     mask = os.umask(0)

@@ -14,8 +14,8 @@ from planner.tradeoff.alternatives import paths_for_every_beta
 
 def test_each_interval_has_its_optimum_and_together_they_are_all_of_it(solved: Plan) -> None:
     assert solved.layered is not None
-    layered, law = solved.layered, gabf.SingularityFree()
-    shown = paths_for_every_beta(solved.roadmap, solved.robot, layered, law)
+    layered = solved.layered
+    shown = paths_for_every_beta(solved.roadmap, solved.robot, layered)
     ends = [path.interval for path in shown if path.interval]
     assert (ends[0][0], ends[-1][1]) == (0.0, 1.0)
     assert [low for low, _ in ends[1:]] == pytest.approx([high for _, high in ends[:-1]])
@@ -31,4 +31,4 @@ def test_each_interval_has_its_optimum_and_together_they_are_all_of_it(solved: P
 def test_a_stopped_search_shows_none(solved: Plan) -> None:
     assert solved.layered is not None
     stopped = Progress(stop=lambda: True)
-    assert paths_for_every_beta(solved.roadmap, solved.robot, solved.layered, gabf.SingularityFree(), stopped) == ()
+    assert paths_for_every_beta(solved.roadmap, solved.robot, solved.layered, stopped) == ()

@@ -59,6 +59,7 @@ def test_pieces_cover_everything_once_and_hold_their_field(seed: int, levels: in
     assert [piece.beta_max for piece in found[:-1]] == [piece.beta_min for piece in found[1:]]
     for piece in found:
         field = piece.support.cost_to_go
+        assert field is not None
         assert piece.beta_min < piece.beta_max
         assert piece.beta_min <= piece.support.beta <= piece.beta_max
         np.testing.assert_array_equal(field.x, gabf.oracle(graph.network(piece.support.beta)))
@@ -90,6 +91,22 @@ def test_every_law_finds_the_same(law: gabf.Law) -> None:
     assert len(plain) >= 8
     np.testing.assert_array_equal(lines(plain), lines(other))
     assert [piece.beta_max for piece in plain] == [piece.beta_max for piece in other]
+
+
+@QUICK
+@given(st.integers(0, 2**31), st.sampled_from([None, 3]))
+def test_without_a_law_the_oracle_finds_the_same_fields_and_paths(seed: int, levels: int | None) -> None:
+    graph = random_graph(seed, 11, 0.7, levels)
+    dynamic, search = searched(graph), EnvelopeSearch(graph.network(), graph.starts)
+    while not search.done:
+        search.step()
+    assert (search.connected, search.solves) == (dynamic.connected, 0)
+    assert [s.beta for s in search.supports] == [s.beta for s in dynamic.supports]
+    for ours, theirs in zip(search.supports, dynamic.supports, strict=True):
+        assert theirs.cost_to_go is not None
+        assert ours.cost_to_go is None
+        np.testing.assert_array_equal(ours.nodes, theirs.nodes)
+        np.testing.assert_array_equal(ours.x, theirs.cost_to_go.x)
 
 
 def test_solves_are_warm_where_the_law_allows_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -200,7 +217,7 @@ def test_a_search_goes_on_from_paths() -> None:
         assert [s.beta for s in second.supports] == [s.beta for s in whole.supports]
         for a, b in zip(second.supports, whole.supports, strict=True):
             np.testing.assert_array_equal(a.nodes, b.nodes)
-            np.testing.assert_array_equal(a.cost_to_go.x, b.cost_to_go.x)
+            np.testing.assert_array_equal(a.x, b.x)
 
 
 @pytest.mark.parametrize(

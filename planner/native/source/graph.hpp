@@ -81,39 +81,52 @@ class DetourSearch {
     Side sides_[2];
 };
 
-// The nodes of the cheapest path over directed arcs from one of `starts` to one of `goals`; none where there is none.
-// Dijkstra's search from the goals, against the arcs; equal costs are taken in the order of nodes.
-inline std::vector<int64_t> cheapest_path(int nodes, int arcs, const int64_t* ends, const double* costs,
-                                          const std::vector<int>& starts, const std::vector<int>& goals) {
-    std::vector<int> first(nodes + 1), into(arcs);
-    for (int a = 0; a < arcs; ++a) ++first[ends[2 * a + 1] + 1];
-    for (int n = 0; n < nodes; ++n) first[n + 1] += first[n];
-    std::vector<int> free(first.begin(), first.end() - 1);
-    for (int a = 0; a < arcs; ++a) into[free[ends[2 * a + 1]]++] = a;
+// Dijkstra's search from goals, against directed arcs (tail, head); equal costs are taken in the order of nodes.
+class CostSearch {
+   public:
+    std::vector<double> cost;  // of the cheapest path to a goal and of that goal; infinite where none was found
+    std::vector<int> next;     // the node behind this one on that path, -1 at goals
 
-    std::vector<double> cost(nodes, infinity);
-    std::vector<int> next(nodes, -1);
-    std::vector<char> is_start(nodes);
-    for (int start : starts) is_start[start] = 1;
-    using Entry = std::pair<double, int>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> open;
-    for (int goal : goals) cost[goal] = 0.0, open.push({0.0, goal});
-    while (!open.empty()) {
-        const auto [here, node] = open.top();
-        open.pop();
-        if (here > cost[node]) continue;
-        if (is_start[node]) {
-            std::vector<int64_t> path;
-            for (int n = node; n >= 0; n = next[n]) path.push_back(n);
-            return path;
-        }
-        for (int k = first[node]; k < first[node + 1]; ++k) {
-            const int tail = static_cast<int>(ends[2 * into[k]]);
-            const double offer = here + costs[into[k]];
-            if (offer < cost[tail]) cost[tail] = offer, next[tail] = node, open.push({offer, tail});
-        }
+    CostSearch(int nodes, int arcs, const int64_t* ends, const double* costs)
+        : cost(nodes, infinity), next(nodes, -1), first_(nodes + 1), into_(arcs) {
+        for (int a = 0; a < arcs; ++a) ++first_[ends[2 * a + 1] + 1];
+        for (int n = 0; n < nodes; ++n) first_[n + 1] += first_[n];
+        std::vector<int> free(first_.begin(), first_.end() - 1);
+        for (int a = 0; a < arcs; ++a)
+            into_[free[ends[2 * a + 1]]++] = {static_cast<int>(ends[2 * a]), costs[a]};
     }
-    return {};
-}
+
+    // Goes on until `last` says that a node is the last one; returns that, or -1. `values` are the goals' own costs.
+    template <typename Last>
+    int run(const std::vector<int>& goals, const double* values, Last last) {
+        std::vector<char> is_goal(cost.size());
+        std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> open;
+        for (size_t k = 0; k < goals.size(); ++k) {
+            cost[goals[k]] = values ? values[k] : 0.0, is_goal[goals[k]] = 1;
+            open.push({cost[goals[k]], goals[k]});
+        }
+        while (!open.empty()) {
+            const auto [here, node] = open.top();
+            open.pop();
+            if (here > cost[node]) continue;
+            if (last(node)) return node;
+            for (int k = first_[node]; k < first_[node + 1]; ++k) {
+                const auto [tail, price] = into_[k];
+                const double offer = here + price;
+                if (offer < cost[tail] && !is_goal[tail]) cost[tail] = offer, next[tail] = node, open.push({offer, tail});
+            }
+        }
+        return -1;
+    }
+
+   private:
+    using Entry = std::pair<double, int>;
+    struct Arc {
+        int tail;
+        double cost;
+    };
+    std::vector<int> first_;
+    std::vector<Arc> into_;
+};
 
 }  // namespace planner

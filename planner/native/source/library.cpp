@@ -65,7 +65,7 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 9; }
+int planner_version() { return 10; }
 
 // As Python's math.log, by the same libm, whatever processor: NumPy's differs in the last bits from one to the next.
 void logarithms(int64_t n, const double* x, double* logs) {
@@ -372,10 +372,21 @@ void graph_detours(int nodes, int edges, const int64_t* ends, const double* leng
 // The cheapest path over arcs (count, 2) from one of `starts` to one of `goals`: its nodes, `path` (nodes,), their number
 int graph_cheapest(int nodes, int arcs, const int64_t* ends, const double* costs, int start_count,
                    const int64_t* starts, int goal_count, const int64_t* goals, int64_t* path) {
-    const auto found =
-        cheapest_path(nodes, arcs, ends, costs, {starts, starts + start_count}, {goals, goals + goal_count});
-    std::copy(found.begin(), found.end(), path);
-    return static_cast<int>(found.size());
+    CostSearch search(nodes, arcs, ends, costs);
+    std::vector<char> is_start(nodes);
+    for (int k = 0; k < start_count; ++k) is_start[starts[k]] = 1;
+    int count = 0;
+    const int start = search.run({goals, goals + goal_count}, nullptr, [&](int node) { return is_start[node]; });
+    for (int node = start; node >= 0; node = search.next[node]) path[count++] = node;
+    return count;
+}
+
+// The cost (nodes,) of the cheapest path over arcs (count, 2) to one of `goals`, their own `values` added
+void graph_costs(int nodes, int arcs, const int64_t* ends, const double* costs, int goal_count, const int64_t* goals,
+                 const double* values, double* found) {
+    CostSearch search(nodes, arcs, ends, costs);
+    search.run({goals, goals + goal_count}, values, [](int) { return false; });
+    std::copy(search.cost.begin(), search.cost.end(), found);
 }
 
 // The quickest motion along `count` stretches: `piece` (count,) says of which piece (., 3, dof) one is the part between
