@@ -6,14 +6,15 @@ import os
 import sys
 import threading
 
-from planner.base.interrupts import leave_on_interrupt
+from planner.base.interrupts import end_like_interrupt, leave_on_interrupt
 
 _ALLOCATIONS_PER_COLLECTION = 200_000  # imports alone make 125,000 objects that stay
 
 
 def main() -> None:
-    """Run the command line; Ctrl-C is seen to before anything else is loaded."""
+    """Run the command line; Ctrl-C and SIGTERM are seen to before anything else is loaded."""
     leave_on_interrupt()
+    end_like_interrupt()
     gc.set_threshold(_ALLOCATIONS_PER_COLLECTION)
     from planner.cli import main as command_line
 

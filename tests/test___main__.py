@@ -14,6 +14,7 @@ early = {name for name in sys.modules if name.startswith("planner.")}
 assert early <= {"planner.__main__", "planner.base", "planner.base.interrupts"}, early
 order = []
 program.leave_on_interrupt = lambda: order.append("interrupts")
+program.end_like_interrupt = lambda: order.append("ends")
 import planner.cli
 planner.cli.main = lambda: order.append("commands")
 program.main()
@@ -42,7 +43,7 @@ program.main()
 
 def test_interrupts_come_first() -> None:
     done = subprocess.run([sys.executable, "-c", ORDER], capture_output=True, text=True, check=False)
-    assert (done.stdout, done.stderr) == ("['interrupts', 'commands']\n", "")
+    assert (done.stdout, done.stderr) == ("['interrupts', 'ends', 'commands']\n", "")
 
 
 @pytest.mark.parametrize(

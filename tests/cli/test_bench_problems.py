@@ -6,6 +6,8 @@ import signal
 import time
 from pathlib import Path
 
+import pytest
+
 from planner.studies.bench_plan.rows import Row
 from planner.studies.table import read_rows
 from tests.command_line import Run, command
@@ -26,7 +28,8 @@ def test_a_problem_without_its_scene_is_a_refused_row(tmp_path: Path, run: Run) 
     assert text.strip() == (tmp_path / "o" / "plan.md").read_text().strip()
 
 
-def test_ctrl_c_saves_and_goes_on_later(tmp_path: Path, run: Run) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_saves_and_the_rest_follows_later(tmp_path: Path, run: Run, number: int) -> None:
     write_problem(tmp_path / "p", "0001", (-1.0, 0.8), (1.0, -0.8))
     write_problem(tmp_path / "p", "0002", (-1.0, 0.8), (1.0, -0.8))
     arguments = ("bench", "plan", "p", *PLANAR, "--out", "o", "--time-limit", "1000")
@@ -36,8 +39,10 @@ def test_ctrl_c_saves_and_goes_on_later(tmp_path: Path, run: Run) -> None:
         assert time.monotonic() < until
         assert process.poll() is None
         time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    process.send_signal(number)
     text, error = process.communicate(timeout=60)
+    assert not [child for child in children if Path(f"/proc/{child}/exe").exists()]
     assert "Traceback" not in error
     assert process.returncode == 130
     assert "Interrupted" in text
