@@ -14,7 +14,7 @@ from typing import Any, Generic, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
-from planner.base.errors import FileError
+from planner.base.errors import FileError, OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
 from planner.base.request import SERIAL, WorkersRequest
@@ -117,8 +117,11 @@ def run_bench(
 ) -> Bench[R]:
     """:func:`measure_missing` on ``<name>.csv`` of ``folder``, and its rows' report written to ``<name>.md`` beside.
 
-    ``kind`` has a ``key``, what was asked. :class:`FileError` where the folder or the table cannot be used.
+    ``kind`` has a ``key``, what was asked. :class:`OptionError` where there are no cases, :class:`FileError` where the
+    folder or the table cannot be used.
     """
+    if not cases:
+        raise OptionError(f"no {stage} to measure: give at least one value to each option that takes several.")
     make_folder(folder)
     key: Callable[[Any], Hashable] = operator.attrgetter("key")
     ledger = ResultsFile(folder / f"{name}.csv", kind, f"planner bench {name}", key, order)

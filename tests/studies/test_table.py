@@ -7,8 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from planner.base.errors import FileError
-from planner.studies.table import ResultsFile, markdown_table, median, percentile, read_rows, software, to_csv
+from planner.base.errors import FileError, OptionError
+from planner.base.progress import Progress
+from planner.studies.table import (
+    ResultsFile,
+    markdown_table,
+    median,
+    percentile,
+    read_rows,
+    run_bench,
+    software,
+    to_csv,
+)
 
 
 @dataclass(frozen=True)
@@ -68,3 +78,9 @@ def test_software_names_the_source() -> None:
     text = software({"numpy": "2"})
     assert text.startswith("numpy 2, source ")
     assert software({"numpy": "3"}) != text
+
+
+def test_nothing_to_measure_is_told_and_writes_nothing(tmp_path: Path) -> None:
+    with pytest.raises(OptionError, match="no plans to measure"):
+        run_bench(tmp_path / "b", "b", Row, [], lambda *_: [], lambda *_: None, lambda *_: "", "plans", Progress())
+    assert not (tmp_path / "b").exists()

@@ -42,8 +42,6 @@ def bench_gabf(
     be used.
     """
     require_seed(seed)
-    if not sizes:
-        raise OptionError("no size to measure: give numbers of nodes, such as --sizes 1000 10000.")
     for nodes in sizes:
         if not 1 <= neighbours < nodes or nodes < 10:
             raise OptionError(f"{nodes} nodes with {neighbours} neighbours each: give at least 10, and more nodes.")
