@@ -74,6 +74,13 @@ class ClearanceBound:
         """Whether no surfaces of checked pairs are within the margin in any configuration (n, dof)."""
         return self.native.first_near(q) == len(q)
 
+    def motion_looks_free(self, start: Floats, delta: Floats, step: float) -> bool:
+        """The same of states along a straight motion from ``start`` by ``delta`` (dof,), its end and its middle first.
+
+        Between two of them no point moves further than ``step`` (m).
+        """
+        return self.native.motion_looks_free(start, delta, self.world.reach.bodies, step)
+
 
 def _add_item(native: NativeWorld, item: Body | Obstacle, motions: Mapping[str, KnownMotion]) -> None:
     if isinstance(item, Obstacle):

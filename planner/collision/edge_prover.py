@@ -9,6 +9,7 @@ and not just for those that were sampled. The loop is compiled: ``native/source/
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -23,6 +24,9 @@ from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
 
 _BATCH = 256  # pieces between two looks whether to stop
+
+MotionTest = Callable[[Floats, Floats], Bools]
+"""Which motions from configurations (m, dof) by joint motions (m, dof) may be taken, (m,)."""
 
 
 class Verdict(IntEnum):
@@ -66,6 +70,7 @@ class EdgeProver:
         self.robot = checker.robot
         self._reach = np.ascontiguousarray(self.world.pair_reach)
         self._is_static: Bools = ~np.any(self.world.pair_reach, axis=1)
+        self._native = checker.bound.native
         self.static_contact = checker.static_contact
 
     def only(self, pairs: Bools) -> EdgeProver:
@@ -73,6 +78,11 @@ class EdgeProver:
         part = copy.copy(self)
         part._is_static = self._is_static | ~pairs
         return part
+
+    @property
+    def _bounds(self) -> tuple[Floats, Floats, Bools]:
+        """How fast pairs and bodies move at most, and which pairs do not."""
+        return self._reach, self.world.reach.bodies, self._is_static
 
     def _touching(self, rotation: Floats, position: Floats, pairs: Ints) -> int | None:
         """The first of ``pairs`` that the checker finds within the margin at one placement of the joints."""
@@ -93,6 +103,68 @@ class EdgeProver:
         """(m,) which segments are proven, as :meth:`prove` has it without asking what the others touch."""
         return self.prove(start, delta, room, contacts=False).free
 
+    def first_free(
+        self,
+        start: Floats,
+        delta: Floats,
+        motions: Ints,
+        alternatives: Ints,
+        room: float = PROOF,
+        allows: MotionTest | None = None,
+    ) -> Ints:
+        """For each of n items the number (n,) of the first of its alternatives whose motions are all proven, or -1.
+
+        Item k has ``alternatives[k]`` of them, alternative j consists of ``motions[j]`` of the straight motions from
+        ``start`` by ``delta`` (m, dof), one after the other. What ``allows`` refuses is not chosen either. A proof goes
+        no further once another motion of its alternative is refused.
+        """
+        begin, of = np.zeros(len(alternatives), dtype=np.int64), np.repeat(np.arange(len(alternatives)), alternatives)
+        if self.static_contact is not None:
+            return begin - 1
+        coefficients, item = np.stack([start, delta], axis=1), np.repeat(of, motions)
+        while True:
+            found, clearance, samples = self._native.first_proven(
+                *self._bounds, coefficients, motions, alternatives, begin, room
+            )
+            chosen = samples >= 0
+            allowed = self._allowed(start[chosen], delta[chosen], allows)
+            if allowed.all():
+                self._note(start[chosen], delta[chosen], clearance[chosen], samples[chosen])
+                return found
+            begin = np.where(found < 0, alternatives, found)
+            begin[item[chosen][~allowed]] += 1
+
+    def cheapest_chain(
+        self, points: Floats, price: Floats, room: float = PROOF, allows: MotionTest | None = None
+    ) -> Ints:
+        """The rows (r,) of the cheapest chain of proven straight motions from the first of ``points`` to the last one.
+
+        ``points`` (k, dof), of which consecutive ones are joined by proven motions; ``price`` (k, k) of motions, from
+        a row to a later one, infinite for those that may not be taken. Only motions of cheapest chains are proven, no
+        further than until one of a chain is refused. What ``allows`` refuses is no part of a chain either. All rows
+        where there is none.
+        """
+        if self.static_contact is not None:
+            return np.arange(len(points))
+        price = price.copy()
+        while True:
+            rows, clearance, samples = self._native.cheapest_chain(*self._bounds, points, price, room)
+            fresh = samples >= 0
+            a, b = rows[:-1][fresh], rows[1:][fresh]
+            allowed = self._allowed(points[a], points[b] - points[a], allows)
+            if allowed.all():
+                self._note(points[a], points[b] - points[a], clearance[fresh], samples[fresh])
+                return rows
+            price[a[~allowed], b[~allowed]] = np.inf
+
+    def _allowed(self, start: Floats, delta: Floats, allows: MotionTest | None) -> Bools:
+        """(m,) which motions without a crossed surface have no body inside another, and pass a test of the caller."""
+        allowed = self.checker.inside.pairs(start) < 0
+        return allowed if allows is None else allowed & allows(start, delta)
+
+    def _note(self, start: Floats, delta: Floats, clearance: Floats, samples: Ints) -> None:
+        """What was found of the free motions from ``start`` by ``delta`` (m, dof); nothing is kept."""
+
     def prove_curves(self, coefficients: Floats, room: float = PROOF, contacts: bool = True) -> Proofs:
         """Verdicts on polynomial pieces q(s) = sum_k c_k s^k, s in [0, 1]; ``coefficients`` (m, degree + 1, dof).
 
@@ -108,8 +180,8 @@ class EdgeProver:
             if first and self.progress.stopped:  # the first ones take no time, and keep what was searched before
                 break
             rows = slice(first, first + _BATCH)
-            verdict[rows], pair[rows], samples[rows], clearance[rows], where[rows] = self.checker.bound.native.prove(
-                self._reach, self.world.reach.bodies, self._is_static, coefficients[rows], room
+            verdict[rows], pair[rows], samples[rows], clearance[rows], where[rows] = self._native.prove(
+                *self._bounds, coefficients[rows], room
             )
         proofs = Proofs(verdict, pair, samples, clearance)
         if contacts:

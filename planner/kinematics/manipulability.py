@@ -31,6 +31,15 @@ def manipulability(robot: Robot, q: Floats) -> Floats:
     determinant in sqrt(det(J Jᵀ)) comes out negative by rounding in about half of all singular configurations. Modified
     Gram-Schmidt is as good as LAPACK's QR here (Björck 1967). Unit m^3 for six rows, m^3 for three, m^2 for two.
     """
-    q, frame = np.atleast_2d(np.asarray(q, dtype=float)), robot.model.frames[robot.tool_id]
-    rows = ROWS[robot.manipulability].stop
-    return Chain.of(robot).native.manipulability(q, int(frame.parentJoint), frame.placement.translation, rows)
+    return Chain.of(robot).native.manipulability(np.atleast_2d(np.asarray(q, dtype=float)), *_tool(robot))
+
+
+def manipulability_along(robot: Robot, start: Floats, delta: Floats, shares: Floats) -> Floats:
+    """w (n, k) along straight motions from ``start`` by ``delta`` (n, dof), after each of ``shares`` (k,) of them."""
+    return Chain.of(robot).native.manipulability_along(start, delta, shares, *_tool(robot))
+
+
+def _tool(robot: Robot) -> tuple[int, Floats, int]:
+    """The joint that carries the tool, where the tool is in its frame, and how many rows of its Jacobian count."""
+    frame = robot.model.frames[robot.tool_id]
+    return int(frame.parentJoint), frame.placement.translation, ROWS[robot.manipulability].stop

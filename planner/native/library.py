@@ -56,8 +56,16 @@ class NativeChain:
 
     def manipulability(self, q: Floats, joint: int, point: Floats, rows: int) -> Floats:
         """The volume (n,) that the first ``rows`` rows of the Jacobian of a point span; columns, where fewer."""
-        q, point, w = _floats(q), _floats(point), np.empty(len(q))
-        _library.chain_manipulability(self.handle, len(q), _at(q), joint, _at(point), rows, threads(), _at(w))
+        return self.manipulability_along(q, np.zeros_like(q), np.zeros(1), joint, point, rows)[:, 0]
+
+    def manipulability_along(
+        self, start: Floats, delta: Floats, shares: Floats, joint: int, point: Floats, rows: int
+    ) -> Floats:
+        """The same (n, k) at ``start`` + share ``delta``, (n, dof) each, for each of ``shares`` (k,)."""
+        start, delta, shares, point = _floats(start), _floats(delta), _floats(shares), _floats(point)
+        w = np.empty((len(start), len(shares)))
+        motions = len(start), _at(start), _at(delta), len(shares), _at(shares)
+        _library.chain_manipulability(self.handle, *motions, joint, _at(point), rows, threads(), _at(w))
         return w
 
     def inverse(
@@ -199,6 +207,19 @@ class NativeWorld:
         q = _floats(q)
         return _library.world_first_near(self.handle, len(q), _at(q))
 
+    def motion_looks_free(self, start: Floats, delta: Floats, body_reach: Floats, step: float) -> bool:
+        """Whether :meth:`first_near` finds nothing along a motion from ``start`` by ``delta`` (dof,) but at ``start``.
+
+        In its end, its middle, and states between which no point moves further than ``step`` (m): ``body_reach``
+        (bodies, dof) bounds how far a joint's motion moves a body's points.
+        """
+        start, delta, body_reach = _floats(start), _floats(delta), _floats(body_reach)
+        return bool(
+            _library.world_motion_looks_free(
+                self.handle, _at(start), _at(delta), _at(body_reach), len(body_reach), step
+            )
+        )
+
     def prove(
         self,
         reach: Floats,
@@ -227,13 +248,59 @@ class NativeWorld:
         )  # fmt: skip
         return verdict, pair, samples, clearance, where
 
+    def first_proven(
+        self,
+        reach: Floats,
+        body_reach: Floats,
+        is_static: Bools,
+        coefficients: Floats,
+        motions: Ints,
+        alternatives: Ints,
+        begin: Ints,
+        room: float,
+    ) -> tuple[Ints, Floats, Ints]:
+        """For each of n items the number of the first of its alternatives whose motions are all proven, or -1.
 
-def logarithms(x: Floats) -> Floats:
-    """ln x elementwise, as :func:`math.log`; the last bits of :func:`numpy.log` depend on the processor."""
-    x = _floats(x)
-    logs = np.empty(x.shape)
-    _library.logarithms(x.size, _at(x), _at(logs))
-    return logs
+        Item k has ``alternatives[k]`` (n,) of them, of which those before ``begin[k]`` are left out; alternative j
+        consists of ``motions[j]`` of the straight motions ``coefficients`` (m, 2, dof), one after the other. With the
+        numbers (n,) clearances and samples (m,) of the motions that were chosen, -1 samples for the others. Otherwise
+        as :meth:`prove`.
+        """
+        reach, body_reach, is_static = _floats(reach), _floats(body_reach), _bytes(is_static)
+        coefficients, n, m = _floats(coefficients), len(alternatives), len(coefficients)
+        items, ends = (_ints(np.concatenate([[0], np.cumsum(counts)])) for counts in (alternatives, motions))
+        chosen, clearance, samples = _ints(begin).copy(), np.empty(m), np.empty(m, dtype=np.int64)
+        _library.world_first_proven(
+            self.handle, _at(reach), _at(body_reach), _at(is_static), _at(coefficients), n, _at(items), _at(ends), room,
+            threads(), _at(chosen), _at(clearance), _at(samples),
+        )  # fmt: skip
+        return chosen, clearance, samples
+
+    def cheapest_chain(
+        self, reach: Floats, body_reach: Floats, is_static: Bools, points: Floats, price: Floats, room: float
+    ) -> tuple[Ints, Floats, Ints]:
+        """The rows (r,) of the cheapest chain of proven straight motions from the first of ``points`` to the last one.
+
+        ``points`` (k, dof), of which consecutive ones are joined by proven motions; ``price`` (k, k) of the motions
+        forward. With the rows clearances and samples (r - 1,) of the motions between them, -1 samples where these are
+        consecutive. Otherwise as :meth:`prove`. All points where every chain has an infinite price.
+        """
+        reach, body_reach, is_static = _floats(reach), _floats(body_reach), _bytes(is_static)
+        points, price, k = _floats(points), np.array(price, dtype=np.float64), len(points)
+        rows, clearance, samples = np.empty(k, dtype=np.int64), np.empty(k), np.empty(k, dtype=np.int64)
+        count = _library.world_cheapest_chain(
+            self.handle, _at(reach), _at(body_reach), _at(is_static), k, _at(points), _at(price), room,
+            *(_at(array) for array in (rows, clearance, samples)),
+        )  # fmt: skip
+        return rows[:count], clearance[1:count], samples[1:count]
+
+
+def manipulability_costs(w: Floats, low: float, high: float, zeta: float, kind: int) -> Floats:
+    """omega elementwise: 1 up to ``low``, ``zeta`` from ``high`` on; between as 1 / w (0), -ln w (1), -w (2) goes."""
+    w = _floats(w)
+    costs = np.empty(w.shape)
+    _library.manipulability_costs(w.size, _at(w), low, high, zeta, kind, _at(costs))
+    return costs
 
 
 def quickest_motion(

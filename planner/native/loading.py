@@ -16,7 +16,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 10  # of the functions' arguments: what planner_version() says
+_VERSION = 11  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -40,7 +40,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
         *2 * [_Pointer],
     ),
     "chain_in_boxes": (_Pointer, _int, _Pointer, _int, *9 * [_Pointer]),
-    "chain_manipulability": (_Pointer, _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
+    "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
     "world_free": (_Pointer,),
     "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
     "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
@@ -50,8 +50,9 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "world_prove": (_Pointer, *5 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
+    "world_first_proven": (_Pointer, *4 * [_Pointer], _int, *2 * [_Pointer], _double, _int, *3 * [_Pointer]),
     "curve_quickest": (_int, _int, *7 * [_Pointer]),
-    "logarithms": (_long, *2 * [_Pointer]),
+    "manipulability_costs": (_long, _Pointer, *3 * [_double], _int, _Pointer),
     "arcs_free": (_Pointer,),
     "arcs_hops": (_long, *2 * [_Pointer], _long, *2 * [_Pointer]),
     "arcs_parent_values": (_Pointer, _long, *2 * [_Pointer], _int, _Pointer),
@@ -70,6 +71,8 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "arcs_new": (_Pointer, (_long, _long, *4 * [_Pointer])),
     "flow_advance": (_double, (_Pointer, _long, *4 * [_Pointer], _double, _double, _int, _Pointer)),
     "world_first_near": (_int, (_Pointer, _int, _Pointer)),
+    "world_motion_looks_free": (_int, (_Pointer, *3 * [_Pointer], _int, _double)),
+    "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, *3 * [_Pointer])),
 }
 
 

@@ -28,9 +28,12 @@ class RecordingProver(EdgeProver):
         start, delta = np.atleast_2d(start), np.atleast_2d(delta)
         proofs = super().prove(start, delta, room, contacts)
         free = proofs.free
-        found = zip(proofs.clearance[free].tolist(), proofs.samples[free].tolist(), strict=True)
-        self._known |= dict(zip(zip(_rows(start[free]), _rows(delta[free]), strict=True), found, strict=True))
+        self._note(start[free], delta[free], proofs.clearance[free], proofs.samples[free])
         return proofs
+
+    def _note(self, start: Floats, delta: Floats, clearance: Floats, samples: Ints) -> None:
+        found = zip(clearance.tolist(), samples.tolist(), strict=True)
+        self._known |= dict(zip(zip(_rows(start), _rows(delta), strict=True), found, strict=True))
 
     def certificates(self, nodes: Floats, edges: Ints) -> tuple[Floats, Ints]:
         """Clearance (m,) metres beyond the margin, never negative, and samples (m,) of proven ``edges`` (m, 2).

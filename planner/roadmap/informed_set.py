@@ -23,16 +23,16 @@ class InformedSet:
     def __init__(self, robot: Robot, starts: Floats, goals: Floats, longest: float) -> None:
         """Of ``starts`` (s, dof) and ``goals`` (g, dof), one of each no farther apart than ``longest``."""
         self._robot, self._starts, self._goals = robot, starts, goals
+        self._ends, self._wraps = np.concatenate([starts, goals]), bool(robot.continuous.any())
         self._longest = (1.0 + _ROUNDING) * longest
         self.space = self._box()
 
     def holds(self, q: Floats) -> bool:
         """Whether ``q`` (dof,) lies in the set."""
-        return self._nearest(self._starts, q) + self._nearest(self._goals, q) <= self._longest
-
-    def _nearest(self, ends: Floats, q: Floats) -> float:
-        apart = self._robot.difference(ends, q)
-        return math.sqrt(float((apart * apart).sum(axis=1).min()))
+        apart = self._robot.difference(self._ends, q) if self._wraps else q - self._ends
+        squares = np.add.reduce(apart * apart, axis=1).tolist()
+        first = len(self._starts)
+        return math.sqrt(min(squares[:first])) + math.sqrt(min(squares[first:])) <= self._longest
 
     def _box(self) -> JointSpace:
         robot, longest = self._robot, self._longest

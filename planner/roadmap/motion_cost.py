@@ -11,7 +11,7 @@ from planner.base.products import product
 from planner.base.request import DEFAULT_COST, DEFAULT_METRIC, Charge, ManipulabilityCost, Metric
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability import manipulability_along
 from planner.roadmap.measure import simpson_weights
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import CostScale, manipulability_cost
@@ -49,8 +49,7 @@ class MotionCost:
         far = (np.abs(delta[:, self.robot.continuous]) > np.pi).any(axis=1)
         if self.beta == 1.0 and self.floor <= 0:
             return np.where(far, np.inf, distance)
-        states = (a[:, None] + _SHARES[:, None] * delta[:, None]).reshape(-1, self.robot.dof)
-        w = manipulability(self.robot, states).reshape(len(a), W_STATES_PER_EDGE)
+        w = manipulability_along(self.robot, a, delta, _SHARES)
         return np.where(far, np.inf, self._along(w, distance, length))
 
     def of_edges(self, roadmap: Roadmap) -> Floats:

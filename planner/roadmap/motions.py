@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen
-from planner.base.products import length, product
+from planner.base.arrays import Floats
+from planner.base.products import length
 from planner.base.resolutions import PROOF, W_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 
 if TYPE_CHECKING:
     from planner.roadmap.ompl_planners import MotionCheck
-
-# where a motion is sampled before anything costly: most refused ones end in contact
-_QUICK_LOOKS = np.array([1.0, 0.5])
-
-
-@lru_cache(maxsize=1024)
-def _between(count: int) -> Floats:
-    """(count - 1, 1): what divides [0, 1] into ``count`` parts, points far apart first, as contacts lie in runs."""
-    k = np.arange(1, max(count, 1))
-    reversed_bits = sum((k >> bit & 1) << (30 - bit) for bit in range(31))
-    return frozen(k[np.argsort(reversed_bits)][:, None] / max(count, 1))
 
 
 class Motions:
@@ -38,26 +26,18 @@ class Motions:
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
         self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
         self._bound = prover.checker.bound
-        self._reach_T = np.ascontiguousarray(prover.world.reach.bodies.T)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
         """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
-        looks_free = self._quick_look(first, delta) and self._well_conditioned(first, delta)
+        looks_free = self._looks_free(first, delta, np.inf) and self._well_conditioned(first, delta)
         return looks_free and bool(self.prover.free(first[None], delta[None], self.room)[0])
 
     def looks_free(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""
+        return lambda first, delta: self._looks_free(first, delta, step) and self._well_conditioned(first, delta)
 
-        def check(first: Floats, delta: Floats) -> bool:
-            if not (self._quick_look(first, delta) and self._well_conditioned(first, delta)):
-                return False
-            shares = _between(int(np.ceil(product(np.abs(delta), self._reach_T).max(initial=0.0) / step)))
-            return not len(shares) or self._bound.looks_free(first + shares * delta)
-
-        return check
-
-    def _quick_look(self, first: Floats, delta: Floats) -> bool:
-        return self._bound.looks_free(first + np.outer(_QUICK_LOOKS, delta))
+    def _looks_free(self, first: Floats, delta: Floats, step: float) -> bool:
+        return self._bound.motion_looks_free(first, delta, step)
 
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
         if self.floor <= 0:

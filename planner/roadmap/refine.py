@@ -95,27 +95,30 @@ class PathRefiner:
         k = len(points)
         if k < 3:
             return points
-        price, proven = self._pairs(points, corner), np.eye(k, k, 1, dtype=bool)
-        while True:
-            rows = _cheapest_chain(price)
-            a, b = rows[:-1], rows[1:]
-            asked = ~proven[a, b]
-            if not asked.any() or self.progress.stopped:
-                return points[rows] if not asked.any() else points
-            a, b = a[asked], b[asked]
-            free = self.allowed(points[a], points[b])
-            proven[a[free], b[free]] = True
-            price[a[~free], b[~free]] = np.inf
+        return points[self.prover.cheapest_chain(points, self._pairs(points, corner), self.room, self._above_floor)]
+
+    def first_allowed(self, start: Floats, end: Floats, motions: Ints, alternatives: Ints) -> Ints:
+        """For each item its first alternative of motions from ``start`` to ``end`` (m, dof) that are all allowed.
+
+        See :meth:`planner.collision.edge_prover.EdgeProver.first_free`.
+        """
+        return self.prover.first_free(start, end - start, motions, alternatives, self.room, self._above_floor)
 
     def allowed(self, a: Floats, b: Floats) -> Bools:
         """(k,) whether the motions from ``a`` to ``b`` (k, dof) are proven and stay above the floor."""
         free = self.prover.free(a, b - a, self.room)
-        if self.cost.floor > 0:
-            for row in np.flatnonzero(free):
-                count = max(1, int(np.ceil(np.abs(b[row] - a[row]).max() / W_ALONG_PATH)))
-                states = a[row] + np.linspace(0.0, 1.0, count + 1)[:, None] * (b[row] - a[row])
-                free[row] = (manipulability(self.prover.robot, states) >= self.cost.floor).all()
+        free[free] = self._above_floor(a[free], (b - a)[free])
         return free
+
+    def _above_floor(self, start: Floats, delta: Floats) -> Bools:
+        """(k,) whether w is above the floor along the motions from ``start`` by ``delta`` (k, dof)."""
+        above = np.ones(len(start), dtype=bool)
+        if self.cost.floor > 0:
+            for row in range(len(start)):
+                count = max(1, int(np.ceil(np.abs(delta[row]).max() / W_ALONG_PATH)))
+                states = start[row] + np.linspace(0.0, 1.0, count + 1)[:, None] * delta[row]
+                above[row] = (manipulability(self.prover.robot, states) >= self.cost.floor).all()
+        return above
 
     def _cornered(self, path: Floats) -> Floats:
         """The path with two points more at each corner, as far before it as behind it."""
@@ -160,11 +163,11 @@ class PathRefiner:
             if not len(best):
                 continue
             chosen = [stretches[row] for row in best]
-            free = np.split(self.allowed(*_motions([q for _, q in chosen])), np.cumsum([len(q) - 1 for _, q in chosen]))
-            for (i, q), parts in zip(chosen, free[:-1], strict=True):
-                if parts.all():
-                    path[i : i + len(q)] = q
-                    break
+            motions = np.array([len(q) - 1 for _, q in chosen])
+            first = self.first_allowed(*_motions([q for _, q in chosen]), motions, np.array([len(chosen)]))[0]
+            if first >= 0:
+                i, q = chosen[first]
+                path[i : i + len(q)] = q
         return path
 
     def _stretch(self, path: Floats) -> tuple[int, Floats]:
@@ -199,18 +202,15 @@ class PathRefiner:
         k, count, dof = candidates.shape
         flat = candidates.reshape(-1, dof)
         price = self._through(np.repeat(before, count, axis=0), flat, np.repeat(after, count, axis=0)).reshape(k, count)
-        order = np.argsort(price, axis=1, kind="stable")
-        moved = np.zeros(k, dtype=bool)
-        for rank in range(_PROVEN_PER_WAYPOINT):  # the cheapest first
-            best = order[:, rank]
-            rows = np.flatnonzero(~moved & (price[np.arange(k), best] < now * (1.0 - _LEAST_GAIN)))
-            if not len(rows):
-                break
-            there = candidates[rows, best[rows]]
-            free = self.allowed(np.concatenate([before[rows], there]), np.concatenate([there, after[rows]]))
-            rows = rows[free.reshape(2, -1).all(axis=0)]
-            path[inner[rows]] = candidates[rows, best[rows]]
-            moved[rows] = True
+        order = np.argsort(price, axis=1, kind="stable")[:, :_PROVEN_PER_WAYPOINT]  # the cheapest first
+        gains = np.take_along_axis(price, order, axis=1) < now[:, None] * (1.0 - _LEAST_GAIN)
+        item, rank = np.nonzero(gains)
+        there = candidates[item, order[item, rank]]
+        start = np.stack([before[item], there], axis=1).reshape(-1, dof)
+        end = np.stack([there, after[item]], axis=1).reshape(-1, dof)
+        chosen = self.first_allowed(start, end, np.full(len(item), 2), gains.sum(axis=1))
+        moved = chosen >= 0
+        path[inner[moved]] = candidates[moved, order[moved, chosen[moved]]]
         return moved
 
     def _through(self, before: Floats, here: Floats, after: Floats) -> Floats:
@@ -253,17 +253,3 @@ def cut(path: Floats, piece: float, most: int | None = None) -> Floats:
 def _motions(paths: list[Floats]) -> tuple[Floats, Floats]:
     """From where and to where the motions of some paths lead."""
     return np.concatenate([path[:-1] for path in paths]), np.concatenate([path[1:] for path in paths])
-
-
-def _cheapest_chain(price: Floats) -> Ints:
-    """The rows of the cheapest chain from the first to the last of k points, by forward ``price`` (k, k)."""
-    k = len(price)
-    total, back = np.zeros(k), np.zeros(k, dtype=np.int64)
-    for row in range(1, k):
-        reached = total[:row] + price[:row, row]
-        back[row] = reached.argmin()
-        total[row] = reached[back[row]]
-    rows = [k - 1]
-    while rows[-1]:
-        rows.append(int(back[rows[-1]]))
-    return np.array(rows[::-1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,17 +9,12 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError, choices
 from planner.base.request import DEFAULT_COST, ManipulabilityCost
-from planner.native.library import logarithms
+from planner.native.library import manipulability_costs
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
 
-_DECREASING: dict[str, Callable[[Floats], Floats]] = {
-    "inverse": lambda w: 1.0 / w,
-    "log": lambda w: -logarithms(w),
-    "linear": lambda w: -w,
-}
-COSTS = tuple(_DECREASING)
+COSTS: tuple[ManipulabilityCost, ...] = ("inverse", "log", "linear")
 
 
 @dataclass(frozen=True)
@@ -61,9 +55,6 @@ def manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = 
     ``inverse`` 1/w punishes the neighbourhood of singularities most and tells good nodes apart least, ``linear`` -w
     the reverse, ``log`` -ln w stands between.
     """
-    if name not in _DECREASING:
+    if name not in COSTS:
         raise OptionError(f"manipulability cost '{name}' not found; costs are {choices(COSTS)}.")
-    decreasing = _DECREASING[name]
-    best, worst = decreasing(np.array([scale.w_high, scale.w_low]))
-    share = (decreasing(np.clip(w, scale.w_low, scale.w_high)) - best) / (worst - best) if worst > best else 0.0 * w
-    return scale.zeta + (1.0 - scale.zeta) * np.clip(share, 0.0, 1.0)
+    return manipulability_costs(w, scale.w_low, scale.w_high, scale.zeta, COSTS.index(name))

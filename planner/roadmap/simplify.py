@@ -14,7 +14,7 @@ from planner.roadmap.refine import PathRefiner
 TOLERANCE = 1e-3  # of the cost: what a path with fewer corners may cost more than the one it came from
 _OUTWARD = (0.0, 0.3, 0.7, 1.2)  # candidates beyond the point where the neighbouring motions would meet
 _RANDOM = 24  # candidates around these
-_PROVEN, _BATCH = 48, 8  # candidates of all pairs whose motions are proven, and how many at a time
+_PROVEN = 48  # candidates of all pairs whose motions are proven
 
 
 def simplified(refiner: PathRefiner, path: Floats, rng: np.random.Generator) -> Floats:
@@ -43,15 +43,14 @@ def _merged(refiner: PathRefiner, path: Floats, limit: float, rng: np.random.Gen
     rise = refiner.cost(before, flat) + refiner.cost(flat, after) - np.repeat(step[:-2] + step[1:-1] + step[2:], count)
     order = np.argsort(rise, kind="stable")
     order = order[step.sum() + rise[order] <= limit][:_PROVEN]
-    for first in range(0, len(order), _BATCH):
-        rows = order[first : first + _BATCH]
-        free = refiner.allowed(np.concatenate([before[rows], flat[rows]]), np.concatenate([flat[rows], after[rows]]))
-        free = free.reshape(2, -1).all(axis=0)
-        if free.any():
-            row = rows[free.argmax()]
-            pair = row // count
-            return np.concatenate([path[: pair + 1], flat[row : row + 1], path[pair + 3 :]])
-    return None
+    start = np.stack([before[order], flat[order]], axis=1).reshape(-1, robot.dof)
+    end = np.stack([flat[order], after[order]], axis=1).reshape(-1, robot.dof)
+    best = refiner.first_allowed(start, end, np.full(len(order), 2), np.array([len(order)]))[0]
+    if best < 0:
+        return None
+    row = order[best]
+    pair = row // count
+    return np.concatenate([path[: pair + 1], flat[row : row + 1], path[pair + 3 :]])
 
 
 def _candidates(a: Floats, p: Floats, q: Floats, b: Floats, rng: np.random.Generator) -> Floats:

@@ -7,6 +7,7 @@ from pathlib import Path
 import coal
 import numpy as np
 import pytest
+from scipy.sparse.csgraph import dijkstra
 
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import is_free
@@ -413,3 +414,75 @@ def test_recheck_agrees_with_proofs(paper):
         seen = recheck(paper, start[k], delta[k], 2e-3) is not None
         assert verdict != Verdict.FREE or not seen
         assert verdict != Verdict.COLLIDES or seen or proofs.clearance[k] < 2e-3
+
+
+# which of several motions are proven
+
+
+def choices_among(count: int) -> tuple[EdgeProver, np.ndarray, np.ndarray]:
+    """Random states of a panda at a shelf, and which straight motions between them are proven, one by one."""
+    prover, robot = EdgeProver(checker_of("panda", "shelf")), load("panda")
+    rng = np.random.default_rng(11)
+    points = random_q(robot, 1, seed=2) + 0.25 * np.cumsum(rng.normal(size=(count, robot.dof)), axis=0)
+    points = np.clip(points, robot.lower, robot.upper)
+    i, j = np.triu_indices(count, 1)
+    free = np.zeros((count, count), dtype=bool)
+    free[i, j] = prover.free(points[i], points[j] - points[i])
+    return prover, points, free
+
+
+def test_the_cheapest_chain_is_dijkstras_over_all_motions_that_are_proven() -> None:
+    prover, points, free = choices_among(25)
+    k, rng, lengths = len(points), np.random.default_rng(3), []
+    free |= np.eye(k, k, 1, dtype=bool)  # as a path's own motions
+    ahead = np.maximum(np.arange(k) - np.arange(k)[:, None], 1) ** 1.1
+    for _ in range(20):
+        price = np.where(np.triu(np.ones((k, k), dtype=bool), 1), rng.uniform(0.5, 1.5, (k, k)), np.inf) * ahead
+        price[rng.random((k, k)) < 0.2] = np.inf
+        price[np.arange(k - 1), np.arange(1, k)] = 2.0
+        banned = rng.random((k, k)) < 0.1
+
+        def allows(start: np.ndarray, delta: np.ndarray, banned: np.ndarray = banned) -> np.ndarray:
+            rows = [np.abs(points - q).max(axis=1).argmin() for q in start]
+            ends = [np.abs(points - q).max(axis=1).argmin() for q in start + delta]
+            return ~banned[rows, ends]
+
+        for test, may in ((None, free), (allows, free & ~(banned & ~np.eye(k, k, 1, dtype=bool)))):
+            rows = prover.cheapest_chain(points, price, allows=test)
+            least = dijkstra(np.where(may, price, np.inf), indices=0)[-1]
+            assert price[rows[:-1], rows[1:]].sum() == pytest.approx(least)
+            assert may[rows[:-1], rows[1:]].all()
+            lengths.append(len(rows))
+    assert len(set(lengths)) > 3
+    assert prover.cheapest_chain(points, np.full((k, k), np.inf)).tolist() == list(range(k))
+
+
+def test_the_first_alternative_is_the_first_whose_motions_are_all_proven() -> None:
+    prover, points, free = choices_among(25)
+    rng, chosen = np.random.default_rng(4), []
+    alternatives = rng.integers(0, 5, size=60)
+    motions = rng.integers(1, 4, size=alternatives.sum())
+    i = rng.integers(0, 20, size=motions.sum())
+    j = i + rng.integers(1, 5, size=motions.sum())
+    odd = (i % 2).astype(bool)
+
+    def allows(start: np.ndarray, _: np.ndarray) -> np.ndarray:
+        return np.array([np.abs(points - q).max(axis=1).argmin() % 2 == 0 for q in start], dtype=bool)
+
+    for test, may in ((None, free[i, j]), (allows, free[i, j] & ~odd)):
+        found = prover.first_free(points[i], points[j] - points[i], motions, alternatives, allows=test)
+        proven = [part.all() for part in np.split(may, np.cumsum(motions)[:-1])]
+        items = np.split(np.array(proven), np.cumsum(alternatives)[:-1])
+        assert found.tolist() == [int(item.argmax()) if item.any() else -1 for item in items]
+        chosen.append(found)
+    assert {-1, 0, 1} <= set(chosen[0].tolist())
+    assert (chosen[0] != chosen[1]).any()
+
+
+def test_choices_where_something_fixed_touches() -> None:
+    """Nothing is proven then; the own motions of a path are all that is left of it."""
+    prover = EdgeProver(make_checker(load("panda"), scene_of((Box((0.1, 0.1, 0.1)), np.eye(4)))))
+    assert prover.static_contact is not None
+    points = random_q(load("panda"), 3, seed=0)
+    assert prover.cheapest_chain(points, np.ones((3, 3))).tolist() == [0, 1, 2]
+    assert prover.first_free(points, 0.1 * points, np.ones(3, dtype=int), np.array([3])).tolist() == [-1]

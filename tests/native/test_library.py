@@ -11,9 +11,9 @@ import pytest
 from planner.collision.bounds import ClearanceBound
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import Chain, joint_placements
-from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability import manipulability, manipulability_along
 from planner.native import library
-from planner.native.library import logarithms
+from planner.native.library import manipulability_costs
 from planner.studies.bench_attack.cases import Case
 from planner.studies.bench_attack.claims import world_of
 from planner.studies.bench_attack.true_distance import true_distance
@@ -89,16 +89,47 @@ def test_the_same_bits_on_one_thread_and_on_many(monkeypatch: pytest.MonkeyPatch
     answers = []
     for count in (1, 2, 7):
         monkeypatch.setattr(library, "threads", lambda count=count: count)
-        proofs = EdgeProver(checker).prove(q, 0.3 * np.roll(q, 1, axis=0))
-        answers.append((proofs.verdict, proofs.pair, proofs.samples, proofs.clearance, manipulability(robot, q)))
+        prover, delta = EdgeProver(checker), 0.3 * np.roll(q, 1, axis=0)
+        proofs, pairs = prover.prove(q, delta), np.full(150, 2)
+        first = prover.first_free(q, delta, pairs, np.full(50, 3))
+        w = manipulability(robot, q)
+        answers.append((proofs.verdict, proofs.pair, proofs.samples, proofs.clearance, first, w))
     for other in answers[1:]:
         for one, same in zip(answers[0], other, strict=True):
             np.testing.assert_array_equal(one, same)
 
 
-def test_logarithms_are_those_of_the_math_module() -> None:
-    x = 10.0 ** np.random.default_rng(0).uniform(-300, 300, (4, 500))
-    assert np.array_equal(logarithms(x), np.vectorize(math.log)(x))
+def test_costs_of_w_take_the_math_modules_logarithm() -> None:
+    w, low, high, zeta = 10.0 ** np.random.default_rng(0).uniform(-9, 1, (4, 500)), 1e-6, 0.5, 0.01
+    share = (np.vectorize(math.log)(high) - np.vectorize(math.log)(np.clip(w, low, high))) / (
+        math.log(high) - math.log(low)
+    )
+    assert np.array_equal(manipulability_costs(w, low, high, zeta, 1), zeta + (1.0 - zeta) * share)
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5", "planar_2r"])
+def test_w_of_several_has_the_bits_of_w_of_one(name: str) -> None:
+    robot = load(name)
+    q, delta, shares = random_q(robot, 7, seed=3), random_q(robot, 7, seed=4), np.array([0.0, 0.3, 1.0])
+    whole = manipulability(robot, q)
+    assert np.array_equal(whole, [manipulability(robot, one)[0] for one in q])
+    along = manipulability_along(robot, q, delta, shares)
+    assert np.array_equal(along, np.stack([manipulability(robot, q + share * delta) for share in shares], axis=1))
+
+
+def test_a_motion_looks_free_where_its_states_do() -> None:
+    """The end, the middle and states at even distances; not the start, where a motion is already."""
+    checker, robot = checker_of("panda", "shelf"), load("panda")
+    reach, verdicts = checker.world.reach.bodies, []
+    for a, b in zip(random_q(robot, 120, seed=5), random_q(robot, 120, seed=6), strict=True):
+        delta = 0.3 * (b - a)
+        for step in (np.inf, 0.05):
+            count = 1 if np.isinf(step) else math.ceil(float((reach @ np.abs(delta)).max()) / step)
+            shares = np.array([1.0, 0.5, *(np.arange(1, count) / count)])
+            looks = checker.bound.motion_looks_free(a, delta, step)
+            assert looks == checker.bound.looks_free(a + shares[:, None] * delta)
+            verdicts.append(looks)
+    assert 20 < sum(verdicts) < 220
 
 
 def test_points_outlive_the_arrays_they_came_from() -> None:

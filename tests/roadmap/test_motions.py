@@ -8,7 +8,7 @@ from planner.collision import second_checker
 from planner.collision.checker import is_free
 from planner.collision.edge_prover import EdgeProver, recheck
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.motions import Motions, _between
+from planner.roadmap.motions import Motions
 from tests.worlds import checker_of, load, make_post
 
 
@@ -40,11 +40,3 @@ def test_what_looks_free_may_touch_and_what_is_proven_does_not() -> None:
         assert truth or not proven
         assert looked or not proven, "what is proven looks free, too"
     assert np.mean([truth == looked for truth, _, looked in verdicts]) > 0.9
-
-
-def test_states_far_apart_are_looked_at_first() -> None:
-    shares = _between(8).ravel()
-    assert sorted(shares) == [k / 8 for k in range(1, 8)]
-    assert shares[:3].tolist() == [0.5, 0.25, 0.75]
-    assert not len(_between(1))
-    assert not len(_between(0))

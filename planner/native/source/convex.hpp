@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -10,6 +11,30 @@
 namespace planner {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Which of `count` points, given by their x, then y, then z, is farthest along d; the first one of several.
+FOR_THIS_PROCESSOR inline int first_farthest(const double* points, int count, double dx, double dy, double dz) {
+    const double *x = points, *y = points + count, *z = points + 2 * count;
+    Four most = {-infinity, -infinity, -infinity, -infinity}, at = {}, here = {0.0, 1.0, 2.0, 3.0};
+    int k = 0;
+    for (; k + 4 <= count; k += 4, here = here + 4.0) {
+        Four u, v, w;
+        std::memcpy(&u, x + k, sizeof u), std::memcpy(&v, y + k, sizeof v), std::memcpy(&w, z + k, sizeof w);
+        const Four along = u * dx + v * dy + w * dz;
+        at = along > most ? here : at;
+        most = along > most ? along : most;
+    }
+    double farthest = -infinity;
+    int best = 0;
+    for (int l = 0; l < 4; ++l)
+        if (most[l] > farthest || (most[l] == farthest && at[l] < best))
+            farthest = most[l], best = static_cast<int>(at[l]);
+    for (; k < count; ++k) {
+        const double along = x[k] * dx + y[k] * dy + z[k] * dz;
+        if (along > farthest) farthest = along, best = k;
+    }
+    return best;
+}
 
 // A convex set in the frame of what carries it: the hull of points, or a cylinder; and all that is no farther than
 // `radius` from that.
@@ -29,14 +54,8 @@ struct Convex {
             return norm > 0.0 ? end + (u / norm) * across_u + (v / norm) * across_v : end;
         }
         if (count == 1) return only;
-        const double *x = points, *y = points + count, *z = points + 2 * count;
-        int best = 0;
-        double most = -infinity;
-        for (int k = 0; k < count; ++k) {
-            double along = x[k] * d.x + y[k] * d.y + z[k] * d.z;
-            if (along > most) most = along, best = k;
-        }
-        return {x[best], y[best], z[best]};
+        const int best = first_farthest(points, count, d.x, d.y, d.z);
+        return {points[best], points[count + best], points[2 * count + best]};
     }
 };
 

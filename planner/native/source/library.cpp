@@ -6,10 +6,11 @@
 #include <system_error>
 #include <thread>
 
+#include "choices.hpp"
 #include "dynamics.hpp"
+#include "glance.hpp"
 #include "graph.hpp"
 #include "inverse.hpp"
-#include "prover.hpp"
 #include "time_optimal.hpp"
 
 using namespace planner;
@@ -65,11 +66,17 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 10; }
+int planner_version() { return 11; }
 
-// As Python's math.log, by the same libm, whatever processor: NumPy's differs in the last bits from one to the next.
-void logarithms(int64_t n, const double* x, double* logs) {
-    for (int64_t k = 0; k < n; ++k) logs[k] = std::log(x[k]);
+// The cost omega (n,) of manipulability w: 1 up to `low`, zeta from `high` on, and between them as 1 / w (kind 0), -ln w
+// (1) or -w (2) goes. By libm's logarithm on every processor: NumPy's differs in the last bits from one to the next.
+void manipulability_costs(int64_t n, const double* w, double low, double high, double zeta, int kind, double* costs) {
+    auto decreasing = [kind](double x) { return kind == 0 ? 1.0 / x : kind == 1 ? -std::log(x) : -x; };
+    const double best = decreasing(high), worst = decreasing(low);
+    for (int64_t k = 0; k < n; ++k) {
+        const double share = worst > best ? (decreasing(std::min(std::max(w[k], low), high)) - best) / (worst - best) : 0.0;
+        costs[k] = zeta + (1.0 - zeta) * std::min(std::max(share, 0.0), 1.0);
+    }
 }
 
 Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns, const double* offset,
@@ -137,34 +144,29 @@ void chain_path_lengths(const Chain* chain, int n, const double* start, const do
     });
 }
 
-// w (n,): the volume that the first `rows` rows of the Jacobian of a point span, or its columns where these are fewer
-void chain_manipulability(const Chain* chain, int n, const double* q, int last, const double* point, int rows,
-                          int threads, double* w) {
+// w (n, states) of a point that joint `last` carries, of the first `rows` rows of its Jacobian, at start + share * delta
+// (n, dof) for each of shares (states,).
+void chain_manipulability(const Chain* chain, int n, const double* start, const double* delta, int states,
+                          const double* shares, int last, const double* point, int rows, int threads, double* w) {
     const int dof = chain->dof();
-    struct Worker {
-        std::vector<Frame> frames;
-        std::vector<Vec> linear, angular;
-        std::vector<double> vectors;
-    };
-    auto make = [&] {
-        return Worker{std::vector<Frame>(dof + 1), std::vector<Vec>(dof), std::vector<Vec>(dof),
-                      std::vector<double>(6 * dof)};
-    };
-    constexpr int at_a_time = 64;
-    share_out((n + at_a_time - 1) / at_a_time, threads, 4, make, [&](int part, Worker& worker) {
-        for (int k = part * at_a_time; k < std::min(n, (part + 1) * at_a_time); ++k) {
-            chain->place(q + static_cast<size_t>(k) * dof, worker.frames.data());
-            chain->jacobian(worker.frames.data(), last, vec_at(point), worker.linear.data(), worker.angular.data());
-            const bool by_row = rows <= dof;
-            for (int j = 0; j < dof; ++j) {
-                const Vec l = worker.linear[j], a = worker.angular[j];
-                const double column[6] = {l.x, l.y, l.z, a.x, a.y, a.z};
-                for (int r = 0; r < rows; ++r) worker.vectors[by_row ? r * dof + j : j * rows + r] = column[r];
+    const int64_t all = static_cast<int64_t>(n) * states, fours = (all + 3) / 4;
+    constexpr int at_a_time = 16;
+    share_out(
+        static_cast<int>((fours + at_a_time - 1) / at_a_time), threads, 4, [&] { return ManipulabilityScratch(dof); },
+        [&](int part, ManipulabilityScratch& scratch) {
+            for (int64_t four = part * int64_t{at_a_time}; four < std::min(fours, (part + int64_t{1}) * at_a_time); ++four) {
+                const int64_t first = 4 * four, count = std::min<int64_t>(4, all - first);
+                for (int l = 0; l < 4; ++l) {  // the last one again where there are fewer
+                    const int64_t k = first + std::min<int64_t>(l, count - 1);
+                    const double share = shares[k % states];
+                    const double *from = start + k / states * dof, *by = delta + k / states * dof;
+                    for (int j = 0; j < dof; ++j) scratch.q[j][l] = from[j] + share * by[j];
+                }
+                double found[4];
+                manipulability_of_four(*chain, last, vec_at(point), rows, scratch, found);
+                std::copy(found, found + count, w + first);
             }
-            w[k] = by_row ? spanned_volume(worker.vectors.data(), rows, dof)
-                          : spanned_volume(worker.vectors.data(), dof, rows);
-        }
-    });
+        });
 }
 
 // Seeds q (n, dof) become where the descents to a target end; distance (n,) m and angle (n,) rad are left there.
@@ -339,22 +341,73 @@ void world_prove(const World* world, const double* reach, const double* body_rea
         });
 }
 
+// Of each of `count` items the first alternative whose motions are all proven, or -1: chosen (count,), where it says at
+// first which alternative to begin with. They are those from items[k] to items[k + 1], and the motions of one are the
+// pieces from ends[a] to ends[a + 1]. clearance and samples (pieces,) of what was chosen, -1 samples of the others.
+void world_first_proven(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
+                        const double* coefficients, int count, const int64_t* items, const int64_t* ends, double room,
+                        int threads, int64_t* chosen, double* clearance, int64_t* samples) {
+    const Pieces pieces{coefficients, static_cast<int>(ends[items[count]]), 1, world->chain.dof()};
+    std::vector<Proof> proofs(pieces.count);
+    for (Proof& proof : proofs) proof.samples = -1;
+    share_out(
+        count, threads, 2, [&] { return Prover(*world, reach, body_reach, is_static); },
+        [&](int k, Prover& prover) {
+            const int begin = static_cast<int>(chosen[k]), end = static_cast<int>(items[k + 1] - items[k]);
+            chosen[k] = first_proven(prover, pieces, begin, end, ends + items[k], room, proofs.data());
+        });
+    for (int k = 0; k < pieces.count; ++k) clearance[k] = proofs[k].clearance, samples[k] = proofs[k].samples;
+}
+
+// The cheapest chain of proven motions through points (count, dof), of which consecutive ones are proven, by forward
+// price (count, count), in which refused ones become infinite: its rows, their number, and clearance and samples of the
+// motions to rows[1], rows[2] and so on, -1 samples of those that were proven before.
+int world_cheapest_chain(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
+                         int count, const double* points, double* price, double room, int64_t* rows,
+                         double* clearance, int64_t* samples) {
+    Prover prover(*world, reach, body_reach, is_static);
+    ChainSearch search(prover, count, world->chain.dof(), points, price);
+    const std::vector<int> found = search.search(room);
+    for (size_t k = 0; k < found.size(); ++k) {
+        const Proof* proof = k > 0 ? search.proof(found[k - 1], found[k]) : nullptr;
+        rows[k] = found[k], clearance[k] = proof ? proof->clearance : 0.0, samples[k] = proof ? proof->samples : -1;
+    }
+    return static_cast<int>(found.size());
+}
+
 // The first of configurations (n, dof) in which a pair is not farther apart than the margin, or n.
 int world_first_near(const World* world, int n, const double* q) {
-    Scratch scratch = world->scratch();
-    std::vector<double> bounds(world->pair_count());
-    const double enough = world->margin;
-    world->place_moving(0.0, scratch.frames.data());
-    for (int k = 0; k < n; ++k) {
-        world->chain.place(q + static_cast<size_t>(k) * world->chain.dof(), scratch.frames.data());
-        world->coarse(scratch.frames.data(), scratch, bounds.data());
-        for (int p = 0; p < world->pair_count(); ++p) {
-            if (bounds[p] > enough) continue;
-            Vec apart = world->between_middles(p, scratch.frames.data());
-            if (world->close(p, scratch.frames.data(), apart, {enough + rounding}) <= enough) return k;
-        }
-    }
+    Glance glance(*world);
+    for (int k = 0; k < n; ++k)
+        if (glance.finds_near(q + static_cast<size_t>(k) * world->chain.dof())) return k;
     return n;
+}
+
+// Whether no pair is so near in states along the motion from start by delta (dof,): at its end, in its middle, and where
+// no point moves further than `step` (m) from one to the next; body_reach (bodies, dof).
+int world_motion_looks_free(const World* world, const double* start, const double* delta, const double* body_reach,
+                            int bodies, double step) {
+    const int dof = world->chain.dof();
+    Glance glance(*world);
+    std::vector<double> q(dof);
+    auto is_near = [&](double share) {
+        for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
+        return glance.finds_near(q.data());
+    };
+    if (is_near(1.0) || is_near(0.5)) return 0;
+    double most = 0.0;
+    for (int b = 0; b < bodies; ++b) {
+        double motion = 0.0;
+        for (int j = 0; j < dof; ++j) motion += body_reach[b * dof + j] * std::fabs(delta[j]);
+        most = std::max(most, motion);
+    }
+    const int count = static_cast<int>(std::ceil(most / step));
+    int stride = 1;
+    while (2 * stride < count) stride *= 2;
+    for (; stride > 0; stride /= 2)  // far apart first, as contacts lie in runs
+        for (int k = stride; k < count; k += 2 * stride)
+            if (is_near(k / double(count))) return 0;
+    return 1;
 }
 
 // Lengths (count,) of the shortest paths between pairs (count, 2) of nodes; infinite beyond limits (count,)

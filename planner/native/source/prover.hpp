@@ -5,6 +5,13 @@
 // clears an interval of the piece; when the intervals of every pair cover it, it is proven for all its configurations.
 // That distance is at most the body's reach in any configuration, and near a sample at most what it is there and what
 // the joints beyond can add to it: an arm that is folded moves its hand half as fast as one that is stretched out.
+//
+// A sample is taken in the middle m of an interval of half width h. A pair that is d apart there, and whose distance
+// changes by no more than r per unit of s anywhere in the interval, is at least d - r |s - m| apart at s. If d >= r h it
+// is clear on the whole interval, whatever comes of other pairs: what these leave open is sampled for them alone, after
+// the first sample for a handful. What all pairs clear is what the one clears that clears least, so it does not matter
+// how much more the others do: pairs are looked at in the order of what coarse bounds clear, the least first, and no
+// closer than shows that a pair clears as much as those before it.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +25,6 @@ constexpr double always_close = 0.03;    // m: pairs that a coarse bound puts ne
 constexpr int close_looks = 8;           // per sample, for pairs that are farther apart: more cost more than halving
 constexpr double reported = 5e-3;        // m beyond what covers an interval, so that the clearance reported is worth it
 constexpr double hull_is_enough = 0.01;  // m: where hulls are so far apart, dents below them are not looked into
-constexpr double rounding = 1e-9;        // m by which a computed distance may exceed the true one
 
 enum Verdict : int64_t { proven_free = 0, collides = 1, undecided = 2 };
 
@@ -85,79 +91,212 @@ class Prover {
     // `reach` (pairs, dof) and `body_reach` (bodies, dof) hold in every configuration.
     Prover(const World& world, const double* reach, const double* body_reach, const uint8_t* is_static)
         : world_(world), reach_(reach), body_reach_(body_reach), static_(is_static), scratch_(world.scratch()),
-          gap_(world.pair_count()), rate_(world.pair_count()), whole_rate_(world.pair_count()),
-          own_rate_(world.pair_count()), keep_(world.pair_count(), world.margin), joint_rate_(world.chain.dof()),
-          q_(world.chain.dof()), here_(static_cast<size_t>(world.bodies) * world.chain.dof()), is_here_(world.bodies),
-          apart_(world.pair_count()), guessed_(world.pair_count()) {}
+          coarse_(world.pair_count()), enough_(world.pair_count()), joint_rate_(world.chain.dof()), q_(world.chain.dof()),
+          here_(static_cast<size_t>(world.bodies) * world.chain.dof()), is_here_(world.bodies) {
+        for (int p = 0; p < world.pair_count(); ++p)
+            if (!is_static[p] && world.pairs[p].checked) every_.push_back({p, false, {}});
+        const int dof = world.chain.dof(), count = static_cast<int>(every_.size());
+        reach_by_joint_.resize(static_cast<size_t>(dof) * count);
+        for (int j = 0; j < dof; ++j)
+            for (int k = 0; k < count; ++k) reach_by_joint_[j * count + k] = reach[every_[k].pair * dof + j];
+        gap_.resize(count), rate_.resize(count), own_rate_.resize(count), keep_.resize(count, world.margin);
+    }
 
     // Sample until every interval is cleared, or a pair is left with less than `room` (m) of clearance. With a `span`
     // obstacles move on meanwhile; without one all is as at time 0.
     Proof prove(const Pieces& pieces, int piece, double room, const Span* span = nullptr) {
-        Proof proof;
-        span_ = span;
-        world_.place_moving(0.0, scratch_.frames.data());
-        std::fill(guessed_.begin(), guessed_.end(), 0);
-        rates(pieces, piece, 0.0, 1.0);
-        double motion = 0.0;
-        for (double rate : whole_rate_) motion = std::max(motion, rate);
-        int count = std::max(1, static_cast<int>(std::ceil(motion / first_motion)));
-        open_.clear();
-        for (int k = 0; k < count; ++k) {
-            const double low = k / double(count), high = (k + 1) / double(count);
-            push({low, high, std::fabs(low + high - 1.0) - 1.0});  // the middle first, both ends last
-        }
-        while (!open_.empty() && proof.verdict == proven_free) {
-            const Interval here = pop();
-            if (pieces.degree > 1 || span_) rates(pieces, piece, here.low, here.high);
-            sample(pieces, piece, here, room, proof);
-        }
-        return proof;
+        Attempt attempt;
+        begin(attempt, pieces, piece, span);
+        while (!attempt.done()) go_on(attempt, room);
+        return attempt.proof;
     }
 
-   private:
-    // Intervals next to where a pair was nearest come first: what is not free is met sooner, what is free takes as long.
+    // A pair that is still to be cleared, and a guess of the vector between its two: where it was at the last sample.
+    struct Task {
+        int pair;
+        bool guessed;
+        Vec apart;
+    };
+    // A part of a piece: its pairs are tasks `first` to `last`, or all of them if `last` is 0. Those next to where a
+    // pair was nearest come first: what is not free is met sooner, what is free takes as long.
     struct Interval {
         double low, high, gap;
+        int first = 0, last = 0;
 
         bool operator<(const Interval& other) const { return gap != other.gap ? gap > other.gap : low > other.low; }
     };
-    void push(Interval interval) {
-        open_.push_back(interval);
-        std::push_heap(open_.begin(), open_.end());
-    }
-    Interval pop() {
-        std::pop_heap(open_.begin(), open_.end());
-        const Interval first = open_.back();
-        open_.pop_back();
-        return first;
-    }
+    // How far the proof of a piece has come: free once no interval is open.
+    struct Attempt {
+        Pieces pieces{};
+        int piece = 0;
+        const Span* span = nullptr;
+        Proof proof;
+        std::vector<Interval> open;  // a heap
+        std::vector<Task> tasks;
 
-    // Metres by which each pair's distance can change per unit of s.
-    void rates(const Pieces& pieces, int piece, double low, double high) {
-        pieces.rates(piece, low, high, joint_rate_.data());
-        const int dof = pieces.dof;
-        for (int p = 0; p < world_.pair_count(); ++p) {
-            double rate = 0.0;
-            if (!static_[p])
-                for (int j = 0; j < dof; ++j) rate += reach_[p * dof + j] * joint_rate_[j];
-            whole_rate_[p] = rate;
+        bool done() const { return open.empty() || proof.verdict != proven_free; }
+        double next_gap() const { return open.front().gap; }
+        void push(Interval interval) {
+            open.push_back(interval);
+            std::push_heap(open.begin(), open.end());
         }
-        if (span_) add_obstacles_rates(low, high);
+        Interval pop() {
+            std::pop_heap(open.begin(), open.end());
+            const Interval first = open.back();
+            open.pop_back();
+            return first;
+        }
+    };
+
+    void begin(Attempt& attempt, const Pieces& pieces, int piece, const Span* span = nullptr) {
+        attempt.pieces = pieces, attempt.piece = piece, attempt.span = span;
+        rates_of_all(attempt, 0.0, 1.0);
+        double motion = 0.0;
+        for (size_t k = 0; k < every_.size(); ++k) motion = std::max(motion, rate_[k]);
+        const int count = std::max(1, static_cast<int>(std::ceil(motion / first_motion)));
+        for (int k = 0; k < count; ++k) {
+            const double low = k / double(count), high = (k + 1) / double(count);
+            attempt.push({low, high, std::fabs(low + high - 1.0) - 1.0});  // the middle first, both ends last
+        }
     }
 
-    // The same within `need` (in s) of the sample, for one pair.
-    void rate_here(int p, double need) {
-        const Pair& pair = world_.pairs[p];
+    // One sample more, in the middle of the first open interval.
+    void go_on(Attempt& attempt, double room) {
+        const Interval here = attempt.pop();
+        const double middle = 0.5 * (here.low + here.high), need = 0.5 * (here.high - here.low);
+        attempt.pieces.at(attempt.piece, middle, q_.data());
+        world_.chain.place(q_.data(), scratch_.frames.data());
+        world_.place_moving(attempt.span ? attempt.span->at(middle) : 0.0, scratch_.frames.data());
+        ++attempt.proof.samples;
+        std::fill(is_here_.begin(), is_here_.end(), 0);
+        if (here.last == 0) {
+            tasks_ = every_;
+            rates_of_all(attempt, here.low, here.high);
+            for (size_t k = 0; k < tasks_.size(); ++k) enough_[tasks_[k].pair] = keep_[k] + rate_[k] * need + always_close;
+            world_.coarse(scratch_.frames.data(), scratch_, coarse_.data(), static_, enough_.data());
+            for (size_t k = 0; k < tasks_.size(); ++k) gap_[k] = coarse_[tasks_[k].pair] - keep_[k];
+        } else {
+            tasks_.assign(attempt.tasks.begin() + here.first, attempt.tasks.begin() + here.last);
+            rates_of_tasks(attempt, here.low, here.high);
+            world_.place_spheres(scratch_.frames.data(), scratch_);
+            for (size_t k = 0; k < tasks_.size(); ++k)
+                gap_[k] = world_.coarse_of(tasks_[k].pair, scratch_.frames.data(), scratch_) - keep_[k];
+        }
+        finish(attempt, here, middle, need, room);
+    }
+
+   private:
+    // Look closer where it pays, and open what is left of an interval for the pairs that do not cover it.
+    void finish(Attempt& attempt, Interval here, double middle, double need, double room) {
+        Proof& proof = attempt.proof;
+        const int limit = look_closer(need);
+        const double reach = limit < 0 ? infinity : covered(limit), clear = std::min(reach, need);
+        const int first = static_cast<int>(attempt.tasks.size());
+        for (size_t k = 0; k < tasks_.size(); ++k) {
+            const bool done = gap_[k] >= rate_[k] * need && gap_[k] > 0.0;
+            proof.clearance = std::min(proof.clearance, gap_[k] - rate_[k] * (done ? need : clear));
+            if (!done && reach < need) attempt.tasks.push_back(tasks_[k]);
+        }
+        if (reach >= need) return;
+        if (gap_[limit] < room) {
+            proof.verdict = undecided, proof.pair = tasks_[limit].pair, proof.where = middle;
+            return;
+        }
+        const int last = static_cast<int>(attempt.tasks.size());
+        attempt.push({here.low, middle - reach, gap_[limit], first, last});
+        attempt.push({middle + reach, here.high, gap_[limit], first, last});
+    }
+
+    // How far (in s) from the sample task k is clear; nowhere if nothing in the piece moves what touches.
+    double covered(int k) const {
+        if (rate_[k] > 0.0) return gap_[k] / rate_[k];
+        return gap_[k] > 0.0 ? infinity : -1.0;
+    }
+
+    // Make bounds better that do not cover `need`, where that is likely to pay: the task that covers least, or -1.
+    int look_closer(double need) {
+        short_.clear();
+        for (int k = 0; k < static_cast<int>(tasks_.size()); ++k) {
+            if (gap_[k] < rate_[k] * need) rate_here(k, need);
+            if (gap_[k] < rate_[k] * need || gap_[k] <= 0.0) short_.push_back({covered(k), k});
+        }
+        std::sort(short_.begin(), short_.end());
+        const bool all = static_cast<int>(short_.size()) <= close_looks;
+        double least = infinity;
+        int limit = -1;
+        for (const auto& [bound, k] : short_) {
+            const double wanted = rate_[k] * std::min(need, least);
+            if (gap_[k] < wanted || gap_[k] <= 0.0)
+                if (all || gap_[k] < std::max(always_close, 0.25 * wanted)) look_at(k, wanted);
+            const double reach = covered(k);
+            if (reach < least) least = reach, limit = k;
+            if (gap_[k] <= 0.0) break;  // no sample covers anything there
+        }
+        return limit;
+    }
+
+    // The distance of task k by planes, no closer than shows that it is `wanted`.
+    void look_at(int k, double wanted) {
+        Task& task = tasks_[k];
+        if (!task.guessed) task.apart = world_.between_middles(task.pair, scratch_.frames.data()), task.guessed = true;
+        const Closeness closeness{wanted + reported + keep_[k], hull_is_enough + keep_[k]};
+        const double closer = world_.close(task.pair, scratch_.frames.data(), task.apart, closeness);
+        gap_[k] = std::max(gap_[k], closer - keep_[k] - rounding);
+    }
+
+    // Metres by which each pair's distance can change per unit of s in [low, high], of all tasks that there are.
+    void rates_of_all(const Attempt& attempt, double low, double high) {
+        attempt.pieces.rates(attempt.piece, low, high, joint_rate_.data());
+        const int count = static_cast<int>(every_.size());
+        std::fill(rate_.begin(), rate_.end(), 0.0);
+        for (int j = 0; j < attempt.pieces.dof; ++j) {
+            const double *reach = reach_by_joint_.data() + static_cast<size_t>(j) * count, joint = joint_rate_[j];
+            for (int k = 0; k < count; ++k) rate_[k] += reach[k] * joint;
+        }
+        if (attempt.span) add_obstacles_rates(every_, *attempt.span, low, high);
+    }
+
+    // The same, of the tasks at hand.
+    void rates_of_tasks(const Attempt& attempt, double low, double high) {
+        attempt.pieces.rates(attempt.piece, low, high, joint_rate_.data());
+        for (size_t k = 0; k < tasks_.size(); ++k) {
+            const double* reach = reach_ + static_cast<size_t>(tasks_[k].pair) * attempt.pieces.dof;
+            rate_[k] = 0.0;
+            for (int j = 0; j < attempt.pieces.dof; ++j) rate_[k] += reach[j] * joint_rate_[j];
+        }
+        if (attempt.span) add_obstacles_rates(tasks_, *attempt.span, low, high);
+    }
+
+    // What an obstacle's own motion adds: to the rate, and to the distance to keep as it may be early, late or elsewhere.
+    void add_obstacles_rates(const std::vector<Task>& tasks, const Span& span, double low, double high) {
+        const double first = span.at(low) - span.slack, last = span.at(high) + span.slack;
+        const double latest = std::max(0.0, span.at(0.5 * (low + high)) + span.slack);
+        for (size_t k = 0; k < tasks.size(); ++k) {
+            const int item = world_.pairs[tasks[k].pair].second;
+            own_rate_[k] = 0.0, keep_[k] = world_.margin;
+            if (item < world_.bodies) continue;
+            const Motion* motion = world_.motion_of(item);
+            const double known = motion ? motion->fastest(first, last) : 0.0, limit = world_.items[item].speed_limit;
+            own_rate_[k] = (known + limit) * span.duration;
+            rate_[k] += own_rate_[k];
+            keep_[k] = world_.margin + known * span.slack + limit * latest;
+        }
+    }
+
+    // The rate of task k within `need` (in s) of the sample.
+    void rate_here(int k, double need) {
+        const Pair& pair = world_.pairs[tasks_[k].pair];
         const int dof = world_.chain.dof();
+        const double* anywhere = reach_ + static_cast<size_t>(tasks_[k].pair) * dof;
         const double* first = reach_here(pair.first, need);
         const double* second = pair.second < world_.bodies ? reach_here(pair.second, need) : nullptr;
-        double rate = own_rate_[p];
+        double rate = own_rate_[k];
         for (int j = 0; j < dof; ++j) {
-            double reach = std::min(reach_[p * dof + j], first[j]);
+            double reach = std::min(anywhere[j], first[j]);
             if (second) reach = std::min(reach, second[j]);
             rate += reach * joint_rate_[j];
         }
-        rate_[p] = std::min(rate_[p], rate);
+        rate_[k] = std::min(rate_[k], rate);
     }
 
     // How far a body's points are from the axes of the joints that carry it, on average over an interval of `need` from
@@ -188,87 +327,20 @@ class Prover {
         return here;
     }
 
-    // What an obstacle's own motion adds: to the rate, and to the distance to keep as it may be early, late or elsewhere.
-    void add_obstacles_rates(double low, double high) {
-        const double first = span_->at(low) - span_->slack, last = span_->at(high) + span_->slack;
-        for (int p = 0; p < world_.bodies * world_.obstacles(); ++p) {
-            const int item = world_.pairs[p].second;
-            const Motion* motion = world_.motion_of(item);
-            const double known = motion ? motion->fastest(first, last) : 0.0, limit = world_.items[item].speed_limit;
-            if (static_[p]) continue;
-            own_rate_[p] = (known + limit) * span_->duration;
-            whole_rate_[p] += own_rate_[p];
-            const double latest = span_->at(0.5 * (low + high)) + span_->slack;
-            keep_[p] = world_.margin + known * span_->slack + limit * std::max(0.0, latest);
-        }
-    }
-
-    void sample(const Pieces& pieces, int piece, Interval here, double room, Proof& proof) {
-        const double middle = 0.5 * (here.low + here.high), need = 0.5 * (here.high - here.low);
-        pieces.at(piece, middle, q_.data());
-        world_.chain.place(q_.data(), scratch_.frames.data());
-        if (span_) world_.place_moving(span_->at(middle), scratch_.frames.data());
-        world_.coarse(scratch_.frames.data(), scratch_, gap_.data(), static_);
-        ++proof.samples;
-        std::copy(whole_rate_.begin(), whole_rate_.end(), rate_.begin());
-        std::fill(is_here_.begin(), is_here_.end(), 0);
-        look_closer(need);
-        double reach = infinity;
-        int limit = -1;
-        for (int p = 0; p < world_.pair_count(); ++p) {
-            if (static_[p]) continue;
-            if (rate_[p] <= 0.0) {
-                if (gap_[p] <= 0.0) reach = -1.0, limit = p;  // nothing in this piece moves them apart
-            } else if (gap_[p] / rate_[p] < reach) {
-                reach = gap_[p] / rate_[p], limit = p;
-            }
-        }
-        const double covered = std::min(reach, need);
-        for (int p = 0; p < world_.pair_count(); ++p)
-            if (!static_[p]) proof.clearance = std::min(proof.clearance, gap_[p] - rate_[p] * covered);
-        if (reach >= need) return;
-        if (gap_[limit] < room) {
-            proof.verdict = undecided, proof.pair = limit, proof.where = middle;
-            return;
-        }
-        push({here.low, middle - reach, gap_[limit]});
-        push({middle + reach, here.high, gap_[limit]});
-    }
-
-    // Make bounds that do not cover `need` better where that is likely to pay; all of them less what is to keep.
-    void look_closer(double need) {
-        short_.clear();
-        for (int p = 0; p < world_.pair_count(); ++p) {
-            gap_[p] -= keep_[p];
-            if (static_[p]) gap_[p] = infinity;
-            else if (gap_[p] < rate_[p] * need) rate_here(p, need);
-            if (gap_[p] < rate_[p] * need || gap_[p] <= 0.0) short_.push_back(p);
-        }
-        const bool all = static_cast<int>(short_.size()) <= close_looks;
-        for (int p : short_) {
-            const double wanted = rate_[p] * need;
-            if (!all && gap_[p] >= std::max(always_close, 0.25 * wanted)) continue;
-            if (!guessed_[p]) apart_[p] = world_.between_middles(p, scratch_.frames.data()), guessed_[p] = 1;
-            const Closeness closeness{wanted + reported + keep_[p], hull_is_enough + keep_[p]};
-            const double closer = world_.close(p, scratch_.frames.data(), apart_[p], closeness);
-            gap_[p] = std::max(gap_[p], closer - keep_[p] - rounding);
-        }
-    }
-
     const World& world_;
     const double* reach_;
     const double* body_reach_;
     const uint8_t* static_;
+    std::vector<Task> every_, tasks_;     // all pairs that the piece may move; those of the sample at hand
+    std::vector<double> reach_by_joint_;  // (dof, every_)
     Scratch scratch_;
-    const Span* span_ = nullptr;
-    std::vector<double> gap_, rate_, whole_rate_, own_rate_;  // own_rate_: an obstacle's
-    std::vector<double> keep_, joint_rate_, q_;               // keep_: m, the margin and what is unknown of an obstacle
-    std::vector<double> here_;                                // (bodies, dof) reach_here, of those that is_here_
+    std::vector<double> coarse_, enough_;             // (pairs,) bounds, and how large they have to be
+    std::vector<double> gap_, rate_, own_rate_, keep_;  // per task; own_rate_: an obstacle's; keep_: m, the margin and
+                                                        // what is unknown of an obstacle
+    std::vector<double> joint_rate_, q_;
+    std::vector<double> here_;  // (bodies, dof) reach_here, of those that is_here_
     std::vector<char> is_here_;
-    std::vector<Vec> apart_;
-    std::vector<char> guessed_;
-    std::vector<int> short_;
-    std::vector<Interval> open_;
+    std::vector<std::pair<double, int>> short_;
 };
 
 }  // namespace planner

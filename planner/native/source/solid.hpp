@@ -10,6 +10,46 @@
 
 namespace planner {
 
+// A box with rounded edges, or a cylinder along its z; `to_local` takes world coordinates to its own.
+struct Target {
+    Frame to_local;
+    Vec half;       // of a cylinder: its radius in x, half its length in z
+    double radius;  // of the rounding
+    bool is_cylinder;
+};
+
+// A target in the world that is given in a frame.
+inline Target carried(const Target& target, const Frame& frame) {
+    Target placed = target;
+    placed.to_local = target.to_local * inverse(frame);
+    return placed;
+}
+
+// Distances (m) of `count` spheres from a target: below zero where the middle lies within the rounding or the radius.
+FOR_THIS_PROCESSOR inline void distances_to(const Target& target, const double* x, const double* y, const double* z,
+                                            const double* radii, int count, double* gaps) {
+    const double* m = target.to_local.turn.m;
+    const Vec shift = target.to_local.shift, half = target.half;
+    if (target.is_cylinder) {
+        for (int k = 0; k < count; ++k) {
+            double u = m[0] * x[k] + m[1] * y[k] + m[2] * z[k] + shift.x;
+            double v = m[3] * x[k] + m[4] * y[k] + m[5] * z[k] + shift.y;
+            double w = std::fabs(m[6] * x[k] + m[7] * y[k] + m[8] * z[k] + shift.z) - half.z;
+            double across = std::sqrt(u * u + v * v) - half.x;
+            w = w > 0.0 ? w : 0.0, across = across > 0.0 ? across : 0.0;
+            gaps[k] = std::sqrt(w * w + across * across) - radii[k];
+        }
+        return;
+    }
+    for (int k = 0; k < count; ++k) {
+        double u = std::fabs(m[0] * x[k] + m[1] * y[k] + m[2] * z[k] + shift.x) - half.x;
+        double v = std::fabs(m[3] * x[k] + m[4] * y[k] + m[5] * z[k] + shift.y) - half.y;
+        double w = std::fabs(m[6] * x[k] + m[7] * y[k] + m[8] * z[k] + shift.z) - half.z;
+        u = u > 0.0 ? u : 0.0, v = v > 0.0 ? v : 0.0, w = w > 0.0 ? w : 0.0;
+        gaps[k] = std::sqrt(u * u + v * v + w * w) - target.radius - radii[k];
+    }
+}
+
 // Part of a solid: a ball that holds it; at the end of a branch the convex set itself.
 struct Part {
     Convex ball;     // a point and a radius
@@ -131,9 +171,10 @@ struct Closeness {
 // `closeness` allows, and short of it by no more than dents are deep where these are farther apart than that.
 //
 // `apart` is a guess of the vector between them, and is left at the last one that held between the hulls. The balls of
-// pairs of parts are asked first, and the parts themselves only where these are nearer than what is known.
+// pairs of parts are asked first, and the parts themselves only where these are nearer than what is known. A ball's
+// distance from a `target` that holds b, where there is one, is no more than that from b and takes no search.
 inline double solid_gap(const Solid& a, const Frame* at_a, const Solid& b, const Frame* at_b, Vec& apart,
-                        Closeness closeness) {
+                        Closeness closeness, const Target* target = nullptr) {
     double enough = closeness.enough;
     double whole = convex_gap({&a.hull, at_a}, {&b.hull, at_b}, apart, enough).low;
     if (whole >= enough || whole >= closeness.hull_enough || whole > a.depth + b.depth) return whole;
@@ -148,7 +189,15 @@ inline double solid_gap(const Solid& a, const Frame* at_a, const Solid& b, const
         const Part &p = a.parts[i], &q = b.parts[j];
         Vec towards = world(at_b, q.middle()) - world(at_a, p.middle());
         double balls = length(towards) - p.size() - q.size();
-        if (balls >= enough || (!p.is_leaf() && !q.is_leaf())) return balls;
+        if (balls >= enough) return balls;
+        if (target && !p.is_leaf()) {
+            const Vec middle = world(at_a, p.middle());
+            const double size = p.size();
+            double gap;
+            distances_to(*target, &middle.x, &middle.y, &middle.z, &size, 1, &gap);
+            return std::max(balls, gap);
+        }
+        if (!p.is_leaf() && !q.is_leaf()) return balls;
         return std::max(balls, convex_gap({&p.set(), at_a}, {&q.set(), at_b}, towards, enough).low);
     };
     double least = infinity;

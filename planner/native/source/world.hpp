@@ -9,54 +9,9 @@
 #include "moving.hpp"
 #include "solid.hpp"
 
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
-// the same bits with wider registers: no sum is taken in another order, and nothing is fused
-#define FOR_THIS_PROCESSOR __attribute__((target_clones("avx2", "default")))
-#else
-#define FOR_THIS_PROCESSOR
-#endif
-
 namespace planner {
 
-// A box with rounded edges, or a cylinder along its z; `to_local` takes world coordinates to its own.
-struct Target {
-    Frame to_local;
-    Vec half;       // of a cylinder: its radius in x, half its length in z
-    double radius;  // of the rounding
-    bool is_cylinder;
-};
-
-// A target in the world that is given in a frame.
-inline Target carried(const Target& target, const Frame& frame) {
-    Target placed = target;
-    placed.to_local = target.to_local * inverse(frame);
-    return placed;
-}
-
-// Distances (m) of `count` spheres from a target: below zero where the middle lies within the rounding or the radius.
-FOR_THIS_PROCESSOR inline void distances_to(const Target& target, const double* x, const double* y, const double* z,
-                                            const double* radii, int count, double* gaps) {
-    const double* m = target.to_local.turn.m;
-    const Vec shift = target.to_local.shift, half = target.half;
-    if (target.is_cylinder) {
-        for (int k = 0; k < count; ++k) {
-            double u = m[0] * x[k] + m[1] * y[k] + m[2] * z[k] + shift.x;
-            double v = m[3] * x[k] + m[4] * y[k] + m[5] * z[k] + shift.y;
-            double w = std::fabs(m[6] * x[k] + m[7] * y[k] + m[8] * z[k] + shift.z) - half.z;
-            double across = std::sqrt(u * u + v * v) - half.x;
-            w = w > 0.0 ? w : 0.0, across = across > 0.0 ? across : 0.0;
-            gaps[k] = std::sqrt(w * w + across * across) - radii[k];
-        }
-        return;
-    }
-    for (int k = 0; k < count; ++k) {
-        double u = std::fabs(m[0] * x[k] + m[1] * y[k] + m[2] * z[k] + shift.x) - half.x;
-        double v = std::fabs(m[3] * x[k] + m[4] * y[k] + m[5] * z[k] + shift.y) - half.y;
-        double w = std::fabs(m[6] * x[k] + m[7] * y[k] + m[8] * z[k] + shift.z) - half.z;
-        u = u > 0.0 ? u : 0.0, v = v > 0.0 ? v : 0.0, w = w > 0.0 ? w : 0.0;
-        gaps[k] = std::sqrt(u * u + v * v + w * w) - target.radius - radii[k];
-    }
-}
+constexpr double rounding = 1e-9;  // m by which a computed distance may exceed the true one
 
 struct Item {
     int joint = -1;  // of a body; -1: an obstacle
@@ -76,6 +31,7 @@ struct Pair {
 struct Scratch {
     std::vector<Frame> frames;
     std::vector<double> x, y, z, gaps, least;
+    std::vector<Vec> middles;  // of the bodies
 };
 
 class World {
@@ -108,12 +64,28 @@ class World {
     Scratch scratch() const {
         size_t n = radii.size();
         return {std::vector<Frame>(chain.dof() + 1 + motions.size()), std::vector<double>(n), std::vector<double>(n),
-                std::vector<double>(n), std::vector<double>(n), std::vector<double>(bodies)};
+                std::vector<double>(n), std::vector<double>(n), std::vector<double>(bodies), std::vector<Vec>(bodies)};
+    }
+
+    // Put the spheres of all bodies where the joints are placed.
+    void place_spheres(const Frame* frames, Scratch& s) const {
+        for (int b = 0; b < bodies; ++b) {
+            const Frame& frame = frames[items[b].joint];
+            const double* m = frame.turn.m;
+            const Vec shift = frame.shift;
+            for (int k = items[b].first_sphere; k < items[b].first_sphere + items[b].spheres; ++k) {
+                s.x[k] = m[0] * sphere_x[k] + m[1] * sphere_y[k] + m[2] * sphere_z[k] + shift.x;
+                s.y[k] = m[3] * sphere_x[k] + m[4] * sphere_y[k] + m[5] * sphere_z[k] + shift.y;
+                s.z[k] = m[6] * sphere_x[k] + m[7] * sphere_y[k] + m[8] * sphere_z[k] + shift.z;
+            }
+        }
     }
 
     // Lower bounds (pairs,) on the distances at placed joints: each body by a few spheres; infinite where not checked.
-    // Nothing is said of pairs that are `left_out` (pairs,) with all others of their obstacle.
-    void coarse(const Frame* frames, Scratch& scratch, double* bounds, const uint8_t* left_out = nullptr) const {
+    // Nothing is said of pairs that are `left_out` (pairs,) with all others of their obstacle, and nothing closer of two
+    // bodies than that they are `enough` (pairs,) apart where one ball around each of them shows it.
+    void coarse(const Frame* frames, Scratch& scratch, double* bounds, const uint8_t* left_out = nullptr,
+                const double* enough = nullptr) const {
         const int count = static_cast<int>(radii.size());
         place_spheres(frames, scratch);
         for (int o = 0; o < obstacles(); ++o) {
@@ -131,10 +103,31 @@ class World {
             }
             for (int b = 0; b < bodies; ++b) bounds[b * obstacles() + o] = scratch.least[b];
         }
-        for (int p = bodies * obstacles(); p < pair_count(); ++p)
-            if (!left_out || !left_out[p]) bounds[p] = between_spheres(pairs[p], scratch);
+        if (enough)
+            for (int b = 0; b < bodies; ++b)
+                scratch.middles[b] = frames[items[b].joint] * items[b].solid->parts[0].middle();
+        for (int p = bodies * obstacles(); p < pair_count(); ++p) {
+            if (left_out && left_out[p]) continue;
+            if (enough) bounds[p] = between_balls(pairs[p], scratch);
+            if (!enough || bounds[p] < enough[p]) bounds[p] = between_spheres(pairs[p], scratch);
+        }
         for (int p = 0; p < pair_count(); ++p)
             if (!pairs[p].checked) bounds[p] = infinity;
+    }
+
+    // The same of one pair that is checked; of spheres that are placed.
+    double coarse_of(int pair, const Frame* frames, Scratch& scratch) const {
+        const Pair& p = pairs[pair];
+        if (p.second < bodies) return between_spheres(p, scratch);
+        const int first = items[p.first].first_sphere, count = items[p.first].spheres;
+        const Frame* frame = frame_of(p.second, frames);
+        double least = infinity;
+        for (const Target& target : items[p.second].targets) {
+            distances_to(frame ? carried(target, *frame) : target, scratch.x.data() + first, scratch.y.data() + first,
+                         scratch.z.data() + first, radii.data() + first, count, scratch.gaps.data());
+            for (int k = 0; k < count; ++k) least = std::min(least, scratch.gaps[k]);
+        }
+        return least;
     }
 
     // A lower bound (m) on the distance of one pair, see solid_gap. `apart` is a guess of the vector between the two and
@@ -142,8 +135,11 @@ class World {
     double close(int pair, const Frame* frames, Vec& apart, Closeness closeness) const {
         const Pair& p = pairs[pair];
         const Item &a = items[p.first], &b = items[p.second];
-        return solid_gap(*a.solid, frame_of(p.first, frames), *b.solid, frame_of(p.second, frames), apart,
-                         closeness);
+        const Frame* frame = frame_of(p.second, frames);
+        if (b.targets.size() != 1)
+            return solid_gap(*a.solid, frame_of(p.first, frames), *b.solid, frame, apart, closeness);
+        const Target target = frame ? carried(b.targets[0], *frame) : b.targets[0];
+        return solid_gap(*a.solid, frame_of(p.first, frames), *b.solid, frame, apart, closeness, &target);
     }
 
     // A guess of the vector between a pair's two solids.
@@ -163,17 +159,9 @@ class World {
         return true;
     }
 
-    void place_spheres(const Frame* frames, Scratch& s) const {
-        for (int b = 0; b < bodies; ++b) {
-            const Frame& frame = frames[items[b].joint];
-            const double* m = frame.turn.m;
-            const Vec shift = frame.shift;
-            for (int k = items[b].first_sphere; k < items[b].first_sphere + items[b].spheres; ++k) {
-                s.x[k] = m[0] * sphere_x[k] + m[1] * sphere_y[k] + m[2] * sphere_z[k] + shift.x;
-                s.y[k] = m[3] * sphere_x[k] + m[4] * sphere_y[k] + m[5] * sphere_z[k] + shift.y;
-                s.z[k] = m[6] * sphere_x[k] + m[7] * sphere_y[k] + m[8] * sphere_z[k] + shift.z;
-            }
-        }
+    double between_balls(const Pair& pair, const Scratch& s) const {
+        const double sizes = items[pair.first].solid->parts[0].size() + items[pair.second].solid->parts[0].size();
+        return length(s.middles[pair.second] - s.middles[pair.first]) - sizes;
     }
 
     double between_spheres(const Pair& pair, const Scratch& s) const {

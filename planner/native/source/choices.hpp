@@ -1,0 +1,136 @@
+// Which motions are proven where several would do: the first of alternatives, the cheapest chain through points.
+//
+// Proofs go on sample by sample where a contact is likeliest, and none goes on once another motion that it needs is
+// refused: most of what is tried is refused after two samples, and what is free takes a dozen.
+#pragma once
+
+#include <deque>
+
+#include "prover.hpp"
+
+namespace planner {
+
+// Go on with proofs until all motions are free: -1, or the number of the first one that is refused.
+inline int first_refused(Prover& prover, const std::vector<Prover::Attempt*>& attempts, double room) {
+    for (;;) {
+        int next = -1;
+        for (size_t k = 0; k < attempts.size(); ++k) {
+            if (attempts[k]->proof.verdict != proven_free) return static_cast<int>(k);
+            if (attempts[k]->done()) continue;
+            if (next < 0 || attempts[k]->next_gap() < attempts[next]->next_gap()) next = static_cast<int>(k);
+        }
+        if (next < 0) return -1;
+        prover.go_on(*attempts[next], room);
+    }
+}
+
+// The first alternative from `begin` to `end` all of whose motions are proven, or -1. The motions of alternative k are the pieces
+// from ends[k] to ends[k + 1]; `proofs` are those of the pieces.
+inline int first_proven(Prover& prover, const Pieces& pieces, int begin, int end, const int64_t* ends, double room,
+                        Proof* proofs) {
+    for (int k = begin; k < end; ++k) {
+        const int64_t first = ends[k], last = ends[k + 1];
+        std::vector<Prover::Attempt> attempts(last - first);
+        std::vector<Prover::Attempt*> all;
+        for (int64_t piece = first; piece < last; ++piece) {
+            prover.begin(attempts[piece - first], pieces, static_cast<int>(piece));
+            all.push_back(&attempts[piece - first]);
+        }
+        if (first_refused(prover, all, room) >= 0) continue;
+        for (int64_t piece = first; piece < last; ++piece) proofs[piece] = attempts[piece - first].proof;
+        return k;
+    }
+    return -1;
+}
+
+// The rows of the cheapest chain from the first to the last of k points, by forward price (k, k).
+inline std::vector<int> cheapest_chain(const double* price, int k) {
+    std::vector<double> total(k, infinity);
+    std::vector<int> back(k, 0), rows{k - 1};
+    total[0] = 0.0;
+    for (int row = 1; row < k; ++row)
+        for (int from = 0; from < row; ++from) {
+            const double reached = total[from] + price[static_cast<size_t>(from) * k + row];
+            if (reached < total[row]) total[row] = reached, back[row] = from;
+        }
+    while (rows.back() > 0) rows.push_back(back[rows.back()]);
+    std::reverse(rows.begin(), rows.end());
+    return rows;
+}
+
+// The cheapest chain of proven straight motions through some of k points (k, dof), from the first to the last.
+//
+// Motions from one point to the next are proven already; others are once a cheapest chain has them, which is the lazy
+// search of Bohlin and Kavraki (Path planning using lazy PRM, 2000). Those that are refused get an infinite price. Where
+// no chain has a finite one, all points are it.
+class ChainSearch {
+   public:
+    ChainSearch(Prover& prover, int count, int dof, const double* points, double* price)
+        : prover_(prover), count_(count), dof_(dof), points_(points), price_(price),
+          numbers_(static_cast<size_t>(count) * count, -1) {}
+
+    std::vector<int> search(double room) {
+        for (;;) {
+            std::vector<int> rows = cheapest_chain(price_, count_);
+            if (!finite(rows)) {
+                rows.resize(count_);
+                std::iota(rows.begin(), rows.end(), 0);
+                return rows;
+            }
+            std::vector<Prover::Attempt*> attempts;
+            std::vector<int> tails;
+            for (size_t k = 1; k < rows.size(); ++k) {
+                if (rows[k] == rows[k - 1] + 1) continue;
+                attempts.push_back(attempt(rows[k - 1], rows[k])), tails.push_back(static_cast<int>(k));
+            }
+            const int refused = first_refused(prover_, attempts, room);
+            if (refused < 0) return rows;
+            price_[at(rows[tails[refused] - 1], rows[tails[refused]])] = infinity;
+        }
+    }
+
+    // The proof of a motion of the chain; of none that was proven before.
+    const Proof* proof(int from, int to) const {
+        const int number = numbers_[at(from, to)];
+        return number < 0 ? nullptr : &motions_[number].attempt.proof;
+    }
+
+   private:
+    struct Motion {
+        std::vector<double> coefficients;  // (2, dof)
+        Prover::Attempt attempt;
+    };
+
+    bool finite(const std::vector<int>& rows) const {
+        for (size_t k = 1; k < rows.size(); ++k)
+            if (price_[at(rows[k - 1], rows[k])] == infinity) return false;
+        return true;
+    }
+
+    size_t at(int from, int to) const { return static_cast<size_t>(from) * count_ + to; }
+
+    Prover::Attempt* attempt(int from, int to) {
+        int& number = numbers_[at(from, to)];
+        if (number < 0) {
+            number = static_cast<int>(motions_.size());
+            motions_.emplace_back();
+            Motion& motion = motions_.back();
+            motion.coefficients.resize(2 * dof_);
+            for (int j = 0; j < dof_; ++j) {
+                const double start = points_[from * dof_ + j];
+                motion.coefficients[j] = start, motion.coefficients[dof_ + j] = points_[to * dof_ + j] - start;
+            }
+            prover_.begin(motion.attempt, {motion.coefficients.data(), 1, 1, dof_}, 0);
+        }
+        return &motions_[number].attempt;
+    }
+
+    Prover& prover_;
+    int count_, dof_;
+    const double* points_;
+    double* price_;
+    std::vector<int> numbers_;  // of motions, by their ends
+    std::deque<Motion> motions_;
+};
+
+}  // namespace planner

@@ -1,0 +1,35 @@
+// A quick look at states, which proves nothing of what lies between them.
+#pragma once
+
+#include "world.hpp"
+
+namespace planner {
+
+class Glance {
+   public:
+    explicit Glance(const World& world)
+        : world_(world), scratch_(world.scratch()), bounds_(world.pair_count()),
+          enough_(world.pair_count(), world.margin + rounding) {
+        world.place_moving(0.0, scratch_.frames.data());
+    }
+
+    // Whether a pair is not farther apart than the margin at a configuration.
+    bool finds_near(const double* q) {
+        const Frame* frames = scratch_.frames.data();
+        world_.chain.place(q, scratch_.frames.data());
+        world_.coarse(frames, scratch_, bounds_.data(), nullptr, enough_.data());
+        for (int p = 0; p < world_.pair_count(); ++p) {
+            if (bounds_[p] > world_.margin) continue;
+            Vec apart = world_.between_middles(p, frames);
+            if (world_.close(p, frames, apart, {world_.margin + rounding}) <= world_.margin) return true;
+        }
+        return false;
+    }
+
+   private:
+    const World& world_;
+    Scratch scratch_;
+    std::vector<double> bounds_, enough_;
+};
+
+}  // namespace planner
