@@ -171,3 +171,15 @@ class FirstPathSearch:
             path = planners.shorten(path, self._settings.shortcuts)
         self.checked += planners.checked
         return path
+
+
+def shorter_path(
+    motions: Motions, settings: JoinSettings, starts: Floats, goals: Floats, longest: float, progress: Progress
+) -> tuple[Floats | None, int]:
+    """What :meth:`FirstPathSearch.join` finds where a path no longer than ``longest`` (rad) may pass, without reports.
+
+    With the number of motions that were checked.
+    """
+    silent, within = progress.renamed(lambda *report: None), InformedSet(motions.robot, starts, goals, longest)
+    search = FirstPathSearch(motions, settings, silent, within)
+    return search.join(starts, goals), search.checked

@@ -12,10 +12,9 @@ from planner.base.resolutions import MOTION_IN_GROWTH
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.escape_singularity import ascend_manipulability
-from planner.roadmap.first_path import FirstPathSearch, JoinSettings
+from planner.roadmap.first_path import FirstPathSearch, JoinSettings, shorter_path
 from planner.roadmap.forest import Forest
 from planner.roadmap.growth_settings import GrowthSettings
-from planner.roadmap.informed_set import InformedSet
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners, seed_everything
 from planner.world.robot import Robot
@@ -97,12 +96,11 @@ def _add_shorter_paths(
     robot, checked, longest = motions.robot, 0, _length(motions.robot, path)
     enough = _NEARLY_STRAIGHT * float(np.linalg.norm(robot.difference(starts[:, None], goals[None]), axis=2).min())
     limit = min(_SHORTER_PER_NODE * nodes, _SHORTER)
-    join, silent = join_settings(settings, robot), progress.renamed(lambda *report: None)
+    join = join_settings(settings, robot)
     while longest > enough and checked < limit and len(forest) < _SHARE_OF_PATHS * nodes and not progress.stopped:
-        within = InformedSet(robot, starts, goals, longest)
-        search = FirstPathSearch(motions, replace(join, motions=limit - checked), silent, within)
-        found = search.join(starts, goals)
-        checked += search.checked
+        within_limit = replace(join, motions=limit - checked)
+        found, tried = shorter_path(motions, within_limit, starts, goals, longest, progress)
+        checked += tried
         if found is not None:
             forest.add_path(found)
             longest = min(longest, _length(robot, found))

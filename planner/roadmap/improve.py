@@ -19,12 +19,11 @@ from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.enlarge import enlarged
-from planner.roadmap.first_path import FirstPathSearch
+from planner.roadmap.first_path import shorter_path
 from planner.roadmap.forest import Forest
 from planner.roadmap.grow import join_settings
 from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.informed import LazyRoadmap, informed_samples
-from planner.roadmap.informed_set import InformedSet
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import seed_everything
@@ -147,12 +146,10 @@ class _Search:
         if best is not None and self._rate > 0:
             longest = min(longest, best.cost / self._rate)
         seed_everything((refiner.seed + _EXPLORED_SEED * self._explored) % 2**31)
-        robot, motions = refiner.prover.robot, Motions(refiner.prover, cost.floor)
-        search = join_settings(GrowthSettings(join_motions=_JOIN_MOTIONS), robot)
-        silent = refiner.progress.renamed(lambda *report: None)
-        starts, goals = self.graph.starts, self.graph.goals
-        within = InformedSet(robot, starts, goals, longest)
-        return FirstPathSearch(motions, search, silent, within).join(starts, goals)
+        motions = Motions(refiner.prover, cost.floor)
+        settings = join_settings(GrowthSettings(join_motions=_JOIN_MOTIONS), motions.robot)
+        ends = self.graph.starts, self.graph.goals
+        return shorter_path(motions, settings, *ends, longest, refiner.progress)[0]
 
     def _cut(self, path: Floats) -> Floats:
         return cut(path, self.refiner.cost.longest) if self.refiner.cost.beta < 1.0 else path
