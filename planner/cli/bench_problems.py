@@ -214,6 +214,7 @@ def replan(
     nodes: int = PAPER_NODES,
     changes: int = 100,
     simulations: int = 50,
+    widen_limits: Flag = False,
     seed: int = 0,
     time_limit: float = 1200.0,
     workers: Workers = SERIAL,
@@ -232,6 +233,7 @@ def replan(
         nodes: Configurations in the roadmap.
         changes: Changes of each problem's world.
         simulations: Runs among moving boxes along each problem's last path.
+        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         seed: Seed of the roadmaps and the changes.
         time_limit: Seconds after which a problem is killed and recorded as timed out.
         debug: Show tracebacks of errors.
@@ -239,4 +241,4 @@ def replan(
     from planner.studies.bench_replan.run import bench_replan
 
     asked = folder, out, robot, collision, nodes, changes, simulations, seed, time_limit
-    return measure(out, lambda progress: bench_replan(*asked, progress, workers))
+    return measure(out, lambda progress: bench_replan(*asked, progress, workers, widen_limits))

@@ -18,11 +18,11 @@ SIMULATED = "simulated"  # the kind of a row that is no change
 class Row:
     """One change, or the runs among moving boxes along the last path of a problem.
 
-    The first fields and ``software`` say what was asked, the others what came out. ``seconds``: the change and the
-    answer after it; ``first_path_s`` and ``anew_s``: planning from nothing, for some of the changes. ``healing_...``:
-    the field healed from the one before in a single run; ``lifelong_...``: D* Lite and LPA* from the same field, until
-    the start is settled and until every node is. ``touched_...``: runs with a contact before the certified ``horizon``
-    (s), and after it.
+    The first fields, ``widen_limits`` and ``software`` say what was asked, the others what came out. ``seconds``:
+    the change and the answer after it; ``first_path_s`` and ``anew_s``: planning from nothing, for some of the
+    changes. ``healing_...``: the field healed from the one before in a single run; ``lifelong_...``: D* Lite and
+    LPA* from the same field, until the start is settled and until every node is. ``touched_...``: runs with a
+    contact before the certified ``horizon`` (s), and after it.
     """
 
     problem: str
@@ -38,6 +38,7 @@ class Row:
     kind: str
     outcome: str
     message: str = ""
+    widen_limits: bool = False
     seconds: float | None = None
     first_path_s: float | None = None
     anew_s: float | None = None
@@ -69,7 +70,7 @@ class Row:
     def asked(self) -> tuple:
         """What a process measures in one go."""
         asked = self.problem, self.robot, self.collision, self.nodes, self.seed, self.changes, self.simulations
-        return (*asked, self.content, self.software)
+        return (*asked, self.widen_limits, self.content, self.software)
 
     @property
     def key(self) -> tuple:

@@ -28,6 +28,7 @@ def bench_replan(
     time_limit: float = 1200.0,
     progress: Progress = QUIET,
     workers: WorkersRequest = SERIAL,
+    widen_limits: bool = False,
 ) -> Bench[Row]:
     """Change each problem of :func:`find_problems` ``changes`` times, then simulate moving boxes.
 
@@ -44,7 +45,10 @@ def bench_replan(
 
     asked = robot, collision, nodes, seed, changes, simulations
     blanks = [
-        Row(problem.name, *asked, problem.content, software(versions()), 0, "none", "crashed") for problem in problems
+        Row(
+            problem.name, *asked, problem.content, software(versions()), 0, "none", "crashed", widen_limits=widen_limits
+        )
+        for problem in problems
     ]
     return run_bench(
         out,
@@ -69,7 +73,8 @@ def _kept(table: ResultsFile[Row], blank: Row) -> list[Row]:
 def _measure(case: tuple[Problem, Row], progress: Progress, time_limit: float) -> list[Row]:
     """The rows of one problem; none where stopped."""
     problem, blank = case
-    options = {name: getattr(blank, name) for name in ("robot", "collision", "nodes", "seed", "changes", "simulations")}
+    asked = "robot", "collision", "nodes", "seed", "changes", "simulations", "widen_limits"
+    options = {name: getattr(blank, name) for name in asked}
     options |= {"scene": str(problem.scene), "motion_plan_request": str(problem.request)}
     ended, rows = run_case("planner.studies.bench_replan.case", options, progress, time_limit, tries=2)
     if ended.over_time:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import yaml
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
@@ -50,6 +51,21 @@ def test_rows_that_are_there_are_not_measured_again(folder: Path, monkeypatch: p
 def test_a_stop_leaves_the_rest(tmp_path: Path) -> None:
     found = bench_replan(EXAMPLES, tmp_path, changes=4, progress=Progress(stop=lambda: True))
     assert (found.complete, found.rows) == (False, ())
+
+
+def test_limits_are_widened_where_that_is_asked_for(tmp_path: Path) -> None:
+    """Rows that were measured without say nothing of it; the example's limits, narrowed, are exceeded by its start."""
+    problem = (EXAMPLES / "request0001.yaml").read_text()
+    request = yaml.safe_load(problem)
+    joints = request["start_state"]["joint_state"]
+    joints["position"][joints["name"].index("panda_joint4")] = -0.02  # the limit is -0.0698
+    (tmp_path / "request0001.yaml").write_text(yaml.safe_dump(request))
+    (tmp_path / "scene0001.yaml").write_bytes((EXAMPLES / "scene0001.yaml").read_bytes())
+    found = [
+        bench_replan(tmp_path, tmp_path / "out", nodes=60, changes=1, simulations=0, widen_limits=widen).rows
+        for widen in (False, True)
+    ]
+    assert [row.outcome == "refused" for (row, *_) in found] == [True, False]
 
 
 def test_bad_numbers_are_refused(tmp_path: Path) -> None:
