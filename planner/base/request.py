@@ -238,27 +238,33 @@ class PlanRequest(SweepRequest):
 
 @dataclass(frozen=True)
 class LiveRequest:
-    """What the live page asks of the planner when it opens."""
+    """What the live page asks of the planner when it opens; None is what was not said."""
 
-    start: str = "start"
-    """Where the arm starts, with --live."""
-    goal: str = "goal"
-    """Where the arm should go, with --live."""
-    beta: float = 0.5
-    """Trade-off in [0, 1], with --live."""
-    nodes: int = PAPER_NODES
-    """Configurations in the roadmap, with --live."""
-    seed: int = 0
-    """Seed of all randomness, with --live."""
+    start: str | None = None
+    """Where the arm starts, with --live; the scene's start where left out."""
+    goal: str | None = None
+    """Where the arm should go, with --live; the scene's goal where left out."""
+    beta: float | None = None
+    """Trade-off in [0, 1], with --live; 0.5 where left out."""
+    nodes: int | None = None
+    """Configurations in the roadmap, with --live; 1012 where left out."""
+    seed: int | None = None
+    """Seed of all randomness, with --live; 0 where left out."""
     roadmap: Path | None = None
     """A roadmap.npz of the same joints to begin with, with --live; what does not hold in the scene is left out."""
 
     def __post_init__(self) -> None:
-        parse_target(self.start)
-        parse_targets(self.goal)
-        require_share(self.beta)
-        require_nodes(self.nodes)
-        require_seed(self.seed)
+        said = self.complete()
+        parse_target(said["start"])
+        parse_targets(said["goal"])
+        require_share(said["beta"])
+        require_nodes(said["nodes"])
+        require_seed(said["seed"])
+
+    def complete(self) -> dict[str, Any]:
+        """All options by their names, with their defaults where nothing was said."""
+        plain = {"start": "start", "goal": "goal", "beta": 0.5, "nodes": PAPER_NODES, "seed": 0, "roadmap": None}
+        return plain | {name: value for name, value in vars(self).items() if value is not None}
 
 
 @dataclass(frozen=True)

@@ -104,14 +104,15 @@ def _desk(request: WorldRequest, question: LiveRequest, out: Path | None) -> Des
     require_writable_file(out)
     scene = Scene.load(str(request.scene))
     robot = open_world(replace(request, scene=replace(scene, carried=()))).robot  # the session lets it carry them
+    said = question.complete()
     options: dict[str, Any] = {
         "collision": request.collision,
         "margin": request.margin,
-        "nodes": question.nodes,
-        "seed": question.seed,
+        "nodes": said["nodes"],
+        "seed": said["seed"],
     }
-    session = Session(robot, scene, question.roadmap, **options)
-    asked = Question(question.start, question.goal, question.beta)
+    session = Session(robot, scene, said["roadmap"], **options)
+    asked = Question(said["start"], said["goal"], said["beta"])
     desk = Desk(session, asked, lambda: Scene.load(str(request.scene)), out)
     say(desk.message)
     return desk

@@ -326,7 +326,7 @@ def test_a_live_page_is_served_and_ends_cleanly(tmp_path: Path) -> None:
 LIVE_REFUSED = {
     "a result": (("view", "plan.json", "--live"), 2, "--live plans anew"),
     "a state": (("view", "--live", *STATE, "--state", "home"), 2, "--live plans anew"),
-    "a question without it": (("view", *STATE, "--beta", "0.2"), 2, "are for --live"),
+    "a question without it": (("view", *STATE, "--beta", "0.5"), 2, "are for --live"),  # the default, said
     "a page as its file": (("view", "--live", *STATE, "--out", "state.html"), 2, "ends in .yaml"),
     "beta": (("view", "--live", *STATE, "--beta", "2"), 2, "outside [0, 1]"),
     "a start beyond its limits": (
