@@ -85,16 +85,17 @@ def _dates(side: Side, y_star: Floats, tolerance: float, dtau: float, ramp: floa
     """
     scale = np.maximum(1.0, np.abs(y_star))
     band, blur = tolerance * scale, min(0.01 * tolerance, _BLUR) * scale
+    inner, outer = band - blur, -band - blur
     outside, inside = 0.0, math.inf
     first = min(side.first_step, dtau)
     for _ in range(_MOST_STEPS):
         beyond = side.sign * (side.y - y_star)
-        within = bool((beyond <= band - blur).all())
+        within = bool((beyond <= inner).all())
         if not within:
             inside = math.inf
         elif math.isinf(inside) and side.stays(y_star):
             inside = side.tau
-        short = bool((beyond < -band - blur).any())
+        short = bool((beyond < outer).any())
         if short:
             outside = side.tau
         elif math.isfinite(inside):

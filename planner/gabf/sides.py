@@ -67,12 +67,13 @@ class Side:
     def step(self, dtau: float) -> None:
         """Go on by ``dtau``."""
         there = self._from_speed(dtau)
-        y = self.y.copy()
-        y[self._rows] = self._within_limit(self._from_fastest(dtau) if there is None else there, self._limit)
-        speed = np.maximum(self.sign * (y[self._rows] - self.y[self._rows]), 0.0) / dtau
+        there = self._within_limit(self._from_fastest(dtau) if there is None else there, self._limit)
+        speed = self._outwards(self.y[self._rows], there)
+        np.maximum(speed, 0.0, out=speed)
+        speed /= dtau
         slowing = np.divide(speed, self._speed, out=np.ones_like(speed), where=speed < self._speed)
         self._speed, self._expected = speed, speed * slowing
-        self.tau, self.y = self.tau + dtau, y
+        self.tau, self.y = self.tau + dtau, np.concatenate((there, self.y[there.size :]))
 
     def stays(self, y_star: Floats) -> bool:
         """Whether no state ever leaves max(y, y_star) (min on the lower side): it is an upper solution that rests."""
@@ -90,7 +91,7 @@ class Side:
         held = self._held(reach)
         there = self._flown(here, self._values(held), dtau)
         for _ in range(_SWEEPS):
-            moved = self.sign * (there - here)
+            moved = self._outwards(here, there)
             short = np.flatnonzero(moved > reach)
             if not short.size:
                 return there
@@ -110,23 +111,28 @@ class Side:
         The fastest never becomes faster if L <= 1. What this proves is used to repeat the step, as long as it gains.
         """
         here = self.y[self._rows]
-        reach = self.sign * (self._limit - here)
+        reach = self._outwards(here, self._limit)
         if self._contracts:
             fastest = float(np.max(self.sign * (self._values(self.y) - here), initial=0.0))
             reach = np.minimum(reach, dtau * self._flow.speed(fastest))
         there = self._flown(here, self._values(self._held(reach)), dtau)
         for _ in range(_TIGHTER):
-            moved = self.sign * (there - here)
+            moved = self._outwards(here, there)
             if (moved >= 0.99 * reach).all():
                 break
             reach = np.minimum(reach, np.maximum(moved, 0.0))
             there = self._flown(here, self._values(self._held(reach)), dtau)
         return there
 
+    def _outwards(self, here: Floats, there: Floats) -> Floats:
+        """How far ``there`` is beyond ``here``."""
+        return there - here if self._upper else here - there
+
     def _held(self, reach: Floats) -> Floats:
         """The states, each ``reach`` (R,) outwards."""
         held = self.y.copy()
-        held[self._rows] = self._within_limit(held[self._rows] + self.sign * reach, self._limit)
+        if reach.any():
+            held[self._rows] = self._within_limit(held[self._rows] + self.sign * reach, self._limit)
         return held
 
     def _reading(self, rows: Ints) -> Bools:
@@ -145,11 +151,10 @@ class Side:
     def _flown(self, here: Floats, m: Floats, dtau: float) -> Floats:
         """Where states ``here`` get in ``dtau`` with parent values ``m``, at most (at least)."""
         s = here - m
-        farther, nearer = self._flow.slowest, self._flow.fastest
+        falling, rising = self._flow.slowest, self._flow.fastest
         if not self._upper:
-            farther, nearer = nearer, farther
-        if (s >= 0).all():
-            return m + farther(s, dtau)
-        if (s <= 0).all():
-            return m + nearer(s, dtau)
-        return m + np.where(s > 0, farther(s, dtau), nearer(s, dtau))
+            falling, rising = rising, falling
+        left, below = falling(s, dtau), np.flatnonzero(s < 0)
+        if below.size:
+            left[below] = rising(s[below], dtau)
+        return m + left

@@ -57,7 +57,7 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
         level=_spread(problem, level),
         values=values,
         diameter=int(longest.max(initial=0)) + 1,
-        unreachable=np.setdiff1d(np.arange(net.n_nodes), problem.nodes),
+        unreachable=np.flatnonzero(_spread(problem, level) < 0),
     )
 
 

@@ -52,17 +52,28 @@ def shortcuts(roadmap: Roadmap, prover: RecordingProver, longest: float, progres
     The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
     """
     robot, forest, verdicts = prover.robot, Forest(roadmap.nodes), _Verdicts(prover)
-    omega, distance = (MotionCost(robot, roadmap.scale, beta, longest=np.inf).of_edges(roadmap) for beta in (0.0, 1.0))
+    ends = [MotionCost(robot, roadmap.scale, beta, longest=np.inf) for beta in (0.0, 1.0)]
+    edges = [cost.of_edges(roadmap) for cost in ends]
+    between: dict[bytes, list[Floats]] = {}  # betas often have one best path
     for beta in BETAS:
-        cost = MotionCost(robot, roadmap.scale, beta, longest=np.inf)
-        for nodes in _best_paths(roadmap, (1.0 - beta) * omega + beta * distance):
+        for nodes in _best_paths(roadmap, _traded_off(beta, *edges)):
             if progress.stopped:
                 return forest
-            path = robot.unwound(roadmap.nodes[nodes])
-            for i, j in _cheaper(verdicts, path, cost):
-                ends = roadmap.nodes[[nodes[i], nodes[j]]]  # to the last bit
-                forest.add_path(subdivided(robot, ends, longest))
+            path, key = robot.unwound(roadmap.nodes[nodes]), nodes.tobytes()
+            if key not in between:
+                i, j = np.triu_indices(len(path), 1)
+                between[key] = [cost(path[i], path[j]) for cost in ends]
+            for i, j in _cheaper(verdicts, path, _traded_off(beta, *between[key])):
+                motion = roadmap.nodes[[nodes[i], nodes[j]]]  # to the last bit
+                forest.add_path(subdivided(robot, motion, longest))
     return forest
+
+
+def _traded_off(beta: float, omega: Floats, distance: Floats) -> Floats:
+    """Costs at ``beta`` from those at 0 and at 1, where one is infinite also the other."""
+    if beta in (0.0, 1.0):
+        return distance if beta else omega
+    return (1.0 - beta) * omega + beta * distance
 
 
 def _best_paths(roadmap: Roadmap, cost: Floats) -> list[Ints]:
@@ -93,18 +104,16 @@ class _Verdicts:
         return [self._known[key] for key in keys]
 
 
-def _cheaper(verdicts: _Verdicts, path: Floats, cost: MotionCost) -> list[tuple[int, int]]:
+def _cheaper(verdicts: _Verdicts, path: Floats, direct: Floats) -> list[tuple[int, int]]:
     """Pairs of waypoints (i, j) of ``path`` (k, dof) that the cheapest way along it skips from one to the other.
 
+    ``direct``: what the motions between all pairs of waypoints cost, in the order of :func:`numpy.triu_indices`.
     Motions on the cheapest way that is left are proven, and refused ones left out, until all of one are proven.
     """
-    k = len(path)
-    i, j = (rows.astype(np.int64) for rows in np.triu_indices(k, 2))
-    if not len(i):
-        return []
-    step = cost(path[:-1], path[1:])
+    i, j = np.triu_indices(len(path), 1)
+    step = direct[j == i + 1]
     so_far = np.concatenate([[0.0], np.cumsum(step)])
-    direct, around = cost(path[i], path[j]), so_far[j] - so_far[i]
+    around = so_far[j] - so_far[i]
     worth = np.flatnonzero(direct < (1.0 - _LEAST_GAIN) * around)
     worth = worth[np.argsort((direct - around)[worth], kind="stable")[:_MOST_PER_PATH]]
     skips = {(int(i[row]), int(j[row])): float(direct[row]) for row in worth}

@@ -29,6 +29,7 @@ def test_edges_that_are_there_stay_and_new_ones_come_once() -> None:
     for name in ("proven", "joint_length", "tool_length", "clearance", "samples", "edge_manipulability"):
         np.testing.assert_array_equal(getattr(made, name)[rows], getattr(old, name))
     assert made.proven.all()
+    np.testing.assert_array_equal(made.edges, np.unique(made.edges, axis=0))  # sorted
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.01])

@@ -112,9 +112,9 @@ def test_the_way_is_the_cheapest_of_all_that_is_proven_though_few_motions_are_as
                 return EdgeProver.free(prover, start, delta)
 
             monkeypatch.setattr(prover, "free", counted)
-            found = _cheaper(_Verdicts(prover), path, cost)
-            i, j = np.triu_indices(len(path), 2)
-            step = cost(path[:-1], path[1:])
+            i, j = np.triu_indices(len(path), 1)
+            found = _cheaper(_Verdicts(prover), path, cost(path[i], path[j]))
+            step, (i, j) = cost(path[:-1], path[1:]), np.triu_indices(len(path), 2)
             direct, around = cost(path[i], path[j]), np.array([step[a:b].sum() for a, b in zip(i, j, strict=True)])
             worth = np.flatnonzero((direct < around) & EdgeProver.free(prover, path[i], path[j] - path[i]))
             every = {(int(i[row]), int(j[row])): float(direct[row]) for row in worth}
