@@ -38,7 +38,7 @@ PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
 DEFAULT_COST: ManipulabilityCost = "log"
 DEFAULT_METRIC: Metric = "joint"
 DEFAULT_CHARGE: Charge = "edges"
-DEFAULT_EFFORT = 6  # rounds
+DEFAULT_EFFORT = 12  # rounds
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,7 @@ def quality(
     nodes: int = 1000,
     seed: int = 0,
     betas: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0),
-    efforts: tuple[int, ...] = (0, 6),
+    efforts: tuple[int, ...] = (0, 12),
     seconds: float = 5.0,
     above_ends: Flag = False,
     widen_limits: Flag = False,
