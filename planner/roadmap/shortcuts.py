@@ -51,7 +51,7 @@ def shortcuts(roadmap: Roadmap, prover: RecordingProver, longest: float, progres
 
     The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
     """
-    robot, forest, verdicts = prover.robot, Forest(roadmap.nodes), _Verdicts(prover)
+    robot, forest = prover.robot, Forest(roadmap.nodes)
     ends = [MotionCost(robot, roadmap.scale, beta, longest=np.inf) for beta in (0.0, 1.0)]
     edges = [cost.of_edges(roadmap) for cost in ends]
     between: dict[bytes, list[Floats]] = {}  # betas often have one best path
@@ -63,7 +63,7 @@ def shortcuts(roadmap: Roadmap, prover: RecordingProver, longest: float, progres
             if key not in between:
                 i, j = np.triu_indices(len(path), 1)
                 between[key] = [cost(path[i], path[j]) for cost in ends]
-            for i, j in _cheaper(verdicts, path, _traded_off(beta, *between[key])):
+            for i, j in _cheaper(prover, path, _traded_off(beta, *between[key])):
                 motion = roadmap.nodes[[nodes[i], nodes[j]]]  # to the last bit
                 forest.add_path(subdivided(robot, motion, longest))
     return forest
@@ -84,65 +84,19 @@ def _best_paths(roadmap: Roadmap, cost: Floats) -> list[Ints]:
     return [nodes for nodes in found if len(nodes)]
 
 
-class _Verdicts:
-    """Which motions between waypoints are proven; each is asked for once, as the betas' best paths have much in common.
-
-    verdicts(path, [(0, 2), (2, 4)])        # [True, False]: from waypoint 0 to 2, but not from 2 to 4
-    """
-
-    def __init__(self, prover: RecordingProver) -> None:
-        self._prover = prover
-        self._known: dict[tuple[bytes, bytes], bool] = {}
-
-    def __call__(self, path: Floats, skips: list[tuple[int, int]]) -> list[bool]:
-        keys = [(path[i].tobytes(), path[j].tobytes()) for i, j in skips]
-        new = [skip for skip, key in zip(skips, keys, strict=True) if key not in self._known]
-        if new:
-            i, j = np.array(new).T
-            free = self._prover.free(path[i], path[j] - path[i]).tolist()
-            self._known |= {(path[a].tobytes(), path[b].tobytes()): ok for (a, b), ok in zip(new, free, strict=True)}
-        return [self._known[key] for key in keys]
-
-
-def _cheaper(verdicts: _Verdicts, path: Floats, direct: Floats) -> list[tuple[int, int]]:
-    """Pairs of waypoints (i, j) of ``path`` (k, dof) that the cheapest way along it skips from one to the other.
+def _cheaper(prover: RecordingProver, path: Floats, direct: Floats) -> list[tuple[int, int]]:
+    """Proven pairs (i, j) of waypoints of ``path`` (k, dof) that the cheapest way along it skips from one to the other.
 
     ``direct``: what the motions between all pairs of waypoints cost, in the order of :func:`numpy.triu_indices`.
-    Motions on the cheapest way that is left are proven, and refused ones left out, until all of one are proven.
     """
     i, j = np.triu_indices(len(path), 1)
-    step = direct[j == i + 1]
-    so_far = np.concatenate([[0.0], np.cumsum(step)])
+    along = j == i + 1
+    so_far = np.concatenate([[0.0], np.cumsum(direct[along])])
     around = so_far[j] - so_far[i]
     worth = np.flatnonzero(direct < (1.0 - _LEAST_GAIN) * around)
     worth = worth[np.argsort((direct - around)[worth], kind="stable")[:_MOST_PER_PATH]]
-    skips = {(int(i[row]), int(j[row])): float(direct[row]) for row in worth}
-    while True:
-        way = _cheapest_steps(step, skips)
-        refused = [skip for skip, is_free in zip(way, verdicts(path, way), strict=True) if not is_free]
-        if not refused:
-            return way
-        for skip in refused:
-            del skips[skip]
-
-
-def _cheapest_steps(step: Floats, skips: dict[tuple[int, int], float]) -> list[tuple[int, int]]:
-    """The ``skips`` (i, j), with their costs, on the cheapest way along all of len(step) + 1 places."""
-    into: list[list[tuple[int, float]]] = [[] for _ in range(len(step) + 1)]
-    for (i, j), price in skips.items():
-        into[j].append((i, price))
-    best, come_from = [0.0], [0]
-    for place, price in enumerate(step.tolist(), start=1):
-        least, previous = best[-1] + price, place - 1
-        for i, skip in into[place]:
-            offer = best[i] + skip
-            if offer < least or (offer == least and i < previous):
-                least, previous = offer, i
-        best.append(least)
-        come_from.append(previous)
-    taken, place = [], len(step)
-    while place:
-        if come_from[place] < place - 1:
-            taken.append((come_from[place], place))
-        place = come_from[place]
-    return taken
+    price = np.full((len(path), len(path)), np.inf)
+    for rows in (np.flatnonzero(along), worth):
+        price[i[rows], j[rows]] = direct[rows]
+    way = prover.cheapest_chain(path, price).tolist()
+    return [(a, b) for a, b in itertools.pairwise(way) if b > a + 1][::-1]
