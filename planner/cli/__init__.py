@@ -5,7 +5,6 @@ Importing it loads nothing heavy, so that ``planner --help`` is quick.
 
 from __future__ import annotations
 
-import importlib.metadata
 import logging
 import sys
 
@@ -50,7 +49,9 @@ def main() -> None:
     try:
         arguments = prepared(sys.argv[1:])
         if arguments == ["--version"]:
-            say(f"gabf-planner {importlib.metadata.version('gabf-planner')}")
+            from planner.base.versions import __version__
+
+            say(f"gabf-planner {__version__}")
             sys.exit(0)
         code = app.cli(
             prog="planner",
