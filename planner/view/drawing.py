@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -31,21 +31,17 @@ EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
 MOST_EDGES = 8_000  # that a page draws: more make a black cloud of tens of megabytes
 
 
-def draw_robot(
-    canvas: Canvas, robot: Robot, visuals: Sequence[Body], q: Floats, touching: Collection[str] = ()
-) -> dict[str, str]:
-    """The robot's bodies under one frame per joint (0 the base), links in ``touching`` red; their names by path.
+def draw_robot(canvas: Canvas, robot: Robot, q: Floats, touching: Collection[str] = ()) -> dict[str, str]:
+    """The robot's collision bodies under one frame per joint (0 the base), links in ``touching`` red; names by path.
 
-    ``visuals`` are drawn as they are.
+    What hangs under the same frames to be looked at is drawn by :func:`draw_visuals`.
     """
-    names = draw_visuals(canvas, visuals, touching)
-    for path, body in _paths("collision", robot.bodies).items():
-        rgba = TOUCHING if body.link in touching else _COLLISION
-        canvas.shape(path, smoothed(body.shape), body.placement, rgba)
-        names[path] = body.link
+    paths = _paths("collision", robot.bodies)
+    for path, body in paths.items():
+        canvas.shape(path, smoothed(body.shape), body.placement, TOUCHING if body.link in touching else _COLLISION)
     for joint, matrix in enumerate(joint_matrices(robot, q[None])[0], start=1):
         canvas.transform(f"robot/{joint}", matrix)
-    return names
+    return _links(paths)
 
 
 def draw_visuals(
@@ -55,16 +51,20 @@ def draw_visuals(
     paths = _paths("visual", visuals, first)
     for path, body in paths.items():
         canvas.shape(path, body.shape, body.placement, TOUCHING if body.link in touching else body.color)
-    return {path: body.link for path, body in paths.items()}
+    return _links(paths)
 
 
 def visual_names(visuals: Sequence[Body]) -> dict[str, str]:
     """The links by path, as :func:`draw_visuals` returns them."""
-    return {path: body.link for path, body in _paths("visual", visuals).items()}
+    return _links(_paths("visual", visuals))
 
 
 def _paths(kind: str, bodies: Sequence[Body], first: int = 0) -> dict[str, Body]:
     return {f"robot/{body.joint}/{kind}/{k}": body for k, body in enumerate(bodies, first)}
+
+
+def _links(bodies: Mapping[str, Body]) -> dict[str, str]:
+    return {path: body.link for path, body in bodies.items()}
 
 
 def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> dict[str, str]:

@@ -118,7 +118,7 @@ def page(content: Content) -> str:
     configuration = content.paths[content.current].path[0] if content.paths else content.configuration
     red = content.red if content.live is None else frozenset()  # a live page colours by itself, as that changes
     names, boxes = _draw_visuals(canvas, robot, red)
-    names |= draw_robot(canvas, robot, (), configuration, red)
+    names |= draw_robot(canvas, robot, configuration, red)
     names |= draw_scene(canvas, content.scene, red)
     changing = draw_answer(canvas, content)
     centre, radius = extent(

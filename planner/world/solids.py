@@ -49,8 +49,7 @@ def _winding(corners: Floats, points: Floats) -> Floats:
 def solid_of(mesh: Mesh) -> Solid | None:
     """The closed pieces of ``mesh`` as a solid; None where there are none."""
     triangles, piece = _welded(mesh)
-    closed = [k for k in range(int(piece.max(initial=-1)) + 1) if is_closed(triangles[piece == k])]
-    kept = np.isin(piece, closed)
+    kept = np.isin(piece, np.flatnonzero(_closed_pieces(mesh)))
     if not kept.any():
         return None
     corners = mesh.vertices[triangles[kept]]
@@ -61,8 +60,15 @@ def solid_of(mesh: Mesh) -> Solid | None:
 @lru_cache(maxsize=1024)
 def is_watertight(mesh: Mesh) -> bool:
     """Whether every piece of ``mesh`` is closed, its triangles all facing in one direction, in or out."""
+    closed = _closed_pieces(mesh)
+    return len(closed) > 0 and all(closed)
+
+
+@lru_cache(maxsize=1024)
+def _closed_pieces(mesh: Mesh) -> tuple[bool, ...]:
+    """Which of the connected pieces of ``mesh`` are closed."""
     triangles, piece = _welded(mesh)
-    return len(triangles) > 0 and all(is_closed(triangles[piece == k]) for k in range(int(piece.max()) + 1))
+    return tuple(is_closed(triangles[piece == k]) for k in range(int(piece.max(initial=-1)) + 1))
 
 
 def is_closed(triangles: Ints) -> bool:
