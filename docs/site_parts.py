@@ -101,7 +101,7 @@ def commands() -> list[tuple[str, ...]]:
 
 def help_text(*words: str) -> str:
     """What ``planner WORDS --help`` prints."""
-    from planner.cli import app
+    from planner.cli.app import app
 
     out = io.StringIO()
     terminal = {"COLUMNS": _WIDTH, "NO_COLOR": "1", "TERM": "dumb"}

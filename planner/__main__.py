@@ -15,6 +15,7 @@ def main() -> None:
     """Run the command line; Ctrl-C and SIGTERM are seen to before anything else is loaded."""
     leave_on_interrupt()
     end_like_interrupt()
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more would wait in loops: our compiled code has its own
     gc.set_threshold(_ALLOCATIONS_PER_COLLECTION)
     from planner.cli import main as command_line
 

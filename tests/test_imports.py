@@ -142,9 +142,17 @@ def test_every_module_has_a_test_file_of_its_name() -> None:
     ("statement", "forbidden"),
     [
         ("import planner.cli", {"pinocchio", "ompl", "fcl", "coal", "meshcat", "numpy", "pydantic", "scipy"}),
+        (
+            "import planner.cli.alone as cli; assert cli.read_alone(['plan', '--robot', 'panda'])",
+            {"typeguard", "asyncio", "numpy", "pydantic", "importlib.metadata"},
+        ),
         ("import planner.gabf", {"pinocchio", "ompl", "fcl", "coal", "meshcat", "pydantic", "scipy", "distributed"}),
         ("import planner; planner.PlanRequest", {"pinocchio", "ompl", "fcl", "numpy"}),
         ("import planner.planning", {"ompl", "meshcat", "IPython", "zmq", "tornado", "scipy", "distributed"}),
+        (
+            "import planner; planner.plan(robot='planar_2r', scene='empty', path_only=True).page()",
+            {"meshcat", "IPython", "matplotlib", "scipy", "tyro"},
+        ),
     ],
 )
 def test_nothing_heavy_loads_early(statement: str, forbidden: set[str]) -> None:

@@ -27,7 +27,8 @@ Name = Annotated[str, pydantic.Field(max_length=1000)]
 class Strict(pydantic.BaseModel):
     """Base of every file model: an unknown key, a NaN or an infinity is an error, not a guess."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    # built when first used: most are parts of other models, or of files that a command does not read
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
 
 def read_text(path: Path, what: str) -> str:

@@ -5,42 +5,14 @@ Importing it loads nothing heavy, so that ``planner --help`` is quick.
 
 from __future__ import annotations
 
-import importlib.metadata
 import logging
 import sys
-
-import tyro
+from functools import partial
 
 from planner.base.errors import PlannerError
+from planner.cli.alone import read_alone
 from planner.cli.arguments import prepared
-from planner.cli.batch import batch
-from planner.cli.bench import bench
-from planner.cli.catalogue import robots, scenes
-from planner.cli.check import check
-from planner.cli.export import export
-from planner.cli.plan import plan
-from planner.cli.reproduce import reproduce
-from planner.cli.roadmap import roadmap
-from planner.cli.robot_yaml import robot_yaml
-from planner.cli.schema import schema
-from planner.cli.sweep import sweep
 from planner.cli.terminal import complain, let_go_of_output, say
-from planner.cli.view import view
-
-app = tyro.extras.SubcommandApp()
-app.command(plan)
-app.command(sweep)
-app.command(batch)
-app.command(view)
-app.command(check)
-app.command(schema)
-app.command(export)
-app.command(robots)
-app.command(scenes)
-app.command(name="robot-yaml")(robot_yaml)
-app.command(roadmap, name="roadmap")
-app.command(reproduce, name="reproduce")
-app.command(bench, name="bench")
 
 
 def main() -> None:
@@ -50,14 +22,16 @@ def main() -> None:
     try:
         arguments = prepared(sys.argv[1:])
         if arguments == ["--version"]:
-            say(f"gabf-planner {importlib.metadata.version('gabf-planner')}")
+            from planner.base.versions import __version__
+
+            say(f"gabf-planner {__version__}")
             sys.exit(0)
-        code = app.cli(
-            prog="planner",
-            description="Singularity-averse path planning for robot arms: proven edges, certified cost-to-go. "
-            "'planner --version' says which this is.",
-            args=arguments,
-        )
+        command = read_alone(arguments)
+        if command is None:
+            from planner.cli import app
+
+            command = partial(app.run, arguments)
+        code = command()
     except BrokenPipeError:
         # the reader of our output has gone, as `planner robots | head` does
         let_go_of_output()

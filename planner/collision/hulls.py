@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, distinct_rows
 from planner.base.products import product
 from planner.world.shapes import Mesh
 from planner.world.solids import solid_of
@@ -17,7 +17,7 @@ _MOST = 4_000_000  # distances of corners from planes: larger meshes are taken t
 
 def hull_corners(points: Floats) -> Floats:
     """Of ``points`` (n, 3) fewer (k, 3) with the same convex hull, where there are many."""
-    points = np.unique(points, axis=0)
+    points = points[distinct_rows(points)[0]]
     if len(points) < _MANY:
         return points
     from scipy.spatial import ConvexHull, QhullError  # 0.3 s to load
@@ -37,7 +37,8 @@ def dent(mesh: Mesh) -> float:
     solid = solid_of(mesh)
     if solid is None or len(solid.corners) < len(mesh.triangles):
         return np.inf
-    corners, points = solid.corners, np.unique(mesh.vertices[mesh.triangles].reshape(-1, 3), axis=0)
+    corners, points = solid.corners, mesh.vertices[mesh.triangles].reshape(-1, 3)
+    points = points[distinct_rows(points)[0]]
     if len(corners) * len(points) > _MOST:
         return np.inf
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

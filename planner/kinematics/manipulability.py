@@ -18,10 +18,17 @@ def jacobian(robot: Robot, q: Floats) -> Floats:
     Linear rows first (m/rad), then angular ones; ``robot.manipulability`` says which are kept. Translation and pose
     manipulability rank configurations differently (rank correlation 0.6 to 0.75), so the robot file chooses.
     """
+    return jacobians(robot, np.asarray(q, dtype=float)[None])[0]
+
+
+def jacobians(robot: Robot, q: Floats) -> Floats:
+    """The :func:`jacobian` (n, rows, dof) at each of several configurations (n, dof)."""
     model, aligned = robot.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    q = np.asarray(q, dtype=float)
-    full = pin.computeFrameJacobian(model, model.createData(), q, robot.tool_id, aligned)
-    return full.reshape(6, model.nv)[ROWS[robot.manipulability]]  # Pinocchio drops an axis where there is one joint
+    data, found = model.createData(), np.zeros((len(q), 6, model.nv))
+    for k, row in enumerate(q):
+        # Pinocchio drops an axis where there is one joint
+        found[k] = pin.computeFrameJacobian(model, data, row, robot.tool_id, aligned).reshape(6, model.nv)
+    return found[:, ROWS[robot.manipulability]]
 
 
 def manipulability(robot: Robot, q: Floats) -> Floats:

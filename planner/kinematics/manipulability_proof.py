@@ -16,7 +16,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats
 from planner.base.polynomials import bernstein, derivative, evaluate, part
-from planner.kinematics.manipulability import jacobian
+from planner.kinematics.manipulability import jacobians
 from planner.kinematics.reach import Reach
 from planner.world.robot import Robot
 from planner.world.shapes import Body, Sphere
@@ -55,7 +55,7 @@ class ManipulabilityBound:
         self._rate = np.hypot(linear / self._unit, angular if rows == 6 else 0.0)
 
     def __call__(self, q: Floats, spread: Floats) -> tuple[Floats, Floats]:
-        matrices = np.array([jacobian(self.robot, row) for row in q])
+        matrices = jacobians(self.robot, q)
         scale = 1.0
         if self._unit != 1.0:
             matrices[:, :3] /= self._unit

@@ -16,6 +16,7 @@ from planner.world.robot import Robot
 NEIGHBOURS = 20
 _BATCH = 256  # candidates proven at a time
 _MEASURED = 8 * _BATCH  # candidates whose detour is measured before: with fewer the longest ones go unseen
+_FEW_PAIRS = 1_000  # of nodes and queries: all are measured in less time than SciPy takes to load
 _LONGEST = 8.0  # times the direct distance: detours that are longer are all as good, and cost more to measure
 
 
@@ -31,7 +32,9 @@ def nearest_neighbours(robot: Robot, nodes: Floats, count: int) -> tuple[Ints, F
 
 def nearest_of(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tuple[Floats, Ints]:
     """Distances and rows (k, count) of the ``nodes`` (n, dof), n >= count, nearest to each of ``queries`` (k, dof)."""
-    from scipy.spatial import KDTree  # 0.1 s to load: only where a roadmap is linked
+    if len(nodes) * len(queries) <= _FEW_PAIRS:
+        return _nearest_of_few(robot, nodes, queries, count)
+    from scipy.spatial import KDTree  # 0.2 s to load: only where a roadmap is linked
 
     def wrapped(q: Floats) -> Floats:
         return np.where(robot.continuous, np.mod(q, 2 * np.pi), q)
@@ -40,6 +43,14 @@ def nearest_of(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tupl
     nearest: Any = [*range(1, count + 1)]  # a list keeps the second axis where it has one entry
     length, order = tree.query(wrapped(queries), k=nearest, workers=threads())
     return length, np.asarray(order, dtype=np.int64)
+
+
+def _nearest_of_few(robot: Robot, nodes: Floats, queries: Floats, count: int) -> tuple[Floats, Ints]:
+    squares = np.zeros((len(queries), len(nodes)))
+    for column in np.moveaxis(robot.difference(nodes, queries[:, None]), 2, 0):
+        squares += column * column  # joint by joint, as the tree of many nodes adds them: the same bits
+    order = np.argsort(squares, axis=1, kind="stable")[:, :count]
+    return np.sqrt(np.take_along_axis(squares, order, axis=1)), order
 
 
 def candidate_links(robot: Robot, nodes: Floats, edges: Ints, neighbours: int = NEIGHBOURS) -> Ints:

@@ -35,6 +35,7 @@ class Canvas:
 
     def __init__(self) -> None:
         self.commands: list[commands.Command] = []
+        self._before: list[commands.Packed] = []
 
     def shape(self, path: str, shape: Shape, placement: Floats, rgba: tuple[float, ...]) -> None:
         """A shape as it is, at a placement (4, 4) relative to what ``path`` hangs under."""
@@ -64,12 +65,17 @@ class Canvas:
         """A property of an object of the viewer's own, as ``visible``."""
         self.commands.append(commands.set_property(f"/{path.strip('/')}", key, value))
 
-    def packed(self) -> tuple[str, list[int]]:
-        """All commands as a page holds them, and their lengths; see :func:`planner.view.commands.packed`."""
-        return commands.packed(self.commands)
+    def begin_with(self, kept: commands.Packed) -> None:
+        """Send commands that were packed before, ahead of all others."""
+        self._before.append(kept)
+
+    def packed(self) -> tuple[str, list[tuple[int, ...]]]:
+        """All commands as a page holds them: a line of base64 for each package, and the lengths of its commands."""
+        packages = [*self._before, commands.packed(self.commands)]
+        return "\n".join(package.text for package in packages), [package.lengths for package in packages]
 
     def _object(self, path: str, kind: str, geometry: dict[str, Any], material: dict[str, Any]) -> None:
-        self.commands.append(commands.set_object(_path(path), kind, geometry, material, len(self.commands)))
+        self.commands.append(commands.set_object(_path(path), kind, geometry, material))
 
 
 def render_page(canvas: Canvas, data: dict[str, Any], title: str, live: bool = False) -> str:

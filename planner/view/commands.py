@@ -2,7 +2,7 @@
 
 The viewer is JavaScript; meshcat's Python package would bring a server, a notebook and 0.1 s of imports with it. The
 format is that package's own: the tests hold every command against what it sends for the same object. An object and its
-parts speak of each other by numbers, so that the same scene gives the same bytes.
+parts speak of each other by names made of its path, so that the same scene gives the same bytes.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import base64
 import gzip
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -69,16 +70,16 @@ def dots(size: float) -> dict[str, Any]:
     return {"type": "PointsMaterial", "color": _WHITE, "size": float(size), "vertexColors": _COLOURED_VERTICES}
 
 
-def set_object(path: str, kind: str, geometry: dict[str, Any], material: dict[str, Any], number: int) -> Command:
-    """Put an object of three.js's ``kind`` at ``path``; ``number`` tells it from all others of a scene."""
-    parts = {name: f"{number}.{name}" for name in ("geometry", "material")}
+def set_object(path: str, kind: str, geometry: dict[str, Any], material: dict[str, Any]) -> Command:
+    """Put an object of three.js's ``kind`` at ``path``."""
+    parts = {name: f"{path}.{name}" for name in ("geometry", "material")}
     return {
         "type": "set_object",
         "object": {
             "metadata": {"version": 4.5, "type": "Object"},
             "geometries": [{"uuid": parts["geometry"], **geometry}],
             "materials": [{"uuid": parts["material"], **material}],
-            "object": {"uuid": f"{number}", "type": kind, **parts, "matrix": _STANDING},
+            "object": {"uuid": path, "type": kind, **parts, "matrix": _STANDING},
         },
         "path": path,
     }
@@ -99,10 +100,23 @@ def delete(path: str) -> Command:
     return {"type": "delete", "path": path}
 
 
-def packed(commands: Sequence[Command]) -> tuple[str, list[int]]:
-    """All commands in MessagePack, one after another, gzipped (no time stamp) in base64; and their lengths."""
+@dataclass(frozen=True)
+class Packed:
+    """Commands in MessagePack, one after another, gzipped (no time stamp), and the length of each in MessagePack."""
+
+    content: bytes
+    lengths: tuple[int, ...]
+
+    @property
+    def text(self) -> str:
+        """The content in base64."""
+        return base64.b64encode(self.content).decode()
+
+
+def packed(commands: Sequence[Command], level: int = _LEVEL) -> Packed:
+    """All ``commands`` as a page holds them, gzipped at a ``level`` of 1 to 9."""
     parts = [umsgpack.packb(command) for command in commands]
-    return base64.b64encode(gzip.compress(b"".join(parts), _LEVEL, mtime=0)).decode(), [len(part) for part in parts]
+    return Packed(gzip.compress(b"".join(parts), level, mtime=0), tuple(len(part) for part in parts))
 
 
 def _array(rows: Floats | Ints, kind: tuple[str, int]) -> dict[str, Any]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Bools, Floats, frozen
 from planner.base.reasons import Gap
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.paths.measure import dense_path
@@ -18,7 +18,7 @@ from planner.view.surfaces import smoothed, tube
 from planner.world.poses import pose, quaternion_of
 from planner.world.robot import Robot
 from planner.world.scene import Scene
-from planner.world.shapes import Body, Sphere, corners
+from planner.world.shapes import Body, Box, Shape, Sphere, corners
 
 _OBSTACLE = (0.55, 0.60, 0.68, 0.85)
 _WAY = (0.70, 0.74, 0.78, 0.6)
@@ -31,24 +31,40 @@ EDGE_PIECES = 4  # straight pieces that approximate an edge's curved path
 MOST_EDGES = 8_000  # that a page draws: more make a black cloud of tens of megabytes
 
 
-def draw_robot(
-    canvas: Canvas, robot: Robot, visuals: Sequence[Body], q: Floats, touching: Collection[str] = ()
-) -> dict[str, str]:
-    """The robot's bodies under one frame per joint (0 the base), links in ``touching`` red; their names by path.
+def draw_robot(canvas: Canvas, robot: Robot, q: Floats, touching: Collection[str] = ()) -> dict[str, str]:
+    """The robot's collision bodies under one frame per joint (0 the base), links in ``touching`` red; names by path.
 
-    ``visuals`` are drawn as they are.
+    What hangs under the same frames to be looked at is drawn by :func:`draw_visuals`.
     """
-    names: dict[str, str] = {}
-    solid = [replace(body, shape=smoothed(body.shape)) for body in robot.bodies]
-    for kind, bodies in (("visual", visuals), ("collision", solid)):
-        for k, body in enumerate(bodies):
-            rgba = TOUCHING if body.link in touching else body.color if kind == "visual" else _COLLISION
-            path = f"robot/{body.joint}/{kind}/{k}"
-            canvas.shape(path, body.shape, body.placement, rgba)
-            names[path] = body.link
+    paths = _paths("collision", robot.bodies)
+    for path, body in paths.items():
+        canvas.shape(path, smoothed(body.shape), body.placement, TOUCHING if body.link in touching else _COLLISION)
     for joint, matrix in enumerate(joint_matrices(robot, q[None])[0], start=1):
         canvas.transform(f"robot/{joint}", matrix)
-    return names
+    return _links(paths)
+
+
+def draw_visuals(
+    canvas: Canvas, visuals: Sequence[Body], touching: Collection[str] = (), first: int = 0
+) -> dict[str, str]:
+    """Bodies as they are, links in ``touching`` red, numbered from ``first``; the links by path."""
+    paths = _paths("visual", visuals, first)
+    for path, body in paths.items():
+        canvas.shape(path, body.shape, body.placement, TOUCHING if body.link in touching else body.color)
+    return _links(paths)
+
+
+def visual_names(visuals: Sequence[Body]) -> dict[str, str]:
+    """The links by path, as :func:`draw_visuals` returns them."""
+    return _links(_paths("visual", visuals))
+
+
+def _paths(kind: str, bodies: Sequence[Body], first: int = 0) -> dict[str, Body]:
+    return {f"robot/{body.joint}/{kind}/{k}": body for k, body in enumerate(bodies, first)}
+
+
+def _links(bodies: Mapping[str, Body]) -> dict[str, str]:
+    return {path: body.link for path, body in bodies.items()}
 
 
 def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> dict[str, str]:
@@ -187,8 +203,7 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
     matrices = joint_matrices(robot, q)
     rows = [np.zeros((0, 3))]
     for body in bodies:
-        hull, radius = corners(body.shape)
-        low, high = hull.min(axis=0) - radius, hull.max(axis=0) + radius
+        low, high = _extremes(body.shape)
         box = np.array(np.meshgrid(*np.column_stack([low, high]))).reshape(3, -1).T
         still = (
             box @ body.placement[:3, :3].T + body.placement[:3, 3]
@@ -199,3 +214,17 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
         frames = matrices[:, body.joint - 1]
         rows.append((still @ frames[:, :3, :3].transpose(0, 2, 1) + frames[:, None, :3, 3]).reshape(-1, 3))
     return np.vstack(rows)
+
+
+def boxed(body: Body) -> Body:
+    """The box around a body, along the axes of its shape: all that :func:`extent` asks of it."""
+    low, high = _extremes(body.shape)
+    middle = np.eye(4)
+    middle[:3, 3] = 0.5 * (low + high)
+    return replace(body, shape=Box(tuple((high - low).tolist())), placement=frozen(body.placement @ middle))
+
+
+def _extremes(shape: Shape) -> tuple[Floats, Floats]:
+    """The smallest and largest coordinates (3,) of a shape in its own frame."""
+    hull, radius = corners(shape)
+    return hull.min(axis=0) - radius, hull.max(axis=0) + radius

@@ -157,7 +157,7 @@ async function update(result, began) {
   live = data.live = { ...live, ...result.live };
   stop();
   share = 0;
-  replay(await unpack(result.scene));
+  await replay(result.scene);
   roundDots();
   showPath(data.current);
   colourRoadmap(shownPath());

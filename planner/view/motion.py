@@ -10,7 +10,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import Chain, tool_positions
-from planner.kinematics.manipulability import jacobian, manipulability
+from planner.kinematics.manipulability import jacobians, manipulability
 from planner.paths.measure import dense_path
 from planner.view.shown_path import ShownMotion
 from planner.world.robot import Robot
@@ -126,9 +126,8 @@ def ellipsoids(robot: Robot, q: Floats) -> Floats:
     ellipsoid of the translation. Two-row (planar) robots have a flat one.
     """
     linear = np.zeros((len(q), 3, robot.dof))
-    for k, row in enumerate(q):
-        rows = jacobian(robot, row)[:3]
-        linear[k, : len(rows)] = rows
+    rows = jacobians(robot, q)[:, :3]
+    linear[:, : rows.shape[1]] = rows
     u, s, _ = np.linalg.svd(linear, full_matrices=False)
     root = np.einsum("nij,nj,nkj->nik", u, s, u)
     return root[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]

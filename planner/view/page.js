@@ -16,12 +16,15 @@ async function unpack(base64) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-// The scene is MessagePack commands, one after another; the viewer decodes them one by one.
-function replay(bytes) {
-  let at = 0;
-  for (const length of data.lengths) {
-    viewer.handle_command_bytearray(bytes.slice(at, at + length));
-    at += length;
+// The scene is packages, a line each, of MessagePack commands, one after another; the viewer decodes them one by one.
+async function replay(scene) {
+  for (const [k, line] of scene.split("\n").entries()) {
+    const bytes = await unpack(line);
+    let at = 0;
+    for (const length of data.lengths[k]) {
+      viewer.handle_command_bytearray(bytes.slice(at, at + length));
+      at += length;
+    }
   }
 }
 
@@ -343,7 +346,7 @@ function startPanel() {
 }
 
 async function main() {
-  replay(await unpack(element("scene").textContent));
+  await replay(element("scene").textContent);
   const render = viewer.render;
   viewer.render = function () {
     render.call(viewer);

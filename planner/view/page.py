@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -22,20 +22,25 @@ from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import (
+    boxed,
     draw_gap,
     draw_path,
     draw_roadmap,
     draw_robot,
     draw_scene,
+    draw_visuals,
     drawn_part,
     extent,
     moving_data,
+    visual_names,
 )
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
 from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
-from planner.view.visuals import drawn_bodies
+from planner.view.surfaces import smoothed
+from planner.view.visuals import drawn_bodies, visuals_of
 from planner.world.robot import Robot
 from planner.world.scene import Scene
+from planner.world.shapes import Body
 
 _LOOKS = 9  # places of each path that the picture is made to hold
 
@@ -111,13 +116,13 @@ def page(content: Content) -> str:
     """HTML text that needs nothing but a browser."""
     robot, canvas = content.robot, Canvas()
     configuration = content.paths[content.current].path[0] if content.paths else content.configuration
-    visuals = drawn_bodies(robot)
-    red = content.red if content.live is None else ()  # a live page colours by itself, as what is red changes
-    names = draw_robot(canvas, robot, visuals, configuration, red)
+    red = content.red if content.live is None else frozenset()  # a live page colours by itself, as that changes
+    names, boxes = _draw_visuals(canvas, robot, red)
+    names |= draw_robot(canvas, robot, configuration, red)
     names |= draw_scene(canvas, content.scene, red)
     changing = draw_answer(canvas, content)
     centre, radius = extent(
-        robot, content.scene, visuals or robot.bodies, _poses(content, configuration), _points(content)
+        robot, content.scene, boxes or robot.bodies, _poses(content, configuration), _points(content)
     )
     data: dict[str, Any] = {
         **changing,
@@ -139,6 +144,19 @@ def page(content: Content) -> str:
         "live": content.live,
     }
     return render_page(canvas, data, f"{robot.name} in {content.scene.name}", content.live is not None)
+
+
+def _draw_visuals(canvas: Canvas, robot: Robot, red: frozenset[str]) -> tuple[dict[str, str], tuple[Body, ...]]:
+    """Draw the visual bodies and what the robot carries; their links by path, and the boxes around them."""
+    visuals = visuals_of(robot)
+    names = visual_names(visuals.boxes)
+    if red.isdisjoint(names.values()):
+        canvas.begin_with(visuals.commands)
+    else:
+        draw_visuals(canvas, drawn_bodies(robot), red)
+    carried = [replace(body, shape=smoothed(body.shape)) for body in robot.carried]
+    names |= draw_visuals(canvas, carried, red, first=len(names))
+    return names, (*visuals.boxes, *map(boxed, carried))
 
 
 def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.arrays import Bools, Floats, Ints, distinct_rows, frozen
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _CHUNK = 200_000  # solid angles at a time
@@ -49,8 +49,7 @@ def _winding(corners: Floats, points: Floats) -> Floats:
 def solid_of(mesh: Mesh) -> Solid | None:
     """The closed pieces of ``mesh`` as a solid; None where there are none."""
     triangles, piece = _welded(mesh)
-    closed = [k for k in range(int(piece.max(initial=-1)) + 1) if is_closed(triangles[piece == k])]
-    kept = np.isin(piece, closed)
+    kept = np.isin(piece, np.flatnonzero(_closed_pieces(mesh)))
     if not kept.any():
         return None
     corners = mesh.vertices[triangles[kept]]
@@ -61,8 +60,15 @@ def solid_of(mesh: Mesh) -> Solid | None:
 @lru_cache(maxsize=1024)
 def is_watertight(mesh: Mesh) -> bool:
     """Whether every piece of ``mesh`` is closed, its triangles all facing in one direction, in or out."""
+    closed = _closed_pieces(mesh)
+    return len(closed) > 0 and all(closed)
+
+
+@lru_cache(maxsize=1024)
+def _closed_pieces(mesh: Mesh) -> tuple[bool, ...]:
+    """Which of the connected pieces of ``mesh`` are closed."""
     triangles, piece = _welded(mesh)
-    return len(triangles) > 0 and all(is_closed(triangles[piece == k]) for k in range(int(piece.max()) + 1))
+    return tuple(is_closed(triangles[piece == k]) for k in range(int(piece.max(initial=-1)) + 1))
 
 
 def is_closed(triangles: Ints) -> bool:
@@ -71,8 +77,8 @@ def is_closed(triangles: Ints) -> bool:
     That is what makes winding numbers whole, edges of more than two triangles included.
     """
     a, b = triangles[:, [0, 1, 2]].ravel(), triangles[:, [1, 2, 0]].ravel()
-    _, edge = np.unique(np.column_stack([np.minimum(a, b), np.maximum(a, b)]), axis=0, return_inverse=True)
-    return not np.bincount(edge.ravel(), weights=np.where(a < b, 1.0, -1.0)).any()
+    _, edge = distinct_rows(np.column_stack([np.minimum(a, b), np.maximum(a, b)]))
+    return not np.bincount(edge, weights=np.where(a < b, 1.0, -1.0)).any()
 
 
 @lru_cache(maxsize=1024)
@@ -120,8 +126,8 @@ def points_used(mesh: Mesh) -> Ints:
 @lru_cache(maxsize=1024)
 def _welded(mesh: Mesh) -> tuple[Ints, Ints]:
     """Triangles (m, 3) by the first of equal vertices, without those that have no area, and the piece (m,) of each."""
-    _, first, same = np.unique(mesh.vertices, axis=0, return_index=True, return_inverse=True)
-    triangles = first[same.ravel()][mesh.triangles]
+    first, same = distinct_rows(mesh.vertices)
+    triangles = first[same][mesh.triangles]
     a, b, c = triangles.T
     triangles = triangles[(a != b) & (b != c) & (c != a)]
     label = np.arange(len(mesh.vertices))

@@ -7,7 +7,7 @@ import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 import numpy as np
@@ -49,8 +49,9 @@ class Description:
     links: frozenset[str] = frozenset()
     joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
 
-    @property
+    @cached_property
     def package_dirs(self) -> list[str]:
+        """Folders that may hold the packages of its meshes."""
         above = [str(folder) for folder in self.path.resolve().parents][:4]
         ros = [part for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
         return [*above, *ros, str(robots_folder()), str(example_robot_data().parent)]
@@ -63,9 +64,11 @@ class Description:
 @cache
 def example_robot_data() -> Path:
     """The folder of example-robot-data's files; its wheel holds no Python module to ask."""
-    for file in importlib.metadata.distribution("example-robot-data").files or ():
-        if file.name == "package.xml":
-            return Path(str(file.locate())).resolve().parent
+    installed = importlib.metadata.distribution("example-robot-data")
+    record = installed.read_text("RECORD") or ""  # a line for each of a thousand files: the path comes first
+    for path in (line.partition(",")[0] for line in record.splitlines()):
+        if path.endswith("/package.xml"):
+            return Path(str(installed.locate_file(path))).resolve().parent
     raise RobotError("example-robot-data is installed without its data: reinstall it with pip.")
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planner.base.arrays import as_frozen, frozen, ranges
+from planner.base.arrays import as_frozen, distinct_rows, frozen, ranges
 
 
 def test_a_frozen_array_is_a_copy_that_nobody_changes() -> None:
@@ -33,3 +33,14 @@ def test_what_is_frozen_already_is_not_copied() -> None:
     assert as_frozen(once) is once
     assert as_frozen(once, np.int64).dtype == np.int64
     assert as_frozen(once.T).flags.c_contiguous
+
+
+@pytest.mark.parametrize("shape", [(0, 3), (1, 2), (400, 3), (60, 1)])
+@pytest.mark.parametrize("dtype", [np.float64, np.int64])
+def test_distinct_rows_are_numpys(shape: tuple[int, int], dtype: type) -> None:
+    rows = np.random.default_rng(0).integers(-2, 3, shape).astype(dtype)
+    rows[::7] *= -1  # zeros of either sign are equal
+    _, first, which = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    found = distinct_rows(rows)
+    assert found[0].tolist() == first.tolist()
+    assert found[1].tolist() == which.ravel().tolist()

@@ -12,8 +12,6 @@ from pathlib import Path
 
 import pytest
 
-from planner import cli
-
 Run = Callable[..., tuple[int, str, str]]
 
 ENDS = {
@@ -29,10 +27,10 @@ ENDS = {
 def test_what_the_system_refuses(name: str, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     error, code, part = ENDS[name]
 
-    def refuse(**_: object) -> int:
+    def refuse(_: list[str]) -> int:
         raise error
 
-    monkeypatch.setattr(cli.app, "cli", refuse)
+    monkeypatch.setattr("planner.cli.app.run", refuse)
     got, out, err = run("robots")
     assert (got, out) == (code, "")
     assert part in err
@@ -40,10 +38,10 @@ def test_what_the_system_refuses(name: str, run: Run, monkeypatch: pytest.Monkey
 
 
 def test_a_bug_is_no_system(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(**_: object) -> int:
+    def refuse(_: list[str]) -> int:
         raise RuntimeError("a bug")
 
-    monkeypatch.setattr(cli.app, "cli", refuse)
+    monkeypatch.setattr("planner.cli.app.run", refuse)
     with pytest.raises(RuntimeError, match="a bug"):
         run("robots")
 

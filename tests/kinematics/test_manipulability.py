@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planner.kinematics.forward import tool_pose
-from planner.kinematics.manipulability import ROWS, jacobian, manipulability
+from planner.kinematics.manipulability import ROWS, jacobian, jacobians, manipulability
 from tests.worlds import ROBOTS, load, random_q
 
 
@@ -34,7 +34,7 @@ def test_square_is_the_determinant(name):
     robot = load(name)
     q = random_q(robot, 50)
     w = manipulability(robot, q)
-    determinant = [np.linalg.det(j @ j.T) for j in (jacobian(robot, row) for row in q)]
+    determinant = [np.linalg.det(j @ j.T) for j in jacobians(robot, q)]
     np.testing.assert_allclose(w**2, determinant, rtol=1e-6, atol=1e-14)
     assert (w >= 0).all()
 

@@ -126,7 +126,7 @@ def test_an_update_holds_what_changes_and_no_more(moved: tuple[State, State]) ->
     before, after = moved
     made = json.loads(json.dumps(update_of(after, before, report_of("moved", after, before, SECONDS), 1)))
     commands = gzip.decompress(base64.b64decode(made["scene"]))
-    assert sum(made["lengths"]) == len(commands)
+    assert [sum(lengths) for lengths in made["lengths"]] == [len(commands)]
     assert made["data"]["beta"] == 0.5
     assert made["live"]["red"] == []
     assert "fixed" not in made["live"]

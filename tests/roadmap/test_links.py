@@ -35,12 +35,13 @@ def test_nearest_neighbours_are_a_kd_trees(n):
     np.testing.assert_array_equal(order, index)
 
 
-def test_nearest_neighbours_wrap():
+@pytest.mark.parametrize("n", [20, 60])
+def test_nearest_neighbours_wrap(n):
     robot = load("kinova")
-    nodes = random_q(robot, 60, seed=1)
+    nodes = random_q(robot, n, seed=1)
     order, length = nearest_neighbours(robot, nodes, 4)
-    for i in range(60):
-        apart = np.array([np.linalg.norm(robot.difference(nodes[i], nodes[j])) for j in range(60)])
+    for i in range(n):
+        apart = np.array([np.linalg.norm(robot.difference(nodes[i], nodes[j])) for j in range(n)])
         apart[i] = np.inf
         np.testing.assert_array_equal(order[i], np.argsort(apart)[:4])
         np.testing.assert_allclose(length[i], np.sort(apart)[:4])

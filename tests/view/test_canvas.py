@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,15 @@ def drawn() -> Canvas:
 
 def unpacked(canvas: Canvas) -> list[dict[str, Any]]:
     text, lengths = canvas.packed()
-    data, ends = gzip.decompress(base64.b64decode(text)), np.cumsum(lengths)
+    return [
+        command
+        for line, own in zip(text.split("\n"), lengths, strict=True)
+        for command in commands_in(gzip.decompress(base64.b64decode(line)), own)
+    ]
+
+
+def commands_in(data: bytes, lengths: Sequence[int]) -> list[dict[str, Any]]:
+    ends = np.cumsum(lengths)
     assert ends[-1] == len(data)
     return [umsgpack.unpackb(data[end - length : end]) for end, length in zip(ends, lengths, strict=True)]
 

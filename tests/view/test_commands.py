@@ -56,19 +56,19 @@ def test_surfaces(name: str, opacity: float) -> None:
     ours, made = GEOMETRIES[name]
     material = g.MeshPhongMaterial(color=0x102030, opacity=opacity)
     sent = theirs.SetObject(made(), material, PLACE)
-    same(commands.set_object("/meshcat/a/b", "Mesh", ours, commands.surface(0x102030, opacity), 7), sent)
+    same(commands.set_object("/meshcat/a/b", "Mesh", ours, commands.surface(0x102030, opacity)), sent)
 
 
 def test_dots_and_lines() -> None:
     ours, made = GEOMETRIES["points"]
     dots: Any = g.PointsMaterial(size=0.02)
     same(
-        commands.set_object("/meshcat/a/b", "Points", ours, commands.dots(0.02), 0),
+        commands.set_object("/meshcat/a/b", "Points", ours, commands.dots(0.02)),
         theirs.SetObject(g.Points(made(), dots), None, PLACE),
     )
     lines: Any = g.LineBasicMaterial(vertexColors=True, opacity=0.3)
     same(
-        commands.set_object("/meshcat/a/b", "LineSegments", ours, commands.lines(0.3), 0),
+        commands.set_object("/meshcat/a/b", "LineSegments", ours, commands.lines(0.3)),
         theirs.SetObject(g.LineSegments(made(), lines), None, PLACE),
     )
 
@@ -82,6 +82,6 @@ def test_places_properties_and_deletion() -> None:
 
 def test_parts_of_two_objects_are_told_apart() -> None:
     ours = GEOMETRIES["box"][0]
-    made = [commands.set_object("/a", "Mesh", ours, commands.surface(0, 1.0), k)["object"] for k in (0, 1)]
+    made = [commands.set_object(path, "Mesh", ours, commands.surface(0, 1.0))["object"] for path in ("/a", "/b")]
     names = [part["uuid"] for one in made for part in (one["object"], *one["geometries"], *one["materials"])]
     assert len(set(names)) == 6

@@ -16,11 +16,13 @@ from planner.view.drawing import (
     draw_roadmap,
     draw_robot,
     draw_scene,
+    draw_visuals,
     drawn_part,
     extent,
     joint_matrices,
     moving_data,
     swept_corners,
+    visual_names,
 )
 from planner.world.moving import KnownMotion, MovingObstacle
 from planner.world.poses import pose
@@ -48,7 +50,10 @@ def test_joint_frames_are_pinocchios(name: str) -> None:
 
 def test_bodies_hang_under_their_joints_and_are_named() -> None:
     canvas = Canvas()
-    names = draw_robot(canvas, ROBOT, load_visuals(ROBOT), Q, touching={ROBOT.bodies[-1].link})
+    touching = {ROBOT.bodies[-1].link}
+    names = draw_visuals(canvas, load_visuals(ROBOT), touching)
+    assert names == visual_names(load_visuals(ROBOT))
+    names |= draw_robot(canvas, ROBOT, Q, touching)
     assert set(names.values()) == {body.link for body in ROBOT.bodies}
     assert set(paths(canvas, "set_object")) == set(names)
     for body in ROBOT.bodies:
