@@ -135,7 +135,8 @@ class TreePlanners:
             return False
         self.checked += 1
         first, second = self._read(a), self._read(b)
-        free = bool(self._check(first, self._space.difference(first, second)))  # a numpy.bool_ ends in bad_cast
+        delta = second - first if self._wraps is None else self._space.difference(first, second)
+        free = bool(self._check(first, delta))  # a numpy.bool_ ends in bad_cast
         if free:
             self.accepted += 1
             if self._grown is not None:
