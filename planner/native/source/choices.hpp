@@ -24,8 +24,8 @@ inline int first_refused(Prover& prover, const std::vector<Prover::Attempt*>& at
     }
 }
 
-// The first alternative from `begin` to `end` all of whose motions are proven, or -1. The motions of alternative k are the pieces
-// from ends[k] to ends[k + 1]; `proofs` are those of the pieces.
+// The first alternative from `begin` to `end` all of whose motions are proven, or -1. The motions of alternative k are
+// the pieces from ends[k] to ends[k + 1]; `proofs` are those of the pieces.
 inline int first_proven(Prover& prover, const Pieces& pieces, int begin, int end, const int64_t* ends, double room,
                         Proof* proofs) {
     for (int k = begin; k < end; ++k) {

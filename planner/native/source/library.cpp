@@ -74,7 +74,8 @@ void manipulability_costs(int64_t n, const double* w, double low, double high, d
     auto decreasing = [kind](double x) { return kind == 0 ? 1.0 / x : kind == 1 ? -std::log(x) : -x; };
     const double best = decreasing(high), worst = decreasing(low);
     for (int64_t k = 0; k < n; ++k) {
-        const double share = worst > best ? (decreasing(std::min(std::max(w[k], low), high)) - best) / (worst - best) : 0.0;
+        const double within = std::min(std::max(w[k], low), high);
+        const double share = worst > best ? (decreasing(within) - best) / (worst - best) : 0.0;
         costs[k] = zeta + (1.0 - zeta) * std::min(std::max(share, 0.0), 1.0);
     }
 }
@@ -154,7 +155,8 @@ void chain_manipulability(const Chain* chain, int n, const double* start, const 
     share_out(
         static_cast<int>((fours + at_a_time - 1) / at_a_time), threads, 4, [&] { return ManipulabilityScratch(dof); },
         [&](int part, ManipulabilityScratch& scratch) {
-            for (int64_t four = part * int64_t{at_a_time}; four < std::min(fours, (part + int64_t{1}) * at_a_time); ++four) {
+            const int64_t begin = static_cast<int64_t>(part) * at_a_time, end = std::min(fours, begin + at_a_time);
+            for (int64_t four = begin; four < end; ++four) {
                 const int64_t first = 4 * four, count = std::min<int64_t>(4, all - first);
                 for (int l = 0; l < 4; ++l) {  // the last one again where there are fewer
                     const int64_t k = first + std::min<int64_t>(l, count - 1);

@@ -93,8 +93,8 @@ class World {
             std::fill(scratch.least.begin(), scratch.least.end(), infinity);
             const Frame* frame = frame_of(bodies + o, frames);
             for (const Target& target : items[bodies + o].targets) {
-                distances_to(frame ? carried(target, *frame) : target, scratch.x.data(), scratch.y.data(), scratch.z.data(), radii.data(), count,
-                             scratch.gaps.data());
+                distances_to(frame ? carried(target, *frame) : target, scratch.x.data(), scratch.y.data(),
+                             scratch.z.data(), radii.data(), count, scratch.gaps.data());
                 for (int b = 0; b < bodies; ++b) {
                     const double* gaps = scratch.gaps.data() + items[b].first_sphere;
                     for (int k = 0; k < items[b].spheres; ++k)
