@@ -6,26 +6,19 @@
 #include <cstdint>
 #include <cstring>
 
-// The best instructions of the processor at hand are chosen when the library is loaded. Nothing is fused or reordered,
-// so that all of them give the same bits.
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
-#define PLANNER_WIDEST __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define PLANNER_WIDEST
-#endif
-#define PLANNER_INLINE inline __attribute__((always_inline))
+#include "vector.hpp"
 
 namespace planner {
 
 // Logarithms and powers to some 1e-14, written without branches and calls, so that compilers work on many at a time.
 
-PLANNER_INLINE uint64_t bits_of(double x) {
+INLINED uint64_t bits_of(double x) {
     uint64_t bits;
     std::memcpy(&bits, &x, sizeof bits);
     return bits;
 }
 
-PLANNER_INLINE double of_bits(uint64_t bits) {
+INLINED double of_bits(uint64_t bits) {
     double x;
     std::memcpy(&x, &bits, sizeof x);
     return x;
@@ -37,7 +30,7 @@ constexpr double smallest_normal = 0x1p-1022;
 //
 // x = 2^k m with m in [sqrt(1/2), sqrt(2)), and ln m = 2 artanh(s), s = (m - 1) / (m + 1): the series of artanh ends
 // below the last bit, as s^2 <= 0.0295.
-PLANNER_INLINE double log2_of(double x) {
+INLINED double log2_of(double x) {
     constexpr uint64_t root_of_half = 0x3fe6a09e667f3bcd, bias = uint64_t{1023} << 52;
     x = x > smallest_normal ? x : smallest_normal;
     const uint64_t biased = bits_of(x) - root_of_half + bias;
@@ -63,7 +56,7 @@ PLANNER_INLINE double log2_of(double x) {
 // 2^t, with t brought into [-1022, 1023].
 //
 // t = k + z / ln 2 with |z| <= ln(2) / 2: the series of e^z ends below the last bit.
-PLANNER_INLINE double exp2_of(double t) {
+INLINED double exp2_of(double t) {
     constexpr double shift = 0x1.8p52;  // its last bit counts ones
     t = t > -1022.0 ? t : -1022.0;
     t = t < 1023.0 ? t : 1023.0;
@@ -105,14 +98,14 @@ struct Parts {
 };
 
 // From log2 g to log2 of (1 + g)^-share.
-PLANNER_INLINE void braking(double share, int n, double* growth) {
+INLINED void braking(double share, int n, double* growth) {
     double one_more[flow_block];
     for (int k = 0; k < n; ++k) one_more[k] = 1.0 + exp2_of(growth[k]);
     for (int k = 0; k < n; ++k) one_more[k] = log2_of(one_more[k]);
     for (int k = 0; k < n; ++k) growth[k] = -share * (growth[k] > 600.0 ? growth[k] : one_more[k]);
 }
 
-PLANNER_WIDEST inline void powers_move(const Flow& flow, const Parts& parts, int n, double* size) {
+VERSIONS("avx512f", "avx2") inline void powers_move(const Flow& flow, const Parts& parts, int n, double* size) {
     double logs[flow_block], u[flow_block], growth[flow_block];  // logs: log2 u
     const double below = flow.below, share = flow.below / flow.above, root = 1.0 / flow.below;
     for (int k = 0; k < n; ++k) logs[k] = below * log2_of(size[k]);

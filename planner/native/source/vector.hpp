@@ -3,12 +3,14 @@
 
 #include <cmath>
 
-#if defined(__x86_64__) && defined(__linux__) && defined(__GNUC__) && !defined(__clang__)
-// the same bits with wider registers: no sum is taken in another order, and nothing is fused
-#define FOR_THIS_PROCESSOR __attribute__((target_clones("avx2", "default")))
+// The best version for the processor at hand is chosen when the library is loaded, where compiler and C library know how.
+// The same bits with wider registers: no sum is taken in another order, and nothing is fused.
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+#define VERSIONS(...) __attribute__((target_clones(__VA_ARGS__, "default")))
 #else
-#define FOR_THIS_PROCESSOR
+#define VERSIONS(...)
 #endif
+#define FOR_THIS_PROCESSOR VERSIONS("avx2")
 
 // A call would leave the wider registers, and its caller's Four would be in others than it looks for it.
 #define INLINED inline __attribute__((always_inline))
