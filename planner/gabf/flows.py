@@ -43,10 +43,6 @@ class Flow(ABC):
         """s after ``dtau``, second order in ``dtau``, exact at s = 0."""
         return self.compiled.moved(STRANG, s, dtau)
 
-    def sketch(self, s: Floats, dtau: float) -> Floats:
-        """The same as :meth:`advance` to first order in ``dtau``, for less work; exact at s = 0."""
-        return self.fastest(s, dtau)
-
     def slowest(self, s: Floats, dtau: float) -> Floats:
         """A proved upper bound of |s| after ``dtau``, first order in ``dtau``, with the sign of s; exact at 0.
 

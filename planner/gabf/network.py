@@ -12,6 +12,7 @@ from planner.base.arrays import Floats, Ints, as_frozen, frozen
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
+from planner.gabf.readers import Readers
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,9 +103,8 @@ class Network:
     @cached_property
     def readers(self) -> tuple[Ints, Ints]:
         """The reversed graph: ``(indptr, arc)``, the arcs that read node j being ``arc[indptr[j]:indptr[j + 1]]``."""
-        order = np.argsort(self.indices, kind="stable")
-        counts = np.bincount(self.indices, minlength=self.n_nodes)
-        return np.concatenate(([0], np.cumsum(counts))), order
+        readers = Readers(self.indices, self.n_nodes)
+        return readers.indptr, readers.order
 
     def arcs_between(self, i: int, j: int) -> Ints:
         """Ids of the arcs through which node i reads node j (several if parallel, none if not linked)."""

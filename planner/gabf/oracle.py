@@ -11,6 +11,7 @@ from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce
+from planner.gabf.readers import Readers
 from planner.gabf.result import CostToGo
 from planner.native.graphs import cheapest_costs
 
@@ -33,7 +34,9 @@ def oracle(net: Network) -> Floats:
 
 def _dijkstra(problem: Problem) -> Floats:
     best = [np.inf] * problem.n_rows + problem.anchors.tolist()
-    indptr, order, owners = _readers(problem)
+    readers = Readers(problem.heads, problem.nodes.size)
+    indptr, order = readers.indptr.tolist(), readers.order
+    owners = problem.owners[order].tolist()
     reach = _affine_reach(problem, indptr, order) if isinstance(problem.arcs, AffineArcs) else None
     heap = [(value, node) for node, value in enumerate(best) if node >= problem.n_rows]
     heapq.heapify(heap)
@@ -50,12 +53,6 @@ def _dijkstra(problem: Problem) -> Floats:
                 best[i] = offer
                 heapq.heappush(heap, (offer, i))
     return np.array(best)
-
-
-def _readers(problem: Problem) -> tuple[list[int], np.ndarray, list[int]]:
-    order = np.argsort(problem.heads, kind="stable")
-    counts = np.bincount(problem.heads, minlength=problem.nodes.size)
-    return [0, *np.cumsum(counts).tolist()], order, problem.owners[order].tolist()
 
 
 def _affine_reach(problem: Problem, indptr: list[int], order: np.ndarray):

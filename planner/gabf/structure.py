@@ -49,15 +49,16 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
     tight = _true_arcs(problem, y)
     longest = _hops(problem, tight, longest=True)
     level, values = _levels(problem, y)
+    level = _spread(problem, level)
     return Structure(
         x_star=x,
         true_arcs=problem.arc_ids[tight],
         longest=_spread(problem, longest),
         fewest=_spread(problem, _hops(problem, tight, longest=False)),
-        level=_spread(problem, level),
+        level=level,
         values=values,
         diameter=int(longest.max(initial=0)) + 1,
-        unreachable=np.flatnonzero(_spread(problem, level) < 0),
+        unreachable=np.flatnonzero(level < 0),
     )
 
 

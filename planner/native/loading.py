@@ -119,7 +119,7 @@ def flags(array: Any) -> Any:
 
 def address(array: Any) -> int:
     """Where an array begins: what the library is given."""
-    flags = array.flags
-    if flags.writeable and flags.c_contiguous and array.size:
+    layout = array.flags
+    if layout.writeable and layout.c_contiguous and array.size:
         return ctypes.addressof(ctypes.c_char.from_buffer(array))  # a quarter of the time
     return array.ctypes.data

@@ -33,6 +33,7 @@ class Forest:
         return len(self._first) + len(self._added)
 
     def add(self, q: Floats) -> int:
+        """The number of the node at ``q`` (dof,), which becomes one if it is none."""
         count = len(self)
         index = self._index.setdefault(q.tobytes(), count)
         if index == count:

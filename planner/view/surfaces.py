@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, distinct_rows
 from planner.world.shapes import Mesh, Shape
 
 _CREASE = np.cos(np.radians(35.0))  # faces that meet at more than this stay sharp
@@ -28,27 +28,13 @@ def creased(mesh: Mesh) -> Mesh:
         return mesh
     welded = _weld(corners.reshape(-1, 3))
     smooth = _corner_normals(welded, np.repeat(normals, 3, axis=0))
-    first, index = _distinct(np.column_stack([welded, np.round(smooth * 50)]).astype(np.int64))
+    first, index = distinct_rows(np.column_stack([welded, np.round(smooth * 50)]).astype(np.int64))
     return Mesh(corners.reshape(-1, 3)[first], index.reshape(-1, 3))
-
-
-def _distinct(rows: Ints) -> tuple[Ints, Ints]:
-    """The first of each distinct row (k,), and which of these each row is (n,): np.unique takes three times as long."""
-    numbers = np.zeros(len(rows), dtype=np.int64)
-    for column in rows.T:  # a column at a time becomes part of one number below 2^60
-        digit = column - column.min()
-        if digit.max() >= 1 << 22:
-            digit = np.unique(digit, return_inverse=True)[1]
-        numbers = numbers * (digit.max() + 1) + digit
-        if numbers.max() >= 1 << 38:
-            numbers = np.unique(numbers, return_inverse=True)[1]
-    _, first, index = np.unique(numbers, return_index=True, return_inverse=True)
-    return first, index
 
 
 def _weld(points: Floats) -> Ints:
     """(k,) the number of the distinct point that each point is, to a hundredth of a millimetre."""
-    return _distinct(np.round(points * 1e5).astype(np.int64))[1]
+    return distinct_rows(np.round(points * 1e5).astype(np.int64))[1]
 
 
 def _corner_normals(welded: Ints, normals: Floats) -> Floats:
