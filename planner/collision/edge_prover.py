@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
 
 import numpy as np
@@ -37,6 +37,9 @@ class Verdict(IntEnum):
     UNDECIDED = 2  # it passes closer than the resolution: neither proven nor refuted
 
 
+_FREE = int(Verdict.FREE)  # NumPy takes several times as long to compare with a member
+
+
 @dataclass(frozen=True, eq=False)
 class Proofs:
     """The verdicts on a batch of segments, and the samples they needed."""
@@ -49,7 +52,18 @@ class Proofs:
 
     @property
     def free(self) -> Bools:
-        return self.verdict == Verdict.FREE
+        return self.verdict == _FREE
+
+    def and_then(self, more: Proofs) -> Proofs:
+        """These segments, then ``more``."""
+        both = ((getattr(self, one.name), getattr(more, one.name)) for one in fields(self))
+        return Proofs(*(np.concatenate(pair) for pair in both))
+
+    @staticmethod
+    def alike(count: int, verdict: Verdict) -> Proofs:
+        """``count`` segments of one verdict, of which nothing else is known."""
+        nothing = np.zeros(count, dtype=np.int64)
+        return Proofs(nothing + int(verdict), nothing - 1, nothing, np.full(count, np.inf))
 
 
 class EdgeProver:
@@ -165,34 +179,40 @@ class EdgeProver:
     def _note(self, start: Floats, delta: Floats, clearance: Floats, samples: Ints) -> None:
         """What was found of the free motions from ``start`` by ``delta`` (m, dof); nothing is kept."""
 
+    def note_pieces(self, rows: Floats) -> None:
+        """That ``rows`` (k, dof) cut a motion, which was proven as a whole, into pieces; nothing is kept."""
+
     def prove_curves(self, coefficients: Floats, room: float = PROOF, contacts: bool = True) -> Proofs:
         """Verdicts on polynomial pieces q(s) = sum_k c_k s^k, s in [0, 1]; ``coefficients`` (m, degree + 1, dof).
 
         As :meth:`prove`, with the largest |q'| on an interval in place of |delta|, bounded by Bernstein coefficients.
         Joint limits are not looked at.
         """
-        m = len(coefficients)
-        verdict, pair = np.full(m, Verdict.UNDECIDED, dtype=np.int64), np.full(m, -1, dtype=np.int64)
-        samples, clearance, where = np.zeros(m, dtype=np.int64), np.full(m, np.inf), np.zeros(m)
         if self.static_contact is not None:
-            return Proofs(np.full(m, Verdict.COLLIDES, dtype=np.int64), pair, samples, clearance)
-        for first in range(0, m, _BATCH):
-            if first and self.progress.stopped:  # the first ones take no time, and keep what was searched before
+            return Proofs.alike(len(coefficients), Verdict.COLLIDES)
+        proofs, where = self._prove_batch(coefficients[:_BATCH], room)
+        for first in range(_BATCH, len(coefficients), _BATCH):
+            if self.progress.stopped:
+                proofs = proofs.and_then(Proofs.alike(len(coefficients) - first, Verdict.UNDECIDED))
                 break
-            rows = slice(first, first + _BATCH)
-            verdict[rows], pair[rows], samples[rows], clearance[rows], where[rows] = self._native.prove(
-                *self._bounds, coefficients[rows], room
-            )
-        proofs = Proofs(verdict, pair, samples, clearance)
+            more, there = self._prove_batch(coefficients[first : first + _BATCH], room)
+            proofs, where = proofs.and_then(more), np.append(where, there)
         if contacts:
             self._find_contacts(proofs, coefficients, where)
         free = np.flatnonzero(proofs.free)
         self._find_inside(proofs, coefficients[free, 0], free)
         return proofs
 
+    def _prove_batch(self, coefficients: Floats, room: float) -> tuple[Proofs, Floats]:
+        """The proofs, and where those stopped that are undecided."""
+        verdict, pair, samples, clearance, where = self._native.prove(*self._bounds, coefficients, room)
+        return Proofs(verdict, pair, samples, clearance), where
+
     def _find_contacts(self, proofs: Proofs, coefficients: Floats, where: Floats) -> None:
         """Which undecided pieces collide where their proofs stopped, by the checker."""
         stopped = np.flatnonzero(proofs.pair >= 0)
+        if not len(stopped):
+            return
         powers = where[stopped, None] ** np.arange(coefficients.shape[1])
         q = np.einsum("mk,mkd->md", powers, coefficients[stopped])
         rotation, position = joint_placements(self.checker.chain, q)

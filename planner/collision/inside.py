@@ -15,6 +15,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
+from planner.native.library import NativeBoxes
 from planner.world.shapes import Body, Mesh, Obstacle, Shape
 from planner.world.solids import Solid, may_hold, points_of_pieces, solid_of
 
@@ -41,7 +42,6 @@ class Inside:
     """
 
     def __init__(self, world: World, chain: Chain) -> None:
-        self._chain = chain
         items: list[Body | Obstacle] = [*world.bodies, *world.obstacles]
         self._questions = [one for pair in _checked_pairs(world) for one in _questions(world, pair, items)]
         joints = np.array([item.joint if isinstance(item, Body) else 0 for item in items], dtype=np.int64)
@@ -49,24 +49,27 @@ class Inside:
         inner = placements[[one.inner for one in self._questions]]
         outer = placements[[one.outer for one in self._questions]]
         points = np.array([one.point for one in self._questions]).reshape(-1, 3)
-        self._inner = joints[[one.inner for one in self._questions]]
-        self._outer = joints[[one.outer for one in self._questions]]
-        self._points = _apply(inner[:, :3, :3], points) + inner[:, :3, 3]
-        self._turns, self._shifts = outer[:, :3, :3], outer[:, :3, 3]
-        self._low = np.array([one.solid.low for one in self._questions]).reshape(-1, 3)
-        self._high = np.array([one.solid.high for one in self._questions]).reshape(-1, 3)
+        self._boxes = NativeBoxes(
+            chain.native,
+            joints[[one.inner for one in self._questions]],
+            _apply(inner[:, :3, :3], points) + inner[:, :3, 3],
+            joints[[one.outer for one in self._questions]],
+            outer[:, :3, :3],
+            outer[:, :3, 3],
+            np.array([one.solid.low for one in self._questions]).reshape(-1, 3),
+            np.array([one.solid.high for one in self._questions]).reshape(-1, 3),
+        )
 
     def pairs(self, q: Floats) -> Ints:
         """The number of a pair (n,) of which one lies inside the other, for configurations (n, dof); -1 for none."""
         result = np.full(len(q), -1, dtype=np.int64)
         if not (self._questions and len(q)):
             return result
-        near, local = self._chain.native.in_boxes(
-            q, self._inner, self._points, self._outer, self._turns, self._shifts, self._low, self._high
-        )
-        for k in np.flatnonzero(near.any(axis=0)):
-            rows = np.flatnonzero(near[:, k] & (result < 0))
-            result[rows[self._questions[k].solid.contains(local[rows, k])]] = self._questions[k].pair
+        hits, local = self._boxes.hits(q)
+        for k in np.unique(hits[:, 1]) if len(hits) else ():
+            near = np.flatnonzero((hits[:, 1] == k) & (result[hits[:, 0]] < 0))
+            held = near[self._questions[k].solid.contains(local[near])]
+            result[hits[held, 0]] = self._questions[k].pair
         return result
 
 

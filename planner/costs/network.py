@@ -11,7 +11,6 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import AssumptionError, OptionError, choices
-from planner.base.products import product
 from planner.base.request import (
     DEFAULT_CHARGE,
     DEFAULT_COST,
@@ -21,9 +20,8 @@ from planner.base.request import (
     Metric,
     require_share,
 )
-from planner.roadmap.measure import simpson_weights
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import manipulability_cost
+from planner.roadmap.scale import manipulability_cost, mean_manipulability_cost
 
 METRICS: tuple[str, ...] = get_args(Metric)
 
@@ -53,8 +51,9 @@ def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
 
 def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCost = DEFAULT_COST) -> Floats:
     """The mean of omega along every edge (m,), in [zeta, 1], by Simpson's rule over the states kept for it."""
-    omega = manipulability_cost(roadmap.edge_manipulability, roadmap.scale, manipulability)
-    return product(omega, simpson_weights(omega.shape[1]))
+    if manipulability == DEFAULT_COST:
+        return roadmap.omega
+    return mean_manipulability_cost(roadmap.edge_manipulability, roadmap.scale, manipulability)
 
 
 def build_network(

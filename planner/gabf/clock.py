@@ -70,16 +70,18 @@ class PrescribedClock:
     def _log_share(self, tau: Reading) -> Floats:
         """l = ln((T_p - t) / T_p), the root of gamma T (1 - e^l) - 2 (1 + h) l = tau.
 
-        Newton from l = 0: the left side is decreasing and concave, so the iterates fall monotonically to the
-        root.
+        Newton from above, 1 - e^l being less than -l and than 1: the left side is decreasing and concave, so the
+        iterates fall monotonically to the root.
         """
         tau = np.asarray(tau, dtype=np.float64)
+        endless = np.isinf(tau)
+        reading = np.where(endless, 0.0, tau)
         slope, drift = 2.0 * (1.0 + self.h), self.gamma * self.T
-        share = np.where(np.isinf(tau), -np.inf, 0.0)
-        live = np.isfinite(tau)
+        share = np.minimum(-reading / (drift + slope), (drift - reading) / slope)
         for _ in range(100):
-            miss = np.where(live, -drift * np.expm1(share) - slope * np.where(live, share, 0.0) - tau, 0.0)
-            share = share + miss / (drift * np.exp(share) + slope)
-            if np.all(np.abs(miss) <= 4e-16 * (1.0 + np.abs(np.where(live, tau, 0.0)))):
+            grown = np.expm1(share)
+            miss = -drift * grown - slope * share - reading
+            share = share + miss / (drift * grown + (drift + slope))
+            if np.all(np.abs(miss) <= 4e-16 * (1.0 + reading)):
                 break
-        return share
+        return np.where(endless, -np.inf, share)

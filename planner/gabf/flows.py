@@ -143,6 +143,10 @@ class PowerFlow(Flow):
     @property
     def pace(self) -> float:
         """s^(1-p) / beta1 where the powers are equal: 1 for beta1 = beta2 = 1."""
+        return self._pace
+
+    @cached_property
+    def _pace(self) -> float:
         return math.exp(self.log_pace)
 
     @property

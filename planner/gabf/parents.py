@@ -8,8 +8,8 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.gabf.arcmaps import AffineArcs
-from planner.gabf.problem import Rows
-from planner.native.dynamics import NativeArcs
+from planner.gabf.problem import Rows, Standing
+from planner.native.dynamics import NativeArcs, NativeFlow
 
 
 class Parents(ABC):
@@ -26,24 +26,37 @@ class Parents(ABC):
     def of(self, rows: Ints, kept: Bools) -> Parents:
         """The same for fewer ``rows``, those of the present ones that are ``kept``."""
 
+    def standing(self, y: Floats) -> Standing:
+        """How the rows stand at states ``y``; xhat is 0 at those that are not looked at."""
+        xhat, rows = np.zeros(self.problem.n_rows), self.where
+        xhat[rows] = y[rows] - self(y)
+        return Standing.of(y, xhat)
+
+    def step(self, flow: NativeFlow, at: Standing, half: float, dtau: float, size: float) -> tuple[Standing, float]:
+        """How the rows stand after ``dtau``, and how far off that may be: see :meth:`Stepper.advance`."""
+        following = at.y.copy()
+        flow.sketch(self.rows, at.y, at.xhat, half, following)
+        off = flow.advance(self.rows, self(following), at.y, at.xhat, dtau, size, following)
+        return self.standing(following), off
+
     @property
     def where(self) -> Ints | slice:
         """The rows as an index of states."""
         return slice(0, self.problem.n_rows) if self.rows is None else self.rows
 
-    def lowest_moving(self, y: Floats, xhat: Floats) -> float:
+    def lowest_moving(self, at: Standing) -> float:
         """The least of y and m over the rows with xhat = y - m other than 0; +inf where none moves."""
-        here, s = y[self.where], xhat[self.where]
+        here, s = at.y[self.where], at.xhat[self.where]
         return float(np.minimum(here, here - s)[s != 0].min(initial=np.inf))
 
-    def retire(self, y: Floats, xhat: Floats, least: float) -> Parents:
+    def retire(self, at: Standing, least: float) -> Parents:
         """Drop the rows that rest for good, once they are a quarter of all.
 
         Let v = ``least`` be :meth:`lowest_moving`, of all rows of the network. Rows at rest below v read only rows at
         rest below v, and no state falls below v any more: the moving row that is lowest has parent values of at least
         v. So they never move again; this is lemma (globalbound) applied to the rest of the network.
         """
-        kept = (xhat[self.where] != 0) | (y[self.where] >= least)
+        kept = (at.xhat[self.where] != 0) | (at.y[self.where] >= least)
         if not kept.size or kept.sum() > 0.75 * kept.size:
             return self
         return self.of(np.flatnonzero(kept) if self.rows is None else self.rows[kept], kept)
@@ -66,6 +79,13 @@ class AffineParents(Parents):
 
     def __call__(self, y: Floats) -> Floats:
         return self._arcs.parent_values(self.rows, y)
+
+    def standing(self, y: Floats) -> Standing:
+        return Standing(y, *self._arcs.standing(self.rows, y))
+
+    def step(self, flow: NativeFlow, at: Standing, half: float, dtau: float, size: float) -> tuple[Standing, float]:
+        y, xhat, residual, lowest, highest, off = self._arcs.step(flow, self.rows, at.y, at.xhat, half, dtau, size)
+        return Standing(y, xhat, residual, lowest, highest), off
 
     def of(self, rows: Ints, kept: Bools) -> Parents:
         return AffineParents(self.problem, rows, self._arcs)

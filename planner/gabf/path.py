@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import StateError
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce, require_state
 from planner.gabf.result import CostToGo
+from planner.native.dynamics import hops_to_source
 
 SLACK = 1e-9
 """Arcs this close to the minimum, relative to max(1, |x|), count as ties if the field is not settled to the
@@ -23,20 +26,23 @@ def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
     states round to the same number. StateError if ``start`` is not a node, reaches no source, or the field
     has not settled; AssumptionError if the field does not belong to this network.
     """
-    x = result.x if isinstance(result, CostToGo) else np.asarray(result, dtype=np.float64)
-    problem = reduce(net)
-    here = _position(problem, start)
+    return extract_paths(net, result, [start])[0]
+
+
+def extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]) -> tuple[Ints, ...]:
+    """The path, see :func:`extract_path`, from each of the ``starts``."""
+    known = isinstance(result, CostToGo)
+    x = result.x if known else np.asarray(result, dtype=np.float64)
+    problem = result.problem if known and result.network is net else reduce(net)
+    here = [_position(problem, start) for start in starts]
     require_state(problem, x, "x")
     tight = _tight_arcs(problem, problem.pack(x))
-    hops = _hops_along(problem, tight, here)
-    if hops[here] < 0:
+    hops = _hops_along(problem, tight)
+    for start in np.array(starts)[hops[here] < 0]:
         raise StateError(
             f"minimising neighbours of node {start} lead to no source: the field has not settled; solve it to the end"
         )
-    path = [here]
-    while path[-1] < problem.n_rows:
-        path.append(_next(problem, tight, hops, path[-1]))
-    return problem.nodes[path]
+    return tuple(problem.nodes[_descent(problem, tight, hops, row)] for row in here)
 
 
 def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
@@ -61,7 +67,7 @@ def _position(problem: Problem, start: int) -> int:
     return int(found[0])
 
 
-def _tight_arcs(problem: Problem, y: Floats) -> np.ndarray:
+def _tight_arcs(problem: Problem, y: Floats) -> Bools:
     values = problem.arcs(y[problem.heads])
     least = np.minimum.reduceat(values, problem.starts) if problem.n_rows else np.empty(0)
     settled = np.array_equal(least, y[: problem.n_rows])
@@ -69,21 +75,21 @@ def _tight_arcs(problem: Problem, y: Floats) -> np.ndarray:
     return values <= (least + slack)[problem.owners]
 
 
-def _hops_along(problem: Problem, tight: np.ndarray, here: int) -> Ints:
-    """Fewest tight arcs to a source, as far as ``here``; -1 beyond, and where there is no such path."""
-    hops = np.full(problem.nodes.size, -1, dtype=np.int64)
-    hops[problem.n_rows :] = 0
-    owners, heads = problem.owners[tight], problem.heads[tight]
-    level = 0
-    while True:
-        found = owners[(hops[heads] == level) & (hops[owners] < 0)]
-        if not found.size or hops[here] >= 0:
-            return hops
-        level += 1
-        hops[found] = level
+def _hops_along(problem: Problem, tight: Bools) -> Ints:
+    """(R + S,) fewest tight arcs to a source; -1 where there is no such path."""
+    sources = np.arange(problem.n_rows, problem.nodes.size)
+    counts = np.bincount(problem.owners[tight], minlength=problem.nodes.size)
+    return hops_to_source(np.concatenate(([0], np.cumsum(counts))), problem.heads[tight], sources)
 
 
-def _next(problem: Problem, tight: np.ndarray, hops: Ints, here: int) -> int:
+def _descent(problem: Problem, tight: Bools, hops: Ints, here: int) -> list[int]:
+    path = [here]
+    while path[-1] < problem.n_rows:
+        path.append(_next(problem, tight, hops, path[-1]))
+    return path
+
+
+def _next(problem: Problem, tight: Bools, hops: Ints, here: int) -> int:
     last = problem.heads.size if here + 1 == problem.n_rows else problem.starts[here + 1]
     arcs = np.arange(problem.starts[here], last)
     heads = problem.heads[arcs[tight[arcs]]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +29,22 @@ class Level:
         with np.errstate(over="ignore"):
             values = self.arcs(np.full(self.width, a))
         return float(np.minimum.reduceat(values, self.starts).max())
+
+
+class Standing(NamedTuple):
+    """States ``y`` (R + S,), ``xhat`` (R,) = y - m of eq. (xhat), its largest size, and the range of the rows' y."""
+
+    y: Floats
+    xhat: Floats
+    residual: float
+    lowest: float
+    highest: float
+
+    @staticmethod
+    def of(y: Floats, xhat: Floats) -> Standing:
+        rows = y[: xhat.size]
+        lowest, highest = float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
+        return Standing(y, xhat, float(np.abs(xhat).max(initial=0.0)), lowest, highest)
 
 
 @dataclass(frozen=True, eq=False)

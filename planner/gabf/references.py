@@ -14,7 +14,7 @@ from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce
-from planner.gabf.solvers import Solver, State, Targets, disequilibrium
+from planner.gabf.solvers import Solver, State, Targets, disequilibrium, standing
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def _speed(problem: Problem, flow: Flow, y: Floats) -> Floats:
 
 
 def _state(problem: Problem, tau: float, y: Floats, count: int) -> State:
-    return State(tau, y, disequilibrium(problem, y), count)
+    return State(tau, standing(problem, y), count)
 
 
 def implicit_step(problem: Problem, flow: Flow, y: Floats, dtau: float) -> tuple[Floats, int]:

@@ -12,7 +12,7 @@ from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.partitioned.run import Exchanged
-from planner.gabf.problem import reduce
+from planner.gabf.problem import Problem
 
 
 class Ending(Enum):
@@ -54,13 +54,14 @@ class CostToGo:
     oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
     and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
     non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
-    that the run stayed in with zeta and L on it. ``exchanged``: what a run on blocks told between them.
+    that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
+    ``exchanged``: what a run on blocks told between them.
     """
 
     x: Floats
     x0: Floats
     law: Law
-    network: Network
+    problem: Problem
     premises: Premises
     outcome: Ending
     settling_tau: float | None
@@ -79,6 +80,11 @@ class CostToGo:
     trajectory: Trajectory | None = None
     exchanged: Exchanged | None = None
 
+    @property
+    def network(self) -> Network:
+        """The network that it is the field of."""
+        return self.problem.network
+
     @cached_property
     def settling_tau_bracket(self) -> tuple[float, float] | None:
         """:meth:`settling_within` of the default width: the latest is at most twice the earliest."""
@@ -92,8 +98,8 @@ class CostToGo:
         """
         if self.settling_tau is None:
             return None
-        problem = reduce(self.network)
-        y0, expected = problem.pack(self.x0), self.settling_tau
+        problem, expected = self.problem, self.settling_tau
+        y0 = problem.pack(self.x0)
         y_star = problem.pack(self.x) if self.error_bound == 0.0 else None
         return bracket_settling(
             problem, self.law.flow, y0, self.premises, self.settle_tolerance, expected, width, y_star

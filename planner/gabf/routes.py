@@ -8,6 +8,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
+from planner.gabf.path import extract_paths
 
 
 def paths_from(
@@ -26,8 +27,6 @@ def paths_from(
     """
     x = cost_to_go.x if isinstance(cost_to_go, gabf.CostToGo) else np.asarray(cost_to_go, dtype=float)
     n = network.n_nodes
-    nowhere = np.zeros(0, dtype=np.int64)
-    return tuple(
-        nowhere if 0 <= start < n and not np.isfinite(x[start]) else gabf.extract_path(network, x, int(start))
-        for start in starts
-    )
+    reaching = [int(start) for start in starts if not 0 <= start < n or np.isfinite(x[start])]
+    paths = dict(zip(reaching, extract_paths(network, cost_to_go, reaching), strict=True))
+    return tuple(paths.get(int(start), np.zeros(0, dtype=np.int64)) for start in starts)

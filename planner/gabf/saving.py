@@ -87,7 +87,7 @@ class Recorder:
         """All that was kept. Chosen times after the end find a settled run at rest; a cut one has no answer."""
         if self._save is None:
             return None
-        rest = replace(last, xhat=np.zeros_like(last.xhat))
+        rest = replace(last, standing=last.standing._replace(xhat=np.zeros_like(last.standing.xhat)))
         late = [(float(tau), rest) for tau in self.targets[self._landed :] if settled]
         if isinstance(self._save, EverySteps) and self._kept[-1][1] is not last:
             late = [(last.tau, last)]
@@ -100,5 +100,5 @@ class Recorder:
         return Trajectory(frozen(tau), frozen(t), frozen(x), frozen(u))
 
     def _input(self, tau: float, state: State) -> Floats:
-        rows = control_input(self._law, tau, state.xhat)
+        rows = control_input(self._law, tau, state.standing.xhat)
         return self._problem.unpack(np.concatenate((rows, np.zeros(self._problem.anchors.size))), missing=0.0)

@@ -110,7 +110,8 @@ class Extremes:
         self._readings: list[tuple[float, float]] = []
 
     def add(self, state: State) -> None:
-        self._lowest, self._highest = min(self._lowest, state.range[0]), max(self._highest, state.range[1])
+        lowest, highest = state.standing.lowest, state.standing.highest
+        self._lowest, self._highest = min(self._lowest, lowest), max(self._highest, highest)
         self._readings.append((state.tau, state.residual))
 
     def over(self, law: Law) -> tuple[float, float, float]:

@@ -160,7 +160,7 @@ def _result(
         x=_frozen(problem.unpack(run.last.y)),
         x0=_frozen(problem.unpack(y0)),
         law=law,
-        network=problem.network,
+        problem=problem,
         premises=bounds,
         outcome=Ending.BUDGET_SPENT if settled is None else Ending.SETTLED,
         settling_tau=settled,

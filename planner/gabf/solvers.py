@@ -5,39 +5,36 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.gabf.flows import Flow
-from planner.gabf.problem import Problem
+from planner.gabf.problem import Problem, Standing
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """y (R + S,) at clock reading ``tau``, with xhat (R,) = y_i - min_j f_i(y_j, w_ij), eq. (xhat).
+    """The states at clock reading ``tau``, and how the rows stand there.
 
     ``evaluations`` counts how often the parent values were computed so far. Arrays are not to be written to,
     and are not changed after they were handed out.
     """
 
     tau: float
-    y: Floats
-    xhat: Floats
+    standing: Standing
     evaluations: int
 
-    @cached_property
+    @property
+    def y(self) -> Floats:
+        """(R + S,) the states."""
+        return self.standing.y
+
+    @property
     def residual(self) -> float:
         """max |xhat_i|, the Bellman residual."""
-        return float(np.abs(self.xhat).max(initial=0.0))
-
-    @cached_property
-    def range(self) -> tuple[float, float]:
-        """The lowest and the highest state of a row."""
-        rows = self.y[: self.xhat.size]
-        return float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
+        return self.standing.residual
 
 
 class Solver(ABC):
@@ -74,6 +71,11 @@ class Targets:
 def disequilibrium(problem: Problem, y: Floats) -> Floats:
     """xhat (R,), eq. (xhat)."""
     return y[: problem.n_rows] - problem.parent_values(y)
+
+
+def standing(problem: Problem, y: Floats) -> Standing:
+    """How the rows stand at states ``y`` (R + S,)."""
+    return Standing.of(y, disequilibrium(problem, y))
 
 
 def mean_cost(problem: Problem, y: Floats) -> float:

@@ -13,7 +13,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
-from planner.gabf.problem import Problem, Rows
+from planner.gabf.problem import Problem, Rows, Standing
 from planner.gabf.solvers import Solver, State, Targets, mean_cost
 
 SAFETY = 0.9
@@ -129,55 +129,51 @@ class InOnePiece:
 
     def __init__(self, problem: Problem, flow: Flow, y0: Floats):
         self._stepper = Stepper(problem, flow)
-        self._y = self._next = y0
-        self._xhat = self._stepper.disequilibrium(y0)
+        self._here = self._next = self._stepper.standing(y0)
 
     def state(self, tau: float, evaluations: int) -> State:
-        return State(tau, self._y, self._xhat, evaluations)
+        return State(tau, self._here, evaluations)
 
     def attempt(self, dtau: float, size: float) -> float:
-        self._next, share = self._stepper.step(self._y, self._xhat, dtau, size)
+        self._next, share = self._stepper.step(self._here, dtau, size)
         return share
 
     def accept(self) -> None:
-        self._y = self._next
-        self._xhat = self._stepper.disequilibrium(self._y)
+        self._here = self._next
 
     def retire(self) -> None:
-        self._stepper.retire(self._y, self._xhat, self._stepper.lowest_moving(self._y, self._xhat))
+        self._stepper.retire(self._here, self._stepper.lowest_moving(self._here))
 
 
 class Stepper:
     """One step of the splitting method in two halves; rows that rest cost no power, and retired ones nothing."""
 
     def __init__(self, rows: Rows, flow: Flow):
-        self._n_rows, self._flow, self._parents = rows.n_rows, flow, parents_of(rows)
+        self._flow, self._parents = flow, parents_of(rows)
 
-    def disequilibrium(self, y: Floats) -> Floats:
-        """xhat (R,), eq. (xhat); exactly 0 at retired rows."""
-        xhat, rows = np.zeros(self._n_rows), self._parents.where
-        xhat[rows] = y[rows] - self._parents(y)
-        return xhat
+    def standing(self, y: Floats) -> Standing:
+        """How the rows stand at states ``y``; xhat is exactly 0 at retired rows."""
+        return self._parents.standing(y)
 
-    def lowest_moving(self, y: Floats, xhat: Floats) -> float:
+    def lowest_moving(self, at: Standing) -> float:
         """The least of y and m over the rows that move; +inf where none does."""
-        return self._parents.lowest_moving(y, xhat)
+        return self._parents.lowest_moving(at)
 
-    def retire(self, y: Floats, xhat: Floats, least: float) -> None:
+    def retire(self, at: Standing, least: float) -> None:
         """Stop looking at rows that rest for good: ``least`` is :meth:`lowest_moving` of the whole network."""
-        self._parents = self._parents.retire(y, xhat, least)
+        self._parents = self._parents.retire(at, least)
 
-    def step(self, y: Floats, xhat: Floats, dtau: float, size: float) -> tuple[Floats, float]:
+    def step(self, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
         """Both halves: see :meth:`sketch` and :meth:`advance`."""
-        return self.advance(y, xhat, self.sketch(y, xhat, dtau, size), dtau, size)
+        return self._parents.step(self._flow.compiled, at, self._centre(dtau, size) * dtau, dtau, size)
 
-    def sketch(self, y: Floats, xhat: Floats, dtau: float, size: float) -> Floats:
+    def sketch(self, at: Standing, dtau: float, size: float) -> Floats:
         """y about half a step on, where parent values are taken from, see :meth:`_centre`."""
-        y_mid = y.copy()
-        self._flow.compiled.sketch(self._parents.rows, y, xhat, self._centre(dtau, size) * dtau, y_mid)
+        y_mid = at.y.copy()
+        self._flow.compiled.sketch(self._parents.rows, at.y, at.xhat, self._centre(dtau, size) * dtau, y_mid)
         return y_mid
 
-    def advance(self, y: Floats, xhat: Floats, y_mid: Floats, dtau: float, size: float) -> tuple[Floats, float]:
+    def advance(self, at: Standing, y_mid: Floats, dtau: float, size: float) -> tuple[Floats, float]:
         """y after ``dtau``, and how far off the step may be, as a share of ``size`` + |xhat_i|; ``y_mid`` is used up.
 
         Had m not been moved by delta, the step would have ended delta (1 - rho) elsewhere, rho the share of
@@ -185,7 +181,7 @@ class Stepper:
         share counts as a time: ``size`` is the largest disequilibrium, or an average arc cost if smaller.
         """
         m_mid = self._parents(y_mid)
-        return y_mid, self._flow.compiled.advance(self._parents.rows, m_mid, y, xhat, dtau, size, y_mid)
+        return y_mid, self._flow.compiled.advance(self._parents.rows, m_mid, at.y, at.xhat, dtau, size, y_mid)
 
     def _centre(self, dtau: float, size: float) -> float:
         """The share of a step at which its parent values are taken: 1/2 for short steps, more for long ones.

@@ -52,19 +52,43 @@ class NativeArcs:
         )
         return values
 
+    def step(
+        self, flow: NativeFlow, rows: Ints | None, y: Floats, xhat: Floats, half: float, dtau: float, size: float
+    ) -> tuple[Floats, Floats, float, float, float, float]:
+        """What follows ``y`` after ``dtau``, what :meth:`standing` says of it, and how far off it may be.
+
+        Parent values are those at :meth:`NativeFlow.sketch` after ``half``; the last as :meth:`NativeFlow.advance`.
+        """
+        y, xhat, found = floats(y), floats(xhat), np.empty(y.size + self._n_rows + 4)
+        count = self._n_rows if rows is None else rows.size
+        pointers = _address(rows), self._n_rows, y.size, address(y), address(xhat)
+        numbers = half, dtau, size, _threads(count)
+        library.arcs_step(self.handle, flow.handle, count, *pointers, *numbers, address(found))
+        residual, lowest, highest, off = found[-4:].tolist()
+        return found[: y.size], found[y.size : -4], residual, lowest, highest, off
+
+    def standing(self, rows: Ints | None, y: Floats) -> tuple[Floats, float, float, float]:
+        """y - m (R,), 0 but at ``rows``, the largest of its sizes, and the least and the largest y of all R rows."""
+        y, xhat, numbers = floats(y), np.zeros(self._n_rows), np.empty(3)
+        count = xhat.size if rows is None else rows.size
+        found = address(xhat), address(numbers)
+        library.arcs_standing(self.handle, count, _address(rows), xhat.size, address(y), _threads(xhat.size), *found)
+        residual, lowest, highest = numbers.tolist()
+        return xhat, residual, lowest, highest
+
 
 class NativeFlow:
     """s' = -(beta1 |s|^(1 - below) + beta2 |s|^(1 + above)) sgn(s), or s' = -s where ``below`` is 0."""
 
     def __init__(self, beta1: float, beta2: float, below: float, above: float) -> None:
         self._numbers = np.array([beta1, beta2, below, above])
-        self._handle = address(self._numbers)
+        self.handle = address(self._numbers)
 
     def moved(self, order: int, s: Floats, dtau: float) -> Floats:
         """s after ``dtau``, to 1e-13 relative; 0 stays 0, and no |s| grows."""
         s = floats(s)
         moved = np.empty(s.shape)
-        library.flow_moved(self._handle, order, s.size, address(s), dtau, _threads(s.size), address(moved))
+        library.flow_moved(self.handle, order, s.size, address(s), dtau, _threads(s.size), address(moved))
         return moved
 
     def sketch(self, rows: Ints | None, y: Floats, xhat: Floats, dtau: float, following: Floats) -> None:
@@ -72,7 +96,7 @@ class NativeFlow:
         y, xhat = floats(y), floats(xhat)
         count = xhat.size if rows is None else rows.size
         library.flow_sketch(
-            self._handle, count, _address(rows), address(y), address(xhat), dtau, _threads(count), address(following)
+            self.handle, count, _address(rows), address(y), address(xhat), dtau, _threads(count), address(following)
         )
 
     def advance(
@@ -84,7 +108,7 @@ class NativeFlow:
         """
         m, y, xhat = floats(m), floats(y), floats(xhat)
         pointers = _address(rows), address(m), address(y), address(xhat)
-        return library.flow_advance(self._handle, m.size, *pointers, dtau, size, _threads(m.size), address(following))
+        return library.flow_advance(self.handle, m.size, *pointers, dtau, size, _threads(m.size), address(following))
 
 
 def _threads(count: int) -> int:

@@ -92,9 +92,17 @@ class NativeChain:
         )  # fmt: skip
         return ends, distance, angle
 
-    def in_boxes(
+
+class NativeBoxes:
+    """Points (k, 3) in the frames of joints ``inner`` (k,), and a box for each.
+
+    Boxes go from ``low`` to ``high`` (k, 3) in frames ``turns`` (k, 3, 3), ``shifts`` (k, 3), which are given in those
+    of joints ``outer`` (k,).
+    """
+
+    def __init__(
         self,
-        q: Floats,
+        chain: NativeChain,
         inner: Ints,
         points: Floats,
         outer: Ints,
@@ -102,19 +110,26 @@ class NativeChain:
         shifts: Floats,
         low: Floats,
         high: Floats,
-    ) -> tuple[Bools, Floats]:
-        """Which points lie in which boxes, (n, k), and where in the box's own frame, (n, k, 3).
-
-        ``points`` (k, 3) in the frames of joints ``inner`` (k,); boxes from ``low`` to ``high`` (k, 3) in frames
-        ``turns`` (k, 3, 3), ``shifts`` (k, 3), which are given in those of joints ``outer`` (k,).
-        """
-        q, inner, outer, k = _floats(q), _ints(inner), _ints(outer), len(points)
-        boxes = [_floats(array) for array in (turns, shifts, low, high)]
-        points, near, local = _floats(points), np.empty((len(q), k), dtype=np.bool_), np.empty((len(q), k, 3))
-        _library.chain_in_boxes(
-            self.handle, len(q), _at(q), k, _at(inner), _at(points), _at(outer), *map(_at, boxes), _at(near), _at(local)
+    ) -> None:
+        self._count, boxes = len(inner), [_floats(array) for array in (turns, shifts, low, high)]
+        inner, points, outer = _ints(inner), _floats(points), _ints(outer)
+        self._handle = _library.boxes_new(
+            chain.handle, self._count, _at(inner), _at(points), _at(outer), *map(_at, boxes)
         )
-        return near, local
+        weakref.finalize(self, _library.boxes_free, self._handle)
+
+    def hits(self, q: Floats) -> tuple[Ints, Floats]:
+        """Which points lie in their boxes in configurations (n, dof).
+
+        Rows (m, 2) of configurations and boxes, ascending, and where the points are in the boxes' frames (m, 3).
+        """
+        q, room = _floats(q), 4 * len(q)
+        while True:
+            rows, local = np.empty((room, 2), dtype=np.int64), np.empty((room, 3))
+            found = _library.boxes_hits(self._handle, len(q), _at(q), room, _at(rows), _at(local))
+            if found <= room:
+                return rows[:found], local[:found]
+            room = found
 
 
 class NativeWorld:
@@ -301,6 +316,13 @@ def manipulability_costs(w: Floats, low: float, high: float, zeta: float, kind: 
     costs = np.empty(w.shape)
     _library.manipulability_costs(w.size, _at(w), low, high, zeta, kind, _at(costs))
     return costs
+
+
+def manipulability_cost_sums(w: Floats, weights: Floats, low: float, high: float, zeta: float, kind: int) -> Floats:
+    """The sums (n,) of :func:`manipulability_costs` of w (n, k), times ``weights`` (k,)."""
+    w, weights, sums = _floats(w), _floats(weights), np.empty(len(w))
+    _library.manipulability_cost_sums(len(w), len(weights), _at(w), _at(weights), low, high, zeta, kind, _at(sums))
+    return sums
 
 
 def quickest_motion(

@@ -16,7 +16,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 11  # of the functions' arguments: what planner_version() says
+_VERSION = 12  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -39,7 +39,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
         _int,
         *2 * [_Pointer],
     ),
-    "chain_in_boxes": (_Pointer, _int, _Pointer, _int, *9 * [_Pointer]),
+    "boxes_free": (_Pointer,),
     "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
     "world_free": (_Pointer,),
     "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
@@ -53,7 +53,10 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_first_proven": (_Pointer, *4 * [_Pointer], _int, *2 * [_Pointer], _double, _int, *3 * [_Pointer]),
     "curve_quickest": (_int, _int, *7 * [_Pointer]),
     "manipulability_costs": (_long, _Pointer, *3 * [_double], _int, _Pointer),
+    "manipulability_cost_sums": (_long, _int, *2 * [_Pointer], *3 * [_double], _int, _Pointer),
     "arcs_free": (_Pointer,),
+    "arcs_step": (*2 * [_Pointer], _long, _Pointer, *2 * [_long], *2 * [_Pointer], *3 * [_double], _int, _Pointer),
+    "arcs_standing": (_Pointer, _long, _Pointer, _long, _Pointer, _int, *2 * [_Pointer]),
     "arcs_hops": (_long, *2 * [_Pointer], _long, *2 * [_Pointer]),
     "arcs_parent_values": (_Pointer, _long, *2 * [_Pointer], _int, _Pointer),
     "flow_moved": (_Pointer, _int, _long, _Pointer, _double, _int, _Pointer),
@@ -67,6 +70,8 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "world_new": (_Pointer, (_Pointer, _double)),
     "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer)),
     "world_take": (_int, (_Pointer, _Pointer, _int)),
+    "boxes_new": (_Pointer, (_Pointer, _int, *7 * [_Pointer])),
+    "boxes_hits": (_long, (_Pointer, _int, _Pointer, _long, *2 * [_Pointer])),
     "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], _Pointer)),
     "arcs_new": (_Pointer, (_long, _long, *4 * [_Pointer])),
     "flow_advance": (_double, (_Pointer, _long, *4 * [_Pointer], _double, _double, _int, _Pointer)),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import NEIGHBOURS
 from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import Roadmap, component_labels
-from planner.roadmap.shortcuts import shortcuts, straight_paths
+from planner.roadmap.shortcuts import Linked, shortcuts, straight_paths
 
 SAME = 1e-9  # rad: a configuration this near a node is that node
 _FIRST = 10  # neighbours that a new end is linked to: every proof takes time from a query
@@ -67,12 +66,10 @@ def attach(
     for start in dict.fromkeys(first.tolist() if join else ()):
         builder.bring_together(start, last)
     n, m = len(roadmap.nodes), len(roadmap.edges)
-    linked = enlarged(roadmap, builder.prover, builder.nodes[n:], builder.edges[m:])
-    linked = replace(linked, starts=first, goals=last)
+    linked = Linked(roadmap, builder.nodes[n:], builder.edges[m:], first, last)
     found = shortcuts(linked, builder.prover, settings.range, progress)
-    if not len(found.edges()):
-        return linked
-    return enlarged(linked, builder.prover, found.nodes()[len(linked.nodes) :], found.edges())
+    edges = np.concatenate([linked.added_edges, found.edges()])
+    return enlarged(roadmap, builder.prover, found.nodes()[n:], edges, (first, last))
 
 
 class _Builder:
@@ -87,16 +84,17 @@ class _Builder:
     ) -> None:
         self.robot, self.prover = checker.robot, RecordingProver(checker, progress)
         self.find_bridges, self.progress = find_bridges, progress
-        self.nodes, self.edges = roadmap.nodes, roadmap.edges
+        self.roadmap, self.nodes, self.edges = roadmap, roadmap.nodes, roadmap.edges
+        self._apart: dict[int, Floats] = {}  # of an end that became a node, from those before it
 
     def index(self, q: Floats) -> int:
         """The node at ``q``, added if there is none."""
         apart = np.linalg.norm(self.robot.difference(q, self.nodes), axis=1)
-        nearest = int(np.argmin(apart))
+        nearest, new = int(np.argmin(apart)), len(self.nodes)
         if apart[nearest] <= SAME:
             return nearest
-        self.nodes = np.vstack([self.nodes, q])
-        return len(self.nodes) - 1
+        self.nodes, self._apart[new] = np.vstack([self.nodes, q]), apart
+        return new
 
     def link(self, new: Ints, count: int) -> None:
         """Link each of the ``new`` nodes to those before it that are nearest, wherever that is proven.
@@ -116,7 +114,9 @@ class _Builder:
 
     def _nearest(self, node: int, count: int) -> Ints:
         """The nodes before ``node`` that are nearest to it, nearest first."""
-        apart = np.linalg.norm(self.robot.difference(self.nodes[node], self.nodes[:node]), axis=1)
+        apart = self._apart.get(node)
+        if apart is None:
+            apart = np.linalg.norm(self.robot.difference(self.nodes[node], self.nodes[:node]), axis=1)
         if len(apart) <= count:
             return np.argsort(apart, kind="stable")
         near = np.flatnonzero(apart <= np.partition(apart, count)[count])
@@ -169,7 +169,10 @@ class _Builder:
         self.edges = np.concatenate([self.edges, edges])
 
     def _labels(self) -> Ints:
-        return component_labels(len(self.nodes), self.edges)
+        """(n,) component numbers: those of the roadmap, joined by the edges that were added."""
+        known, more = self.roadmap.component_count, len(self.nodes) - len(self.roadmap.nodes)
+        before = np.concatenate([self.roadmap.components, known + np.arange(more)])
+        return component_labels(known + more, before[self.edges[len(self.roadmap.edges) :]])[before]
 
     def _reaches(self, start: int, goals: Ints) -> bool:
         labels = self._labels()

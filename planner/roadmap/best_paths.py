@@ -66,7 +66,7 @@ def add_refined_paths(
             continue
         rows = robot.normalise(_with_dips(robot, cut(refiner.round(refined), _PIECE)))
         rows[[0, -1]] = ends  # these nodes exist already: the same to the last bit
-        fresh = len({q.tobytes() for q in rows} - forest.known)
+        fresh = len({q.tobytes() for q in rows if q not in forest})
         if fresh <= room:
             forest.add_path(rows)
             room -= fresh

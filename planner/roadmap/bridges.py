@@ -15,7 +15,7 @@ from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import nearest_of
 from planner.roadmap.motions import Motions
 from planner.roadmap.ompl_planners import seed_everything
-from planner.roadmap.shortcuts import subdivided
+from planner.roadmap.shortcuts import in_pieces
 from planner.world.robot import Robot
 
 _PER_NODE = 4  # nodes of the other part, the nearest ones, that each node is paired with
@@ -41,7 +41,7 @@ def bridges(
     for ends in _batches(pairs):
         free = prover.free(ends[:, 0], robot.difference(ends[:, 0], ends[:, 1]))
         if free.any() or progress.stopped:
-            return [subdivided(robot, pair, settings.range) for pair in ends[free]]
+            return [in_pieces(prover, pair, settings.range) for pair in ends[free]]
     seed_everything(seed)
     search = FirstPathSearch(Motions(prover), join_settings(settings, robot), progress)
     path = search.join_near(part, other, pairs[0]) if len(pairs) else None

@@ -35,27 +35,39 @@ class RecordingProver(EdgeProver):
         found = zip(clearance.tolist(), samples.tolist(), strict=True)
         self._known |= dict(zip(zip(_rows(start), _rows(delta), strict=True), found, strict=True))
 
+    def note_pieces(self, rows: Floats) -> None:
+        """The certificate of the motion from the first of ``rows`` (k, dof) to the last holds for every piece of it."""
+        whole = self._recall(rows[:1], rows[-1:])[0]
+        if whole is not None:
+            delta = self.robot.difference(rows[:-1], rows[1:])
+            for key in zip(_rows(rows[:-1]), _rows(delta), strict=True):
+                self._known.setdefault(key, whole)
+
     def certificates(self, nodes: Floats, edges: Ints) -> tuple[Floats, Ints]:
         """Clearance (m,) metres beyond the margin, never negative, and samples (m,) of proven ``edges`` (m, 2).
 
-        Pieces of a motion that was proven as a whole are proven on their own; where that leaves one undecided
-        nothing is claimed for it: clearance 0, no samples.
+        Pieces of a motion that was proven as a whole have what is known of that, see :meth:`note_pieces`, or are proven
+        on their own; where that leaves one undecided nothing is claimed for it: clearance 0, no samples.
         """
         a, b = nodes[edges[:, 0]], nodes[edges[:, 1]]
-        forth, back = self.robot.difference(a, b), self.robot.difference(b, a)
-        ends = list(zip(zip(_rows(a), _rows(forth), strict=True), zip(_rows(b), _rows(back), strict=True), strict=True))
-
-        def recall() -> list[tuple[float, int] | None]:
-            # whichever end a proof began at
-            return [self._known.get(one) or self._known.get(other) for one, other in ends]
-
-        found = recall()
-        missing = [row for row, known in enumerate(found) if known is None]
-        if missing:
-            self.prove(a[missing], forth[missing])
-            found = recall()
+        found = self._recall(a, b)
+        if missing := _missing(found):  # the proof began at the other end
+            for row, known in zip(missing, self._recall(b[missing], a[missing]), strict=True):
+                found[row] = known
+        if missing := _missing(found):
+            self.free(a[missing], self.robot.difference(a[missing], b[missing]))
+            for row, known in zip(missing, self._recall(a[missing], b[missing]), strict=True):
+                found[row] = known
         clearance, samples = np.array([known or (0.0, 0) for known in found], dtype=float).reshape(-1, 2).T
         return np.maximum(clearance, 0.0), samples.astype(np.int64)
+
+    def _recall(self, a: Floats, b: Floats) -> list[tuple[float, int] | None]:
+        keys = zip(_rows(a), _rows(self.robot.difference(a, b)), strict=True)
+        return [self._known.get(key) for key in keys]
+
+
+def _missing(found: list[tuple[float, int] | None]) -> list[int]:
+    return [row for row, known in enumerate(found) if known is None]
 
 
 def _rows(array: Floats) -> list[bytes]:

@@ -6,18 +6,23 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
+from planner.roadmap.scale import mean_manipulability_cost
 
 
-def enlarged(roadmap: Roadmap, prover: RecordingProver, nodes: Floats, edges: Ints) -> Roadmap:
+def enlarged(
+    roadmap: Roadmap, prover: RecordingProver, nodes: Floats, edges: Ints, ends: tuple[Ints, Ints] | None = None
+) -> Roadmap:
     """The roadmap with ``nodes`` (k, dof) after its own and those proven ``edges`` (j, 2) that it lacks.
 
-    The margin is that of the weaker proofs; whatever was proven with a larger one has so much more clearance.
+    ``ends``: its starts and goals from then on. The margin is that of the weaker proofs; whatever was proven with a
+    larger one has so much more clearance.
     """
     robot, everything = prover.robot, np.vstack([roadmap.nodes, nodes])
     edges, place = _lacking(roadmap.edges, edges, len(everything))
@@ -32,13 +37,30 @@ def enlarged(roadmap: Roadmap, prover: RecordingProver, nodes: Floats, edges: In
     }
     old: dict[str, Any] = {name: getattr(roadmap, name) for name in EDGE_ARRAYS}
     old["clearance"] = old["clearance"] + (roadmap.origin.margin - margin)
-    return replace(
+    is_old = np.ones(len(roadmap.edges) + len(edges), dtype=bool)
+    is_old[place + np.arange(len(edges))] = False
+    starts, goals = (roadmap.starts, roadmap.goals) if ends is None else ends
+    bigger = replace(
         roadmap,
         nodes=everything,
+        starts=starts,
+        goals=goals,
         manipulability=np.concatenate([roadmap.manipulability, manipulability(robot, nodes)]),
         origin=replace(roadmap.origin, margin=margin),
-        **{name: np.insert(old[name], place, fresh[name], axis=0) for name in EDGE_ARRAYS},
+        **{name: _merged(old[name], fresh[name], is_old) for name in EDGE_ARRAYS},
     )
+    bigger.omega_is(
+        _merged(roadmap.omega, mean_manipulability_cost(fresh["edge_manipulability"], roadmap.scale), is_old)
+    )
+    return bigger
+
+
+def _merged(old: NDArray[Any], fresh: NDArray[Any], is_old: Bools) -> NDArray[Any]:
+    """The rows of two arrays in one that is not written to: row after row the next of ``old`` where ``is_old`` (m,)."""
+    rows = np.empty((len(is_old), *old.shape[1:]), dtype=old.dtype)
+    rows[is_old], rows[~is_old] = old, fresh
+    rows.setflags(write=False)
+    return rows
 
 
 def _lacking(known: Ints, edges: Ints, n: int) -> tuple[Ints, Ints]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Set
-from functools import cached_property
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+
+_FEW = 64  # rows that are looked for one by one; an index of many nodes pays from some hundred on
 
 
 class Forest:
@@ -18,27 +18,38 @@ class Forest:
         self._first = np.zeros((0, 0)) if nodes is None else np.array(nodes, dtype=np.float64)
         self._added: list[Floats] = []
         self._edges: list[tuple[int, int]] = [] if edges is None else [(i, j) for i, j in edges.tolist()]
-
-    @cached_property
-    def _index(self) -> dict[bytes, int]:
-        data, width = self._first.tobytes(), self._first.itemsize * self._first.shape[1]
-        return {data[k * width : (k + 1) * width]: k for k in range(len(self._first))}
-
-    @property
-    def known(self) -> Set[bytes]:
-        """The nodes as bytes."""
-        return self._index.keys()
+        self._index: dict[bytes, int] = {}  # of what was added, and of the first nodes that were looked for
+        self._left = _FEW if len(self._first) else 0
 
     def __len__(self) -> int:
         return len(self._first) + len(self._added)
 
+    def __contains__(self, q: Floats) -> bool:
+        return self._number(q, q.tobytes()) is not None
+
     def add(self, q: Floats) -> int:
         """The number of the node at ``q`` (dof,), which becomes one if it is none."""
-        count = len(self)
-        index = self._index.setdefault(q.tobytes(), count)
-        if index == count:
+        key = q.tobytes()
+        number = self._number(q, key)
+        if number is None:
+            number = self._index[key] = len(self)
             self._added.append(q.copy())  # a row of a larger array would keep all of it
-        return index
+        return number
+
+    def _number(self, q: Floats, key: bytes) -> int | None:
+        number = self._index.get(key)
+        if number is not None or not self._left:
+            return number
+        self._left -= 1
+        if not self._left:
+            data, width = self._first.tobytes(), len(key)
+            self._index |= {data[k * width : (k + 1) * width]: k for k in range(len(self._first))}
+            return self._index.get(key)
+        for k in np.flatnonzero(self._first[:, 0] == q[0]).tolist():
+            if self._first[k].tobytes() == key:
+                self._index[key] = k
+                return k
+        return None
 
     def add_edge(self, a: Floats, b: Floats) -> None:
         i, j = self.add(a), self.add(b)

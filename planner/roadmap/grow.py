@@ -154,7 +154,7 @@ def _add_proven(motions: Motions, forest: Forest, tree: Tree) -> None:
     children: dict[int, list[int]] = {}
     for parent, child in edges.tolist():
         children.setdefault(parent, []).append(child)
-    waiting = [k for k, q in enumerate(tree.nodes) if q.tobytes() in forest.known]
+    waiting = [k for k, q in enumerate(tree.nodes) if q in forest]
     for parent in waiting:  # the loop appends to it
         for child in children.get(parent, []):
             forest.add_edge(tree.nodes[parent], tree.nodes[child])

@@ -35,10 +35,3 @@ def edge_manipulability(robot: Robot, nodes: Floats, edges: Ints) -> Floats:
     delta = robot.difference(a, nodes[edges[:, 1]]).reshape(-1, 1, robot.dof)
     states = a[:, None] + np.linspace(0.0, 1.0, W_STATES_PER_EDGE)[:, None] * delta
     return manipulability(robot, states.reshape(-1, robot.dof)).reshape(-1, W_STATES_PER_EDGE)
-
-
-def simpson_weights(count: int) -> Floats:
-    """(count,) weights of Simpson's rule on [0, 1] for an odd number of evenly spaced points."""
-    weights = np.where(np.arange(count) % 2 == 1, 4.0, 2.0)
-    weights[[0, -1]] = 1.0
-    return weights / weights.sum()

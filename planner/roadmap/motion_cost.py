@@ -7,19 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.products import product
 from planner.base.request import DEFAULT_COST, DEFAULT_METRIC, Charge, ManipulabilityCost, Metric
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability_along
-from planner.roadmap.measure import simpson_weights
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import CostScale, manipulability_cost
+from planner.roadmap.scale import CostScale, manipulability_cost, mean_manipulability_cost
 from planner.world.robot import Robot
 
 LONGEST = 2.0  # rad: on longer motions W_STATES_PER_EDGE states do not tell the mean of omega
 _SHARES = np.linspace(0.0, 1.0, W_STATES_PER_EDGE)
-_WEIGHTS = simpson_weights(W_STATES_PER_EDGE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,20 +55,28 @@ class MotionCost:
         length = (
             roadmap.joint_length / self.scale.joint_length if joint else roadmap.tool_length / self.scale.tool_length
         )
-        return self._along(roadmap.edge_manipulability, np.maximum(length, self.scale.zeta), roadmap.joint_length)
+        distance = np.maximum(length, self.scale.zeta)
+        known = (self.scale, self.manipulability, self.charge) == (roadmap.scale, DEFAULT_COST, "edges")
+        omega = roadmap.omega * distance if known and self.beta < 1.0 else None
+        return self._along(roadmap.edge_manipulability, distance, roadmap.joint_length, omega)
 
-    def _along(self, w: Floats, distance: Floats, length: Floats) -> Floats:
-        """(k,) costs of motions along which w (k, W_STATES_PER_EDGE) is known; infinite if too long or too singular."""
-        cost, refused = distance, w.min(axis=1, initial=np.inf) < self.floor
+    def _along(self, w: Floats, distance: Floats, length: Floats, omega: Floats | None = None) -> Floats:
+        """(k,) costs of motions along which w (k, W_STATES_PER_EDGE) is known; infinite if too long or too singular.
+
+        ``omega`` (k,): the part of manipulability, where it is known.
+        """
+        cost = distance
         if self.beta < 1.0:
-            cost = (1.0 - self.beta) * self._omega(w, distance) + self.beta * distance
-            refused |= length > self.longest
-        return np.where(refused, np.inf, cost)
+            omega = self._omega(w, distance) if omega is None else omega
+            cost = (1.0 - self.beta) * omega + self.beta * distance
+            if np.isfinite(self.longest):
+                cost = np.where(length > self.longest, np.inf, cost)
+        return np.where(w.min(axis=1, initial=np.inf) < self.floor, np.inf, cost) if self.floor > 0 else cost
 
     def _omega(self, w: Floats, distance: Floats) -> Floats:
         if self.charge == "nodes":
             return manipulability_cost(w[:, -1], self.scale, self.manipulability)
-        return product(manipulability_cost(w, self.scale, self.manipulability), _WEIGHTS) * distance
+        return mean_manipulability_cost(w, self.scale, self.manipulability) * distance
 
     def _distance(self, a: Floats, delta: Floats, length: Floats) -> Floats:
         if self.metric == "joint":

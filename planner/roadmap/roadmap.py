@@ -11,7 +11,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
 from planner.base.hashing import content_hash
-from planner.roadmap.scale import CostScale
+from planner.roadmap.scale import CostScale, mean_manipulability_cost
 from planner.roadmap.world_record import WorldRecord
 from planner.world.robot import Robot
 
@@ -90,6 +90,15 @@ class Roadmap:
         """A hash of the graph itself: configurations, edges, proofs, starts and goals."""
         arrays = [self.nodes, self.edges, self.proven, self.starts, self.goals]
         return content_hash([*arrays, self.origin.joints, self.origin.tool])
+
+    @cached_property
+    def omega(self) -> Floats:
+        """(m,) the mean of the manipulability cost along every edge, of the default cost."""
+        return frozen(mean_manipulability_cost(self.edge_manipulability, self.scale))
+
+    def omega_is(self, known: Floats) -> None:
+        """Take :attr:`omega` from who knows it: a query on a large roadmap adds a few edges to many."""
+        self.__dict__["omega"] = known  # where cached_property looks first
 
     def edge_index(self, i: int, j: int) -> int:
         """The row of the edge between two nodes; KeyError if there is none."""

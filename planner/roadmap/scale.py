@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, frozen
 from planner.base.errors import OptionError, choices
 from planner.base.request import DEFAULT_COST, ManipulabilityCost
-from planner.native.library import manipulability_costs
+from planner.native.library import manipulability_cost_sums, manipulability_costs
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
 ZETA = 0.01  # the cheapest node, and the shortest edge, cost at least this: eq. (progressive) holds at every beta
@@ -55,6 +56,24 @@ def manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = 
     ``inverse`` 1/w punishes the neighbourhood of singularities most and tells good nodes apart least, ``linear`` -w
     the reverse, ``log`` -ln w stands between.
     """
+    return manipulability_costs(w, scale.w_low, scale.w_high, scale.zeta, _kind(name))
+
+
+def mean_manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = DEFAULT_COST) -> Floats:
+    """The mean (m,) of omega along motions, by Simpson's rule over w (m, k) at evenly spaced states, k odd."""
+    weights = _simpson_weights(w.shape[1])
+    return manipulability_cost_sums(w, weights, scale.w_low, scale.w_high, scale.zeta, _kind(name))
+
+
+def _kind(name: ManipulabilityCost) -> int:
     if name not in COSTS:
         raise OptionError(f"manipulability cost '{name}' not found; costs are {choices(COSTS)}.")
-    return manipulability_costs(w, scale.w_low, scale.w_high, scale.zeta, COSTS.index(name))
+    return COSTS.index(name)
+
+
+@lru_cache
+def _simpson_weights(count: int) -> Floats:
+    """(count,) weights of Simpson's rule on [0, 1] for an odd number of evenly spaced points."""
+    weights = np.where(np.arange(count) % 2 == 1, 4.0, 2.0)
+    weights[[0, -1]] = 1.0
+    return frozen(weights / weights.sum())

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, frozen
 from planner.base.polylines import cut, parts_of
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
+from planner.collision.edge_prover import EdgeProver
 from planner.native.graphs import cheapest_nodes
 from planner.roadmap.best_paths import BETAS
 from planner.roadmap.edge_certificates import RecordingProver
@@ -33,8 +36,15 @@ def straight_paths(motions: Motions, starts: Floats, goals: Floats, longest: flo
     for a, b in itertools.product(starts, goals):
         delta = robot.difference(a, b)
         if delta.any() and motions.proven(a, delta):
-            found.append(subdivided(robot, np.array([a, b]), longest))
+            found.append(in_pieces(motions.prover, np.array([a, b]), longest))
     return found
+
+
+def in_pieces(prover: EdgeProver, ends: Floats, longest: float) -> Floats:
+    """A path (k, dof) of pieces no longer than ``longest`` (rad) of the proven motion between ``ends`` (2, dof)."""
+    rows = subdivided(prover.robot, ends, longest)
+    prover.note_pieces(rows)
+    return rows
 
 
 def subdivided(robot: Robot, path: Floats, longest: float) -> Floats:
@@ -46,26 +56,58 @@ def subdivided(robot: Robot, path: Floats, longest: float) -> Floats:
     return rows
 
 
-def shortcuts(roadmap: Roadmap, prover: RecordingProver, longest: float, progress: Progress = QUIET) -> Forest:
+@dataclass(frozen=True, eq=False)
+class Linked:
+    """A roadmap and what is about to be added to it: nodes (k, dof) that follow its own, and proven edges (j, 2).
+
+    ``starts`` and ``goals`` are node numbers.
+    """
+
+    roadmap: Roadmap
+    added_nodes: Floats
+    added_edges: Ints
+    starts: Ints
+    goals: Ints
+
+    @cached_property
+    def nodes(self) -> Floats:
+        """(n, dof) all of them."""
+        return np.concatenate([self.roadmap.nodes, self.added_nodes])
+
+    @cached_property
+    def arcs(self) -> Ints:
+        """(2 m, 2) the roadmap's edges and those that were added, then all of them backwards."""
+        edges = np.concatenate([self.roadmap.edges, self.added_edges])
+        return np.concatenate([edges, edges[:, ::-1]])
+
+    def costs(self, cost: MotionCost) -> Floats:
+        """(m,) what the edges cost."""
+        a, b = self.nodes[self.added_edges.T]
+        return np.concatenate([cost.of_edges(self.roadmap), cost(a, a + cost.robot.difference(a, b))])
+
+
+def shortcuts(linked: Linked, prover: RecordingProver, longest: float, progress: Progress = QUIET) -> Forest:
     """Proven motions past waypoints of the best path from every start, for each of ``BETAS``, where they are cheaper.
 
     The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
     """
-    robot, forest = prover.robot, Forest(roadmap.nodes)
-    ends = [MotionCost(robot, roadmap.scale, beta, longest=np.inf) for beta in (0.0, 1.0)]
-    edges = [cost.of_edges(roadmap) for cost in ends]
+    robot, found = prover.robot, dict[tuple[int, int], None]()
+    ends = [MotionCost(robot, linked.roadmap.scale, beta, longest=np.inf) for beta in (0.0, 1.0)]
+    edges = [linked.costs(cost) for cost in ends]
     between: dict[bytes, list[Floats]] = {}  # betas often have one best path
     for beta in BETAS:
-        for nodes in _best_paths(roadmap, _traded_off(beta, *edges)):
+        for nodes in _best_paths(linked, _traded_off(beta, *edges)):
             if progress.stopped:
-                return forest
-            path, key = robot.unwound(roadmap.nodes[nodes]), nodes.tobytes()
+                break
+            path, key = robot.unwound(linked.nodes[nodes]), nodes.tobytes()
             if key not in between:
-                i, j = np.triu_indices(len(path), 1)
+                i, j = _pairs(len(path))
                 between[key] = [cost(path[i], path[j]) for cost in ends]
             for i, j in _cheaper(prover, path, _traded_off(beta, *between[key])):
-                motion = roadmap.nodes[[nodes[i], nodes[j]]]  # to the last bit
-                forest.add_path(subdivided(robot, motion, longest))
+                found[int(nodes[i]), int(nodes[j])] = None
+    forest = Forest(linked.nodes)
+    for pair in found:
+        forest.add_path(in_pieces(prover, linked.nodes[list(pair)], longest))
     return forest
 
 
@@ -76,20 +118,27 @@ def _traded_off(beta: float, omega: Floats, distance: Floats) -> Floats:
     return (1.0 - beta) * omega + beta * distance
 
 
-def _best_paths(roadmap: Roadmap, cost: Floats) -> list[Ints]:
+@lru_cache
+def _pairs(count: int) -> tuple[Ints, Ints]:
+    """The smaller and the larger of every two of ``count`` numbers."""
+    i, j = np.triu_indices(count, 1)
+    return frozen(i, np.int64), frozen(j, np.int64)
+
+
+def _best_paths(linked: Linked, cost: Floats) -> list[Ints]:
     """The nodes (k,) of the cheapest path to a goal from every start that reaches one; edges have ``cost`` (m,)."""
-    n, arcs = len(roadmap.nodes), np.concatenate([roadmap.edges, roadmap.edges[:, ::-1]])
-    starts = dict.fromkeys(roadmap.starts.tolist())
-    found = (cheapest_nodes(n, arcs, np.tile(cost, 2), np.array([start]), roadmap.goals) for start in starts)
+    n, arcs, both, goals = len(linked.nodes), linked.arcs, np.tile(cost, 2), linked.goals
+    starts = dict.fromkeys(linked.starts.tolist())
+    found = (cheapest_nodes(n, arcs, both, np.array([start]), goals) for start in starts)
     return [nodes for nodes in found if len(nodes)]
 
 
 def _cheaper(prover: RecordingProver, path: Floats, direct: Floats) -> list[tuple[int, int]]:
     """Proven pairs (i, j) of waypoints of ``path`` (k, dof) that the cheapest way along it skips from one to the other.
 
-    ``direct``: what the motions between all pairs of waypoints cost, in the order of :func:`numpy.triu_indices`.
+    ``direct``: what the motions between all pairs of waypoints cost, in the order of :func:`_pairs`.
     """
-    i, j = np.triu_indices(len(path), 1)
+    i, j = _pairs(len(path))
     along = j == i + 1
     so_far = np.concatenate([[0.0], np.cumsum(direct[along])])
     around = so_far[j] - so_far[i]

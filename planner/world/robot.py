@@ -105,11 +105,15 @@ class Robot:
 
         What takes no whole turns stays the same to the last bit.
         """
+        if not self.continuous.any():
+            return np.array(path)
         turns = np.rint((self.difference(path[:-1], path[1:]) - np.diff(path, axis=0)) / (2 * np.pi))
         return path + 2 * np.pi * np.vstack([np.zeros(path.shape[1]), np.cumsum(turns, axis=0)])
 
     def normalise(self, q: Floats) -> Floats:
         """Continuous joints brought into [-pi, pi)."""
+        if not self.continuous.any():
+            return np.array(q, dtype=float)
         wrapped = np.mod(np.asarray(q) + np.pi, 2 * np.pi) - np.pi
         return np.where(self.continuous, wrapped, q)
 

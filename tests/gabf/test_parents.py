@@ -4,6 +4,7 @@ import pytest
 from planner import gabf
 from planner.gabf import parents, splitting
 from planner.gabf.problem import reduce
+from planner.gabf.solvers import standing
 
 from .networks import from_arcs, scattered, solve
 
@@ -42,16 +43,16 @@ def test_rows_are_retired_as_the_wave_passes(kernel):
     every = parents.parents_of(problem)
     x_star = problem.pack(gabf.oracle(problem.network))
     y = x_star + np.where(x_star > np.median(x_star), 1.0, 0.0)
-    xhat = y[: problem.n_rows] - problem.parent_values(y)
-    fewer = every.retire(y, xhat, every.lowest_moving(y, xhat))
+    at = standing(problem, y)
+    fewer = every.retire(at, every.lowest_moving(at))
     assert fewer.rows is not None
     assert fewer.rows.size < 0.75 * problem.n_rows
     assert np.array_equal(fewer(y), problem.parent_values(y)[fewer.rows])
     retired = np.setdiff1d(np.arange(problem.n_rows), fewer.rows)
     assert np.array_equal(y[retired], x_star[retired])
     y[:-1] -= np.where(x_star[:-1] < np.quantile(x_star, 0.9), y[:-1] - x_star[:-1], 0.0)
-    xhat = y[: problem.n_rows] - problem.parent_values(y)
-    fewest = fewer.retire(y, xhat, fewer.lowest_moving(y, xhat))
+    at = standing(problem, y)
+    fewest = fewer.retire(at, fewer.lowest_moving(at))
     assert fewest.rows is not None
     assert fewest.rows.size < fewer.rows.size
     assert np.array_equal(fewest(y), problem.parent_values(y)[fewest.rows])
@@ -62,6 +63,32 @@ def test_a_row_at_rest_is_kept_while_its_parent_may_move():
     net = from_arcs(3, [(1, 0, 2e9), (2, 1, 1e-9)])
     every = parents.parents_of(reduce(net))
     y = np.array([1e9, 1e9, 0.0])
-    xhat = y[:2] - reduce(net).parent_values(y)
-    assert xhat.tolist() == [-1e9, 0.0]
-    assert every.retire(y, xhat, every.lowest_moving(y, xhat)) is every
+    at = standing(reduce(net), y)
+    assert at.xhat.tolist() == [-1e9, 0.0]
+    assert every.retire(at, every.lowest_moving(at)) is every
+
+
+@pytest.mark.parametrize("kernel", KERNELS, ids=lambda k: type(k).__name__)
+@pytest.mark.parametrize("some", [False, True])
+def test_a_step_in_one_call_is_its_parts(kernel, some):
+    """And so is what is said of where it ends, for all rows and for those that are left."""
+    problem = reduce(scattered(300, seed=1, kernel=kernel))
+    every = parents.parents_of(problem)
+    y = problem.pack(np.random.default_rng(0).uniform(0, 3, 300))
+    kept = np.arange(problem.n_rows) % 3 > 0
+    looked_at = every.of(np.flatnonzero(kept), kept) if some else every
+    flow, rows = gabf.SingularityFree().flow.compiled, looked_at.where
+    at = looked_at.standing(y)
+    assert np.array_equal(at.xhat[rows], (y[: problem.n_rows] - problem.parent_values(y))[rows])
+    following, off = looked_at.step(flow, at, 0.05, 0.1, 1.0)
+    middle = y.copy()
+    flow.sketch(looked_at.rows, y, at.xhat, 0.05, middle)
+    expected = middle.copy()
+    m = problem.parent_values(middle)[rows]
+    assert off == flow.advance(looked_at.rows, m, y, at.xhat, 0.1, 1.0, expected)
+    assert np.array_equal(following.y, expected)
+    xhat = np.zeros(problem.n_rows)
+    xhat[rows] = (expected[: problem.n_rows] - problem.parent_values(expected))[rows]
+    own = expected[: problem.n_rows]
+    assert np.array_equal(following.xhat, xhat)
+    assert following[2:] == (np.abs(xhat).max(), own.min(), own.max())

@@ -13,7 +13,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
 from planner.native import library
-from planner.native.library import manipulability_costs
+from planner.native.library import NativeChain, manipulability_costs
 from planner.studies.bench_attack.cases import Case
 from planner.studies.bench_attack.claims import world_of
 from planner.studies.bench_attack.true_distance import true_distance
@@ -115,6 +115,76 @@ def test_w_of_several_has_the_bits_of_w_of_one(name: str) -> None:
     assert np.array_equal(whole, [manipulability(robot, one)[0] for one in q])
     along = manipulability_along(robot, q, delta, shares)
     assert np.array_equal(along, np.stack([manipulability(robot, q + share * delta) for share in shares], axis=1))
+
+
+def chain_of_sines(dof: int) -> NativeChain:
+    """Every joint, carried by the base, turns into a frame that holds its sine and 1 - its cosine."""
+    rotations = np.zeros((dof, 3, 3, 3))
+    rotations[:, 1, 1, 0] = rotations[:, 2, 0, 0] = 1.0
+    nothing = np.zeros((dof, 3))
+    return NativeChain(np.zeros(dof, np.int64), np.zeros(dof, bool), rotations, nothing, nothing, nothing)
+
+
+def test_sines_are_those_of_the_math_module() -> None:
+    rng, turn = np.random.default_rng(0), np.pi / 2
+    angles = np.concatenate(
+        [
+            rng.uniform(-4, 4, 4000),
+            rng.uniform(-1e6, 1e6, 2000),
+            turn * rng.integers(-40, 40, 400) + rng.normal(size=400) * 10.0 ** rng.uniform(-18, -1, 400),
+            turn * rng.integers(-600_000, 600_000, 400) + rng.normal(size=400) * 10.0 ** rng.uniform(-12, -1, 400),
+            rng.uniform(1e6, 1e12, 196),
+            [0.0, -0.0, 5e-324, 1e-200, 1e6, -1e6, np.nextafter(1e6, 2e6), 1e300, turn, -turn, 2 * turn],
+        ]
+    )
+    found, _ = chain_of_sines(11).placements(angles.reshape(-1, 11))
+    sines, versines = found[1:, :, 1, 0].T.ravel(), found[1:, :, 0, 0].T.ravel()
+    assert np.abs(sines - [math.sin(angle) for angle in angles]).max() < 2e-16
+    exact = np.array([2.0 * math.sin(0.5 * angle) ** 2 for angle in angles])
+    assert np.abs(versines - exact).max() < 5e-16
+    small = np.abs(angles) < 0.7
+    assert small.sum() > 500
+    assert (np.abs(versines - exact)[small] <= 6e-16 * exact[small]).all()
+    assert (np.abs(sines - np.sin(angles))[small] <= 4e-16 * np.abs(np.sin(angles))[small]).all()
+
+
+def test_no_number_has_no_sine() -> None:
+    found, _ = chain_of_sines(5).placements(np.array([[0.1, np.nan, np.inf, -np.inf, 0.2]]))
+    assert np.isnan(found[1:, 0, 1, 0]).tolist() == [False, True, True, True, False]
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5", "planar_2r"])
+def test_four_configurations_have_the_bits_of_one(name: str) -> None:
+    """Frames are placed one configuration at a time, a carried point at four."""
+    robot = load(name)
+    q, chain, tool = random_q(robot, 13), Chain.of(robot), robot.model.frames[robot.tool_id]
+    turn, shift = chain.native.placements(q)
+    joint, point = tool.parentJoint, tool.placement.translation
+    expected = (turn[joint] * point).sum(axis=2) + shift[joint]
+    found = chain.native.points(q, joint, point)
+    assert np.abs(found - expected).max() < 1e-15
+    assert np.array_equal(found, np.concatenate([chain.native.points(row[None], joint, point) for row in q]))
+    assert np.array_equal(chain.native.points(q, joint, np.zeros(3)), shift[joint])
+
+
+def test_points_are_found_in_boxes_however_many_there_are() -> None:
+    """Against frames turned and points compared in NumPy; more of them than there is room for at first."""
+    rng, robot, count = np.random.default_rng(0), load("planar_2r"), 30
+    chain, q = Chain.of(robot).native, random_q(robot, 9)
+    inner, outer = rng.integers(0, 3, (2, count))
+    points, shifts = rng.uniform(-1, 1, (2, count, 3))
+    turns = np.array([random_pose(rng)[:3, :3] for _ in range(count)])
+    low, high = np.full((count, 3), -1.6), np.full((count, 3), [1.2, 1.4, 1.6])
+    rows, local = library.NativeBoxes(chain, inner, points, outer, turns, shifts, low, high).hits(q)
+    rotation, position = chain.placements(q)
+    world = np.einsum("knij,kj->nki", rotation[inner], points) + position[inner].swapaxes(0, 1)
+    carried = np.einsum("knji,nkj->nki", rotation[outer], world - position[outer].swapaxes(0, 1)) - shifts
+    own = np.einsum("kji,nkj->nki", turns, carried)
+    within = ((own > low) & (own < high)).all(axis=2)
+    assert 4 * len(q) < within.sum() < 25 * len(q)
+    np.testing.assert_array_equal(rows, np.argwhere(within))
+    np.testing.assert_allclose(local, own[within], rtol=0, atol=1e-14)
+    assert len(library.NativeBoxes(chain, inner, points, outer, turns, shifts, high, high).hits(q)[0]) == 0
 
 
 def test_a_motion_looks_free_where_its_states_do() -> None:

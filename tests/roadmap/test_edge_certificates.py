@@ -9,6 +9,7 @@ from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.edge_certificates import RecordingProver
+from planner.roadmap.shortcuts import in_pieces
 from planner.world.scene import Scene
 from tests.coal_judge import CoalWorld
 from tests.worlds import checker_of, load, make_post, post_roadmap, random_q, small_plan
@@ -65,6 +66,31 @@ def test_what_was_never_proven_alone_is_looked_at(proven):
     found, looked = RecordingProver(make_post()).certificates(q, edges)
     np.testing.assert_array_equal(found, np.maximum(clearance, 0))
     np.testing.assert_array_equal(looked, samples)
+
+
+def test_pieces_have_the_certificate_of_the_motion_that_they_are_of(proven, monkeypatch):
+    q, edges, clearance, _ = proven
+    prover, world = RecordingProver(make_post()), CoalWorld(make_post().world)
+    a, b = q[edges.T]
+    assert prover.free(a, b - a).all()
+    monkeypatch.setattr(EdgeProver, "prove", lambda *_: pytest.fail("proven twice"))
+    for first, last, promised in zip(a, b, clearance, strict=True):
+        rows = in_pieces(prover, np.array([first, last]), 0.3)
+        backwards = np.arange(len(rows))[:0:-1]
+        pairs = np.column_stack([backwards, backwards - 1])
+        found, looked = prover.certificates(rows, pairs)
+        assert (found == max(promised, 0.0)).all()
+        assert (looked > 0).all()
+        for i, j in pairs:
+            assert world.nearest_along(rows[i], rows[j] - rows[i], 0.02, 0.01) >= promised - 1e-6
+
+
+def test_nothing_is_noted_of_pieces_of_what_was_not_proven():
+    prover = RecordingProver(make_post())
+    across = np.array([[-1.0, 0.0], [1.0, 0.0]])  # straight through the post
+    rows = in_pieces(prover, across, 0.5)
+    free, samples = prover.certificates(rows, np.array([[1, 2]]))
+    assert (free.tolist(), samples.tolist()) == ([0.0], [0])
 
 
 def test_nothing_is_claimed_for_what_cannot_be_proven():

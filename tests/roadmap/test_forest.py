@@ -30,5 +30,17 @@ def test_nodes_that_were_there_keep_their_numbers_and_new_ones_follow() -> None:
     forest.add_path(np.array([[1.0, 0.0], [5.0, 5.0], [2.0, 2.0]]))
     np.testing.assert_array_equal(forest.nodes(), [*there, [5.0, 5.0]])
     assert forest.edges().tolist() == [[0, 1], [1, 3], [2, 3]]
-    assert forest.known == {q.tobytes() for q in forest.nodes()}
+    assert all(q in forest for q in forest.nodes())
+    assert np.array([1.0, 1.0]) not in forest
     assert len(forest) == 4
+
+
+def test_one_by_one_and_by_an_index_the_same_nodes_are_found() -> None:
+    rng = np.random.default_rng(0)
+    there = rng.integers(0, 3, (400, 2)) + np.arange(400)[:, None] // 9  # many share their first joint's value
+    there = np.unique(there, axis=0).astype(float)
+    rows = np.concatenate([there[rng.permutation(len(there))[:70]], there[:30] + 0.5, there[:30] + 0.5])
+    forest = Forest(there)
+    numbers = [forest.add(q) for q in rows]
+    assert numbers == [np.flatnonzero((forest.nodes() == q).all(axis=1))[0] for q in rows]
+    np.testing.assert_array_equal(forest.nodes(), [*there, *there[:30] + 0.5])

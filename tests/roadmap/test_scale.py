@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import simpson
 
 from planner.base.errors import OptionError
-from planner.roadmap.scale import COSTS, ZETA, CostScale, manipulability_cost, measure_scale
+from planner.roadmap.scale import COSTS, ZETA, CostScale, manipulability_cost, mean_manipulability_cost, measure_scale
 
 W = np.array([0.0, 0.01, 0.02, 0.04, 0.08, 0.2])
 SCALE = CostScale(w_low=0.01, w_high=0.08, joint_length=1.0, tool_length=1.0, zeta=ZETA)
@@ -24,6 +25,14 @@ def test_each_cost_is_its_formula() -> None:
     shares = {"inverse": (1 / 0.02 - 1 / 0.08) / (1 / 0.01 - 1 / 0.08), "log": 2 / 3, "linear": 6 / 7}
     for name, share in shares.items():
         assert manipulability_cost(np.array([0.02]), SCALE, name)[0] == pytest.approx(ZETA + (1 - ZETA) * share)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", COSTS)
+def test_the_mean_along_motions_is_simpsons_rule(name) -> None:
+    w = np.random.default_rng(0).uniform(0.005, 0.1, (150, 9))
+    expected = simpson(manipulability_cost(w, SCALE, name), dx=1 / 8, axis=1)
+    np.testing.assert_allclose(mean_manipulability_cost(w, SCALE, name), expected, rtol=1e-13)
+    assert mean_manipulability_cost(w[:0], SCALE, name).shape == (0,)
 
 
 def test_a_roadmap_without_differences_or_edges_has_a_scale() -> None:

@@ -17,6 +17,7 @@ from planner.roadmap.enlarge import enlarged
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.motions import Motions
 from planner.roadmap.shortcuts import (
+    Linked,
     _best_paths,
     _cheaper,
     shortcuts,
@@ -24,6 +25,12 @@ from planner.roadmap.shortcuts import (
     subdivided,
 )
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
+
+
+def linked(roadmap):
+    """The roadmap, and nothing more."""
+    nothing = np.zeros((0, 2), dtype=np.int64)
+    return Linked(roadmap, roadmap.nodes[:0], nothing, roadmap.starts, roadmap.goals)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +41,7 @@ def pairs():
         start, goal = rng.choice(len(post_roadmap().nodes), 2, replace=False)
         old = replace(post_roadmap(), starts=np.array([start]), goals=np.array([goal]))
         prover = RecordingProver(make_post())
-        found = shortcuts(old, prover, 0.8)
+        found = shortcuts(linked(old), prover, 0.8)
         made.append((old, enlarged(old, prover, found.nodes()[len(old.nodes) :], found.edges())))
     return made
 
@@ -90,7 +97,7 @@ def test_the_way_is_the_cheapest_of_all_that_is_proven(beta):
         start, goal = rng.choice(len(roadmap.nodes), 2, replace=False)
         cost = MotionCost(prover.robot, roadmap.scale, beta, longest=np.inf)
         here = replace(roadmap, starts=np.array([start]), goals=np.array([goal]))
-        (nodes,) = _best_paths(here, cost.of_edges(here))
+        (nodes,) = _best_paths(linked(here), linked(here).costs(cost))
         path = roadmap.nodes[nodes]
         i, j = np.triu_indices(len(path), 1)
         price = cost(path[i], path[j])

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from planner.base.arrays import Floats, Ints
 from planner.gabf.flows import Flow
 from planner.gabf.problem import Rows
@@ -13,7 +11,7 @@ from planner.gabf.splitting import Stepper
 
 
 class Report(NamedTuple):
-    """What all blocks together need to know of one: largest |xhat|, range of y, see :meth:`Stepper.lowest_moving`."""
+    """What all blocks together need to know of one, see :class:`Standing` and :meth:`Stepper.lowest_moving`."""
 
     residual: float
     lowest: float
@@ -31,41 +29,37 @@ class Block:
     def __init__(self, rows: Rows, y: Floats, told: Ints, halo: int, flow: Flow) -> None:
         self._stepper, self._told, self._n_rows = Stepper(rows, flow), told, rows.n_rows
         self._halo = slice(rows.n_rows, rows.n_rows + halo)
-        self._y = self._mid = self._next = y
-        self._xhat = self._stepper.disequilibrium(y)
+        self._here, self._mid, self._next = self._stepper.standing(y), y, y
         self._kept: dict[int, Floats] = {0: y}
         self._steps = 0
 
     def report(self) -> Report:
         """How the block stands."""
-        own = self._y[: self._n_rows]
-        residual = float(np.abs(self._xhat).max(initial=0.0))
-        lowest, highest = float(own.min(initial=np.inf)), float(own.max(initial=-np.inf))
-        return Report(residual, lowest, highest, self._stepper.lowest_moving(self._y, self._xhat))
+        here = self._here
+        return Report(here.residual, here.lowest, here.highest, self._stepper.lowest_moving(here))
 
     def retire(self, least: float) -> None:
         """Stop looking at rows that rest for good; ``least`` is the lowest moving state of all blocks."""
-        self._stepper.retire(self._y, self._xhat, least)
+        self._stepper.retire(self._here, least)
 
     def sketch(self, dtau: float, size: float, forget: bool) -> Floats:
         """The told states half a step on; earlier states are given up where ``forget``."""
         if forget:
-            self._kept = {self._steps: self._y}
-        self._mid = self._stepper.sketch(self._y, self._xhat, dtau, size)
+            self._kept = {self._steps: self._here.y}
+        self._mid = self._stepper.sketch(self._here, dtau, size)
         return self._mid[self._told]
 
     def advance(self, dtau: float, size: float, halo: Floats) -> tuple[float, Floats]:
         """How far off the step may be, and the told states at its end; ``halo``: what others told half a step on."""
         self._mid[self._halo] = halo
-        self._next, share = self._stepper.advance(self._y, self._xhat, self._mid, dtau, size)
+        self._next, share = self._stepper.advance(self._here, self._mid, dtau, size)
         return share, self._next[self._told]
 
     def accept(self, halo: Floats) -> Report:
         """Take the step; ``halo``: what others told of its end."""
         self._next[self._halo] = halo
-        self._y, self._steps = self._next, self._steps + 1
-        self._xhat = self._stepper.disequilibrium(self._y)
-        self._kept[self._steps] = self._y
+        self._here, self._steps = self._stepper.standing(self._next), self._steps + 1
+        self._kept[self._steps] = self._next
         return self.report()
 
     def states(self, step: int) -> Floats:

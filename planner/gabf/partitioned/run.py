@@ -15,7 +15,7 @@ from planner.base.cluster import cluster
 from planner.gabf.flows import Flow
 from planner.gabf.partitioned.block import Block, Report
 from planner.gabf.partitioned.cut import Cut, Partition
-from planner.gabf.problem import Problem
+from planner.gabf.problem import Problem, Standing
 from planner.gabf.solvers import State
 
 
@@ -115,13 +115,17 @@ class PartitionedField:
 
 
 class GatheredState(State):
-    """A state whose range and residual the blocks report, and whose ``y`` is asked of them only if it is needed."""
+    """A state whose residual and range the blocks report, and whose ``y`` is asked of them only if it is needed.
+
+    Nobody asks for its xhat: on blocks no trajectory is kept.
+    """
 
     def __init__(self, field: PartitionedField, step: int, reports: list[Report], tau: float, evaluations: int) -> None:
-        own = {"tau": tau, "evaluations": evaluations, "_field": field, "_step": step}
         residual = max(report.residual for report in reports)
-        span = min(report.lowest for report in reports), max(report.highest for report in reports)
-        self.__dict__.update(own | {"residual": residual, "range": span})  # as a frozen dataclass allows no assignment
+        lowest, highest = min(report.lowest for report in reports), max(report.highest for report in reports)
+        standing = Standing(np.empty(0), np.empty(0), residual, lowest, highest)
+        own = {"tau": tau, "standing": standing, "evaluations": evaluations, "_field": field, "_step": step}
+        self.__dict__.update(own)  # as a frozen dataclass allows no assignment
 
     @cached_property
     def y(self) -> Floats:  # type: ignore[override]

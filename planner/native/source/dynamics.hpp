@@ -102,4 +102,34 @@ inline double advance_rows(const Flow& flow, const Rows& rows, int64_t begin, in
     return largest;
 }
 
+// How rows stand: the largest distance of a state from its parent value, and between what the states lie.
+struct Standing {
+    double residual = 0.0;
+    double lowest = std::numeric_limits<double>::infinity(), highest = -std::numeric_limits<double>::infinity();
+
+    void add(const Standing& other) {
+        residual = std::max(residual, other.residual);
+        lowest = std::min(lowest, other.lowest), highest = std::max(highest, other.highest);
+    }
+};
+
+// xhat = y - m of the rows.
+inline Standing stand_rows(const Arcs& arcs, const Rows& rows, int64_t begin, int64_t end, const double* y,
+                           double* xhat) {
+    Standing found;
+    for (int64_t k = begin; k < end; ++k) {
+        const int64_t row = rows[k];
+        xhat[row] = y[row] - arcs.parent_value(row, y);
+        found.residual = std::max(found.residual, std::abs(xhat[row]));
+    }
+    return found;
+}
+
+inline Standing range_of(const double* y, int64_t begin, int64_t end) {
+    Standing found;
+    for (int64_t k = begin; k < end; ++k)
+        found.lowest = std::min(found.lowest, y[k]), found.highest = std::max(found.highest, y[k]);
+    return found;
+}
+
 }  // namespace planner

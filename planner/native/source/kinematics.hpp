@@ -1,9 +1,10 @@
 // The joint tree of a robot: where its links are, the tool's Jacobian and manipulability.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
-#include "vector.hpp"
+#include "sines.hpp"
 
 namespace planner {
 
@@ -22,13 +23,37 @@ INLINED MatOf<T> as(const Mat& a) {
     return b;
 }
 
-// sin(angle) and 1 - cos(angle); of each of four the same bits as of one.
-INLINED void sine_and_versine(const double& angle, double& sine, double& versine) {
-    sine = std::sin(angle), versine = 1.0 - std::cos(angle);
-}
-INLINED void sine_and_versine(const Four& angles, Four& sines, Four& versines) {
-    for (int l = 0; l < 4; ++l) sines[l] = std::sin(angles[l]), versines[l] = 1.0 - std::cos(angles[l]);
-}
+// sin(q) and 1 - cos(q) of joint after joint, at one configuration or with T = Four at four: the same bits.
+template <class T>
+class JointSines;
+
+template <>
+class JointSines<double> {
+   public:
+    JointSines(const double* q, int dof) : q_(q), dof_(dof) {}
+
+    INLINED void at(int joint, double& sine, double& versine) {
+        const int k = joint % most_angles;
+        if (k == 0) sines_and_versines(q_ + joint, std::min(most_angles, dof_ - joint), sines_, versines_);
+        sine = sines_[k], versine = versines_[k];
+    }
+
+   private:
+    const double* q_;
+    int dof_;
+    double sines_[most_angles], versines_[most_angles];
+};
+
+template <>
+class JointSines<Four> {
+   public:
+    JointSines(const Four* q, int) : q_(q) {}
+
+    INLINED void at(int joint, Four& sine, Four& versine) { sine_and_versine(q_[joint], sine, versine); }
+
+   private:
+    const Four* q_;
+};
 
 INLINED void take_roots(const Four& squares, Four& roots) {
     for (int l = 0; l < 4; ++l) roots[l] = std::sqrt(squares[l]);
@@ -43,18 +68,19 @@ struct Chain {
     template <class T>
     INLINED void place(const T* q, FrameOf<T>* frames) const {
         frames[0] = FrameOf<T>();
+        JointSines<T> sines(q, dof());
         for (int j = 0; j < dof(); ++j) {
             const Joint& joint = joints[j];
             const FrameOf<T>& parent = frames[joint.parent];
             FrameOf<T>& here = frames[j + 1];
             here.shift = parent * joint.offset;
+            T sine, versine;
+            sines.at(j, sine, versine);
             if (joint.prismatic) {
                 here.shift = here.shift + q[j] * (parent.turn * joint.slide);
                 here.turn = parent.turn * as<T>(joint.turns[0]);
                 continue;
             }
-            T sine, versine;
-            sine_and_versine(q[j], sine, versine);
             MatOf<T> local;
             for (int k = 0; k < 9; ++k)
                 local.m[k] = joint.turns[0].m[k] + sine * joint.turns[1].m[k] + versine * joint.turns[2].m[k];
@@ -99,15 +125,15 @@ INLINED void spanned_volume(Four* vectors, int count, int size, Four& volume) {
     }
 }
 
-// What a thread needs to compute manipulability.
-class ManipulabilityScratch {
+// What a thread needs to work on four configurations.
+class FourScratch {
    public:
-    Four *q, *vectors;               // (dof,), (6 dof,)
-    FrameOf<Four>* frames;           // (dof + 1,)
+    Four *q, *vectors;              // (dof,), for manipulability (6 dof,)
+    FrameOf<Four>* frames;          // (dof + 1,)
     VecOf<Four> *linear, *angular;  // (dof,)
 
-    ManipulabilityScratch(const ManipulabilityScratch&) = delete;
-    explicit ManipulabilityScratch(int dof) : blocks_(13 * dof + 12 * (dof + 1)) {
+    FourScratch(const FourScratch&) = delete;
+    explicit FourScratch(int dof) : blocks_(13 * dof + 12 * (dof + 1)) {
         q = reinterpret_cast<Four*>(blocks_.data());
         vectors = q + dof;
         frames = reinterpret_cast<FrameOf<Four>*>(vectors + 6 * dof);
@@ -122,10 +148,17 @@ class ManipulabilityScratch {
     std::vector<Block> blocks_;
 };
 
+// Where a point that joint `last` carries is at the four configurations of the scratch.
+FOR_THIS_PROCESSOR inline void points_of_four(const Chain& chain, int last, Vec point, FourScratch& s, Vec* found) {
+    chain.place(s.q, s.frames);
+    const VecOf<Four> there = s.frames[last] * point;
+    for (int l = 0; l < 4; ++l) found[l] = {there.x[l], there.y[l], there.z[l]};
+}
+
 // Yoshikawa's manipulability w of a point that joint `last` carries at the four configurations of the scratch: the
 // volume that the first `rows` rows of its Jacobian span, or its columns where these are fewer.
 FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int last, Vec tool, int rows,
-                                                      ManipulabilityScratch& s, double* w) {
+                                                      FourScratch& s, double* w) {
     const int dof = chain.dof();
     chain.place(s.q, s.frames);
     chain.jacobian(s.frames, last, tool, s.linear, s.angular);
@@ -139,5 +172,37 @@ FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int la
     spanned_volume(s.vectors, by_row ? rows : dof, by_row ? dof : rows, volume);
     for (int l = 0; l < 4; ++l) w[l] = volume[l];
 }
+
+// A point that joint `inner` carries, and a box that joint `outer` carries, in a frame of its own.
+struct PointAndBox {
+    int inner, outer;
+    Vec point;
+    Frame frame;
+    Vec low, high;
+};
+
+// Points that are looked for in boxes.
+struct PointsInBoxes {
+    Chain chain;
+    std::vector<PointAndBox> boxes;
+
+    // Call `found(row, box, point in the box's frame)` for those that lie in theirs in configurations q (n, dof).
+    template <class Found>
+    void find(int n, const double* q, Found found) const {
+        std::vector<Frame> frames(chain.dof() + 1);
+        for (int row = 0; row < n; ++row) {
+            chain.place(q + static_cast<size_t>(row) * chain.dof(), frames.data());
+            for (size_t k = 0; k < boxes.size(); ++k) {
+                const PointAndBox& one = boxes[k];
+                const Frame& there = frames[one.outer];
+                const Vec world = frames[one.inner] * one.point;
+                const Vec own = turned_back(one.frame.turn, turned_back(there.turn, world - there.shift) - one.frame.shift);
+                if (own.x > one.low.x && own.x < one.high.x && own.y > one.low.y && own.y < one.high.y &&
+                    own.z > one.low.z && own.z < one.high.z)
+                    found(row, static_cast<int>(k), own);
+            }
+        }
+    }
+};
 
 }  // namespace planner

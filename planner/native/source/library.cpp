@@ -66,17 +66,36 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 11; }
+int planner_version() { return 12; }
 
 // The cost omega (n,) of manipulability w: 1 up to `low`, zeta from `high` on, and between them as 1 / w (kind 0), -ln w
 // (1) or -w (2) goes. By libm's logarithm on every processor: NumPy's differs in the last bits from one to the next.
 void manipulability_costs(int64_t n, const double* w, double low, double high, double zeta, int kind, double* costs) {
-    auto decreasing = [kind](double x) { return kind == 0 ? 1.0 / x : kind == 1 ? -std::log(x) : -x; };
-    const double best = decreasing(high), worst = decreasing(low);
-    for (int64_t k = 0; k < n; ++k) {
-        const double within = std::min(std::max(w[k], low), high);
-        const double share = worst > best ? (decreasing(within) - best) / (worst - best) : 0.0;
-        costs[k] = zeta + (1.0 - zeta) * std::min(std::max(share, 0.0), 1.0);
+    const auto fill = [&](auto decreasing) {
+        const double best = decreasing(high), worst = decreasing(low), span = worst > best ? worst - best : HUGE_VAL;
+        for (int64_t k = 0; k < n; ++k) {
+            const double share = (decreasing(std::min(std::max(w[k], low), high)) - best) / span;
+            costs[k] = zeta + (1.0 - zeta) * std::min(std::max(share, 0.0), 1.0);
+        }
+    };
+    if (kind == 0) fill([](double x) { return 1.0 / x; });
+    if (kind == 1) fill([](double x) { return -std::log(x); });
+    if (kind == 2) fill([](double x) { return -x; });
+}
+
+// The sums (n,) of the same costs of w (n, states), each times its weight (states,).
+void manipulability_cost_sums(int64_t n, int states, const double* w, const double* weights, double low, double high,
+                              double zeta, int kind, double* sums) {
+    constexpr int64_t at_a_time = 64;  // so that the costs stay in the nearest cache
+    std::vector<double> costs(at_a_time * states);
+    for (int64_t first = 0; first < n; first += at_a_time) {
+        const int64_t count = std::min(at_a_time, n - first);
+        manipulability_costs(count * states, w + first * states, low, high, zeta, kind, costs.data());
+        for (int64_t k = 0; k < count; ++k) {
+            double sum = 0.0;
+            for (int state = 0; state < states; ++state) sum += costs[k * states + state] * weights[state];
+            sums[first + k] = sum;
+        }
     }
 }
 
@@ -111,11 +130,20 @@ void chain_placements(const Chain* chain, int n, const double* q, double* rotati
 
 // positions (n, 3) of a point that joint `last` carries
 void chain_points(const Chain* chain, int n, const double* q, int last, const double* point, double* positions) {
-    std::vector<Frame> frames(chain->dof() + 1);
-    for (int k = 0; k < n; ++k) {
-        chain->place(q + static_cast<size_t>(k) * chain->dof(), frames.data());
-        const Vec there = frames[last] * vec_at(point);
-        positions[3 * k] = there.x, positions[3 * k + 1] = there.y, positions[3 * k + 2] = there.z;
+    const int dof = chain->dof();
+    FourScratch scratch(dof);
+    Vec found[4];
+    for (int first = 0; first < n; first += 4) {
+        const int count = std::min(4, n - first);
+        for (int l = 0; l < 4; ++l) {  // the last one again where there are fewer
+            const double* own = q + static_cast<size_t>(first + std::min(l, count - 1)) * dof;
+            for (int j = 0; j < dof; ++j) scratch.q[j][l] = own[j];
+        }
+        points_of_four(*chain, last, vec_at(point), scratch, found);
+        for (int l = 0; l < count; ++l) {
+            double* position = positions + 3 * (static_cast<size_t>(first) + l);
+            position[0] = found[l].x, position[1] = found[l].y, position[2] = found[l].z;
+        }
     }
 }
 
@@ -124,22 +152,20 @@ void chain_points(const Chain* chain, int n, const double* q, int last, const do
 void chain_path_lengths(const Chain* chain, int n, const double* start, const double* delta, const int64_t* pieces,
                         int last, const double* point, int threads, double* lengths) {
     const int dof = chain->dof();
-    struct Worker {
-        std::vector<Frame> frames;
-        std::vector<double> q;
-    };
-    auto make = [&] { return Worker{std::vector<Frame>(dof + 1), std::vector<double>(dof)}; };
-    share_out(n, threads, 64, make, [&](int k, Worker& worker) {
+    share_out(n, threads, 64, [&] { return FourScratch(dof); }, [&](int k, FourScratch& scratch) {
         const double *from = start + static_cast<size_t>(k) * dof, *by = delta + static_cast<size_t>(k) * dof;
         double sum = 0.0;
-        Vec before;
-        for (int64_t piece = 0; piece <= pieces[k]; ++piece) {
-            const double s = static_cast<double>(piece) / static_cast<double>(pieces[k]);
-            for (int j = 0; j < dof; ++j) worker.q[j] = from[j] + s * by[j];
-            chain->place(worker.q.data(), worker.frames.data());
-            const Vec here = worker.frames[last] * vec_at(point);
-            if (piece > 0) sum += length(here - before);
-            before = here;
+        Vec before, here[4];
+        for (int64_t first = 0; first <= pieces[k]; first += 4) {
+            for (int l = 0; l < 4; ++l) {
+                const double s = static_cast<double>(first + l) / static_cast<double>(pieces[k]);
+                for (int j = 0; j < dof; ++j) scratch.q[j][l] = from[j] + s * by[j];
+            }
+            points_of_four(*chain, last, vec_at(point), scratch, here);
+            for (int64_t piece = first; piece <= std::min(first + 3, pieces[k]); ++piece) {
+                if (piece > 0) sum += length(here[piece - first] - before);
+                before = here[piece - first];
+            }
         }
         lengths[k] = sum;
     });
@@ -153,8 +179,8 @@ void chain_manipulability(const Chain* chain, int n, const double* start, const 
     const int64_t all = static_cast<int64_t>(n) * states, fours = (all + 3) / 4;
     constexpr int at_a_time = 16;
     share_out(
-        static_cast<int>((fours + at_a_time - 1) / at_a_time), threads, 4, [&] { return ManipulabilityScratch(dof); },
-        [&](int part, ManipulabilityScratch& scratch) {
+        static_cast<int>((fours + at_a_time - 1) / at_a_time), threads, 4, [&] { return FourScratch(dof); },
+        [&](int part, FourScratch& scratch) {
             const int64_t begin = static_cast<int64_t>(part) * at_a_time, end = std::min(fours, begin + at_a_time);
             for (int64_t four = begin; four < end; ++four) {
                 const int64_t first = 4 * four, count = std::min<int64_t>(4, all - first);
@@ -184,25 +210,32 @@ void chain_inverse(const Chain* chain, int n, double* q, int last, const double*
     });
 }
 
-// Points that lie in boxes: `near` (n, count) says which, `local` (n, count, 3) where in the box's frame. Point k (3,) is
-// in the frame of joint inner[k], its box from low to high in a frame (3, 3), (3,) in that of joint outer[k].
-void chain_in_boxes(const Chain* chain, int n, const double* q, int count, const int64_t* inner, const double* points,
-                    const int64_t* outer, const double* turns, const double* shifts, const double* low,
-                    const double* high, uint8_t* near, double* local) {
-    std::vector<Frame> frames(chain->dof() + 1);
-    for (int i = 0; i < n; ++i) {
-        chain->place(q + static_cast<size_t>(i) * chain->dof(), frames.data());
-        for (int k = 0; k < count; ++k) {
-            const size_t row = static_cast<size_t>(i) * count + k;
-            const Frame& there = frames[outer[k]];
-            const Vec world = frames[inner[k]] * vec_at(points + 3 * k);
-            const Vec carried = turned_back(there.turn, world - there.shift) - vec_at(shifts + 3 * k);
-            const Vec own = turned_back(mat_at(turns + 9 * k), carried);
-            const double *l = low + 3 * k, *h = high + 3 * k;
-            near[row] = own.x > l[0] && own.x < h[0] && own.y > l[1] && own.y < h[1] && own.z > l[2] && own.z < h[2];
-            local[3 * row] = own.x, local[3 * row + 1] = own.y, local[3 * row + 2] = own.z;
+// Boxes from low to high in frames (3, 3), (3,) that are given in that of joint `outer`; and a point of joint `inner`.
+PointsInBoxes* boxes_new(const Chain* chain, int count, const int64_t* inner, const double* points,
+                         const int64_t* outer, const double* turns, const double* shifts, const double* low,
+                         const double* high) {
+    auto* made = new PointsInBoxes{*chain, {}};
+    for (int k = 0; k < count; ++k)
+        made->boxes.push_back({static_cast<int>(inner[k]), static_cast<int>(outer[k]), vec_at(points + 3 * k),
+                               {mat_at(turns + 9 * k), vec_at(shifts + 3 * k)}, vec_at(low + 3 * k),
+                               vec_at(high + 3 * k)});
+    return made;
+}
+
+void boxes_free(PointsInBoxes* boxes) { delete boxes; }
+
+// The points that lie in their boxes in configurations (n, dof), at most `room` of them: rows (m, 2) of configuration
+// and box, and where they are in the box's own frame (m, 3); how many there are in all.
+int64_t boxes_hits(const PointsInBoxes* boxes, int n, const double* q, int64_t room, int64_t* rows, double* local) {
+    int64_t found = 0;
+    boxes->find(n, q, [&](int row, int box, const Vec& at) {
+        if (found < room) {
+            rows[2 * found] = row, rows[2 * found + 1] = box;
+            local[3 * found] = at.x, local[3 * found + 1] = at.y, local[3 * found + 2] = at.z;
         }
-    }
+        ++found;
+    });
+    return found;
 }
 
 World* world_new(const Chain* chain, double margin) {
@@ -506,6 +539,38 @@ double flow_advance(const Flow* flow, int64_t count, const int64_t* index, const
         off[block] = advance_rows(*flow, {count, index}, begin, end, m, y, xhat, dtau, size, next);
     });
     return count ? *std::max_element(off.begin(), off.end()) : 0.0;
+}
+
+// xhat of rows `index` (count,), or of the first `count`; standing (3,): the largest |xhat| of these, and the least and
+// the largest of the states y (rows,) of all rows
+void arcs_standing(const Arcs* arcs, int64_t count, const int64_t* index, int64_t rows, const double* y, int threads,
+                   double* xhat, double* standing) {
+    std::vector<Standing> found((rows + flow_block - 1) / flow_block);
+    share_out_rows(rows, threads, [&](int64_t begin, int64_t end, int block) {
+        found[block] = range_of(y, begin, end);
+    });
+    share_out_rows(count, threads, [&](int64_t begin, int64_t end, int block) {
+        found[block].add(stand_rows(*arcs, {count, index}, begin, end, y, xhat));
+    });
+    Standing all;
+    for (const Standing& part : found) all.add(part);
+    standing[0] = all.residual, standing[1] = all.lowest, standing[2] = all.highest;
+}
+
+// Rows `index` (count,) of `rows`, or the first `count`, of states y (states,), sketched by `half` and advanced by dtau
+// towards their parents there. In `found`, one after the other: the states then (states,), xhat (rows,), arcs_standing's
+// three numbers, and what flow_advance returns
+void arcs_step(const Arcs* arcs, const Flow* flow, int64_t count, const int64_t* index, int64_t rows, int64_t states,
+               const double* y, const double* xhat, double half, double dtau, double size, int threads,
+               double* found) {
+    double *next = found, *next_xhat = found + states, *standing = next_xhat + rows;
+    std::vector<double> mid(y, y + states), m(count);
+    flow_sketch(flow, count, index, y, xhat, half, threads, mid.data());
+    arcs_parent_values(arcs, count, index, mid.data(), threads, m.data());
+    std::copy(y, y + states, next);
+    standing[3] = flow_advance(flow, count, index, m.data(), y, xhat, dtau, size, threads, next);
+    if (index) std::fill(next_xhat, next_xhat + rows, 0.0);
+    arcs_standing(arcs, count, index, rows, next, threads, next_xhat, standing);
 }
 
 }  // extern "C"

@@ -43,7 +43,8 @@ struct Motion {
    private:
     // Rodrigues' formula.
     static Mat about(Vec axis, double angle) {
-        const double sine = std::sin(angle), versine = 1.0 - std::cos(angle);
+        double sine, versine;
+        sines_and_versines(&angle, 1, &sine, &versine);
         Mat cross, turn;
         const double entries[9] = {0, -axis.z, axis.y, axis.z, 0, -axis.x, -axis.y, axis.x, 0};
         std::copy(entries, entries + 9, cross.m);

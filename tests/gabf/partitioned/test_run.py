@@ -18,7 +18,7 @@ from tests.gabf.networks import scattered, solve
 
 KERNELS = (gabf.TradeOff(0.5), gabf.Multiplicative(K=20.0), gabf.UserKernel(lambda i, a, b: a + b + 0.1 * (i % 3)))
 LAWS = (gabf.SingularityFree(T=4.0), gabf.FixedTime(p=(5, 7), m=(13, 7)), gabf.Nominal(), gabf.PrescribedTime())
-_NOT_COMPARED = ("x", "x0", "network", "exchanged", "trajectory", "law")
+_NOT_COMPARED = ("x", "x0", "problem", "exchanged", "trajectory", "law")
 
 
 def assert_same(one: gabf.CostToGo, other: gabf.CostToGo) -> None:
@@ -80,7 +80,7 @@ def test_states_are_fetched_only_if_they_are_needed(network: gabf.Network) -> No
     with partitioned_field(problem, flow, y0, gabf.Partition(3), clear_above=np.inf) as field:
         calls = field.exchanged.calls
         state = field.state(0.0, 1)
-        assert state.range == (y0[: problem.n_rows].min(), y0[: problem.n_rows].max())
+        assert state.standing[3:] == (y0[: problem.n_rows].min(), y0[: problem.n_rows].max())
         assert state.residual == np.abs(disequilibrium(problem, y0)).max()
         assert field.exchanged.calls == calls
         field.attempt(0.01, state.residual)
