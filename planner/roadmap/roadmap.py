@@ -41,7 +41,8 @@ class Roadmap:
     costs are made of: w (n,), joint length (m,) rad, length of the tool's path (m,) metres, and
     w at evenly spaced states of every edge (m, W_STATES_PER_EDGE). An edge's certificate:
     ``clearance`` (m,) metres, a proven lower bound on every distance beyond the margin along it (0: no more is known,
-    inf: there is nothing to touch), and ``samples`` (m,) configurations that its proof sampled.
+    inf: there is nothing to touch), and ``samples`` (m,) configurations that its proof sampled. A
+    piece of a motion that was proven as a whole has the certificate of that.
     """
 
     nodes: Floats
