@@ -81,6 +81,9 @@ class StaleField(PartitionedField):
             self._past.append(state.y[self._cut.boundary])
         return state
 
+    def retire(self) -> None:
+        """No row rests for good: what it reads may still be told to have moved."""
+
     def _exchange(self, told: Sequence[Floats]) -> list[Floats]:
         return [self._past[0][halo.wanted] for halo in self._cut.halos]
 

@@ -84,6 +84,16 @@ def test_values_that_are_old_by_steps_end_at_the_same_x_without_crossing_it(
     assert old.tau_ratio > fresh.tau_ratio
 
 
+@pytest.mark.parametrize("law", [gabf.Nominal(), gabf.SingularityFree()], ids=lambda law: law.name)
+def test_rows_that_rest_on_old_values_move_again(law: gabf.Law, monkeypatch: pytest.MonkeyPatch) -> None:
+    """None of them is retired, as it is where values are of the same instant."""
+    monkeypatch.setattr(stale, "NODES", 250)
+    for seed in range(3):
+        run = _run(law, "below", "4 steps", np.random.default_rng(seed))
+        assert run.settled
+        assert run.error == 0.0
+
+
 def test_values_that_are_told_too_seldom_leave_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     """Told once before T_p: whoever is two cuts from the source has heard nothing of it."""
     monkeypatch.setattr(stale, "NODES", 150)
