@@ -56,8 +56,7 @@ class Desk:
     @property
     def message(self) -> str:
         """The outcome of the current question, as a sentence."""
-        answer = self._state.answer
-        return answer.outcome.value if answer.reason is None else answer.reason.sentence
+        return self._state.message
 
     def page(self) -> str:
         """The page as things stand."""

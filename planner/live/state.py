@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.errors import choices
 from planner.kinematics.forward import tool_positions
 from planner.roadmap.roadmap import Roadmap
 from planner.session.report import Answer
@@ -47,6 +48,15 @@ class State:
         roadmap = live.held(~live.proofs.blocked)
         start = answer.path[0] if answer.solved else roadmap.nodes[roadmap.starts[0]]
         return State(session.snapshot(), question, answer, roadmap, start)
+
+    @property
+    def message(self) -> str:
+        """The outcome as a sentence; a path here has no times, so what moves is named as left aside."""
+        said = self.answer.outcome.value if self.answer.reason is None else self.answer.reason.sentence
+        moving = self.snapshot.now.live.scene.moving
+        if not moving:
+            return said
+        return f"{said} Left aside, because they move: {choices(o.name for o in moving)}; 'planner plan' plans in time."
 
     @property
     def goal_position(self) -> Floats:
@@ -91,11 +101,10 @@ def _content(state: State) -> Content:
         costs = answer.cost.manipulability, answer.cost.distance
         rows = [("total cost", f"{answer.cost.total:.4f}"), *path_rows(robot, answer.path, *costs)]
         paths = [ShownPath(answer.path, rows, costs=costs, cost_to_go=_cost_to_go(state))]
-    message = answer.outcome.value if answer.reason is None else answer.reason.sentence
     return Content(
         robot,
         live.scene,
-        message,
+        state.message,
         state.start,
         roadmap=state.roadmap,
         cost_to_go=_cost_to_go(state),

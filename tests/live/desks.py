@@ -21,10 +21,10 @@ states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}}
 """
 
 
-def make_desk(folder: Path) -> Desk:
+def make_desk(folder: Path, scene: str = SCENE) -> Desk:
     """Its scene is ``scene.yaml`` in ``folder``, and is saved to ``saved.yaml`` there."""
     file = folder / "scene.yaml"
-    file.write_text(SCENE)
+    file.write_text(scene)
     session = Session("planar_2r", str(file), nodes=80, collision="coal", join_motions=500)
     return Desk(session, Question("start", "goal", 0.5), lambda: Scene.load(str(file)), folder / "saved.yaml")
 

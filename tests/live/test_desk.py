@@ -16,7 +16,7 @@ from planner.live.desk import Desk
 from planner.paths.measure import path_contact
 from planner.planning import plan
 from planner.world.scene import Scene
-from tests.live.desks import ask, make_desk, move, path_of
+from tests.live.desks import SCENE, ask, make_desk, move, path_of
 from tests.worlds import load
 
 
@@ -114,6 +114,16 @@ def test_a_fault_of_ours_is_a_sentence_too(desk: Desk, monkeypatch: pytest.Monke
     assert "failed at this" in move(desk, "post", 0.8, 0.15, 0.0)["error"]
     np.testing.assert_array_equal(place(desk, "post")[:3, 3], [0.75, 0.0, 0.0])
     assert desk._session.snapshot().now is before.now
+
+
+def test_what_moves_is_named_as_left_aside(desk: Desk, tmp_path: Path) -> None:
+    """A path without times cannot keep clear of it: the page must not pass the path off as free of it."""
+    ball = "  - {name: ball, type: sphere, radius: 0.1, motion: [{t: 0, position: [2, 0, 0]}]}"
+    aside = "Left aside, because they move: ball;"
+    among = make_desk(tmp_path, SCENE.replace("\nstates", f"\n{ball}\nstates"))
+    assert aside in among.message
+    assert aside in move(among, "post", 0.8, 0.15, 0.0)["data"]["message"]
+    assert "Left aside" not in desk.message
 
 
 def test_no_path_says_what_separates(desk: Desk) -> None:
