@@ -158,6 +158,7 @@ async function update(result, began) {
   stop();
   share = 0;
   await replay(result.scene);
+  element("tip").hidden = true; // it speaks of what was there
   roundDots();
   showPath(data.current);
   colourRoadmap(shownPath());

@@ -101,6 +101,18 @@ def test_an_obstacle_is_dragged_and_the_path_is_new(opened: tuple[Tab, Desk]) ->
     assert tab.run("[live.undo, element('undo').disabled]") == [1, False]
 
 
+def test_what_the_pointer_is_told_of_a_node_goes_with_the_old_field(opened: tuple[Tab, Desk]) -> None:
+    tab, _ = opened
+    place = "new THREE.Vector3().fromBufferAttribute(drawn('roadmap/nodes').geometry.attributes.position, 70)"
+    tab.mouse(*seen(tab, tab.run(f"{place}.toArray()")))
+    assert "cost-to-go" in text(tab, "tip")
+    assert tab.run("element('tip').hidden") is False
+    count = tab.run(DONE)
+    tab.run("(s => { s.value = 0.9; s.oninput(); s.onchange(); })(element('live-beta'))")
+    answered(tab, count)
+    assert tab.run("element('tip').hidden") is True
+
+
 def test_an_arrow_moves_along_its_axis_and_the_ring_turns(opened: tuple[Tab, Desk]) -> None:
     tab, desk = opened
     tab.run("choose(1)")
