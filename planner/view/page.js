@@ -138,6 +138,7 @@ function markWorst(path) {
   element("marks").replaceChildren();
   element("worst-list").replaceChildren();
   element("worst").hidden = path.waypoints.length < 2;
+  element("worst").querySelector("h2").textContent = `lowest manipulability of the ${path.motion ? "motion" : "path"}`;
   if (path.waypoints.length < 2) return;
   for (const point of path.worst) {
     const dot = new THREE.Mesh(new THREE.SphereGeometry(0.016, 20, 14), new THREE.MeshPhongMaterial({ color: 0x7a1fa2 }));

@@ -233,6 +233,9 @@ def test_a_motion_is_shown_in_time_with_plots(window: Tab, made: Plan, tmp_path:
     window.run(f"element('plots').dispatchEvent({event})")
     assert float(dataset(window, "share")) == pytest.approx(0.25, abs=2e-3)
     assert text(window, "now").endswith(f"{0.25 * trajectory.duration:.2f} s")
+    lowest = path_manipulability(made.robot, trajectory.at(np.linspace(0, trajectory.duration, 1001))).min()
+    assert window.run("shownPath().worst[0].w") == pytest.approx(lowest, rel=1e-3)
+    assert "lowest manipulability of the motion" in text(window, "worst")  # the numbers above it are of the path
     q = window.run("configurationAt(shownPath(), share)")
     np.testing.assert_allclose(q, trajectory.at(0.25 * trajectory.duration)[0], atol=2e-2)
     assert window.run(
@@ -388,6 +391,7 @@ def test_the_worst_points_are_marked_and_lead_there(tab: Tab, made: Plan) -> Non
     lines = tab.run("[...element('worst-list').children].map(m => m.textContent)")
     count = tab.run("shownPath().worst.length")
     assert len(marks) == len(lines) == count >= 1
+    assert "lowest manipulability of the path" in text(tab, "worst")
     assert tab.run("shownPath().worst.map(p => p.w)")[0] == pytest.approx(lowest)
     for k, selector in enumerate(("#worst-list button", ".mark")):
         tab.run("goTo(0)")
