@@ -102,5 +102,5 @@ def _facts(report: StateReport) -> Rows:
         touches = report.clearance == 0.0 and report.contacts
         rows.append(("clearance", "none" if touches else clearance_text(report.clearance)))
     rows.append(("w", f"{report.w:.3g} {W_UNIT[robot.manipulability]}"))
-    rows.append((f"{robot.tool} (m)", ", ".join(f"{value:.3f}" for value in report.tool)))
+    rows.append((f"{robot.tool} (m)", ", ".join(f"{value:z.3f}" for value in report.tool)))
     return rows

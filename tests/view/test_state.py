@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -42,8 +43,10 @@ def test_limits_are_named_beside_contacts(tmp_path: Path) -> None:
     assert report.outside.tolist() == [False, True]
     assert report.sentence.endswith("out of limits: joint_2.")
     assert report.contacts
+    report = replace(report, tool=np.array([-1e-9, 0.25, -0.5]))
     (tmp_path / "state.html").write_text(state_page(report))
     data = page_data(tmp_path / "state.html")
+    assert ["tool (m)", "0.000, 0.250, -0.500"] in data["paths"][0]["numbers"]
     assert str(report.sentence) in str(data).replace('"', "'") or report.sentence.split("'")[1] in str(data)
 
 
