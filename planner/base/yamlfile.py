@@ -9,7 +9,7 @@ from typing import Annotated, Any, TypeVar
 import pydantic
 import yaml
 
-from planner.base.errors import FileError, PlannerError
+from planner.base.errors import FileError, PlannerError, choices
 
 Model = TypeVar("Model", bound=pydantic.BaseModel)
 
@@ -80,7 +80,8 @@ def parse_yaml(text: str, where: str) -> Any:
 def validate(model: type[Model], data: Any, where: str, error_type: type[PlannerError] = FileError) -> Model:
     """``data`` as a ``model``, or one sentence naming the first key that is wrong."""
     if not isinstance(data, dict):
-        raise error_type(f"{where} holds no mapping of keys to values; see the README for the format.")
+        keys = [field.alias or name for name, field in model.model_fields.items()]
+        raise error_type(f"{where} holds no mapping of keys to values: give its keys, out of {choices(keys)}.")
     try:
         return model.model_validate(data)
     except pydantic.ValidationError as error:

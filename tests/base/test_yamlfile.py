@@ -45,7 +45,7 @@ def test_text_becomes_a_model() -> None:
         ("{radius: .nan}", "'radius'"),
         ("{radius: 1.0e-9}", "greater than or equal to"),
         ("{radius: 1, at: [1.0e+9]}", "'at.0' is wrong"),
-        ("- 1", "no mapping of keys"),
+        ("- 1", "no mapping of keys to values: give its keys, out of radius, at"),
     ],
 )
 def test_what_does_not_fit_is_named(text: str, words: str) -> None:

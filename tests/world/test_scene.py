@@ -191,7 +191,7 @@ REFUSED = {
         ["'a' is used twice", "names must differ"],
     ),
     "states are no text": ("states: {iiwa14: {start: [1, 2]}}", ["states.iiwa14.start", "string"]),
-    "a list": ("- 1\n- 2", ["holds no mapping of keys to values", "README"]),
+    "a list": ("- 1\n- 2", ["holds no mapping of keys to values", "obstacles"]),
     "nothing": ("", ["holds no mapping"]),
     "a robot's unknown key": ("robots: {iiwa14: {tol: x}}", ["unknown key 'robots.iiwa14.tol'"]),
 }
