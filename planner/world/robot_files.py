@@ -222,6 +222,8 @@ def _find(name: str) -> tuple[Path, RobotFile | None]:
         return path.parent, validate(RobotFile, parse_yaml(read_text(path, "robot file"), where), where, RobotError)
     if path.suffix.lower() in (".urdf", ".xml") or "/" in name:
         return path.parent, None
+    if is_file(path):
+        raise RobotError(f"robot file {path} ends neither in .urdf nor in .yaml: rename it, or choose another file.")
     raise RobotError(
         f"robot '{name}' not found; robots are {choices(robot_names())}, or give the path of a URDF or of a robot.yaml "
         "('planner robot-yaml' writes one)."

@@ -49,3 +49,10 @@ def test_every_file_is_read_once(arm: Path) -> None:
     for path in arm.parent.iterdir():
         path.unlink()
     assert files.model.names[1:].tolist() == ["j1", "j2", "j3"]
+
+
+def test_a_file_of_another_kind_is_not_called_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.txt").write_text("")
+    with pytest.raises(RobotError, match=r"arm\.txt ends neither in \.urdf nor in \.yaml: rename it"):
+        read_robot("arm.txt")
