@@ -101,7 +101,7 @@ def _can_stand(timed: RoadmapInTime, place: str) -> bool:
     if place == "start":
         stays = [timed.stays(int(node)) for node in _usable_starts(roadmap, timed.prover)]
         return any(len(spans) and spans[0, 0] == 0.0 for spans in stays)
-    return any(len(spans) and np.isinf(spans[-1, 1]) for spans in map(timed.stays, roadmap.goals.tolist()))
+    return any(map(timed.stays_for_good, roadmap.goals.tolist()))
 
 
 def _touching_edge(

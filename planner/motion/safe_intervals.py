@@ -83,6 +83,11 @@ class RoadmapInTime:
             self._stays[node] = certified_stretches(proven, self.prover.end)
         return self._stays[node]
 
+    def stays_for_good(self, node: int) -> bool:
+        """Whether standing at a node is proven free from some time on, for good."""
+        stays = self.stays(node)
+        return len(stays) > 0 and bool(np.isinf(stays[-1, 1]))
+
     def departures(self, i: int, j: int, edge: int) -> Floats:
         """(k, 2) stretches of time (s) in which the ``edge`` may be begun at node ``i``, proven free as a whole."""
         if (i, j) not in self._departures:
@@ -167,7 +172,8 @@ def earliest_route(timed: RoadmapInTime, starts: Ints, goals: Ints, progress: Pr
     It leaves one of ``starts`` at time 0 or later, and is the earliest for the certified stretches: what is free but
     too tight to be proven in cells of 1/64 s is passed over. None too where ``progress`` is asked to stop.
     """
-    left, wanted = timed.seconds_to_go(goals), set(goals.tolist())
+    wanted = {goal for goal in goals.tolist() if timed.stays_for_good(goal)}
+    left = timed.seconds_to_go(frozen(sorted(wanted), np.int64))
     arrival: dict[_State, float] = {}
     before: dict[_State, tuple[_State, float]] = {}
     queue: list[tuple[float, float, _State]] = []

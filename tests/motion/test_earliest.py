@@ -65,6 +65,11 @@ def test_what_is_in_the_way_is_named(moving: list[MovingObstacle], place: str, n
     assert earliest_motion(roadmap, among(*kept), LIMITS) is not None
 
 
+def test_for_goals_that_nobody_can_stay_at_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module.RoadmapInTime, "departures", lambda *_: pytest.fail("an edge was proven in time"))
+    assert earliest_motion(post_roadmap(), among(ON_GOAL), LIMITS) is None
+
+
 def test_an_edge_that_a_second_look_refuses_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     checker, roadmap = among(PASSING), post_roadmap()
     first = earliest_motion(roadmap, checker, LIMITS)

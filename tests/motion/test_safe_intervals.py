@@ -53,6 +53,7 @@ class Drawn:
         return self._windows[i, edge]
 
     seconds_to_go = RoadmapInTime.seconds_to_go
+    stays_for_good = RoadmapInTime.stays_for_good
 
     @property
     def roadmap(self):
