@@ -79,9 +79,8 @@ class PrescribedClock:
         slope, drift = 2.0 * (1.0 + self.h), self.gamma * self.T
         share = np.minimum(-reading / (drift + slope), (drift - reading) / slope)
         for _ in range(100):
-            grown = np.expm1(share)
-            miss = -drift * grown - slope * share - reading
-            share = share + miss / (drift * grown + (drift + slope))
+            miss = -drift * np.expm1(share) - slope * share - reading
+            share = share + miss / (drift * np.exp(share) + slope)
             if np.all(np.abs(miss) <= 4e-16 * (1.0 + reading)):
                 break
         return np.where(endless, -np.inf, share)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -65,7 +66,8 @@ class Network:
 
         Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3, kernel=Additive())
         """
-        tails, heads = np.asarray(tails), np.asarray(heads)
+        tails, heads = _integers("tails", tails), _integers("heads", heads)
+        _check_listed(n_nodes, tails, heads, {"heads": heads, "weight": weight, "arc_cost": arc_cost})
         order = np.argsort(tails * n_nodes + heads, kind="stable")  # a fifth of lexsort's time
         return Network(
             indptr=np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=n_nodes))]),
@@ -77,10 +79,8 @@ class Network:
         )
 
     def _freeze(self, name: str, dtype: type) -> None:
-        value = np.asarray(getattr(self, name))
-        if dtype is np.int64 and value.size and value.dtype.kind not in "iu":
-            raise AssumptionError(f"{name} must hold integers, not {value.dtype}: they are node indices")
-        object.__setattr__(self, name, as_frozen(value, dtype))
+        value = getattr(self, name)
+        object.__setattr__(self, name, as_frozen(_integers(name, value) if dtype is np.int64 else value, dtype))
 
     @property
     def n_nodes(self) -> int:
@@ -118,6 +118,26 @@ class Network:
         kept = np.concatenate(([0], np.cumsum(keep)))[self.indptr]
         arc_cost = None if self.arc_cost is None else self.arc_cost[keep]
         return replace(self, indptr=kept, indices=self.indices[keep], weight=self.weight[keep], arc_cost=arc_cost)
+
+
+def _integers(name: str, values: Ints) -> Ints:
+    array = np.asarray(values)
+    if array.size and array.dtype.kind not in "iu":
+        raise AssumptionError(f"{name} must hold integers, not {array.dtype}: they are node indices")
+    return array.astype(np.int64, copy=False)
+
+
+def _check_listed(n: int, tails: Ints, heads: Ints, columns: Mapping[str, Ints | Floats | None]) -> None:
+    """Refuse a list of arcs with a column that is longer or shorter, or an end that is none of ``n`` nodes."""
+    for name, column in columns.items():
+        if column is not None and (tails.ndim != 1 or np.shape(column) != tails.shape):
+            raise AssumptionError(
+                f"{name} has shape {np.shape(column)} and tails {tails.shape}: give one row of each, one entry an arc"
+            )
+    for name, ends in (("tails", tails), ("heads", heads)):
+        outside = np.flatnonzero((ends < 0) | (ends >= n))
+        if outside.size:
+            raise AssumptionError(f"{name}[{outside[0]}] is {ends[outside[0]]}; nodes run from 0 to {n - 1}")
 
 
 def _check_arcs(net: Network) -> None:

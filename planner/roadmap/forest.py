@@ -43,7 +43,8 @@ class Forest:
         self._left -= 1
         if not self._left:
             data, width = self._first.tobytes(), len(key)
-            self._index |= {data[k * width : (k + 1) * width]: k for k in range(len(self._first))}
+            first = reversed(range(len(self._first)))  # of nodes that are the same the first one, as row by row
+            self._index |= {data[k * width : (k + 1) * width]: k for k in first}
             return self._index.get(key)
         for k in np.flatnonzero(self._first[:, 0] == q[0]).tolist():
             if self._first[k].tobytes() == key:

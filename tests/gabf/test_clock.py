@@ -43,3 +43,9 @@ def test_no_double_below_T_is_left_beyond_188_but_the_logarithm_is():
 def test_log10_remaining_agrees_with_t_where_both_resolve():
     remaining = 4.0 - float(CLOCK.time(30.0))
     assert CLOCK.log10_remaining(30.0) == pytest.approx(math.log10(remaining), rel=1e-10)
+
+
+def test_time_is_known_however_large_gamma_T_is():
+    steep = PrescribedClock(T=1e3, h=0.0, gamma=1e15)  # next to gamma T, 2 (1 + h) is lost in rounding
+    assert float(steep.time(2e18)) == 1e3
+    assert steep.log10_remaining(1e20) == pytest.approx((1e18 - 1e20) / 2 / math.log(10), rel=1e-12)

@@ -101,3 +101,31 @@ def test_arcs_in_any_order_make_the_same_network() -> None:
     )
     for name in ("indptr", "indices", "weight", "arc_cost", "tails"):
         np.testing.assert_array_equal(getattr(other, name), getattr(plain, name))
+
+
+def test_a_network_does_not_depend_on_how_wide_the_integers_are() -> None:
+    n = 50_000  # n^2 has no room in 32 bits
+    tails, heads = np.arange(1, n)[::-1], np.arange(n - 1)[::-1]
+    wide, narrow = (
+        Network.from_arcs(tails.astype(kind), heads.astype(kind), tails, [0], n, kernel=gabf.Additive())
+        for kind in (np.int64, np.int32)
+    )
+    for name in ("indptr", "indices", "weight"):
+        np.testing.assert_array_equal(getattr(narrow, name), getattr(wide, name))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"heads": [0, 5, 1]}, r"heads\[1\] is 5; nodes run from 0 to 2"),
+        ({"heads": [0, -1, 1]}, r"heads\[1\] is -1"),
+        ({"tails": [1, 3, 2]}, r"tails\[1\] is 3; nodes run from 0 to 2"),
+        ({"tails": [1.0, 2.5, 2.0]}, "tails must hold integers"),
+        ({"heads": [0, 0]}, r"heads has shape \(2,\) and tails \(3,\)"),
+        ({"weight": np.ones(4)}, r"weight has shape \(4,\)"),
+    ],
+)
+def test_a_list_of_arcs_that_is_none_is_refused(changes, message) -> None:
+    arcs = {"tails": [1, 2, 2], "heads": [0, 0, 1], "weight": np.ones(3)} | changes
+    with pytest.raises(AssumptionError, match=message):
+        Network.from_arcs(**arcs, sources=[0], n_nodes=3, kernel=gabf.Additive())

@@ -44,3 +44,13 @@ def test_one_by_one_and_by_an_index_the_same_nodes_are_found() -> None:
     numbers = [forest.add(q) for q in rows]
     assert numbers == [np.flatnonzero((forest.nodes() == q).all(axis=1))[0] for q in rows]
     np.testing.assert_array_equal(forest.nodes(), [*there, *there[:30] + 0.5])
+
+
+def test_of_nodes_that_are_the_same_the_first_is_found_early_and_late() -> None:
+    q = np.array([0.0, 1.0])
+    forest = Forest(np.array([q, -q, q, -q]))
+    assert forest.add(q) == 0
+    for k in range(100):
+        forest.add(np.array([k + 2.0, 0.0]))
+    assert [forest.add(q), forest.add(-q)] == [0, 1]
+    assert np.array([-0.0, 1.0]) not in forest  # a configuration is its bits

@@ -15,7 +15,7 @@ typedef int64_t FourWhole __attribute__((vector_size(32)));
 
 constexpr double farthest_angle = 1e6;  // beyond it the parts of pi / 2 do not reach, and the C library is asked
 
-// sin(angle) and 1 - cos(angle), to 2e-16, for angles of at most `farthest_angle`.
+// sin(angle) to 2e-16 and 1 - cos(angle) to 3e-16, for angles of at most `farthest_angle`.
 //
 // angle = k pi / 2 + r with |r| <= pi / 4 and a little: k times the first two parts of pi / 2, of 33 bits each, is exact.
 // The series of sin r and 1 - cos r end below the last bit. What is left of k in quarters says which is which.
