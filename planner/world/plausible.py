@@ -106,7 +106,8 @@ def _movers(scene: Scene) -> list[Note]:
     found = []
     if scene.moving:
         names = choices(item.name for item in scene.moving)
-        found.append(Note(f"{names} move: trajectories are checked against them, paths without times are not."))
+        text = f"{names} move: motions in time are planned and checked among them, paths without times are not."
+        found.append(Note(text))
     if scene.limited:
         names = choices(item.name for item in scene.limited)
         text = f"{names} may leave their places: a trajectory's proof says until when nothing can touch."
