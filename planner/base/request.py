@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -282,6 +283,14 @@ class LimitsRequest:
     jerk: float | None = None
     """Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own."""
 
+    def __post_init__(self) -> None:
+        for name, scale in (("velocity", self.velocity_scale), ("acceleration", self.acceleration_scale)):
+            if scale is not None and not 0.0 < scale <= 1.0:
+                raise OptionError(f"{name} scale {scale:g} is not usable: give a share of the limits, above 0 up to 1.")
+        for name, limit in (("acceleration", self.acceleration), ("jerk", self.jerk)):
+            if limit is not None and not 0.0 < limit < math.inf:
+                raise OptionError(f"{name} limit {limit:g} is not usable: give a number above 0.")
+
 
 @dataclass(frozen=True)
 class TimingRequest(LimitsRequest):
@@ -293,6 +302,7 @@ class TimingRequest(LimitsRequest):
     """Share by which shortcuts in time may raise what the path costs (its objective): more is quicker."""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not 0.0 <= self.extra_cost <= 100.0:
             raise OptionError(f"extra cost {self.extra_cost:g} is not usable: give a share of 0 or more, 100 at most.")
 

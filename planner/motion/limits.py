@@ -54,7 +54,7 @@ class MotionLimits:
         """The robot's limits as ``request`` changes them; velocities beyond the URDF's are refused.
 
         Where the URDF or the robot's file says nothing a figure is assumed, and ``source`` says so. Raises
-        :class:`LimitError` for limits that are zero, negative, not finite, missing or beyond the robot's.
+        :class:`LimitError` for limits of a file that no motion can keep, and for those beyond the robot's.
         """
         request = request or LimitsRequest()
         limits, scales = _of_robot(robot), {}

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from planner.base.errors import PlannerError
-from planner.base.request import LimitsRequest
+from planner.base.errors import OptionError, PlannerError
+from planner.base.request import LimitsRequest, TimingRequest
 from planner.motion.limits import MotionLimits
 from planner.world.robot import Robot
 from tests.worlds import ROBOTS, load
@@ -71,11 +72,12 @@ joint_limits:
 
 
 BAD_OPTIONS = [
-    (LimitsRequest(acceleration=0.0), f"acceleration limit 0 of joint '{A}'"),
-    (LimitsRequest(acceleration=float("nan")), "acceleration limit nan"),
-    (LimitsRequest(jerk=-1.0), "jerk limit -1"),
-    (LimitsRequest(velocity_scale=0.0), "velocity scale 0"),
-    (LimitsRequest(acceleration_scale=1.5), "acceleration scale 1.5"),
+    ({"acceleration": 0.0}, "acceleration limit 0 "),
+    ({"acceleration": float("nan")}, "acceleration limit nan"),
+    ({"jerk": -1.0}, "jerk limit -1"),
+    ({"jerk": float("inf")}, "jerk limit inf"),
+    ({"velocity_scale": 0.0}, "velocity scale 0"),
+    ({"acceleration_scale": 1.5}, "acceleration scale 1.5"),
 ]
 BAD_FILES = [
     ("joint_limits: {}", f"has no joint '{A}'"),
@@ -90,10 +92,16 @@ BAD_FILES = [
 ]
 
 
-@pytest.mark.parametrize(("request_", "sentence"), BAD_OPTIONS)
-def test_bad_options_are_refused(request_: LimitsRequest, sentence: str) -> None:
-    with pytest.raises(PlannerError, match=sentence.replace(".", r"\.")) as caught:
-        MotionLimits.of(ARM, request_)
+@pytest.mark.parametrize(("words", "sentence"), BAD_OPTIONS)
+@pytest.mark.parametrize("kind", [LimitsRequest, TimingRequest])
+def test_bad_options_are_refused(kind: type[LimitsRequest], words: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(OptionError, match=sentence.replace(".", r"\.")):
+        kind(**words)
+
+
+def test_an_option_that_no_motion_can_keep_is_refused_with_the_robot() -> None:
+    with pytest.raises(PlannerError, match=f"acceleration limit 1e\\+09 of joint '{A}'") as caught:
+        MotionLimits.of(ARM, LimitsRequest(acceleration=1e9))
     assert caught.value.exit_code == 3
 
 
