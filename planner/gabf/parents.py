@@ -44,17 +44,12 @@ class Parents(ABC):
         """The rows as an index of states."""
         return slice(0, self.problem.n_rows) if self.rows is None else self.rows
 
-    def lowest_moving(self, at: Standing) -> float:
-        """The least of y and m over the rows with xhat = y - m other than 0; +inf where none moves."""
-        here, s = at.y[self.where], at.xhat[self.where]
-        return float(np.minimum(here, here - s)[s != 0].min(initial=np.inf))
-
     def retire(self, at: Standing, least: float) -> Parents:
         """Drop the rows that rest for good, once they are a quarter of all.
 
-        Let v = ``least`` be :meth:`lowest_moving`, of all rows of the network. Rows at rest below v read only rows at
-        rest below v, and no state falls below v any more: the moving row that is lowest has parent values of at least
-        v. So they never move again; this is lemma (globalbound) applied to the rest of the network.
+        Let v = ``least`` be :attr:`Standing.lowest_moving`, of all rows of the network. Rows at rest below v read only
+        rows at rest below v, and no state falls below v any more: the moving row that is lowest has parent values of at
+        least v. So they never move again; this is lemma (globalbound) applied to the rest of the network.
         """
         kept = (at.xhat[self.where] != 0) | (at.y[self.where] >= least)
         if not kept.size or kept.sum() > 0.75 * kept.size:
@@ -84,8 +79,8 @@ class AffineParents(Parents):
         return Standing(y, *self._arcs.standing(self.rows, y))
 
     def step(self, flow: NativeFlow, at: Standing, half: float, dtau: float, size: float) -> tuple[Standing, float]:
-        y, xhat, residual, lowest, highest, off = self._arcs.step(flow, self.rows, at.y, at.xhat, half, dtau, size)
-        return Standing(y, xhat, residual, lowest, highest), off
+        y, xhat, *numbers, off = self._arcs.step(flow, self.rows, at.y, at.xhat, half, dtau, size)
+        return Standing(y, xhat, *numbers), off
 
     def of(self, rows: Ints, kept: Bools) -> Parents:
         return AffineParents(self.problem, rows, self._arcs)

@@ -32,19 +32,24 @@ class Level:
 
 
 class Standing(NamedTuple):
-    """States ``y`` (R + S,), ``xhat`` (R,) = y - m of eq. (xhat), its largest size, and the range of the rows' y."""
+    """States ``y`` (R + S,), ``xhat`` (R,) = y - m of eq. (xhat), its largest size, and the range of the rows' y.
+
+    ``lowest_moving``: the least of y and m over the rows that move, xhat other than 0; inf where none does.
+    """
 
     y: Floats
     xhat: Floats
     residual: float
     lowest: float
     highest: float
+    lowest_moving: float
 
     @staticmethod
     def of(y: Floats, xhat: Floats) -> Standing:
         rows = y[: xhat.size]
         lowest, highest = float(rows.min(initial=np.inf)), float(rows.max(initial=-np.inf))
-        return Standing(y, xhat, float(np.abs(xhat).max(initial=0.0)), lowest, highest)
+        moving = float(np.minimum(rows, rows - xhat)[xhat != 0].min(initial=np.inf))
+        return Standing(y, xhat, float(np.abs(xhat).max(initial=0.0)), lowest, highest, moving)
 
 
 @dataclass(frozen=True, eq=False)

@@ -142,7 +142,7 @@ class InOnePiece:
         self._here = self._next
 
     def retire(self) -> None:
-        self._stepper.retire(self._here, self._stepper.lowest_moving(self._here))
+        self._stepper.retire(self._here, self._here.lowest_moving)
 
 
 class Stepper:
@@ -155,12 +155,8 @@ class Stepper:
         """How the rows stand at states ``y``; xhat is exactly 0 at retired rows."""
         return self._parents.standing(y)
 
-    def lowest_moving(self, at: Standing) -> float:
-        """The least of y and m over the rows that move; +inf where none does."""
-        return self._parents.lowest_moving(at)
-
     def retire(self, at: Standing, least: float) -> None:
-        """Stop looking at rows that rest for good: ``least`` is :meth:`lowest_moving` of the whole network."""
+        """Stop looking at rows that rest for good: ``least`` is ``lowest_moving`` of the whole network."""
         self._parents = self._parents.retire(at, least)
 
     def step(self, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:

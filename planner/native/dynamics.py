@@ -54,27 +54,30 @@ class NativeArcs:
 
     def step(
         self, flow: NativeFlow, rows: Ints | None, y: Floats, xhat: Floats, half: float, dtau: float, size: float
-    ) -> tuple[Floats, Floats, float, float, float, float]:
+    ) -> tuple[Floats, Floats, float, float, float, float, float]:
         """What follows ``y`` after ``dtau``, what :meth:`standing` says of it, and how far off it may be.
 
         Parent values are those at :meth:`NativeFlow.sketch` after ``half``; the last as :meth:`NativeFlow.advance`.
         """
-        y, xhat, found = floats(y), floats(xhat), np.empty(y.size + self._n_rows + 4)
+        y, xhat, found = floats(y), floats(xhat), np.empty(y.size + self._n_rows + 5)
         count = self._n_rows if rows is None else rows.size
         pointers = _address(rows), self._n_rows, y.size, address(y), address(xhat)
         numbers = half, dtau, size, _threads(count)
         library.arcs_step(self.handle, flow.handle, count, *pointers, *numbers, address(found))
-        residual, lowest, highest, off = found[-4:].tolist()
-        return found[: y.size], found[y.size : -4], residual, lowest, highest, off
+        residual, lowest, highest, lowest_moving, off = found[-5:].tolist()
+        return found[: y.size], found[y.size : -5], residual, lowest, highest, lowest_moving, off
 
-    def standing(self, rows: Ints | None, y: Floats) -> tuple[Floats, float, float, float]:
-        """y - m (R,), 0 but at ``rows``, the largest of its sizes, and the least and the largest y of all R rows."""
-        y, xhat, numbers = floats(y), np.zeros(self._n_rows), np.empty(3)
+    def standing(self, rows: Ints | None, y: Floats) -> tuple[Floats, float, float, float, float]:
+        """y - m (R,), 0 but at ``rows``, and the largest of its sizes; the least and the largest y of all R rows.
+
+        Last the least of y and m of the rows where they differ; inf where none does.
+        """
+        y, xhat, numbers = floats(y), np.zeros(self._n_rows), np.empty(4)
         count = xhat.size if rows is None else rows.size
         found = address(xhat), address(numbers)
         library.arcs_standing(self.handle, count, _address(rows), xhat.size, address(y), _threads(xhat.size), *found)
-        residual, lowest, highest = numbers.tolist()
-        return xhat, residual, lowest, highest
+        residual, lowest, highest, lowest_moving = numbers.tolist()
+        return xhat, residual, lowest, highest, lowest_moving
 
 
 class NativeFlow:

@@ -16,7 +16,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import InstallationError
 
-_VERSION = 12  # of the functions' arguments: what planner_version() says
+_VERSION = 13  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 
 import numpy as np
@@ -131,15 +131,24 @@ def _check_finite(values: Floats, role: str) -> None:
 
 
 def free_configuration(values: Floats, checker: CollisionChecker, role: str) -> Floats:
-    """Joint values (dof,), continuous ones in [-pi, pi); :class:`StateError` unless within limits and free.
+    """Joint values (dof,), see :func:`free_configurations`."""
+    return free_configurations([(role, values)], checker)[0]
 
-    What is beyond a limit by no more than rounding is brought to it: OMPL forgives less.
+
+def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> Floats:
+    """Joint values (n, dof) of rows (role, (dof,)), continuous ones in [-pi, pi), with one look at all of them.
+
+    :class:`StateError` unless within limits and free. What is beyond a limit by no more than rounding is brought to it:
+    OMPL forgives less.
     """
     robot = checker.robot
-    check_limits(robot, _joint_values(values, robot, role), role)
+    for role, values in rows:
+        check_limits(robot, _joint_values(values, robot, role), role)
+    values = np.array([values for _, values in rows]).reshape(-1, robot.dof)
     values = np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
-    contact = contact_of(checker, values)
-    if contact is not None:
+    found = checker.first_contact(values) if len(values) else None
+    if found is not None:
+        (role, _), contact = rows[found[0]], found[1]
         raise StateError(
             f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.", touching(role, contact)
         )

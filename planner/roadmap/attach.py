@@ -10,7 +10,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
-from planner.query.resolve import free_configuration
+from planner.query.resolve import free_configurations
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.enlarge import enlarged
 from planner.roadmap.forest import Forest
@@ -54,10 +54,8 @@ def attach(
         return bridges(prover, part, other, seed, settings, progress)
 
     builder = _Builder(roadmap, checker, find_bridges, progress)
-    first, last = (
-        np.array([builder.index(free_configuration(q, checker, role)) for q in ends], dtype=np.int64)
-        for role, ends in (("start", starts), ("goal", goals))
-    )
+    ends = free_configurations([*(("start", q) for q in starts), *(("goal", q) for q in goals)], checker)
+    first, last = np.split(np.array([builder.index(q) for q in ends], dtype=np.int64), [len(starts)])
     same = np.array_equal(first, roadmap.starts) and np.array_equal(last, roadmap.goals)
     if same and (roadmap.connected or not join):
         return roadmap

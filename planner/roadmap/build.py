@@ -14,7 +14,7 @@ from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes
 from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
-from planner.query.resolve import free_configuration
+from planner.query.resolve import free_configurations
 from planner.roadmap.best_paths import add_refined_paths
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.grow import ROADMAP, grow
@@ -57,7 +57,7 @@ def build_roadmap(
         raise OptionError("the checker was made for another robot: make one with make_checker(robot, scene).")
     require_nodes(nodes)
     starts, goals = (
-        np.array([free_configuration(q, checker, role) for q in np.atleast_2d(np.asarray(rows, dtype=float))])
+        free_configurations([(role, q) for q in np.atleast_2d(np.asarray(rows, dtype=float))], checker)
         for role, rows in (("start", start), ("goal", goal))
     )
     prover, growth = RecordingProver(checker, progress), replace(growth or GrowthSettings(), floor=min_manipulability)

@@ -10,11 +10,11 @@ from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.kinematics.forward import tool_pose, tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.query.resolve import beyond_limits, looks_like_degrees, resolve
+from planner.query.resolve import beyond_limits, free_configurations, looks_like_degrees, resolve
 from planner.world.poses import pose
 from planner.world.scene import Scene
 from planner.world.shapes import Box, Sphere
-from tests.worlds import ROBOTS, checker_of, load, random_q, scene_of
+from tests.worlds import POST_GOAL, POST_START, ROBOTS, checker_of, load, make_post, random_q, scene_of
 
 
 @pytest.fixture(scope="module")
@@ -223,3 +223,19 @@ def test_degrees_are_asked_for_and_limits_are_not_widened_for_them(paper):
     assert "widen" not in str(told.value)
     with pytest.raises(StateError, match="--widen-limits"):
         resolve(Joints((4.0, 0, 0, -1, 0, 0, 0)), paper, {}, "start")
+
+
+def test_of_several_configurations_the_first_that_touches_is_named():
+    checker, across = make_post(), np.zeros(2)  # across: through the post
+    free = free_configurations([("start", POST_START), ("goal", POST_GOAL)], checker)
+    np.testing.assert_array_equal(free, [POST_START, POST_GOAL])
+    for rows, role in (
+        ([("start", POST_START), ("goal", across)], "goal"),
+        ([("start", across), ("goal", across)], "start"),
+        ([("start", POST_START), ("start", across), ("goal", POST_GOAL)], "start"),
+    ):
+        with pytest.raises(StateError, match=f"{role} is in collision"):
+            free_configurations(rows, checker)
+    with pytest.raises(StateError, match="goal has 3 joint values"):
+        free_configurations([("start", across), ("goal", np.zeros(3))], checker)
+    assert free_configurations([], checker).shape == (0, 2)

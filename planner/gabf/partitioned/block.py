@@ -11,7 +11,7 @@ from planner.gabf.splitting import Stepper
 
 
 class Report(NamedTuple):
-    """What all blocks together need to know of one, see :class:`Standing` and :meth:`Stepper.lowest_moving`."""
+    """What all blocks together need to know of one, see :class:`planner.gabf.problem.Standing`."""
 
     residual: float
     lowest: float
@@ -35,8 +35,7 @@ class Block:
 
     def report(self) -> Report:
         """How the block stands."""
-        here = self._here
-        return Report(here.residual, here.lowest, here.highest, self._stepper.lowest_moving(here))
+        return Report(*self._here[2:])
 
     def retire(self, least: float) -> None:
         """Stop looking at rows that rest for good; ``least`` is the lowest moving state of all blocks."""

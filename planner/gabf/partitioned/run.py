@@ -121,9 +121,8 @@ class GatheredState(State):
     """
 
     def __init__(self, field: PartitionedField, step: int, reports: list[Report], tau: float, evaluations: int) -> None:
-        residual = max(report.residual for report in reports)
-        lowest, highest = min(report.lowest for report in reports), max(report.highest for report in reports)
-        standing = Standing(np.empty(0), np.empty(0), residual, lowest, highest)
+        residual, lowest, highest, moving = zip(*reports, strict=True)
+        standing = Standing(np.empty(0), np.empty(0), max(residual), min(lowest), max(highest), min(moving))
         own = {"tau": tau, "standing": standing, "evaluations": evaluations, "_field": field, "_step": step}
         self.__dict__.update(own)  # as a frozen dataclass allows no assignment
 

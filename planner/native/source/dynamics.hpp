@@ -102,14 +102,16 @@ inline double advance_rows(const Flow& flow, const Rows& rows, int64_t begin, in
     return largest;
 }
 
-// How rows stand: the largest distance of a state from its parent value, and between what the states lie.
+// How rows stand: the largest distance of a state from its parent value, between what the states lie, and the least of
+// the states and parent values of those that move.
 struct Standing {
-    double residual = 0.0;
-    double lowest = std::numeric_limits<double>::infinity(), highest = -std::numeric_limits<double>::infinity();
+    static constexpr double nowhere = std::numeric_limits<double>::infinity();
+    double residual = 0.0, lowest = nowhere, highest = -nowhere, lowest_moving = nowhere;
 
     void add(const Standing& other) {
         residual = std::max(residual, other.residual);
         lowest = std::min(lowest, other.lowest), highest = std::max(highest, other.highest);
+        lowest_moving = std::min(lowest_moving, other.lowest_moving);
     }
 };
 
@@ -119,8 +121,10 @@ inline Standing stand_rows(const Arcs& arcs, const Rows& rows, int64_t begin, in
     Standing found;
     for (int64_t k = begin; k < end; ++k) {
         const int64_t row = rows[k];
-        xhat[row] = y[row] - arcs.parent_value(row, y);
-        found.residual = std::max(found.residual, std::abs(xhat[row]));
+        const double m = arcs.parent_value(row, y), s = y[row] - m;
+        xhat[row] = s;
+        found.residual = std::max(found.residual, std::abs(s));
+        found.lowest_moving = std::min(found.lowest_moving, s != 0.0 ? std::min(y[row], m) : Standing::nowhere);
     }
     return found;
 }

@@ -107,14 +107,14 @@ INLINED void braking(double share, int n, double* growth) {
 
 VERSIONS("avx512f", "avx2") inline void powers_move(const Flow& flow, const Parts& parts, int n, double* size) {
     double logs[flow_block], u[flow_block], growth[flow_block];  // logs: log2 u
-    const double below = flow.below, share = flow.below / flow.above, root = 1.0 / flow.below;
+    const double below = flow.below, share = flow.below / flow.above, root = 1.0 / flow.below, per_share = 1.0 / share;
     for (int k = 0; k < n; ++k) logs[k] = below * log2_of(size[k]);
     if (parts.first > 0.0) {
         for (int k = 0; k < n; ++k) u[k] = exp2_of(logs[k]);
         for (int k = 0; k < n; ++k) u[k] = u[k] > parts.first ? u[k] - parts.first : 0.0;
         for (int k = 0; k < n; ++k) logs[k] = log2_of(u[k]);
     }
-    for (int k = 0; k < n; ++k) growth[k] = logs[k] / share + parts.log_growth;
+    for (int k = 0; k < n; ++k) growth[k] = logs[k] * per_share + parts.log_growth;
     braking(share, n, growth);
     if (parts.first > 0.0) {
         for (int k = 0; k < n; ++k) u[k] *= exp2_of(growth[k]);

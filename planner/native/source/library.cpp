@@ -66,7 +66,7 @@ Mat mat_at(const double* p) {
 
 extern "C" {
 
-int planner_version() { return 12; }
+int planner_version() { return 13; }
 
 // The cost omega (n,) of manipulability w: 1 up to `low`, zeta from `high` on, and between them as 1 / w (kind 0), -ln w
 // (1) or -w (2) goes. By libm's logarithm on every processor: NumPy's differs in the last bits from one to the next.
@@ -541,8 +541,8 @@ double flow_advance(const Flow* flow, int64_t count, const int64_t* index, const
     return count ? *std::max_element(off.begin(), off.end()) : 0.0;
 }
 
-// xhat of rows `index` (count,), or of the first `count`; standing (3,): the largest |xhat| of these, and the least and
-// the largest of the states y (rows,) of all rows
+// xhat of rows `index` (count,), or of the first `count`; standing (4,): the largest |xhat| of these, the least and the
+// largest of the states y (rows,) of all rows, and the least state or parent value of those that move
 void arcs_standing(const Arcs* arcs, int64_t count, const int64_t* index, int64_t rows, const double* y, int threads,
                    double* xhat, double* standing) {
     std::vector<Standing> found((rows + flow_block - 1) / flow_block);
@@ -554,12 +554,12 @@ void arcs_standing(const Arcs* arcs, int64_t count, const int64_t* index, int64_
     });
     Standing all;
     for (const Standing& part : found) all.add(part);
-    standing[0] = all.residual, standing[1] = all.lowest, standing[2] = all.highest;
+    standing[0] = all.residual, standing[1] = all.lowest, standing[2] = all.highest, standing[3] = all.lowest_moving;
 }
 
 // Rows `index` (count,) of `rows`, or the first `count`, of states y (states,), sketched by `half` and advanced by dtau
 // towards their parents there. In `found`, one after the other: the states then (states,), xhat (rows,), arcs_standing's
-// three numbers, and what flow_advance returns
+// four numbers, and what flow_advance returns
 void arcs_step(const Arcs* arcs, const Flow* flow, int64_t count, const int64_t* index, int64_t rows, int64_t states,
                const double* y, const double* xhat, double half, double dtau, double size, int threads,
                double* found) {
@@ -568,7 +568,7 @@ void arcs_step(const Arcs* arcs, const Flow* flow, int64_t count, const int64_t*
     flow_sketch(flow, count, index, y, xhat, half, threads, mid.data());
     arcs_parent_values(arcs, count, index, mid.data(), threads, m.data());
     std::copy(y, y + states, next);
-    standing[3] = flow_advance(flow, count, index, m.data(), y, xhat, dtau, size, threads, next);
+    standing[4] = flow_advance(flow, count, index, m.data(), y, xhat, dtau, size, threads, next);
     if (index) std::fill(next_xhat, next_xhat + rows, 0.0);
     arcs_standing(arcs, count, index, rows, next, threads, next_xhat, standing);
 }
