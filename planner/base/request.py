@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
 
-from planner.base.errors import OptionError
+from planner.base.errors import OptionError, PlannerError
 from planner.base.targets import joints_text, parse_base, parse_target, parse_targets
 
 
@@ -285,8 +285,8 @@ class LimitsRequest:
 
     def __post_init__(self) -> None:
         for name, scale in (("velocity", self.velocity_scale), ("acceleration", self.acceleration_scale)):
-            if scale is not None and not 0.0 < scale <= 1.0:
-                raise OptionError(f"{name} scale {scale:g} is not usable: give a share of the limits, above 0 up to 1.")
+            if scale is not None:
+                require_scale(name, scale)
         for name, limit in (("acceleration", self.acceleration), ("jerk", self.jerk)):
             if limit is not None and not 0.0 < limit < math.inf:
                 raise OptionError(f"{name} limit {limit:g} is not usable: give a number above 0.")
@@ -357,6 +357,12 @@ def require_share(beta: float) -> None:
     """Raise :class:`OptionError` unless beta lies in [0, 1]."""
     if not 0.0 <= beta <= 1.0:
         raise OptionError(f"beta {beta:g} is outside [0, 1]: 0 optimises manipulability only, 1 distance only.")
+
+
+def require_scale(kind: str, scale: float, error: type[PlannerError] = OptionError) -> None:
+    """Raise an ``error`` unless a share of limits of that ``kind`` lies above 0 and is at most 1."""
+    if not 0.0 < scale <= 1.0:
+        raise error(f"{kind} scale {scale:g} is not usable: give a share of the limits, above 0 up to 1.")
 
 
 def require_nodes(nodes: int) -> None:

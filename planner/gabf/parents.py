@@ -33,11 +33,19 @@ class Parents(ABC):
         return Standing.of(y, xhat)
 
     def step(self, flow: NativeFlow, at: Standing, half: float, dtau: float, size: float) -> tuple[Standing, float]:
-        """How the rows stand after ``dtau``, and how far off that may be: see :meth:`Stepper.advance`."""
-        following = at.y.copy()
-        flow.sketch(self.rows, at.y, at.xhat, half, following)
-        off = flow.advance(self.rows, self(following), at.y, at.xhat, dtau, size, following)
+        """How the rows stand after ``dtau``, and how far off that may be: :meth:`sketch`, then :meth:`advance`."""
+        following, off = self.advance(flow, at, self.sketch(flow, at, half), dtau, size)
         return self.standing(following), off
+
+    def sketch(self, flow: NativeFlow, at: Standing, half: float) -> Floats:
+        """y (R + S,) after ``half``, where parent values are taken from."""
+        y_mid = at.y.copy()
+        flow.sketch(self.rows, at.y, at.xhat, half, y_mid)
+        return y_mid
+
+    def advance(self, flow: NativeFlow, at: Standing, y_mid: Floats, dtau: float, size: float) -> tuple[Floats, float]:
+        """y (R + S,) after ``dtau``, in place of ``y_mid``, and how far off: see :meth:`Stepper.advance`."""
+        return y_mid, flow.advance(self.rows, self(y_mid), at.y, at.xhat, dtau, size, y_mid)
 
     @property
     def where(self) -> Ints | slice:

@@ -165,9 +165,7 @@ class Stepper:
 
     def sketch(self, at: Standing, dtau: float, size: float) -> Floats:
         """y about half a step on, where parent values are taken from, see :meth:`_centre`."""
-        y_mid = at.y.copy()
-        self._flow.compiled.sketch(self._parents.rows, at.y, at.xhat, self._centre(dtau, size) * dtau, y_mid)
-        return y_mid
+        return self._parents.sketch(self._flow.compiled, at, self._centre(dtau, size) * dtau)
 
     def advance(self, at: Standing, y_mid: Floats, dtau: float, size: float) -> tuple[Floats, float]:
         """y after ``dtau``, and how far off the step may be, as a share of ``size`` + |xhat_i|; ``y_mid`` is used up.
@@ -176,8 +174,7 @@ class Stepper:
         y_i - m_i that the flow leaves over. The law undoes an error of ``size`` in size / phi(size), so this
         share counts as a time: ``size`` is the largest disequilibrium, or an average arc cost if smaller.
         """
-        m_mid = self._parents(y_mid)
-        return y_mid, self._flow.compiled.advance(self._parents.rows, m_mid, at.y, at.xhat, dtau, size, y_mid)
+        return self._parents.advance(self._flow.compiled, at, y_mid, dtau, size)
 
     def _centre(self, dtau: float, size: float) -> float:
         """The share of a step at which its parent values are taken: 1/2 for short steps, more for long ones.

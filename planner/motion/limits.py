@@ -11,7 +11,7 @@ import pydantic
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, PlannerError, choices
-from planner.base.request import LimitsRequest
+from planner.base.request import LimitsRequest, require_scale
 from planner.base.yamlfile import parse_yaml, read_text, validate
 from planner.world.robot import Robot
 
@@ -98,8 +98,7 @@ def _with(limits: MotionLimits, kind: str, values: Floats, source: str) -> Motio
 
 
 def _scaled(limits: MotionLimits, kind: str, scale: float) -> MotionLimits:
-    if not 0.0 < scale <= 1.0:
-        raise LimitError(f"{kind} scale {scale:g} is not usable: give a share of the limits, above 0 up to 1.")
+    require_scale(kind, scale, LimitError)
     if scale == 1.0:
         return limits
     return _with(limits, kind, scale * getattr(limits, kind), f"{limits.source[kind]}, times {scale:g}")

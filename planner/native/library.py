@@ -111,10 +111,10 @@ class NativeBoxes:
         low: Floats,
         high: Floats,
     ) -> None:
-        self._count, boxes = len(inner), [_floats(array) for array in (turns, shifts, low, high)]
+        boxes = [_floats(array) for array in (turns, shifts, low, high)]
         inner, points, outer = _ints(inner), _floats(points), _ints(outer)
         self._handle = _library.boxes_new(
-            chain.handle, self._count, _at(inner), _at(points), _at(outer), *map(_at, boxes)
+            chain.handle, len(inner), _at(inner), _at(points), _at(outer), *map(_at, boxes)
         )
         weakref.finalize(self, _library.boxes_free, self._handle)
 
