@@ -32,11 +32,10 @@ for collision in ("fcl", "coal"):
 
 _TREES = """
 import numpy as np
-from planner.roadmap.ompl_planners import JointSpace, TreePlanners, seed_everything
+from planner.roadmap.ompl_planners import JointSpace, TreePlanners
 for wrap in (False, True):
     space = JointSpace(np.full(3, -2.0), np.full(3, 2.0), np.array([wrap, False, False]))
-    seed_everything(3)
-    with TreePlanners(space, lambda first, delta: bool((np.abs(first + delta)[:2] > 0.3).any())) as planners:
+    with TreePlanners(space, lambda a, d: bool((np.abs(a + d)[:2] > 0.3).any()), np.random.default_rng(3)) as planners:
         path = planners.rrt_connect(np.array([[-1.0, -1, 0], [-1, 0, 0]]), np.array([[1.0, 1, 0]]), 0.5, 500)
         gc.collect()
         assert len(planners.shorten(path, 10)) > 1

@@ -6,10 +6,14 @@ import contextlib
 import ctypes
 import logging
 import os
+import shutil
 import sys
 import tempfile
+import threading
 from types import TracebackType
 from typing import IO
+
+from planner.base.process_lock import PROCESS
 
 _log = logging.getLogger(__name__)
 _MOST = 1 << 20  # bytes of text that are read back
@@ -22,8 +26,9 @@ class Silenced:
             model = library.load(path)
         printed.text
 
-    The whole process is silent meanwhile, other threads too: enter it around one call. Where there is no room for a
-    file to keep the text in, the library prints as it likes.
+    File descriptors belong to the process: one thread at a time, around one call. Where other threads are alive, what
+    was printed is passed on afterwards, as it may be theirs. Where there is no room for a file to keep the text in, the
+    library prints as it likes.
     """
 
     def __init__(self) -> None:
@@ -31,14 +36,14 @@ class Silenced:
         self._stack = contextlib.ExitStack()
 
     def __enter__(self) -> Silenced:
+        self._stack.enter_context(PROCESS)
         with contextlib.suppress(OSError):  # a full disk
-            kept = self._stack.enter_context(tempfile.TemporaryFile())
-            self._stack.callback(self._read, kept)
             for stream, number in ((sys.stdout, 1), (sys.stderr, 2)):
+                kept = self._stack.enter_context(tempfile.TemporaryFile())
                 if stream is not None:
                     stream.flush()
                 before = os.dup(number)
-                self._stack.callback(_restore, before, number)
+                self._stack.callback(self._restore, kept, before, number)
                 os.dup2(kept.fileno(), number)
         return self
 
@@ -49,9 +54,17 @@ class Silenced:
         if self.text:
             _log.debug("a library printed: %s", self.text)
 
-    def _read(self, kept: IO[bytes]) -> None:
+    def _restore(self, kept: IO[bytes], before: int, number: int) -> None:
+        """Let descriptor ``number`` be what it was ``before``, and read what was ``kept`` of it."""
+        ctypes.CDLL(None).fflush(None)  # C keeps what goes to a file in a buffer of its own
+        os.dup2(before, number)
+        os.close(before)
         kept.seek(0)
-        self.text = kept.read(_MOST).decode(errors="replace")
+        self.text += kept.read(_MOST).decode(errors="replace")
+        if threading.active_count() > 1:
+            kept.seek(0)
+            with contextlib.suppress(OSError), open(os.dup(number), "wb") as out:  # nobody may read there any more
+                shutil.copyfileobj(kept, out)
 
     def complaint(self, start: str = "Error:") -> str:
         """The first line that begins with ``start``, without it, up to its first full stop; empty where there is none.
@@ -61,9 +74,3 @@ class Silenced:
         lines = [line.strip() for line in self.text.splitlines()]
         found = next((line for line in lines if line.startswith(start)), "")
         return found.removeprefix(start).strip().partition(". ")[0].rstrip(".")[:200]
-
-
-def _restore(before: int, number: int) -> None:
-    ctypes.CDLL(None).fflush(None)  # C keeps what goes to a file in a buffer of its own
-    os.dup2(before, number)
-    os.close(before)

@@ -19,7 +19,7 @@ from planner.world.robot import Robot
 class CollisionChecker(Protocol):
     """Exact questions about configurations of one robot in one scene.
 
-    A backend is stateful inside (it moves its shapes), so one instance serves one thread.
+    A backend is stateful inside (it moves its shapes), so threads that share one ask it one after the other.
     """
 
     world: World

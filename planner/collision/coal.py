@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import warnings
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
@@ -12,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.process_lock import PROCESS
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
 from planner.collision.needles import widened
@@ -39,7 +41,7 @@ class CoalChecker(CollisionChecker):
 
     def __init__(self, world: World, known: CoalChecker | None = None, bound: ClearanceBound | None = None) -> None:
         """``bound``: that of another checker in this world."""
-        self.world = world
+        self.world, self._alone = world, threading.RLock()
         self.chain = Chain.of(world.robot)
         self.bound = bound or ClearanceBound(world, known.bound if known else None)
         self.queries = 0
@@ -83,9 +85,10 @@ class CoalChecker(CollisionChecker):
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
-        self.queries += len(q)
-        hits = np.nonzero(self._touching(q))[0]
-        return (int(hits[0]), self.world.contact(self._touching_pair(q[hits[0]]))) if len(hits) else None
+        with self._alone:
+            self.queries += len(q)
+            hits = np.nonzero(self._touching(q))[0]
+            return (int(hits[0]), self.world.contact(self._touching_pair(q[hits[0]]))) if len(hits) else None
 
     def first_contact_along(self, q: Floats, motion: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`.
@@ -110,10 +113,11 @@ class CoalChecker(CollisionChecker):
         """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
         if not self._pairs:
             return np.zeros(len(q), dtype=bool)
-        self._keep(self.world.margin if extra is None else self.world.margin + _with_error(extra)[self._pairs])
         threads = self._threads if len(q) >= _WORTH_THREADS else 1
-        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
-        return np.asarray(hits).ravel().astype(bool)
+        with self._alone:
+            self._keep(self.world.margin if extra is None else self.world.margin + _with_error(extra)[self._pairs])
+            hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
+            return np.asarray(hits).ravel().astype(bool)
 
     def _keep(self, margins: Floats | float) -> None:
         """Let the pool call closer than these ``margins`` (our pairs,) m a contact."""
@@ -202,7 +206,7 @@ def _settle(geometries: Iterable[pin.GeometryData], margin: float) -> None:
     within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
     contact the verdict then depends on earlier questions.
     """
-    with warnings.catch_warnings():
+    with PROCESS, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
         for data in geometries:
             for request in data.collisionRequests:
@@ -237,11 +241,11 @@ class CoalInTime:
     """Coal's opinion on configurations at times, among obstacles that move along known motions.
 
     The moving obstacles hang on joints of their own in a copy of the robot's model, so that a batch of moments is
-    asked at once. Stateful inside: one instance serves one thread.
+    asked at once. Stateful inside, so threads ask one after the other.
     """
 
     def __init__(self, world: World, motions: Mapping[str, KnownMotion]) -> None:
-        self.world, self._motions = world, motions
+        self.world, self._motions, self._alone = world, motions, threading.Lock()
         self._model, joints = pin.Model(world.robot.model), {}
         for name in motions:
             joints[name] = self._model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name)
@@ -265,6 +269,10 @@ class CoalInTime:
         whole = np.hstack([q, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
         if not len(self._numbers):
             return None
+        with self._alone:
+            return self._first_touch(whole)
+
+    def _first_touch(self, whole: Floats) -> tuple[int, Contact] | None:
         hits = np.flatnonzero(
             np.asarray(pin.computeCollisionsInParallel(1, self._pool, np.asfortranarray(whole.T), True, False)).ravel()
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,18 +33,17 @@ class _Question:
 
 @dataclass
 class _Hit:
-    """What a callback leaves behind: the geometry objects of the pair, and for distances the nearest so far."""
+    """What callbacks leave behind: the number of the nearest pair so far, the lowest number where several are as near.
 
-    pair: tuple[fcl.CollisionGeometry, fcl.CollisionGeometry] | None = None
+    In which order a tree asks depends on what it was asked before, so the first pair that touches would too.
+    """
+
     nearest: float = np.inf
+    pair: int | None = None
 
-
-def _stop_at_contact(a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> bool:
-    result = fcl.CollisionResult()
-    if fcl.collide(a, b, _ANY_CONTACT, result):
-        hit.pair = result.contacts[0].o1, result.contacts[0].o2
-        return True
-    return False
+    def take(self, gap: float, pair: int) -> None:
+        if self.pair is None or (gap, pair) < (self.nearest, self.pair):
+            self.nearest, self.pair = gap, pair
 
 
 def _update(question: _Question) -> None:
@@ -63,7 +63,7 @@ class FclChecker(CollisionChecker):
     name = "fcl"
 
     def __init__(self, world: World, known: FclChecker | None = None) -> None:
-        self.world = world
+        self.world, self._alone = world, threading.Lock()
         self.chain = Chain.of(world.robot)
         self.bound = ClearanceBound(world, known.bound if known else None)
         self.queries = 0
@@ -115,35 +115,43 @@ class FclChecker(CollisionChecker):
         rotation, position = joint_placements(self.chain, q)
         bodies = self.world.bodies
         placements = [(b, *_world_placement(bodies[b], rotation, position)) for b in self._moving]
-        for row in range(len(q)):
-            self._now = rotation[:, row], position[:, row]
-            for b, turns, shifts in placements:
-                self._bodies[b].setTransform(fcl.Transform(turns[row], shifts[row]))
-            pair = self._touching_pair()
-            if pair is not None:
-                return row, self.world.contact(pair)
+        with self._alone:
+            for row in range(len(q)):
+                self._now = rotation[:, row], position[:, row]
+                for b, turns, shifts in placements:
+                    self._bodies[b].setTransform(fcl.Transform(turns[row], shifts[row]))
+                pair = self._touching_pair()
+                if pair is not None:
+                    return row, self.world.contact(pair)
         return None
 
     def _touching_pair(self) -> int | None:
         self.queries += 1
         for question in self._questions:
             _update(question)
+            hit = _Hit()
             if self.world.margin > 0:
-                hit = _Hit(nearest=self.world.margin * (1 + 1e-12))  # the trees skip whatever is farther than this
+                hit.nearest = self.world.margin * (1 + 1e-12)  # the trees skip whatever is farther than this
                 question.tree.distance(question.asked, hit, self._keep_nearest)
-            else:
-                hit = _Hit()
-                question.tree.collide(question.asked, hit, _stop_at_contact)
+            if self.world.margin <= 0 or hit.nearest <= 0:
+                question.tree.collide(question.asked, hit, self._keep_touching)
             if hit.pair is not None:
-                return self._pair_of(hit.pair)
+                return hit.pair
         return None
+
+    def _keep_touching(self, a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> bool:
+        result = fcl.CollisionResult()
+        if fcl.collide(a, b, _ANY_CONTACT, result):
+            hit.take(-1.0, self._pair_of((result.contacts[0].o1, result.contacts[0].o2)))
+        return False
 
     def _keep_nearest(self, a: fcl.CollisionObject, b: fcl.CollisionObject, hit: _Hit) -> tuple[bool, float]:
         result = fcl.DistanceResult()
         fcl.distance(a, b, _NEAREST_POINTS, result)
-        gap = self._distance(self._pair_of((result.o1, result.o2)), *self._now)
-        if gap < hit.nearest:
-            hit.nearest, hit.pair = gap, (result.o1, result.o2)
+        pair = self._pair_of((result.o1, result.o2))
+        gap = self._distance(pair, *self._now)
+        if gap <= hit.nearest:
+            hit.take(gap, pair)
         return hit.nearest <= 0, hit.nearest
 
     def _pair_of(self, hit: tuple[fcl.CollisionGeometry, fcl.CollisionGeometry]) -> int:
@@ -161,7 +169,8 @@ class FclChecker(CollisionChecker):
         No distance that FCL reports can be used as it is. Its GJK stops early: 20 mm where 0.7 mm were left between
         boxes, 2.14 m where 0.62 m were left between two triangles with parallel sides.
         """
-        return np.array([self._distance(pair, rotation, position) for pair in pairs.tolist()], dtype=float)
+        with self._alone:
+            return np.array([self._distance(pair, rotation, position) for pair in pairs.tolist()], dtype=float)
 
     def _distance(self, pair: int, rotation: Floats, position: Floats) -> float:
         self.queries += 1

@@ -14,7 +14,6 @@ from planner.roadmap.grow import join_settings
 from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import nearest_of
 from planner.roadmap.motions import Motions
-from planner.roadmap.ompl_planners import seed_everything
 from planner.roadmap.shortcuts import in_pieces
 from planner.world.robot import Robot
 
@@ -42,8 +41,8 @@ def bridges(
         free = prover.free(ends[:, 0], robot.difference(ends[:, 0], ends[:, 1]))
         if free.any() or progress.stopped:
             return [in_pieces(prover, pair, settings.range) for pair in ends[free]]
-    seed_everything(seed)
-    search = FirstPathSearch(Motions(prover), join_settings(settings, robot), progress)
+    rng = np.random.default_rng(seed)
+    search = FirstPathSearch(Motions(prover), join_settings(settings, robot), rng, progress)
     path = search.join_near(part, other, pairs[0]) if len(pairs) else None
     if path is None:
         path = search.join(part, other)

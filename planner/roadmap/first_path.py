@@ -53,11 +53,12 @@ class FirstPathSearch:
         self,
         motions: Motions,
         settings: JoinSettings,
+        rng: np.random.Generator,
         progress: Progress = QUIET,
         within: InformedSet | None = None,
     ) -> None:
         self._robot, self._motions, self._settings = motions.robot, motions, settings
-        self._progress, self._within = progress, within
+        self._rng, self._progress, self._within = rng, progress, within
         self.checked = 0
 
     def straight(self, starts: Floats, goals: Floats) -> list[Floats]:
@@ -128,7 +129,7 @@ class FirstPathSearch:
                 self._progress(FIRST_PATH, self.checked, self._settings.motions)
             return (within is None or within.holds(first + delta)) and look(first, delta)
 
-        with TreePlanners(space, check, self._progress) as planners:
+        with TreePlanners(space, check, self._rng, self._progress) as planners:
             path = planners.rrt_connect(starts, goals, step, limit)
         self.checked = max(self.checked, before + 1)  # a try that could not even begin counts, so that tries end
         return path
@@ -149,7 +150,8 @@ class FirstPathSearch:
         """Proven motions (k, dof) from ``first`` to ``first + delta`` within a box around both, angles unwound."""
         robot, last = self._robot, first + delta
         for beyond in _REPAIR_BOX:
-            with TreePlanners(self._box(first, last, beyond), self._motions.proven, self._progress) as planners:
+            box = self._box(first, last, beyond)
+            with TreePlanners(box, self._motions.proven, self._rng, self._progress) as planners:
                 step = max(0.5 * length(delta), 0.1)
                 path = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
             self.checked += planners.checked
@@ -167,19 +169,25 @@ class FirstPathSearch:
 
     def _shorten(self, path: Floats) -> Floats:
         roomy = Motions(self._motions.prover, self._motions.floor, EXTRA_CLEARANCE)
-        with TreePlanners(JointSpace.of(self._robot), roomy.proven, self._progress) as planners:
+        with TreePlanners(JointSpace.of(self._robot), roomy.proven, self._rng, self._progress) as planners:
             path = planners.shorten(path, self._settings.shortcuts)
         self.checked += planners.checked
         return path
 
 
 def shorter_path(
-    motions: Motions, settings: JoinSettings, starts: Floats, goals: Floats, longest: float, progress: Progress
+    motions: Motions,
+    settings: JoinSettings,
+    starts: Floats,
+    goals: Floats,
+    longest: float,
+    rng: np.random.Generator,
+    progress: Progress,
 ) -> tuple[Floats | None, int]:
     """What :meth:`FirstPathSearch.join` finds where a path no longer than ``longest`` (rad) may pass, without reports.
 
     With the number of motions that were checked.
     """
     silent, within = progress.renamed(lambda *report: None), InformedSet(motions.robot, starts, goals, longest)
-    search = FirstPathSearch(motions, settings, silent, within)
+    search = FirstPathSearch(motions, settings, rng, silent, within)
     return search.join(starts, goals), search.checked

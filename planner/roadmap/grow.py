@@ -16,7 +16,7 @@ from planner.roadmap.first_path import FirstPathSearch, JoinSettings, shorter_pa
 from planner.roadmap.forest import Forest
 from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.motions import Motions
-from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners, seed_everything
+from planner.roadmap.ompl_planners import JointSpace, Tree, TreePlanners
 from planner.world.robot import Robot
 
 _JOIN_PER_JOINT = 8000  # motions
@@ -56,11 +56,11 @@ def grow(
     refinement leads from one way around the obstacles to another. Should the first path need more than ``nodes``, all
     of it is kept. The same seed gives the same growth.
     """
-    seed_everything(seed)
+    rng = np.random.default_rng(seed)
     motions, forest = Motions(prover, (1.0 + _ABOVE) * settings.floor), Forest()
     first = np.array([forest.add(q) for q in starts], dtype=np.int64)
     last = np.array([forest.add(q) for q in goals], dtype=np.int64)
-    search = FirstPathSearch(motions, join_settings(settings, prover.robot), progress)
+    search = FirstPathSearch(motions, join_settings(settings, prover.robot), rng, progress)
     if settings.floor > 0 and len(
         goals
     ):  # with nothing to join, ``starts`` are a tree whose paths reach the floor already
@@ -72,8 +72,8 @@ def grow(
         forest.add_path(path)
     checked = search.checked
     if spine is not None:
-        checked += _add_shorter_paths(motions, forest, starts, goals, spine, nodes, settings, progress)
-    checked += grow_tree(motions, forest, nodes - len(forest), settings, progress)
+        checked += _add_shorter_paths(motions, forest, starts, goals, spine, nodes, settings, rng, progress)
+    checked += grow_tree(motions, forest, nodes - len(forest), settings, rng, progress)
     return Growth(forest.nodes(), forest.edges(), first, last, bool(joining), checked)
 
 
@@ -90,6 +90,7 @@ def _add_shorter_paths(
     path: Floats,
     nodes: int,
     settings: GrowthSettings,
+    rng: np.random.Generator,
     progress: Progress,
 ) -> int:
     """Add paths to ``forest``, each searched where one shorter than all before may pass; the motions checked."""
@@ -99,7 +100,7 @@ def _add_shorter_paths(
     join = join_settings(settings, robot)
     while longest > enough and checked < limit and len(forest) < _SHARE_OF_PATHS * nodes and not progress.stopped:
         within_limit = replace(join, motions=limit - checked)
-        found, tried = shorter_path(motions, within_limit, starts, goals, longest, progress)
+        found, tried = shorter_path(motions, within_limit, starts, goals, longest, rng, progress)
         checked += tried
         if found is not None:
             forest.add_path(found)
@@ -125,6 +126,7 @@ def grow_tree(
     forest: Forest,
     wanted: int,
     settings: GrowthSettings,
+    rng: np.random.Generator,
     progress: Progress = QUIET,
 ) -> int:
     """RRT from every node of ``forest``, until ``wanted`` more are added or too many motions were refused.
@@ -136,7 +138,8 @@ def grow_tree(
     full, checked, limit = len(forest) + wanted, 0, settings.motions_per_node * wanted
     while len(forest) < full and checked < limit and not progress.stopped:
         before = len(forest)
-        with TreePlanners(JointSpace.of(motions.robot), motions.looks_free(MOTION_IN_GROWTH), progress) as planners:
+        check = motions.looks_free(MOTION_IN_GROWTH)
+        with TreePlanners(JointSpace.of(motions.robot), check, rng, progress) as planners:
             planners.on_accept = lambda accepted, before=before: progress(ROADMAP, before + accepted, full)
             part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
             tree = planners.rrt(forest.nodes(), settings.range, part, limit - checked)

@@ -26,7 +26,6 @@ from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.informed import LazyRoadmap, informed_samples
 from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.motions import Motions
-from planner.roadmap.ompl_planners import seed_everything
 from planner.roadmap.refine import PathRefiner, cut
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.simplify import simplified
@@ -39,7 +38,6 @@ _HOPELESS = 1.25  # a path is left once it costs so many times the cheapest one 
 _EXPLORED_EVERY, _EXPLORED_EVERY_FOR_W = 3, 2  # rounds; where w counts there are more local optima
 _JOIN_MOTIONS = 3000  # that RRTConnect may check in each of them
 _LONGER = 2.0  # times the best path's length: where w counts a cheaper path may be longer, but rarely more
-_EXPLORED_SEED = 7919  # times their number: seeds of theirs
 _RESUMED = 4  # after so many searches the cheapest path is refined once more
 
 
@@ -145,11 +143,11 @@ class _Search:
         longest = _LONGER * float(np.linalg.norm(np.diff(around, axis=0), axis=1).sum())
         if best is not None and self._rate > 0:
             longest = min(longest, best.cost / self._rate)
-        seed_everything((refiner.seed + _EXPLORED_SEED * self._explored) % 2**31)
+        rng = np.random.default_rng([refiner.seed, self._explored])
         motions = Motions(refiner.prover, cost.floor)
         settings = join_settings(GrowthSettings(join_motions=_JOIN_MOTIONS), motions.robot)
         ends = self.graph.starts, self.graph.goals
-        return shorter_path(motions, settings, *ends, longest, refiner.progress)[0]
+        return shorter_path(motions, settings, *ends, longest, rng, refiner.progress)[0]
 
     def _cut(self, path: Floats) -> Floats:
         return cut(path, self.refiner.cost.longest) if self.refiner.cost.beta < 1.0 else path

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -12,6 +13,7 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.process_lock import PROCESS
 from planner.base.progress import QUIET, Progress
 from planner.roadmap.forest import Forest
 from planner.world.robot import Robot, shorter_way
@@ -49,34 +51,32 @@ class Tree:
     edges: Ints
 
 
-def seed_everything(seed: int) -> None:
-    """Seed OMPL before its planners are made; it turns seed 0 into 1, so seed + 1 is passed on to keep them apart."""
-    ou.noOutputHandler()
-    ou.RNG.setSeed(seed + 1)
-
-
 class TreePlanners:
     """OMPL's planners in one space under one motion check; work stops on counts, never on clocks.
 
-        with TreePlanners(space, check) as planners:
+        with TreePlanners(space, check, np.random.default_rng(0)) as planners:
             path = planners.rrt_connect(starts, goals, step=0.8, limit=5000)
 
-    ``checked`` counts the motions that were checked, ``accepted`` those that passed.
+    ``checked`` counts the motions that were checked, ``accepted`` those that passed. Each planner draws its seed from
+    ``rng``, so that the same generator gives the same paths, whatever other threads plan meanwhile.
     """
 
-    def __init__(self, space: JointSpace, check: MotionCheck, progress: Progress = QUIET) -> None:
+    def __init__(
+        self, space: JointSpace, check: MotionCheck, rng: np.random.Generator, progress: Progress = QUIET
+    ) -> None:
         self.checked = self.accepted = 0
         self.on_accept: Callable[[int], None] = lambda accepted: None
         self._grown: Forest | None = None
-        self._space, self._check, self._progress = space, check, progress
+        self._space, self._check, self._rng, self._progress = space, check, rng, progress
         self._joints, self._wraps = range(len(space.lower)), space.wrap.tolist() if space.wrap.any() else None
-        self._ompl_space = _ompl_space(space)
-        self._info = ob.SpaceInformation(self._ompl_space)
-        self._state_check = _EveryState(self._info)
-        self._info.setStateValidityChecker(self._state_check)
-        self._validator = _Validator(self._info, self)
-        self._info.setMotionValidator(self._validator)
-        self._info.setup()
+        with self._seeded():  # setting a space up draws seeds for its projections
+            self._ompl_space = _ompl_space(space)
+            self._info = ob.SpaceInformation(self._ompl_space)
+            self._state_check = _EveryState(self._info)
+            self._info.setStateValidityChecker(self._state_check)
+            self._validator = _Validator(self._info, self)
+            self._info.setMotionValidator(self._validator)
+            self._info.setup()
 
     def __enter__(self) -> Self:
         return self
@@ -95,10 +95,7 @@ class TreePlanners:
         for q in goals:
             goal.addState(self._state(q))
         problem = self._problem(starts, goal)
-        planner = og.RRTConnect(self._info)
-        planner.setRange(step)
-        planner.setProblemDefinition(problem)
-        planner.setup()
+        planner = self._planner(og.RRTConnect, problem, step)
         planner.solve(self._until(self.checked + limit))
         return self._configurations(problem.getSolutionPath()) if problem.hasExactSolution() else None
 
@@ -109,7 +106,9 @@ class TreePlanners:
         ompl_path = og.PathGeometric(self._info)
         for q in path:
             ompl_path.append(self._state(q))
-        og.PathSimplifier(self._info).partialShortcutPath(ompl_path, attempts, attempts, 1.0)
+        with self._seeded():
+            simplifier = og.PathSimplifier(self._info)
+        simplifier.partialShortcutPath(ompl_path, attempts, attempts, 1.0)
         return self._configurations(ompl_path)
 
     def rrt(self, roots: Floats, step: float, wanted: int, limit: int) -> Tree:
@@ -120,14 +119,57 @@ class TreePlanners:
         """
         grown = Forest(roots)
         self.accepted, self._grown = 0, grown
-        planner = og.RRT(self._info)
-        planner.setRange(step)
+        planner = self._planner(og.RRT, self._problem(roots, _Nowhere(self._info)), step)
         planner.setGoalBias(0.0)
-        planner.setProblemDefinition(self._problem(roots, _Nowhere(self._info)))
-        planner.setup()
         planner.solve(self._until(self.checked + limit, wanted))
         self._grown = None
         return Tree(grown.nodes(), grown.edges())
+
+    @contextmanager
+    def _seeded(self) -> Iterator[None]:
+        """While entered, what OMPL makes in this thread has random numbers of its own, as ``rng`` says.
+
+        Every random number generator of OMPL's draws its seed from one of the process when it is made.
+        """
+        seed = int(self._rng.integers(1, 2**31))  # OMPL turns 0 into 1
+        with PROCESS:
+            ou.noOutputHandler()  # it calls a second seed an error
+            ou.RNG.setSeed(seed)
+            yield
+
+    def _planner(self, kind: Any, problem: Any, step: float | None = None) -> Any:
+        """A planner with a seed of its own, ready to solve ``problem`` in steps of ``step`` (rad)."""
+        with self._seeded():
+            planner = kind(self._info)
+            if step is not None:
+                planner.setRange(step)
+            planner.setProblemDefinition(problem)
+            planner.setup()
+            planner.solve(ob.PlannerTerminationCondition(lambda: True))  # a planner makes its sampler when it begins
+        return planner
+
+    @contextmanager
+    def _seeded(self) -> Iterator[None]:
+        """While entered, what OMPL makes in this thread has random numbers of its own, as ``rng`` says.
+
+        Every random number generator of OMPL's draws its seed from one of the process when it is made.
+        """
+        seed = int(self._rng.integers(1, 2**31))  # OMPL turns 0 into 1
+        with PROCESS:
+            ou.noOutputHandler()  # it calls a second seed an error
+            ou.RNG.setSeed(seed)
+            yield
+
+    def _planner(self, kind: Any, problem: Any, step: float | None = None) -> Any:
+        """A planner with a seed of its own, ready to solve ``problem`` in steps of ``step`` (rad)."""
+        with self._seeded():
+            planner = kind(self._info)
+            if step is not None:
+                planner.setRange(step)
+            planner.setProblemDefinition(problem)
+            planner.setup()
+            planner.solve(ob.PlannerTerminationCondition(lambda: True))  # a planner makes its sampler when it begins
+        return planner
 
     def _takes(self, a: Any, b: Any) -> bool:
         """Whether OMPL may move between two of its states."""

@@ -21,7 +21,6 @@ from planner.collision.edge_prover import EdgeProver
 from planner.roadmap.first_path import FirstPathSearch, JoinSettings
 from planner.roadmap.links import nearest_of
 from planner.roadmap.motions import Motions
-from planner.roadmap.ompl_planners import seed_everything
 from planner.roadmap.roadmap import Roadmap
 
 _PARTS = 12  # the largest parts, from whose nodes links are tried, beside those of starts and goals
@@ -179,8 +178,8 @@ def _joins_without(roadmap: Roadmap, checker: CollisionChecker, obstacles: Itera
     prover = _prover(checker, kept, own=True)
     pairs = _across(roadmap, checker, *_sides(roadmap)).pairs
     first, last = (np.array(list(dict.fromkeys(column))[:_ENDS]) for column in pairs.T.tolist())
-    seed_everything(roadmap.origin.seed)
-    search = FirstPathSearch(Motions(prover), JoinSettings(_STEP, _MOTIONS, 0))
+    rng = np.random.default_rng(roadmap.origin.seed)
+    search = FirstPathSearch(Motions(prover), JoinSettings(_STEP, _MOTIONS, 0), rng)
     starts, goals = roadmap.nodes[first], roadmap.nodes[last]
     return bool(search.straight(starts[:1], goals[:1])) or search.join(starts, goals) is not None
 

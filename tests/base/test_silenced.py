@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import os
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -65,3 +66,35 @@ def test_silence_ends_with_an_exception(capfd: pytest.CaptureFixture[str]) -> No
     with pytest.raises(ZeroDivisionError), Silenced():
         _ = 1 / 0
     np.testing.assert_equal(capfd.readouterr(), ("", ""))
+
+
+def test_streams_come_back_when_threads_overlap(capfd: pytest.CaptureFixture[str]) -> None:
+    """The second one enters before the first one leaves: it has to wait, or it would give back the first one's file."""
+    inside, entered = threading.Event(), threading.Event()
+
+    def second() -> None:
+        inside.wait()
+        with Silenced():
+            entered.set()
+
+    thread = threading.Thread(target=second)
+    thread.start()
+    with Silenced():
+        inside.set()
+        assert not entered.wait(0.1)
+    thread.join()
+    os.write(1, b"heard\n")
+    assert capfd.readouterr().out == "heard\n"
+
+
+def test_what_another_thread_prints_meanwhile_is_passed_on(capfd: pytest.CaptureFixture[str]) -> None:
+    done = threading.Event()
+    thread = threading.Thread(target=done.wait)
+    thread.start()
+    with Silenced() as printed:
+        os.write(1, b"out\n")
+        os.write(2, b"error\n")
+    done.set()
+    thread.join()
+    assert printed.text == "error\nout\n"
+    assert capfd.readouterr() == ("out\n", "error\n")

@@ -11,15 +11,13 @@ from planner.base.progress import Progress
 from planner.collision.edge_prover import EdgeProver, Verdict, recheck
 from planner.roadmap.first_path import FIRST_PATH, FirstPathSearch, JoinSettings
 from planner.roadmap.motions import Motions
-from planner.roadmap.ompl_planners import seed_everything
 from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
 
 SETTINGS = JoinSettings(range=0.4, motions=4000, shortcuts=20)
 
 
 def search(prover: EdgeProver, progress: Progress | None = None) -> FirstPathSearch:
-    seed_everything(0)
-    return FirstPathSearch(Motions(prover), SETTINGS, progress or Progress())
+    return FirstPathSearch(Motions(prover), SETTINGS, np.random.default_rng(0), progress or Progress())
 
 
 def test_the_path_is_proven_subdivided_and_joins_its_ends() -> None:

@@ -63,21 +63,23 @@ def test_one_seed_is_one_growth_and_seeds_0_and_1_differ(post):
 
 
 def test_first_paths_are_searched_where_a_shorter_one_may_pass(monkeypatch):
-    """The bar leaves two ways round; with the first path alone the roadmap's is 3.85 rad long or more."""
+    """The bar leaves two ways round: no roadmap's path is longer than with the first path alone, most are shorter."""
     checker = make_checker(load("planar_2r"), scene_of((Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0]))))
     start, goal = np.array([[-1.0, 0.8]]), np.array([[1.3, -0.8]])
 
-    def shortest() -> float:
-        growth = grown(checker, 100, 0, start, goal)
+    def shortest(seed: int) -> float:
+        growth = grown(checker, 100, seed, start, goal)
         a, b = growth.nodes[growth.edges.T]
         length = np.linalg.norm(a - b, axis=1)
         path = best_path(growth.nodes, growth.edges, length, growth.starts, growth.goals)
         assert path is not None
         return joint_path_length(path)
 
-    several = shortest()
+    several = np.array([shortest(seed) for seed in range(6)])
     monkeypatch.setattr("planner.roadmap.grow._SHORTER", 0)
-    assert several < 0.98 * shortest()
+    first_only = np.array([shortest(seed) for seed in range(6)])
+    assert (several <= first_only).all()
+    assert several.sum() < 0.985 * first_only.sum()
 
 
 def test_more_nodes_is_not_another_first_path(post):

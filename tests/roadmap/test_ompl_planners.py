@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.base.progress import Progress
-from planner.roadmap.ompl_planners import JointSpace, TreePlanners, seed_everything
+from planner.roadmap.ompl_planners import JointSpace, TreePlanners
 
 LOWER, UPPER = np.array([-1.0, -1.0]), np.array([1.0, 1.0])
 PLANE = JointSpace(LOWER, UPPER, np.array([False, False]))
@@ -26,8 +26,7 @@ def past_the_wall(first: np.ndarray, delta: np.ndarray) -> bool:
 
 
 def search(check=past_the_wall, space: JointSpace = PLANE, seed: int = 0, limit: int = 20_000, **more):
-    seed_everything(seed)
-    with TreePlanners(space, check, **more) as planners:
+    with TreePlanners(space, check, np.random.default_rng(seed), **more) as planners:
         return planners.rrt_connect(START, GOAL, 0.3, limit), planners
 
 
@@ -64,8 +63,7 @@ def test_a_joint_that_wraps_goes_the_shorter_way() -> None:
     def across(first: np.ndarray, delta: np.ndarray) -> bool:
         return bool(abs(first[0]) > 2.5 and abs(delta[0]) <= np.pi and np.cos(first[0] + delta[0]) < np.cos(2.5))
 
-    seed_everything(0)
-    with TreePlanners(RING, across) as planners:
+    with TreePlanners(RING, across, np.random.default_rng(0)) as planners:
         path = planners.rrt_connect(np.array([[3.0, 0.0]]), np.array([[-3.0, 0.0]]), 0.5, 20_000)
     assert path is not None
     assert all(across(a, RING.difference(a, b)) for a, b in itertools.pairwise(path))
@@ -73,8 +71,7 @@ def test_a_joint_that_wraps_goes_the_shorter_way() -> None:
 
 
 def test_a_tree_has_a_parent_for_every_node_but_its_roots() -> None:
-    seed_everything(0)
-    with TreePlanners(PLANE, past_the_wall) as planners:
+    with TreePlanners(PLANE, past_the_wall, np.random.default_rng(0)) as planners:
         tree = planners.rrt(np.concatenate([START, GOAL]), 0.3, wanted=50, limit=10_000)
     assert len(tree.nodes) == 52
     children = [child for _, child in tree.edges]
@@ -88,7 +85,7 @@ def test_a_tree_has_a_parent_for_every_node_but_its_roots() -> None:
 def test_shortcuts_shorten_and_stay_free() -> None:
     path, _ = search()
     assert path is not None
-    with TreePlanners(PLANE, past_the_wall) as planners:
+    with TreePlanners(PLANE, past_the_wall, np.random.default_rng(0)) as planners:
         shorter = planners.shorten(path, 30)
         assert planners.shorten(path, 0) is path
 

@@ -25,7 +25,7 @@ from planner.plan_record import plan_record
 from planner.planning import plan
 from planner.query.open import Query, make_query
 from planner.roadmap.motions import Motions
-from planner.roadmap.ompl_planners import JointSpace, seed_everything
+from planner.roadmap.ompl_planners import JointSpace
 from planner.studies.bench_plan.rows import NO_PATH, REFUSED, SOLVED
 from planner.studies.bench_quality.ompl_paths import OmplPaths
 from planner.studies.options import plan_request
@@ -56,10 +56,9 @@ def _ours(request: PlanRequest) -> dict[str, Any]:
 
 
 def _ompl(method: str, query: Query, seed: int, seconds: float) -> dict[str, Any]:
-    seed_everything(seed)
     robot, check = query.robot, Motions(EdgeProver(query.checker)).looks_free(_STEP)
     begin = time.process_time()
-    with OmplPaths(JointSpace.of(robot), check) as planners:
+    with OmplPaths(JointSpace.of(robot), check, np.random.default_rng(seed)) as planners:
         path = planners.path(method, query.starts, query.goals, seconds)
     spent = time.process_time() - begin
     if path is None:

@@ -29,9 +29,7 @@ class OmplPaths(TreePlanners):
         problem = self._problem(starts, goal)
         if name in _OPTIMISING:
             problem.setOptimizationObjective(ob.PathLengthOptimizationObjective(self._info))
-        planner = PLANNERS[name](self._info)
-        planner.setProblemDefinition(problem)
-        planner.setup()
+        planner = self._planner(PLANNERS[name], problem)
         end = time.process_time() + seconds
         stopped = self._progress
         planner.solve(ob.PlannerTerminationCondition(lambda: time.process_time() >= end or stopped.stopped))
@@ -39,5 +37,7 @@ class OmplPaths(TreePlanners):
             return None
         found = problem.getSolutionPath()
         if name not in _OPTIMISING:
-            og.PathSimplifier(self._info).simplifyMax(found)
+            with self._seeded():
+                simplifier = og.PathSimplifier(self._info)
+            simplifier.simplifyMax(found)
         return self._configurations(found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from planner.collision import make_checker
@@ -11,7 +12,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.paths.measure import path_contact
 from planner.query.open import make_query
 from planner.roadmap.motions import Motions
-from planner.roadmap.ompl_planners import JointSpace, seed_everything
+from planner.roadmap.ompl_planners import JointSpace
 from planner.studies.bench_quality.ompl_paths import PLANNERS, OmplPaths
 from tests.studies.bench_quality.test_run import PLAIN
 
@@ -19,9 +20,8 @@ from tests.studies.bench_quality.test_run import PLAIN
 @pytest.mark.parametrize("name", PLANNERS)
 def test_ompls_paths_join_the_ends_and_look_free(name: str) -> None:
     query = make_query(replace(PLAIN, scene="empty"))
-    seed_everything(0)
     check = Motions(EdgeProver(query.checker)).looks_free(0.02)
-    with OmplPaths(JointSpace.of(query.robot), check) as planners:
+    with OmplPaths(JointSpace.of(query.robot), check, np.random.default_rng(0)) as planners:
         path = planners.path(name, query.starts, query.goals, 0.3)
     assert path is not None
     assert (path[0] == query.starts[0]).all()

@@ -1,0 +1,136 @@
+"""The same request gives the same bits whatever other threads of the process do, and what they print is not lost."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.base.request import PlanRequest
+from planner.collision import make_checker
+from planner.motion.timing import time_path
+from planner.planning import plan
+from planner.session.session import Session
+from planner.world.robot import Robot
+from planner.world.scene import Scene
+
+THREADS = 4
+REQUESTS = [
+    PlanRequest(robot="planar_2r", scene="cage", nodes=40, effort=2),
+    PlanRequest(robot="planar_2r", scene="cage", nodes=40, effort=2, seed=1, collision="coal"),
+    PlanRequest(robot="panda", scene="shelf", path_only=True, effort=0),
+    PlanRequest(robot="ur5", scene="table", nodes=40, effort=2, beta=0.2, collision="coal"),
+]
+
+
+@pytest.fixture(autouse=True)
+def _threads_alternate() -> Any:
+    """Threads change places every 0.1 ms in place of every 5 ms, so that they meet at every step."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-4)
+    yield
+    sys.setswitchinterval(before)
+
+
+def at_once(work: Callable[[Any], Any], items: list[Any]) -> list[Any]:
+    """What ``work`` gives for each of the items, all begun together."""
+    gate = threading.Barrier(len(items))
+
+    def begin(item: Any) -> Any:
+        gate.wait()
+        return work(item)
+
+    with ThreadPoolExecutor(len(items)) as pool:
+        return list(pool.map(begin, items))
+
+
+def _answer(request: PlanRequest) -> tuple[str, bytes]:
+    found = plan(request)
+    assert found.cost is not None
+    return found.roadmap.sha256, found.path.tobytes()
+
+
+def test_plans_in_four_threads_are_those_of_one() -> None:
+    alone = [_answer(request) for request in REQUESTS]
+    for _ in range(2):
+        assert at_once(_answer, REQUESTS) == alone
+
+
+def test_the_same_plan_in_four_threads_is_one_plan() -> None:
+    assert len(set(at_once(_answer, [REQUESTS[0]] * THREADS))) == 1
+
+
+def _session(position: float) -> list[bytes]:
+    session = Session("planar_2r", "cage", nodes=40)
+    paths = [session.plan().path.tobytes()]
+    name = session.scene.obstacles[0].name
+    session.move(name, position=session.scene.obstacles[0].placement[:3, 3] + [position, 0.0, 0.0])
+    return [*paths, session.replan().path.tobytes()]
+
+
+def test_sessions_in_threads_of_their_own_answer_as_alone() -> None:
+    shifts = [0.0, 0.05, -0.05, 0.1]
+    alone = [_session(shift) for shift in shifts]
+    assert at_once(_session, shifts) == alone
+
+
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_one_checker_answers_four_threads_as_one(backend: str) -> None:
+    robot, scene = Robot.load("panda"), Scene.load("shelf")
+    checker = make_checker(robot, scene, backend)
+    q = np.random.default_rng(0).uniform(robot.lower, robot.upper, (THREADS, 150, robot.dof))
+
+    def contacts(rows: np.ndarray) -> list[str]:
+        return [str(checker.first_contact(row[None])) for row in rows]
+
+    alone = [contacts(rows) for rows in q]
+    assert at_once(contacts, list(q)) == alone
+
+
+def test_one_path_is_timed_in_four_threads_as_in_one() -> None:
+    found = plan(REQUESTS[0])
+
+    def motion(_: int) -> bytes:
+        made = time_path(found.path, found.checker)
+        return made.coefficients.tobytes() + made.times.tobytes()
+
+    assert len({motion(0), *at_once(motion, list(range(THREADS)))}) == 1
+
+
+_PRINTS = """
+import sys, threading
+from planner.world.robot import Robot
+done = threading.Event()
+def talk(name):
+    k = 0
+    while not done.is_set():
+        sys.stdout.write(f"{name} {k}\\n")
+        k += 1
+    sys.stdout.write(f"{name} said {k}\\n")
+talkers = [threading.Thread(target=talk, args=(f"talker{n}",)) for n in range(2)]
+loaders = [threading.Thread(target=Robot.load, args=(name,)) for name in ("planar_2r", "iiwa14", "planar_2r", "ur5")]
+for thread in talkers + loaders:
+    thread.start()
+for thread in loaders:
+    thread.join()
+done.set()
+for thread in talkers:
+    thread.join()
+print("the end")
+"""
+
+
+def test_nothing_that_other_threads_print_is_lost_while_robots_are_read() -> None:
+    done = subprocess.run([sys.executable, "-c", _PRINTS], capture_output=True, text=True, timeout=120, check=True)
+    lines = done.stdout.splitlines()
+    assert lines[-1] == "the end"
+    for name in ("talker0", "talker1"):
+        said = int(next(line for line in lines if line.startswith(f"{name} said")).split()[-1])
+        heard = [int(line.split()[1]) for line in lines if line.startswith(name) and "said" not in line]
+        assert sorted(heard) == list(range(said))
