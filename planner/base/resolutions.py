@@ -15,6 +15,7 @@ COST_ALONG_EDGE = 0.02  # an edge's cost that is learned
 
 # contacts, metres: between two states no point of the robot moves farther than this
 RECHECK = 1e-3  # the second look at every finished path, by the second checker
+RECHECK_BY_BACKEND = 0.05  # and the look at it by the library that was asked for, beside that
 CLEARANCE_ALONG_PATH = 0.01  # the clearance that is reported along a path
 CLEARANCE_FIRST = 0.05  # first look of `planner check` for the smallest clearance, refined from there
 MOTION_IN_GROWTH = 0.1  # a tree's motions, before they are proven many at a time

@@ -6,7 +6,7 @@ import itertools
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.resolutions import RECHECK
+from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import recheck
@@ -21,7 +21,8 @@ class HealingNetwork:
         while not healing.accepts(path := ...a node path on healing.layered...):
             ...                                            # solve again: what failed is gone
 
-    An edge fails that touches something when the second checker samples it every millimetre of motion; an arc fails
+    An edge fails that touches something when coal samples it every millimetre of motion, or the ``checker`` itself,
+    where that is another library, every ``RECHECK_BY_BACKEND``; an arc fails
     that falls below the manipulability ``floor``, see :func:`first_violation`. ``barred``: the failed arcs, pairs
     of nodes of ``layered.network``; give those of an earlier run to leave them out from the beginning.
     """
@@ -38,7 +39,8 @@ class HealingNetwork:
         self.barred, self.edges_removed = barred, 0
         for arc in barred:
             self.layered = self.layered.without_arcs_between(*arc)
-        self._judge, self.robot = second_checker(checker), checker.robot
+        self._judges = dict([(checker, RECHECK_BY_BACKEND), (second_checker(checker), RECHECK)])
+        self.robot = checker.robot
         self._seen: set[tuple[int, int]] = set()  # edges that passed: a sweep meets them many times
 
     def accepts(self, steps: Ints) -> bool:
@@ -64,7 +66,8 @@ class HealingNetwork:
 
     def _is_free(self, i: int, j: int) -> bool:
         delta = self.robot.difference(self.roadmap.nodes[i], self.roadmap.nodes[j])
-        return recheck(self._judge, self.roadmap.nodes[i], delta, RECHECK) is None
+        start = self.roadmap.nodes[i]
+        return all(recheck(judge, start, delta, step) is None for judge, step in self._judges.items())
 
 
 def warm_start(network: gabf.Network, cost_to_go: gabf.CostToGo | None, law: gabf.Law) -> Floats | None:

@@ -41,6 +41,26 @@ def manipulability(robot: Robot, q: Floats) -> Floats:
     return Chain.of(robot).native.manipulability(np.atleast_2d(np.asarray(q, dtype=float)), *_tool(robot))
 
 
+def node_manipulability(robot: Robot, q: Floats) -> Floats:
+    """The same w (n,) by Pinocchio's Jacobians, as every node of a roadmap has it: 10 us a configuration (n, dof).
+
+    :func:`manipulability` is our own compiled code, for the many states between nodes; the tests hold the two equal.
+    """
+    rows = jacobians(robot, np.atleast_2d(np.asarray(q, dtype=float)))
+    return _volumes(rows if rows.shape[1] <= rows.shape[2] else rows.swapaxes(1, 2))
+
+
+def _volumes(rows: Floats) -> Floats:
+    """(n,) the volumes that the rows (n, k, m) of matrices span, k at most m, by modified Gram-Schmidt."""
+    rows, volumes = rows.copy(), np.ones(len(rows))
+    for k in range(rows.shape[1]):
+        lengths = np.sqrt(np.einsum("nm,nm->n", rows[:, k], rows[:, k]))
+        volumes *= lengths
+        unit = rows[:, k] / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+        rows[:, k + 1 :] -= np.einsum("nkm,nm->nk", rows[:, k + 1 :], unit)[:, :, None] * unit[:, None]
+    return volumes
+
+
 def manipulability_along(robot: Robot, start: Floats, delta: Floats, shares: Floats) -> Floats:
     """w (n, k) along straight motions from ``start`` by ``delta`` (n, dof), after each of ``shares`` (k,) of them."""
     return Chain.of(robot).native.manipulability_along(start, delta, shares, *_tool(robot))

@@ -13,7 +13,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes
 from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker
-from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability import node_manipulability
 from planner.query.resolve import free_configurations
 from planner.roadmap.best_paths import add_refined_paths
 from planner.roadmap.edge_certificates import RecordingProver
@@ -21,6 +21,7 @@ from planner.roadmap.grow import ROADMAP, grow
 from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import connect
 from planner.roadmap.measure import measure_edges
+from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.roadmap import Origin, Roadmap
 from planner.roadmap.scale import measure_scale
 from planner.roadmap.world_record import record_of
@@ -85,10 +86,10 @@ def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints,
     """The roadmap of proven ``edges`` (m, 2), sorted, with what its costs are made of, and its certificates."""
     robot = prover.robot
     edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))]
-    w = manipulability(robot, nodes)
+    w = node_manipulability(robot, nodes)
     measures = measure_edges(robot, nodes, edges)
     clearance, samples = prover.certificates(nodes, edges)
-    return Roadmap(
+    roadmap = Roadmap(
         nodes=nodes,
         edges=edges,
         proven=np.ones(len(edges), dtype=bool),
@@ -98,9 +99,11 @@ def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints,
         **measures,
         clearance=clearance,
         samples=samples,
+        checked_by=nobody(len(nodes)),
         scale=measure_scale(w, measures["joint_length"], measures["tool_length"]),
         origin=origin_of(prover.checker, seed),
     )
+    return with_checked_nodes(roadmap, prover.checker)
 
 
 def origin_of(checker: CollisionChecker, seed: int) -> Origin:

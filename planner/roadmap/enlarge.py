@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability import node_manipulability
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.measure import measure_edges
+from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
 from planner.roadmap.scale import mean_manipulability_cost
 
@@ -21,7 +22,8 @@ def enlarged(
 ) -> Roadmap:
     """The roadmap with ``nodes`` (k, dof) after its own and those proven ``edges`` (j, 2) that it lacks.
 
-    ``ends``: its starts and goals from then on. The margin is that of the weaker proofs; whatever was proven with a
+    ``ends``: its starts and goals from then on. The
+    new nodes are checked as :func:`planner.roadmap.node_checks.with_checked_nodes` has it. The margin is that of the weaker proofs; whatever was proven with a
     larger one has so much more clearance.
     """
     robot, everything = prover.robot, np.vstack([roadmap.nodes, nodes])
@@ -45,14 +47,15 @@ def enlarged(
         nodes=everything,
         starts=starts,
         goals=goals,
-        manipulability=np.concatenate([roadmap.manipulability, manipulability(robot, nodes)]),
+        manipulability=np.concatenate([roadmap.manipulability, node_manipulability(robot, nodes)]),
+        checked_by=np.concatenate([roadmap.checked_by, nobody(len(nodes))]),
         origin=replace(roadmap.origin, margin=margin),
         **{name: _merged(old[name], fresh[name], is_old) for name in EDGE_ARRAYS},
     )
     bigger.omega_is(
         _merged(roadmap.omega, mean_manipulability_cost(fresh["edge_manipulability"], roadmap.scale), is_old)
     )
-    return bigger
+    return with_checked_nodes(bigger, prover.checker, first=len(roadmap.nodes))
 
 
 def _merged(old: NDArray[Any], fresh: NDArray[Any], is_old: Bools) -> NDArray[Any]:

@@ -14,6 +14,7 @@ from planner.roadmap.enlarge import enlarged
 from planner.roadmap.grow import Growth, grow
 from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import connect
+from planner.roadmap.node_checks import with_checked_nodes
 from planner.roadmap.roadmap import Roadmap
 
 
@@ -32,6 +33,7 @@ def extend(
     """
     if nodes < 1:
         raise OptionError(f"{nodes} nodes are no extension: give a whole number from 1.")
+    roadmap = with_checked_nodes(roadmap, checker)
     robot, prover, n = checker.robot, RecordingProver(checker, progress), len(roadmap.nodes)
     growth = grow(
         prover,

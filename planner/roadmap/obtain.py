@@ -6,6 +6,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.request import SweepRequest
 from planner.query.open import Query
 from planner.roadmap.attach import attach
+from planner.roadmap.node_checks import with_checked_nodes
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap, require_same_world
 
@@ -32,4 +33,5 @@ def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUI
         )
     roadmap = load_roadmap(request.roadmap)
     require_same_world(roadmap, query.checker, request.roadmap)
+    roadmap = with_checked_nodes(roadmap, query.checker)
     return attach(roadmap, query.checker, query.starts, query.goals, request.seed, progress=progress)

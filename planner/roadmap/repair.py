@@ -20,9 +20,10 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
-from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability import node_manipulability
 from planner.roadmap.build import origin_of
 from planner.roadmap.measure import measure_edges
+from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.scale import measure_scale
 from planner.roadmap.storage import same_world
@@ -203,7 +204,7 @@ class _Judge:
 def measures_hold(roadmap: Roadmap, robot: Robot) -> bool:
     """Whether manipulability and lengths, which the costs are made of, are those of the configurations."""
     theirs = measure_edges(robot, roadmap.nodes, roadmap.edges)
-    theirs["manipulability"] = manipulability(robot, roadmap.nodes)
+    theirs["manipulability"] = node_manipulability(robot, roadmap.nodes)
     return all(np.allclose(getattr(roadmap, name), value, rtol=1e-6, atol=1e-9) for name, value in theirs.items())
 
 
@@ -256,16 +257,17 @@ def _rewritten(judge: _Judge, checker: CollisionChecker, nodes: Bools, edges: Bo
     robot, old = checker.robot, judge.roadmap
     whole = replace(
         old,
+        checked_by=nobody(len(old.nodes)),
         proven=judge.holds,
         clearance=np.maximum(judge.clearance, 0.0),
         samples=judge.samples,
         origin=origin_of(checker, old.origin.seed),
     )
-    part = whole.part(nodes, edges)
+    part = with_checked_nodes(whole.part(nodes, edges), checker)
     # measuring takes several times as long as finding out what one obstacle more touches
     if (robot.identity == old.origin.robot_identity and not measure) or measures_hold(part, robot):
         return part
-    w = manipulability(robot, part.nodes)
+    w = node_manipulability(robot, part.nodes)
     lengths = measure_edges(robot, part.nodes, part.edges)
     scale = measure_scale(w, lengths["joint_length"], lengths["tool_length"])
     return replace(part, manipulability=w, scale=scale, **lengths)

@@ -42,7 +42,8 @@ class Roadmap:
     w at evenly spaced states of every edge (m, W_STATES_PER_EDGE). An edge's certificate:
     ``clearance`` (m,) metres, a proven lower bound on every distance beyond the margin along it (0: no more is known,
     inf: there is nothing to touch), and ``samples`` (m,) configurations that its proof sampled. A
-    piece of a motion that was proven as a whole has the certificate of that.
+    piece of a motion that was proven as a whole has the certificate of that. ``checked_by`` (n,) is the number in
+    :data:`LIBRARIES` of the collision library that found the node free, whatever was proven of its edges.
     """
 
     nodes: Floats
@@ -56,6 +57,7 @@ class Roadmap:
     edge_manipulability: Floats
     clearance: Floats
     samples: Ints
+    checked_by: Ints
     scale: CostScale
     origin: Origin
 
@@ -123,7 +125,8 @@ class Roadmap:
         return replace(self, **kept | {"edges": number[kept["edges"]]})
 
 
-NODE_ARRAYS = ("nodes", "manipulability")
+LIBRARIES = ("none", "fcl", "coal")
+NODE_ARRAYS = ("nodes", "manipulability", "checked_by")
 EDGE_ARRAYS = ("edges", "proven", "joint_length", "tool_length", "edge_manipulability", "clearance", "samples")
 DTYPES = {
     "nodes": np.float64,
@@ -137,6 +140,7 @@ DTYPES = {
     "edge_manipulability": np.float64,
     "clearance": np.float64,
     "samples": np.int64,
+    "checked_by": np.int8,
 }
 
 

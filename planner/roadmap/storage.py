@@ -26,12 +26,14 @@ from planner.base.hashing import content_hash
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.yamlfile import Strict, shown, validate
 from planner.collision.checker import CollisionChecker
-from planner.roadmap.roadmap import DTYPES, Origin, Roadmap
+from planner.roadmap.node_checks import nobody
+from planner.roadmap.roadmap import DTYPES, LIBRARIES, Origin, Roadmap
 from planner.roadmap.scale import CostScale
 from planner.roadmap.world_record import changes, holds_limits, unproven_pairs
 
 FORMAT = "gabf-planner roadmap"
-VERSION = 2  # 2: what the world was made of, and a certificate for every edge
+VERSION = 3  # 2: what the world was made of, and a certificate for every edge; 3: who checked the nodes
+_ADDED = {2: ("checked_by",)}  # arrays that files of an earlier version lack: read as nothing known
 _LEVEL = 1  # of compression: a seventh of the usual one's time, and a tenth more bytes
 _LARGEST = 4 << 30  # bytes unpacked: beyond any roadmap that fits this planner, so a hostile file
 _LARGEST_HEADER = 64 << 20  # bytes
@@ -170,7 +172,7 @@ def _text(header: dict[str, Any]) -> str:
 def _checksum(header: dict[str, Any], arrays: dict[str, Any]) -> str:
     """A hash over everything in the file but itself."""
     rest = {key: value for key, value in header.items() if key != "checksum"}
-    return content_hash([_text(rest), *(arrays[name] for name in DTYPES)])
+    return content_hash([_text(rest), *(arrays[name] for name in DTYPES if name in arrays)])
 
 
 def _read(path: Path) -> tuple[_Header, dict[str, Any], str]:
@@ -181,19 +183,22 @@ def _read(path: Path) -> tuple[_Header, dict[str, Any], str]:
         header = json.loads(str(content["header"]))
         if not isinstance(header, dict) or header.get("format") != FORMAT:
             raise FileError(f"{path} is not a roadmap of this planner.")
-        if header.get("version") != VERSION:
+        version = header.get("version")
+        if version not in (VERSION, *_ADDED):
             raise FileError(
-                f"roadmap {path} has format version {shown(header.get('version'))}, this planner reads {VERSION}: "
+                f"roadmap {path} has format version {shown(version)}, this planner reads {VERSION}: "
                 "build it again with 'planner roadmap build'."
             )
-        missing, foreign = [n for n in DTYPES if n not in content.files], set(content.files) - {"header", *DTYPES}
+        names = [name for name in DTYPES if name not in _ADDED.get(version, ())]
+        missing, foreign = [n for n in names if n not in content.files], set(content.files) - {"header", *names}
         if missing or foreign:
             raise ValueError(
                 f"it lacks {', '.join(missing)}" if missing else f"it holds {', '.join(sorted(foreign))} too"
             )
-        arrays = {name: content[name] for name in DTYPES}
-        checked = validate(_Header, header, f"roadmap {path} is damaged")
-        return checked, arrays, _checksum(header, arrays)
+        arrays = {name: content[name] for name in names}
+        checked, checksum = validate(_Header, header, f"roadmap {path} is damaged"), _checksum(header, arrays)
+        arrays.setdefault("checked_by", nobody(len(arrays["nodes"])))
+        return checked, arrays, checksum
 
 
 def _require_sane_sizes(archive: zipfile.ZipFile, path: Path) -> None:
@@ -238,7 +243,7 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
         "manipulability": (n,),
         "edge_manipulability": (m, W_STATES_PER_EDGE),
     }
-    shapes |= {name: arrays[name].shape[:1] for name in ("starts", "goals")}
+    shapes |= {name: arrays[name].shape[:1] for name in ("starts", "goals")} | {"checked_by": (n,)}
     for name, shape in shapes.items():
         array = arrays[name]
         if array.shape != shape or array.dtype.newbyteorder("=") != DTYPES[name]:
@@ -250,6 +255,8 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
     for name in ("manipulability", "joint_length", "tool_length", "edge_manipulability", "clearance", "samples"):
         if (arrays[name] < 0).any():
             raise ValueError(f"array '{name}' holds negative values")
+    if not np.isin(arrays["checked_by"], range(len(LIBRARIES))).all():
+        raise ValueError("array 'checked_by' names libraries that are not there")
     for name in ("edges", "starts", "goals"):
         if arrays[name].size and not (arrays[name].min() >= 0 and arrays[name].max() < n):
             raise ValueError(f"array '{name}' points at nodes that are not there")

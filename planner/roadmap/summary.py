@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.html import html_table
+from planner.roadmap.node_checks import checks_record, checks_text
 from planner.roadmap.roadmap import Roadmap
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
@@ -35,6 +36,7 @@ def summary(roadmap: Roadmap) -> dict[str, Any]:
         "nodes": n,
         "edges": len(roadmap.edges),
         "edges_certified": int(roadmap.proven.sum()),
+        "nodes_checked": checks_record(roadmap),
         "starts": roadmap.starts.tolist(),
         "goals": roadmap.goals.tolist(),
         "connected": roadmap.connected,
@@ -63,6 +65,7 @@ def roadmap_record(roadmap: Roadmap, edges_removed: int) -> dict[str, Any]:
     """Size, proofs and hash of a roadmap, and how many edges failed when they were proven again."""
     return {
         "nodes": len(roadmap.nodes),
+        "nodes_checked": checks_record(roadmap),
         "edges": len(roadmap.edges),
         "components": roadmap.component_count,
         "edges_certified": int(roadmap.proven.sum()),
@@ -75,7 +78,8 @@ def roadmap_record(roadmap: Roadmap, edges_removed: int) -> dict[str, Any]:
 def roadmap_text(roadmap: dict[str, Any]) -> str:
     """A roadmap's record as a line of a table."""
     return (
-        f"{roadmap['nodes']} nodes, {roadmap['edges']} edges, {roadmap['edges_certified']} of them proven free, "
+        f"{roadmap['nodes']} nodes ({checks_text(roadmap['nodes_checked'], roadmap['nodes'])}), "
+        f"{roadmap['edges']} edges, {roadmap['edges_certified']} of them proven free, "
         f"{roadmap['components']} component{'s' if roadmap['components'] != 1 else ''}"
     )
 

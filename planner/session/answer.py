@@ -16,6 +16,7 @@ from planner.query.open import Query
 from planner.roadmap.attach import attach
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.growth_settings import GrowthSettings
+from planner.roadmap.node_checks import with_checked_nodes
 from planner.roadmap.repair import repair
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.roadmap.storage import same_world
@@ -63,7 +64,7 @@ def adopted(live: LiveWorld, roadmap: Roadmap) -> LiveWorld:
         repaired = repair(roadmap, live.checker)
         assert repaired is not None  # nobody has asked to stop
         roadmap = repaired.roadmap
-    return live.with_roadmap(roadmap)
+    return live.with_roadmap(with_checked_nodes(roadmap, live.checker))
 
 
 def answered(moment: Moment, query: Query, beta: float, planning: Planning) -> tuple[Moment, Answer]:

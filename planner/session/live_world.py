@@ -21,7 +21,8 @@ from planner.kinematics.forward import tool_pose
 from planner.query.open import open_world
 from planner.query.resolve import touching
 from planner.roadmap.build import origin_of
-from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
+from planner.roadmap.node_checks import nobody
+from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap
 from planner.session.edge_proofs import EdgeProofs, displacement
 from planner.world.moving import MovingObstacle
 from planner.world.robot import Robot, with_carried, with_tool
@@ -170,7 +171,7 @@ class LiveWorld:
         order = np.argsort(np.concatenate([mine[kept], theirs[fresh]]), kind="stable")
         new = EdgeProofs.of(self.world, bigger.clearance[fresh])
         arrays = {name: array[order] for name, array in whole.items()}
-        nodes = {"nodes": bigger.nodes, "manipulability": bigger.manipulability}
+        nodes = {name: getattr(bigger, name) for name in NODE_ARRAYS}
         roadmap = replace(old, starts=bigger.starts, goals=bigger.goals, **nodes, **arrays)
         return replace(self, kept=roadmap, proofs=self.proofs.rows(kept).followed_by(new).rows(order))
 
@@ -199,7 +200,8 @@ class LiveWorld:
             robot = with_carried(self.bare, scene.carried)
         world = World.of(robot, scene, self.disabled | robot.touching, self.world.margin)
         checker = type(self.checker)(world, self.checker)
-        after = replace(self, checker=checker, proofs=self.proofs.in_world(world, other))
+        kept = self.kept and replace(self.kept, checked_by=nobody(len(self.kept.nodes)))  # that was another world
+        after = replace(self, checker=checker, proofs=self.proofs.in_world(world, other), kept=kept)
         contact = after.prover.static_contact or _new_contact(self.checker, checker, self.stands)
         if contact is not None:
             sentence = f"after this change {contact} {contact.how(world.margin)}: choose another place."

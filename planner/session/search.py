@@ -14,6 +14,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
 from planner.paths.measure import path_contact
@@ -82,12 +83,13 @@ def _prove_path(live: LiveWorld, network: RoadmapNetwork, steps: Ints) -> tuple[
     unseen = ~live.proofs.seen[rows]
     if not unseen.any():
         return live, True
-    judge = _judge(live, np.asarray(unseen.any(axis=0)))
+    judges = [(live.checker, RECHECK_BY_BACKEND), (_judge(live, np.asarray(unseen.any(axis=0))), RECHECK)]
     path = path_waypoints(live.roadmap, live.checker.robot, steps)
     for first, last in _runs(np.asarray(unseen.any(axis=1))):
-        contact = path_contact(judge, path[first : last + 1])
-        if contact is not None:
-            return replace(live, proofs=live.proofs.refused(int(rows[first + contact.segment]))), False
+        for judge, step in judges:
+            contact = path_contact(judge, path[first : last + 1], step)
+            if contact is not None:
+                return replace(live, proofs=live.proofs.refused(int(rows[first + contact.segment]))), False
     return replace(live, proofs=live.proofs.confirmed(rows)), True
 
 

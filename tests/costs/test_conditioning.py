@@ -57,7 +57,7 @@ def test_a_singular_place_is_found():
     assert found.poor
     assert found.waypoint == 1
     np.testing.assert_allclose(found.configuration, [-0.75, 0.0], atol=0.01)
-    assert found.typical == np.median(manipulability(ROBOT, post_roadmap().nodes))
+    assert found.typical == np.median(post_roadmap().manipulability)
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
     assert found.share == pytest.approx((lengths[0] + 0.5 * lengths[1]) / lengths.sum(), abs=0.01)
     assert found.advice is not None

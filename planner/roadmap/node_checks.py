@@ -1,0 +1,61 @@
+"""Every node looked at by the collision library itself, whatever our own code has proven of its edges."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.collision.checker import CollisionChecker
+from planner.roadmap.roadmap import LIBRARIES, Roadmap
+
+_log = logging.getLogger(__name__)
+
+
+def nobody(count: int) -> Ints:
+    """``checked_by`` of nodes that no library has looked at."""
+    return np.zeros(count, dtype=np.int8)
+
+
+def with_checked_nodes(roadmap: Roadmap, checker: CollisionChecker, first: int = 0) -> Roadmap:
+    """The roadmap after the library of ``checker`` has looked at all nodes from ``first`` on that it had not.
+
+    It is one query a state. What it refuses is left out with its edges, and the log says so: it contradicts a proof.
+    """
+    library, checked_by = LIBRARIES.index(checker.name), roadmap.checked_by.copy()
+    open_ = first + np.flatnonzero(checked_by[first:] != library)
+    if not len(open_):
+        return roadmap
+    refused = open_[_refused(checker, roadmap.nodes[open_])]
+    checked_by[open_] = library
+    looked = replace(roadmap, checked_by=checked_by)
+    looked.omega_is(roadmap.omega)
+    if not len(refused):
+        return looked
+    kept = np.ones(len(roadmap.nodes), dtype=bool)
+    kept[refused] = False
+    return looked.part(kept, np.ones(len(roadmap.edges), dtype=bool))
+
+
+def _refused(checker: CollisionChecker, q: Floats) -> Ints:
+    """The rows of configurations (n, dof) that the library does not find free; the log names what touches."""
+    rows, begin = [], 0
+    while (found := checker.first_contact(q[begin:])) is not None:
+        row, contact = begin + found[0], found[1]
+        how = contact.how(checker.world.margin)
+        _log.warning("node left out: %s says that %s %s there, against the proofs", checker.name, contact, how)
+        rows, begin = [*rows, row], row + 1
+    return np.array(rows, dtype=np.int64)
+
+
+def checks_text(checked: dict[str, int], nodes: int) -> str:
+    """Who looked at how many of the ``nodes``, as words behind their number."""
+    parts = [f"{'each' if count == nodes else count} checked by {name}" for name, count in checked.items() if count]
+    return ", ".join(parts) or "checked by no library"
+
+
+def checks_record(roadmap: Roadmap) -> dict[str, int]:
+    """How many nodes each library has found free."""
+    return {name: int((roadmap.checked_by == k).sum()) for k, name in enumerate(LIBRARIES) if k}

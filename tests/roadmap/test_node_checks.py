@@ -1,0 +1,81 @@
+"""Every node is looked at by the collision library itself; what it refuses is left out, and said."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.world import Contact
+from planner.roadmap.attach import attach
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.extend import extend
+from planner.roadmap.node_checks import checks_record, checks_text, nobody, with_checked_nodes
+from planner.world.scene import Scene
+from tests.worlds import load, make_post, post_roadmap
+
+
+class Strict:
+    """A checker that finds fault with configurations whose first joint is beyond a value, whatever is true."""
+
+    def __init__(self, inner, beyond: float) -> None:
+        self._inner, self._beyond, self.asked = inner, beyond, 0
+
+    def __getattr__(self, name: str):
+        return getattr(self._inner, name)
+
+    def first_contact(self, q):
+        q = np.atleast_2d(q)
+        self.asked += len(q)
+        rows = np.flatnonzero(q[:, 0] > self._beyond)
+        return (int(rows[0]), Contact("link_2", "post")) if len(rows) else None
+
+
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_the_library_that_was_asked_for_checks_every_node(backend: str) -> None:
+    robot = load("planar_2r")
+    checker = make_checker(robot, Scene.load("cage"), backend)
+    asked = []
+    real = checker.first_contact
+    checker.first_contact = lambda q: asked.append(np.atleast_2d(q).copy()) or real(q)
+    roadmap = build_roadmap(robot, checker, [0.0, 0.6], [2.0, 0.6], 40)
+    seen = {q.tobytes() for rows in asked for q in rows}
+    assert all(q.tobytes() in seen for q in roadmap.nodes)
+    assert checks_record(roadmap) == {"fcl": 0, "coal": 0} | {backend: len(roadmap.nodes)}
+    asked.clear()
+    bigger = extend(roadmap, checker, 10)
+    assert checks_record(bigger)[backend] == len(bigger.nodes) > len(roadmap.nodes)
+    assert sum(map(len, asked)) == len(bigger.nodes) - len(roadmap.nodes)  # the others are not looked at again
+
+
+def test_a_node_that_the_library_refuses_is_left_out_and_said(caplog: pytest.LogCaptureFixture) -> None:
+    roadmap = replace(post_roadmap(), checked_by=nobody(60))
+    limit = float(np.sort(np.delete(roadmap.nodes[:, 0], [0, 1]))[-3])
+    checker = Strict(make_post(), limit)
+    with caplog.at_level(logging.WARNING):
+        left = with_checked_nodes(roadmap, checker)  # pyright: ignore[reportArgumentType]
+    refused = int((roadmap.nodes[:, 0] > limit).sum())
+    assert refused >= 2
+    assert len(left.nodes) == 60 - refused
+    assert (left.nodes[:, 0] <= limit).all()
+    assert len(left.edges) == int((roadmap.nodes[roadmap.edges, 0] <= limit).all(axis=1).sum())
+    assert len(caplog.messages) == refused
+    assert all("node left out: fcl says that 'link_2' and 'post' touch there" in text for text in caplog.messages)
+    assert checks_record(left)["fcl"] == len(left.nodes)
+
+
+def test_a_query_has_its_new_nodes_checked_only() -> None:
+    checker = Strict(make_post(), np.inf)
+    found = attach(post_roadmap(), checker, np.array([[-0.9, 0.9]]), np.array([[0.9, -0.9]]))  # pyright: ignore[reportArgumentType]
+    assert checks_record(found)["fcl"] == len(found.nodes)
+    # the two ends are asked for once more when they are resolved
+    assert checker.asked == len(found.nodes) - 60 + 2
+
+
+def test_words() -> None:
+    assert checks_text({"fcl": 5, "coal": 0}, 5) == "each checked by fcl"
+    assert checks_text({"fcl": 3, "coal": 1}, 5) == "3 checked by fcl, 1 checked by coal"
+    assert checks_text({"fcl": 0, "coal": 0}, 5) == "checked by no library"
