@@ -70,6 +70,7 @@ class Plan:
     conditioning: Conditioning | None = None
     curve: tuple[tuple[int, float], ...] = ()  # (rounds of effort, best cost)
     dip_floor: float = 0.0  # under w, so that the path does not fall below both its ends; 0 where none was set
+    clearance_kept: float = 0.0  # m beyond the margin, by all edges that the path was chosen from
     edges_removed: int = 0
     trajectory: Trajectory | None = None  # along the path, where one was asked for
     route: TimedRoute | None = None  # when each waypoint is reached and left, where obstacles move

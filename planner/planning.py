@@ -18,7 +18,9 @@ from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.reasons import FloorTooHigh, NoPath
 from planner.base.request import PlanRequest, TimingRequest
+from planner.collision.checker import keeping
 from planner.costs.conditioning import judge_conditioning
+from planner.costs.extra_clearance import clearance_of_path
 from planner.costs.healing import HealingNetwork, warm_start
 from planner.costs.network import build_network, path_cost
 from planner.motion.limits import MotionLimits
@@ -70,12 +72,9 @@ def plan(
         improved = _improve(draft, progress)
     if progress.stopped:
         return draft
-    with clock("costs"):
-        costs = request.manipulability_cost, request.metric, request.charge
-        network = build_network(improved.roadmap, request.beta, *costs)
-    if progress.stopped:
+    solved = _solved(improved, progress, clock)
+    if solved.outcome is Outcome.INTERRUPTED:
         return draft
-    solved = _solve_and_heal(improved, network, clock)
     if solved.outcome is not Outcome.SOLVED:
         with clock("reason"):
             return replace(solved, reason=_reason(solved, progress))
@@ -91,6 +90,20 @@ def plan(
         return solved
     with clock("timing"):
         return replace(solved, trajectory=_timed(solved, timing, limits))
+
+
+def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
+    """The path on the edges that keep the plan's clearance; on all of them, should second checks leave none of those."""
+    request = improved.request
+    with clock("costs"):
+        costs = request.manipulability_cost, request.metric, request.charge
+        network = build_network(improved.roadmap, request.beta, *costs, clearance=improved.clearance_kept)
+    if progress.stopped:
+        return improved
+    solved = _solve_and_heal(improved, network, clock)
+    if solved.outcome is Outcome.SOLVED or improved.clearance_kept <= 0:
+        return solved
+    return _solved(replace(improved, roadmap=solved.roadmap, clearance_kept=0.0), progress, clock)
 
 
 def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> None:
@@ -135,15 +148,11 @@ def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
 def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
     """The motion along a plan's path."""
     floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
-    return time_path(
-        found.path,
-        found.checker,
-        limits,
-        law=timing.time_law,
-        floor=floor,
-        cost=cost_in_motion(found),
-        extra_cost=timing.extra_cost,
-    )
+    how = {"law": timing.time_law, "floor": floor, "cost": cost_in_motion(found), "extra_cost": timing.extra_cost}
+    wanted = 0.0 if found.scene.limited else found.request.room  # until when these cannot touch is told for the margin
+    clearance = clearance_of_path(found.path, found.checker, wanted)
+    made = time_path(found.path, keeping(found.checker, clearance), limits, **how)
+    return made if made.proven or clearance <= 0 else time_path(found.path, found.checker, limits, **how)
 
 
 def cost_in_motion(found: Plan) -> MotionCost:
@@ -158,19 +167,20 @@ def _improve(draft: Plan, progress: Progress) -> Plan:
     request = draft.request
     if request.roadmap is not None and request.rounds < 1:
         return draft  # on the roadmap as it is kept
-    from planner.costs.improvement import improved_roadmap, of_size_asked, without_dip
+    from planner.costs.improvement import improved_roadmap, of_size_asked, roomy_roadmap, without_dip
 
-    improved = improved_roadmap(draft.roadmap, draft.checker, request, request.beta, progress)
+    roadmap, room = roomy_roadmap(draft.roadmap, draft.checker, request, progress)
+    improved = improved_roadmap(roadmap, draft.checker, request, request.beta, progress, room)
     roadmap, level = improved.roadmap, 0.0
     for beta in _EXTREMES:
         if beta != request.beta:
             fewer = replace(request, effort=min(request.rounds, _ROUNDS_PER_EXTREME))
-            roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress).roadmap
+            roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress, room).roadmap
     if (request.above_ends or request.beta == 0.0) and request.min_manipulability <= 0:
-        roadmap, level = without_dip(roadmap, draft.checker, request, progress)
+        roadmap, level = without_dip(roadmap, draft.checker, request, progress, room)
     if request.roadmap is None:
-        roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), request)
-    return replace(draft, roadmap=roadmap, curve=improved.curve, dip_floor=level)
+        roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), request, room)
+    return replace(draft, roadmap=roadmap, curve=improved.curve, dip_floor=level, clearance_kept=room)
 
 
 def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:

@@ -40,6 +40,7 @@ DEFAULT_COST: ManipulabilityCost = "log"
 DEFAULT_METRIC: Metric = "joint"
 DEFAULT_CHARGE: Charge = "edges"
 DEFAULT_EFFORT = 12  # rounds
+DEFAULT_ROOM = 5e-3  # m
 
 
 @dataclass(frozen=True)
@@ -192,8 +193,9 @@ class SweepRequest(RoadmapRequest):
     """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
     effort: int | None = None
     """Rounds in which the best path is refined and others searched; left out, 6, or 0 with --roadmap: as it is."""
-    room: float = 0.0
-    """Clearance in metres beyond --margin that the motions of refined paths keep."""
+    room: float = DEFAULT_ROOM
+    """Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and so
+    on where start, goal or the narrowest passage leave no more. 0 for none."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

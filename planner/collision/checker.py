@@ -91,6 +91,14 @@ class CollisionChecker(Protocol):
         ...
 
 
+def keeping(checker: CollisionChecker, clearance: float) -> CollisionChecker:
+    """A checker by the same library that asks for so much ``clearance`` (m) beyond the margin; itself for none.
+
+    Pairs that no joint can move play no part in it: they are as near as they are.
+    """
+    return type(checker)(checker.world.keeping(clearance), checker) if clearance > 0 else checker
+
+
 def contact_of(checker: CollisionChecker, q: Floats) -> Contact | None:
     """Why one configuration (dof,) is not free, or None."""
     found = checker.first_contact(np.atleast_2d(q))

@@ -78,6 +78,17 @@ class World:
             self.margin,
         )
 
+    def keeping(self, clearance: float) -> World:
+        """The world with so much more margin (m); pairs that no joint can move, as the base and its table, are left out."""
+        moving = self.pair_reach.any(axis=1)
+        scene, own = moving[: self.checked.size], moving[self.checked.size :]
+        return replace(
+            self,
+            checked=frozen(self.checked & scene.reshape(self.checked.shape), np.bool_),
+            self_pairs=frozen(self.self_pairs[own], np.int64),
+            margin=self.margin + clearance,
+        )
+
     @property
     def bodies(self) -> tuple[Body, ...]:
         return self.robot.bodies

@@ -9,7 +9,8 @@ import numpy as np
 from planner.base.arrays import Ints
 from planner.base.progress import QUIET, Progress
 from planner.base.request import PlanRequest, SweepRequest
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, keeping
+from planner.costs.extra_clearance import with_clearance
 from planner.costs.manipulability_floor import LayeredNetwork, layered_network
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
@@ -23,29 +24,51 @@ _ROUNDS_WITHOUT_DIP = 2  # where nothing but the cost decides
 _ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
 
 
+def roomy_roadmap(
+    roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, progress: Progress = QUIET
+) -> tuple[Roadmap, float]:
+    """The roadmap with what is known of its edges at the clearance (m) beyond the margin that its paths can keep.
+
+    That is ``request.room``, or half of it, a quarter, ...: the largest at which a path is left, above the floor if one
+    is asked for. See :func:`planner.costs.extra_clearance.with_clearance`.
+    """
+
+    def joins(judged: Roadmap, clearance: float) -> bool:
+        return len(_best_nodes(judged, request, 1.0, clearance)) > 0
+
+    return with_clearance(roadmap, checker, request.room, joins, progress)
+
+
 def improved_roadmap(
-    roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, beta: float, progress: Progress = QUIET
+    roadmap: Roadmap,
+    checker: CollisionChecker,
+    request: SweepRequest,
+    beta: float,
+    progress: Progress = QUIET,
+    clearance: float = 0.0,
 ) -> Improvement:
     """``request.rounds`` rounds of :func:`planner.roadmap.improve.improve` at ``beta``, from the roadmap's best path.
 
-    With a floor only the part of that path above it is improved, and stays above it. Nothing is improved where the
+    That path, and what takes its place, keeps ``clearance`` (m) beyond the margin. With a floor only the part of that path above it is improved, and stays above it. Nothing is improved where the
     roadmap has no path, or none above the floor.
     """
     if request.rounds < 1 or progress.stopped:
         return Improvement(roadmap)
-    network = build_network(roadmap, beta, request.manipulability_cost, request.metric, request.charge)
-    nodes = best_nodes(layered_network(roadmap, network, request.min_manipulability))
-    path = path_waypoints(roadmap, checker.robot, nodes)
+    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, request, beta, clearance))
     above = np.flatnonzero(manipulability(checker.robot, path) >= request.min_manipulability)
     if len(above) < 2:
         return Improvement(roadmap)
     cost = motion_cost(roadmap, checker, request, beta)
-    part = path[above[0] : above[-1] + 1]
-    return improve(roadmap, checker, cost, part, request.rounds, request.room, request.seed, progress)
+    part, wider = path[above[0] : above[-1] + 1], keeping(checker, clearance)
+    return improve(roadmap, wider, cost, part, request.rounds, request.seed, progress, clearance=clearance)
 
 
 def without_dip(
-    roadmap: Roadmap, checker: CollisionChecker, request: PlanRequest, progress: Progress = QUIET
+    roadmap: Roadmap,
+    checker: CollisionChecker,
+    request: PlanRequest,
+    progress: Progress = QUIET,
+    clearance: float = 0.0,
 ) -> tuple[Roadmap, float]:
     """The roadmap with a path whose w does not fall below both its ends', and the floor under w that holds it there.
 
@@ -53,8 +76,8 @@ def without_dip(
     floor is the lower end's w, if the path found costs at most 2 - beta times as much: with length only, beta = 1, none
     is taken. Otherwise it is 0, and the path found is taken where it is the cheaper one.
     """
-    network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
-    path = path_waypoints(roadmap, checker.robot, best_nodes(layered_network(roadmap, network)))
+    unbounded = replace(request, min_manipulability=0.0)
+    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, unbounded, request.beta, clearance))
     rounds = request.rounds if request.above_ends else min(request.rounds, _ROUNDS_WITHOUT_DIP)
     if len(path) < 2 or rounds < 1:
         return roadmap, 0.0
@@ -65,7 +88,8 @@ def without_dip(
     cost = motion_cost(roadmap, checker, request, request.beta)
     limit = (2.0 - request.beta) * float(cost(path[:-1], path[1:]).sum())
     cost = replace(cost, floor=level)
-    found = improve(roadmap, checker, cost, None, rounds, request.room, request.seed, progress, path)
+    wider = keeping(checker, clearance)
+    found = improve(roadmap, wider, cost, None, rounds, request.seed, progress, path, clearance)
     if not request.above_ends:
         return found.roadmap, 0.0
     return (found.roadmap, level) if found.curve and found.curve[-1][1] <= limit else (roadmap, 0.0)
@@ -77,11 +101,17 @@ def motion_cost(roadmap: Roadmap, checker: CollisionChecker, request: SweepReque
     return MotionCost(checker.robot, roadmap.scale, beta, *options)
 
 
-def of_size_asked(roadmap: Roadmap, grown: int, request: PlanRequest) -> Roadmap:
+def of_size_asked(roadmap: Roadmap, grown: int, request: PlanRequest, clearance: float = 0.0) -> Roadmap:
     """An improved roadmap, ``grown`` of whose nodes were grown, with the number of nodes that was asked for."""
-    network = build_network(roadmap, request.beta, request.manipulability_cost, request.metric, request.charge)
-    layered = layered_network(roadmap, network, request.min_manipulability)
-    return without_last_grown(roadmap, grown, request.nodes, best_nodes(layered))
+    best = _best_nodes(roadmap, request, request.beta, clearance)
+    return without_last_grown(roadmap, grown, request.nodes, best)
+
+
+def _best_nodes(roadmap: Roadmap, request: SweepRequest, beta: float, clearance: float) -> Ints:
+    """The nodes (k,) of the best path at ``beta`` that keeps ``clearance`` (m), and the floor that is asked for."""
+    costs = request.manipulability_cost, request.metric, request.charge
+    network = build_network(roadmap, beta, *costs, clearance=clearance)
+    return best_nodes(layered_network(roadmap, network, request.min_manipulability))
 
 
 def best_nodes(layered: LayeredNetwork) -> Ints:

@@ -62,21 +62,23 @@ def build_network(
     manipulability: ManipulabilityCost = DEFAULT_COST,
     metric: Metric = DEFAULT_METRIC,
     charge: Charge = DEFAULT_CHARGE,
+    clearance: float = 0.0,
 ) -> gabf.Network:
     """The network whose cost-to-go GABF computes: two arcs per edge, the goals as sources, the kernel of eq. (finew).
 
     ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "nodes" omega is
     charged at the node that an edge leads to, as in the paper; with "edges" it is integrated along the edge over its
     length, so that neither a singularity between two nodes goes unseen nor does the cost of a path depend on how many
-    nodes lie on it.
+    nodes lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
     """
     require_share(beta)
-    weight = np.tile(distance_cost(roadmap, metric), 2)
+    kept = roadmap.clearance >= clearance
+    weight = np.tile(distance_cost(roadmap, metric)[kept], 2)
     along = charge == "edges"
-    omega = edge_manipulability_cost(roadmap, manipulability) if along else None
+    omega = edge_manipulability_cost(roadmap, manipulability)[kept] if along else None
     return gabf.Network.from_arcs(
-        tails=roadmap.edges.T.ravel(),
-        heads=roadmap.edges[:, ::-1].T.ravel(),
+        tails=roadmap.edges[kept].T.ravel(),
+        heads=roadmap.edges[kept, ::-1].T.ravel(),
         weight=weight,
         sources=roadmap.goals,
         n_nodes=len(roadmap.nodes),

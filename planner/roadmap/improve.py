@@ -67,13 +67,20 @@ class _Search:
     """The rounds of one improvement."""
 
     def __init__(
-        self, roadmap: Roadmap, refiner: PathRefiner, starts: Ints, goals: Ints, around: Floats | None = None
+        self,
+        roadmap: Roadmap,
+        refiner: PathRefiner,
+        starts: Ints,
+        goals: Ints,
+        around: Floats | None = None,
+        clearance: float = 0.0,
     ) -> None:
         self._around = around
         self.finisher, self.refiner = refiner, replace(refiner, room=max(refiner.room, _WORKING_ROOM))
         self._rng, cost = np.random.default_rng(refiner.seed + 1), refiner.cost
         whole = replace(refiner, cost=replace(cost, longest=np.inf))  # edges of any length stand in the roadmap
-        self.graph = LazyRoadmap(whole, roadmap.nodes, roadmap.edges, starts, goals)
+        edges = roadmap.edges[roadmap.clearance >= clearance]
+        self.graph = LazyRoadmap(whole, roadmap.nodes, edges, starts, goals)
         unit = cost.scale.joint_length if cost.metric == "joint" else np.inf
         least = cost.scale.zeta if cost.charge == "edges" else 0.0
         self._rate = ((1.0 - cost.beta) * least + cost.beta) / unit
@@ -159,23 +166,23 @@ def improve(
     cost: MotionCost,
     path: Floats | None,
     effort: int,
-    room: float = 0.0,
     seed: int = 0,
     progress: Progress = QUIET,
     around: Floats | None = None,
+    clearance: float = 0.0,
 ) -> Improvement:
     """``effort`` rounds for the objective ``cost``, from a ``path`` (k, dof) along edges of ``roadmap`` if it has one.
 
-    With a floor of ``cost``, ``path`` must keep above it. Motions are proven with ``room`` (m) of clearance beyond the
-    margin. Nodes and edges of the roadmap stay, so no path on it becomes costlier. More effort gives cheaper paths.
+    With a floor of ``cost``, ``path`` must keep above it. Of the roadmap's edges those count that are certified to keep
+    ``clearance`` (m) beyond its margin; new motions keep the margin of ``checker``. Nodes and edges of the roadmap stay, so no path on it becomes costlier. More effort gives cheaper paths.
     Without a ``path`` one is searched, through samples ``around`` another path (j, dof) where there is one.
     """
     prover = RecordingProver(checker, progress)
-    refiner = PathRefiner(prover, cost, max(room, PROOF), seed, progress)
+    refiner = PathRefiner(prover, cost, PROOF, seed, progress)
     starts, goals = roadmap.starts, roadmap.goals
     if path is not None and cost.floor > 0:  # it may be part of one only
         starts, goals = (np.array([_nearest(checker.robot, roadmap.nodes, q)]) for q in path[[0, -1]])
-    search = _Search(roadmap, refiner, starts, goals, around)
+    search = _Search(roadmap, refiner, starts, goals, around, clearance)
     first = search.graph.cheapest_path() if path is None else checker.robot.unwound(path)
     if first is not None:
         search.take(first)

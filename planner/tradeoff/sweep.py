@@ -16,7 +16,7 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.request import SweepRequest
 from planner.collision.checker import CollisionChecker
 from planner.costs.healing import HealingNetwork
-from planner.costs.improvement import improved_roadmap
+from planner.costs.improvement import improved_roadmap, roomy_roadmap
 from planner.costs.manipulability_floor import LayeredNetwork
 from planner.costs.network import arc_costs, build_network
 from planner.paths.measure import measure_path
@@ -113,6 +113,7 @@ class Tradeoff:
     max_error_vs_oracle: float | None = None
     edges_removed: int = 0
     barred: tuple[tuple[int, int], ...] = ()
+    clearance: float = 0.0  # m beyond the margin that every path keeps
     timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -174,7 +175,10 @@ def sweep(
     )
     run = _Run(clock, progress, max_labels if front else 0, earlier.where)
     with clock("costs"):
-        network = build_network(roadmap, 0.5, request.manipulability_cost, request.metric, request.charge)
+        roadmap, clearance = _roomy(request, query, roadmap, progress)
+        costs = request.manipulability_cost, request.metric, request.charge
+        network = build_network(roadmap, 0.5, *costs, clearance=clearance)
+        draft = replace(draft, roadmap=roadmap, clearance=clearance)
         healing = HealingNetwork(checker, roadmap, network, request.min_manipulability, earlier.barred)
     while True:
         found = run(draft, healing)
@@ -202,8 +206,10 @@ def _obtain(request: SweepRequest, query: Query, progress: Progress, earlier: Ch
     """The earlier sweep's roadmap if it is of the same query, or the one that ``request`` names, improved."""
     if earlier is None or earlier.roadmap is None:
         roadmap = obtain_roadmap(request, query, progress)
+        roadmap, clearance = _roomy(request, query, roadmap, progress)
         for beta in IMPROVED_AT:
-            roadmap = improved_roadmap(roadmap, query.checker, request, beta, progress).roadmap
+            improved = improved_roadmap(roadmap, query.checker, request, beta, progress, clearance)
+            roadmap = improved.roadmap
         return roadmap
     roadmap = earlier.roadmap
     require_same_world(roadmap, query.checker, earlier.where)
@@ -211,6 +217,13 @@ def _obtain(request: SweepRequest, query: Query, progress: Progress, earlier: Ch
         if wanted.shape != roadmap.nodes[nodes].shape or np.abs(wanted - roadmap.nodes[nodes]).max() > SAME:
             raise FileError(f"roadmap {earlier.where} has another {role} than is asked for now: sweep anew.")
     return roadmap
+
+
+def _roomy(request: SweepRequest, query: Query, roadmap: Roadmap, progress: Progress) -> tuple[Roadmap, float]:
+    """As :func:`planner.costs.improvement.roomy_roadmap`; a kept roadmap that is not refined stays as it is."""
+    if request.rounds < 1:
+        return roadmap, 0.0
+    return roomy_roadmap(roadmap, query.checker, request, progress)
 
 
 @dataclass(frozen=True, eq=False)
