@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from planner.costs.lower_bound import cost_lower_bound
 from planner.costs.manipulability_floor import LayeredNetwork, first_violation
 from planner.costs.network import PathCost
 from planner.kinematics.manipulability import manipulability
+from planner.motion.clearance import TOO_CLOSE, clearance_rows, nearest_in_motion, nearest_on_path
 from planner.motion.file import TRAJECTORY_NAME, save_trajectory
 from planner.motion.trajectory import Trajectory
 from planner.paths.measure import corners, measure_path, path_manipulability
@@ -89,6 +91,19 @@ class Plan:
         """How the plan ended, in one sentence: without a path the reason, as far as it is known."""
         return self.outcome.value if self.reason is None else self.reason.sentence
 
+    @cached_property
+    def clearance(self) -> dict[str, Any] | None:
+        """How near path and motion come to anything that is checked, and what refined paths ``kept``, m.
+
+        See :class:`planner.motion.clearance.Nearest`; None where there is no path.
+        """
+        if self.outcome is not Outcome.SOLVED:
+            return None
+        path = nearest_on_path(self.path, self.checker)
+        motion = None if self.trajectory is None else nearest_in_motion(self.trajectory, self.checker)
+        found = {"path": path, "motion": motion}
+        return {key: item and asdict(item) for key, item in found.items()} | {"kept": self.clearance_kept}
+
     @property
     def network(self) -> gabf.Network | None:
         """The network of ``layered``."""
@@ -126,6 +141,7 @@ def plan_record(plan: Plan) -> dict[str, Any]:
         "cost": asdict(plan.cost) if plan.cost else None,
         "quality": _quality(plan),
         **_measures(plan),
+        "clearance": plan.clearance,
         "trajectory": _motion(plan.trajectory),
         "in_time": _in_time(plan),
         "roadmap": roadmap_record(plan.roadmap, plan.edges_removed),
@@ -175,7 +191,7 @@ def plan_page(plan: Plan) -> str:
         beta=plan.request.beta,
         floor=plan.request.min_manipulability,
         curve=plan.curve,
-        highlighted=(CONDITIONING,),
+        highlighted=(CONDITIONING, TOO_CLOSE),
         reason=plan.reason,
     )
     return page(content)
@@ -300,6 +316,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
         if record["conditioning"] and record["conditioning"]["poor"]:
             rows.append((CONDITIONING, record["conditioning"]["advice"]))
+        rows += clearance_rows(record["clearance"], record["config"]["room"])
         length = record["path_length"]
         rows.append(("goal reached", record["goal"]))
         rows.append(

@@ -93,7 +93,7 @@ def plan(
 
 
 def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
-    """The path on the edges that keep the plan's clearance; on all of them, should second checks leave none of those."""
+    """The path on the edges that keep the plan's clearance; on all, should second checks leave none of those."""
     request = improved.request
     with clock("costs"):
         costs = request.manipulability_cost, request.metric, request.charge
@@ -103,7 +103,8 @@ def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
     solved = _solve_and_heal(improved, network, clock)
     if solved.outcome is Outcome.SOLVED or improved.clearance_kept <= 0:
         return solved
-    return _solved(replace(improved, roadmap=solved.roadmap, clearance_kept=0.0), progress, clock)
+    left = replace(improved, roadmap=solved.roadmap, edges_removed=solved.edges_removed, clearance_kept=0.0)
+    return _solved(left, progress, clock)
 
 
 def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> None:
@@ -125,14 +126,17 @@ def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
     from planner.motion.earliest import earliest_motion, why_not_in_time
 
     none = replace(found, path=found.path[:0], path_nodes=found.path_nodes[:0], cost=None)
-    earliest = earliest_motion(found.roadmap, found.checker, limits, progress)
+    roomy = found.roadmap.part(np.ones(len(found.roadmap.nodes), bool), found.roadmap.clearance >= found.clearance_kept)
+    earliest = earliest_motion(roomy, found.checker, limits, progress)
     if progress.stopped:
         return replace(none, outcome=Outcome.INTERRUPTED)
+    if earliest is None and found.clearance_kept > 0:
+        return _in_time(_solved(replace(found, clearance_kept=0.0), progress, Stopwatch()), limits, progress)
     if earliest is None:
         reason = why_not_in_time(found.roadmap, found.checker, limits, progress)
         return replace(none, outcome=Outcome.NO_PATH, reason=reason)
     assert found.network is not None  # it was solved
-    removed = len(found.roadmap.edges) - len(earliest.roadmap.edges)
+    removed = len(roomy.edges) - len(earliest.roadmap.edges)
     return replace(
         found,
         roadmap=earliest.roadmap,
@@ -208,7 +212,7 @@ def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Pla
         path=healing.waypoints(steps),
         path_nodes=frozen(layered.roadmap_node[steps], np.int64),
         cost=path_cost(layered.network, steps) if len(steps) else None,
-        edges_removed=healing.edges_removed,
+        edges_removed=draft.edges_removed + healing.edges_removed,
         max_error_vs_oracle=gabf.max_error(cost_to_go, gabf.oracle(layered.network)),
         certificate=tuple(gabf.certify(layered.network, law, cost_to_go)),
     )

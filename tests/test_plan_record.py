@@ -13,6 +13,7 @@ from planner.base.request import PlanRequest
 from planner.paths.measure import path_manipulability, tool_path_length
 from planner.plan_record import plan_record, save_plan, summary_rows
 from planner.planning import plan
+from planner.roadmap.simplify import TOLERANCE
 from planner.roadmap.storage import load_roadmap
 
 CONTRACT = {
@@ -75,7 +76,8 @@ def test_the_bound_and_the_curve(solved):
     assert quality["gap"] == pytest.approx(cost.total / quality["lower_bound"] - 1.0)
     costs = [point["cost"] for point in quality["curve"]]
     assert len(costs) == 1 + quality["effort"] == 1 + solved.request.rounds
-    assert costs == sorted(costs, reverse=True)
+    assert costs[:-1] == sorted(costs[:-1], reverse=True)
+    assert costs[-1] <= (1.0 + TOLERANCE) * costs[-2]  # fewer corners may cost a bit
     assert cost.total <= costs[0]
 
 

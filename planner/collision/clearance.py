@@ -14,6 +14,7 @@ class Clearance:
 
         clearance = Clearance(checker)
         clearance(q)                    # (n,) for q (n, dof); 0 where a pair touches, inf where no pair is checked
+        clearance(q, below=0.01)        # the same where it is less, and a lower bound of 0.01 or more elsewhere
 
     The margin plays no part. Pairs that no joint moves against each other (the base on its table) are left out.
     """
@@ -22,19 +23,24 @@ class Clearance:
         self._checker = checker
         self._static = ~checker.world.pair_reach.any(axis=1)
 
-    def __call__(self, q: Floats) -> Floats:
+    def __call__(self, q: Floats, below: float = np.inf) -> Floats:
         rotation, position = joint_placements(self._checker.chain, np.atleast_2d(q))
         bounds = self._checker.bound.coarse(rotation, position)
         bounds[:, self._static] = np.inf
         return np.array(
-            [self._nearest(bound, rotation[:, k], position[:, k]) for k, bound in enumerate(bounds)], dtype=float
+            [self._nearest(bound, rotation[:, k], position[:, k], below) for k, bound in enumerate(bounds)], dtype=float
         )
 
-    def _nearest(self, bound: Floats, rotation: Floats, position: Floats) -> float:
+    def at_least(self, q: Floats) -> Floats:
+        """(n,) lower bounds (m) on the clearance, cheap ones."""
+        bounds = self._checker.bound.coarse(*joint_placements(self._checker.chain, np.atleast_2d(q)))
+        return np.maximum(bounds[:, ~self._static].min(axis=1, initial=np.inf), 0.0)
+
+    def _nearest(self, bound: Floats, rotation: Floats, position: Floats, below: float) -> float:
         """Exact distances in the order of their lower bounds, until no bound can beat the best."""
         best = np.inf
         for pair in np.argsort(bound, kind="stable"):
-            if bound[pair] >= best:
-                break
+            if bound[pair] >= min(best, below):
+                return min(best, float(bound[pair]))
             best = min(best, max(0.0, float(self._checker.distances(rotation, position, np.array([pair]))[0])))
         return best

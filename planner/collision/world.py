@@ -79,8 +79,8 @@ class World:
         )
 
     def keeping(self, clearance: float) -> World:
-        """The world with so much more margin (m); pairs that no joint can move, as the base and its table, are left out."""
-        moving = self.pair_reach.any(axis=1)
+        """The world with so much more margin (m), without the pairs that no joint can move: the base and its table."""
+        moving: Bools = np.any(self.pair_reach, axis=1)
         scene, own = moving[: self.checked.size], moving[self.checked.size :]
         return replace(
             self,

@@ -16,8 +16,7 @@ from planner.base.arrays import Floats
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, keeping
 from planner.collision.edge_prover import EdgeProver
-from planner.roadmap.repair import segments
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.roadmap import Roadmap, segments
 
 _HALVES = 6  # 5 mm: down to 0.16 mm, where proofs end
 

@@ -49,8 +49,9 @@ def improved_roadmap(
 ) -> Improvement:
     """``request.rounds`` rounds of :func:`planner.roadmap.improve.improve` at ``beta``, from the roadmap's best path.
 
-    That path, and what takes its place, keeps ``clearance`` (m) beyond the margin. With a floor only the part of that path above it is improved, and stays above it. Nothing is improved where the
-    roadmap has no path, or none above the floor.
+    That path, and what takes its place, keeps ``clearance`` (m) beyond the margin. With a floor only the part of that
+    path above it is improved, and stays above it. Nothing is improved where the roadmap has no path, or none above the
+    floor.
     """
     if request.rounds < 1 or progress.stopped:
         return Improvement(roadmap)

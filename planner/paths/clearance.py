@@ -91,7 +91,10 @@ class _Search:
         self.pieces: list[_Piece] = []
         length = float(self.passed[-1])
         places = np.linspace(0.0, length, max(1, int(np.ceil(length / CLEARANCE_FIRST))) + 1).tolist()
-        for (low, left), (high, right) in itertools.pairwise((place, self._look(place)) for place in places):
+        bounds = self.clearance.at_least(np.array([self._at(place)[2] for place in places]))
+        values = dict(sorted((k, self._look(places[k])) for k in np.argsort(bounds, kind="stable").tolist()))
+        found = zip(places, values.values(), strict=True)
+        for (low, left), (high, right) in itertools.pairwise(found):
             self._push(low, high, left, right)
 
     def halve(self) -> None:
@@ -103,16 +106,20 @@ class _Search:
         self._push(middle, piece.high, value, piece.right)
 
     def _look(self, place: float) -> float:
-        """The clearance ``place`` metres of motion from the start."""
+        """The clearance ``place`` metres of motion from the start; where it is no new best one a lower bound on it."""
+        segment, share, q = self._at(place)
+        value = float(self.clearance(q, self.best.value)[0])
+        if value < self.best.value:
+            self.best = Place(segment, share, q, value)
+        return value
+
+    def _at(self, place: float) -> tuple[int, float, Floats]:
+        """The segment, the share of it and the configuration ``place`` metres of motion from the start."""
         segment = int(np.searchsorted(self.passed, place, side="right")) - 1
         segment = max(0, min(segment, len(self.path) - 2))
         a, b = self.path[segment], self.path[min(segment + 1, len(self.path) - 1)]
         share = float((place - self.passed[segment]) / max(np.ptp(self.passed[segment : segment + 2]), 1e-300))
-        q = a + share * (b - a)
-        value = float(self.clearance(q)[0])
-        if value < self.best.value:
-            self.best = Place(segment, share, q, value)
-        return value
+        return segment, share, a + share * (b - a)
 
     def _push(self, low: float, high: float, left: float, right: float) -> None:
         bound = 0.5 * (left + right - (high - low))

@@ -22,9 +22,9 @@ def enlarged(
 ) -> Roadmap:
     """The roadmap with ``nodes`` (k, dof) after its own and those proven ``edges`` (j, 2) that it lacks.
 
-    ``ends``: its starts and goals from then on. The
-    new nodes are checked as :func:`planner.roadmap.node_checks.with_checked_nodes` has it. The margin is that of the weaker proofs; whatever was proven with a
-    larger one has so much more clearance.
+    ``ends``: its starts and goals from then on. The new nodes are checked as
+    :func:`planner.roadmap.node_checks.with_checked_nodes` has it. The margin is that of the weaker proofs; whatever was
+    proven with a larger one has so much more clearance.
     """
     robot, everything = prover.robot, np.vstack([roadmap.nodes, nodes])
     edges, place = _lacking(roadmap.edges, edges, len(everything))

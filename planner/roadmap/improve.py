@@ -174,7 +174,8 @@ def improve(
     """``effort`` rounds for the objective ``cost``, from a ``path`` (k, dof) along edges of ``roadmap`` if it has one.
 
     With a floor of ``cost``, ``path`` must keep above it. Of the roadmap's edges those count that are certified to keep
-    ``clearance`` (m) beyond its margin; new motions keep the margin of ``checker``. Nodes and edges of the roadmap stay, so no path on it becomes costlier. More effort gives cheaper paths.
+    ``clearance`` (m) beyond its margin; new motions keep the margin of ``checker``. Nodes and edges of the roadmap
+    stay, so no path on it becomes costlier. More effort gives cheaper paths.
     Without a ``path`` one is searched, through samples ``around`` another path (j, dof) where there is one.
     """
     prover = RecordingProver(checker, progress)

@@ -6,6 +6,7 @@ import logging
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.base.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
@@ -14,7 +15,7 @@ from planner.roadmap.roadmap import LIBRARIES, Roadmap
 _log = logging.getLogger(__name__)
 
 
-def nobody(count: int) -> Ints:
+def nobody(count: int) -> NDArray[np.int8]:
     """``checked_by`` of nodes that no library has looked at."""
     return np.zeros(count, dtype=np.int8)
 

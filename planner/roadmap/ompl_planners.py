@@ -148,29 +148,6 @@ class TreePlanners:
             planner.solve(ob.PlannerTerminationCondition(lambda: True))  # a planner makes its sampler when it begins
         return planner
 
-    @contextmanager
-    def _seeded(self) -> Iterator[None]:
-        """While entered, what OMPL makes in this thread has random numbers of its own, as ``rng`` says.
-
-        Every random number generator of OMPL's draws its seed from one of the process when it is made.
-        """
-        seed = int(self._rng.integers(1, 2**31))  # OMPL turns 0 into 1
-        with PROCESS:
-            ou.noOutputHandler()  # it calls a second seed an error
-            ou.RNG.setSeed(seed)
-            yield
-
-    def _planner(self, kind: Any, problem: Any, step: float | None = None) -> Any:
-        """A planner with a seed of its own, ready to solve ``problem`` in steps of ``step`` (rad)."""
-        with self._seeded():
-            planner = kind(self._info)
-            if step is not None:
-                planner.setRange(step)
-            planner.setProblemDefinition(problem)
-            planner.setup()
-            planner.solve(ob.PlannerTerminationCondition(lambda: True))  # a planner makes its sampler when it begins
-        return planner
-
     def _takes(self, a: Any, b: Any) -> bool:
         """Whether OMPL may move between two of its states."""
         if self._progress.stopped:

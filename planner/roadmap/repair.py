@@ -24,7 +24,7 @@ from planner.kinematics.manipulability import node_manipulability
 from planner.roadmap.build import origin_of
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.node_checks import nobody, with_checked_nodes
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.roadmap import Roadmap, segments
 from planner.roadmap.scale import measure_scale
 from planner.roadmap.storage import same_world
 from planner.roadmap.world_record import changes, unproven_pairs
@@ -212,12 +212,6 @@ def batches(rows: Ints) -> Iterator[Ints]:
     """``rows`` a few at a time, so that there is a moment to stop at."""
     for first in range(0, len(rows), _BATCH):
         yield rows[first : first + _BATCH]
-
-
-def segments(roadmap: Roadmap, robot: Robot, rows: Ints) -> tuple[Floats, Floats]:
-    """Starts and motions (k, dof) of the edges in ``rows``."""
-    a, b = roadmap.nodes[roadmap.edges[rows, 0]], roadmap.nodes[roadmap.edges[rows, 1]]
-    return a, robot.difference(a, b)
 
 
 def within_limits(roadmap: Roadmap, robot: Robot) -> Bools:

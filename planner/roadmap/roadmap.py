@@ -164,3 +164,9 @@ def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
     if not len(nodes):
         return np.zeros((0, robot.dof))
     return frozen(robot.unwound(roadmap.nodes[nodes]))
+
+
+def segments(roadmap: Roadmap, robot: Robot, rows: Ints) -> tuple[Floats, Floats]:
+    """Starts and motions (k, dof) of the edges in ``rows``."""
+    a, b = roadmap.nodes[roadmap.edges[rows, 0]], roadmap.nodes[roadmap.edges[rows, 1]]
+    return a, robot.difference(a, b)

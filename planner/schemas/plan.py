@@ -39,6 +39,22 @@ class ManipulabilityRecord(Written):
     floor: FloorRecord | None = None
 
 
+class NearestRecord(Written):
+    """The smallest distance to anything that is checked, m."""
+
+    min: float
+    pair: tuple[str, str]
+    at: float = Field(description="share of the path's joint motion, or s of the motion")
+
+
+class ClearanceRecord(Written):
+    """How near path and motion come to anything that is checked."""
+
+    path: NearestRecord | None = Field(description="null where there is nothing to come near to")
+    motion: NearestRecord | None = Field(description="null where there is no motion")
+    kept: float = Field(description="m beyond the margin that every edge kept from which the path was chosen")
+
+
 class LengthRecord(Written):
     """How long the path is."""
 
@@ -108,6 +124,7 @@ class PlanRecord(RunRecord):
         None, description="where w is smallest, and what to try where it is bad"
     )
     path_length: LengthRecord | None
+    clearance: ClearanceRecord | None
     gabf: FieldRecord | None
     in_time: InTimeRecord | None = Field(None, description="null where no obstacle moves or may move, or no motion is")
     reason: ReasonRecord | None = Field(None, description="why there is no path")

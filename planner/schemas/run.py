@@ -30,6 +30,7 @@ class RoadmapRecord(Written):
     """Size, proofs and hash of the roadmap."""
 
     nodes: int
+    nodes_checked: dict[str, int] = Field(description="how many nodes each collision library has found free")
     edges: int = Field(description="counted undirected")
     components: int
     edges_certified: int = Field(description="edges that are proven free")

@@ -14,8 +14,8 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.roadmap.repair import batches, segments
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.repair import batches
+from planner.roadmap.roadmap import Roadmap, segments
 from planner.world.shapes import Shape, corners
 
 ARM = ""  # the part that all links of the robot are

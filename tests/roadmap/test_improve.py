@@ -19,7 +19,7 @@ from planner.world.shapes import Box
 from tests.worlds import small_plan
 
 BAR = Scene("bar", (Obstacle("box", Box((0.1, 0.04, 0.2)), pose([0.75, 0, 0])),))
-ASKED = PlanRequest(robot="planar_2r", scene=BAR, start="q:-1.0,0.8", goal="q:1.3,-0.8", nodes=60, beta=1.0)
+ASKED = PlanRequest(robot="planar_2r", scene=BAR, start="q:-1.0,0.8", goal="q:1.3,-0.8", nodes=60, beta=1.0, room=0.0)
 SHORTEST = 3.646  # rad: the hull of ends and contact states, bisected in 1001 columns; the other side takes 3.6626
 
 

@@ -15,7 +15,7 @@ from planner.base.reasons import Separated
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.paths.measure import path_contact
-from planner.roadmap.repair import segments
+from planner.roadmap.roadmap import segments
 from planner.roadmap.storage import same_world
 from planner.session.live_world import LiveWorld
 from planner.session.session import Session

@@ -865,7 +865,7 @@ def test_no_name_breaks_the_page_or_runs_in_it(
     html = state_page(inspect_state(make_checker(robot, scene), np.array([0.0, 2.0])))
     assert_harmless(window, html, name, tmp_path / "state.html")
     assert window.run("document.querySelector('h1').textContent") == f"{robot.name} in {name}"
-    assert f"'{name}b' and '{name}' touch" in text_content(window, "message")
+    assert f"'{name}a' and '{name}' touch" in text_content(window, "message")
     assert f"{name}bend" in text_content(window, "joints")
     window.run("element('viewer').dispatchEvent(new PointerEvent('pointermove', {clientX: 640, clientY: 300}))")
     window.drawn()
