@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
 from planner.base.hashing import content_hash
@@ -57,7 +58,7 @@ class Roadmap:
     edge_manipulability: Floats
     clearance: Floats
     samples: Ints
-    checked_by: Ints
+    checked_by: NDArray[np.int8]
     scale: CostScale
     origin: Origin
 
