@@ -59,7 +59,7 @@ def test_a_moveit_file_replaces_what_it_gives(tmp_path: Path) -> None:
     text = f"""
 default_velocity_scaling_factor: 0.5
 joint_limits:
-  {B}: {{has_velocity_limits: true, max_velocity: 1.0, has_acceleration_limits: false, max_acceleration: 0, x: 1}}
+  {B}: {{has_velocity_limits: true, max_velocity: 1.0, has_acceleration_limits: false, max_acceleration: 0, max_effort: 9}}
   {A}: {{max_acceleration: 3.0, max_velocity: 1.5}}
   finger: {{max_velocity: 0.1}}
 """
@@ -83,7 +83,7 @@ BAD_FILES = [
     ("joint_limits: {}", f"has no joint '{A}'"),
     (f"joint_limits: {{{A}: {{max_velocity: 1}}}}", f"has no joint '{B}'"),
     (f"joint_limits: {{{A}: {{max_velocity: 9}}, {B}: {{}}}}", "beyond the URDF's 2"),
-    (f"joint_limits: {{{A}: {{max_velocity: .nan}}, {B}: {{}}}}", "velocity limit nan"),
+    (f"joint_limits: {{{A}: {{max_velocity: .nan}}, {B}: {{}}}}", "should be a finite number"),
     (f"joint_limits: {{{A}: {{max_acceleration: -3}}, {B}: {{}}}}", "acceleration limit -3"),
     (f"joint_limits: {{{A}: {{max_velocity: fast}}, {B}: {{}}}}", "max_velocity' is wrong"),
     ("joints: {}", "has no key 'joint_limits'"),

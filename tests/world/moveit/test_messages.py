@@ -13,12 +13,14 @@ from planner.base.request import PlanRequest
 from planner.collision import make_checker
 from planner.collision.checker import contact_of
 from planner.query.open import make_query
-from planner.world.moveit import planning_scene, read_motion_plan_request, scene_text
+from planner.world.moveit.requests import LinkGoal, read_motion_plan_request
+from planner.world.moveit.scene_text import scene_text
+from planner.world.moveit.scenes import planning_scene
 from planner.world.robot import Robot, with_carried
 from planner.world.scene import Scene
 from planner.world.shapes import Box, Carried, Cylinder, Mesh, Sphere
 
-SAMPLE = Path(__file__).resolve().parents[3] / "shared" / "mbm-panda-sample"
+SAMPLE = Path(__file__).resolve().parents[4] / "shared" / "mbm-panda-sample"
 PROBLEMS = sorted(SAMPLE.glob("*/scene*.yaml"))
 HERE = Path("test.yaml")
 
@@ -157,7 +159,9 @@ def test_a_request_with_a_pose_goal(tmp_path: Path) -> None:
     place = {"constraint_region": {"primitive_poses": [{"position": {"x": 0.5, "y": 0.1, "z": 0.6}}]}}
     turn = {"orientation": {"x": 0, "y": 1, "z": 0, "w": 0}}
     (tmp_path / "r.yaml").write_text(request_text(position_constraints=[place], orientation_constraints=[turn]))
-    assert read_motion_plan_request(tmp_path / "r.yaml").goals == ("pose:0.5,0.1,0.6,0.0,1.0,0.0,0.0",)
+    assert read_motion_plan_request(tmp_path / "r.yaml").goals == (
+        LinkGoal("", (0.5, 0.1, 0.6), quaternion=(0.0, 1.0, 0.0, 0.0)),
+    )
     assert len(make_query(PlanRequest(scene="empty", motion_plan_request=tmp_path / "r.yaml")).goals) == 8
 
 
@@ -165,7 +169,10 @@ def test_a_request_with_a_pose_goal(tmp_path: Path) -> None:
     ("text", "part"),
     [
         (request_text(), "neither joint nor position"),
-        ("start_state: {}\ngoal_constraints: [{}]", "no joint state to start from"),
+        (
+            "start_state: {}\ngoal_constraints: [{joint_constraints: [{joint_name: a, position: 0}]}]",
+            "no joint state to start from",
+        ),
         ("goal_constraints: [{}]", "'start_state' is missing"),
         (request_text(joint_constraints=[{"joint_name": "elbow", "position": 1}]), "says nothing of iiwa14_joint_1"),
     ],
