@@ -29,7 +29,7 @@ def in_request(scene: Scene, message: MotionPlanRequest) -> Scene:
     """The scene as the request changes it: what its start attaches is carried, what was passed over is noted."""
     names = {item.name for item in message.carried}
     kept = tuple(item for item in scene.carried if item.name not in names)
-    notes = (*scene.notes, *message.notes)
+    notes = message.notes
     if kept and message.replaces:
         text = (
             f"{message.where}: its start_state is no difference (is_diff), so MoveIt would let go of "
@@ -42,7 +42,7 @@ def in_request(scene: Scene, message: MotionPlanRequest) -> Scene:
             f"{message.where}: {shown(both[0])} is attached, and stands in scene {shown(scene.name)} too; take it out "
             "of one of them."
         )
-    return replace(scene, carried=(*kept, *message.carried), notes=notes)
+    return _noting(replace(scene, carried=(*kept, *message.carried)), *notes)
 
 
 def choice_of(message: MotionPlanRequest, given: JointChoice, files: RobotFiles) -> JointChoice:
@@ -59,16 +59,30 @@ def start_of(message: MotionPlanRequest, scene: Scene) -> dict[str, float]:
     return start
 
 
-def unasked(scene: Scene) -> tuple[Note, ...]:
-    """What of a scene counts only where a request goes with it."""
+def unasked(scene: Scene) -> Scene:
+    """The scene without a request, which notes what counts only with one."""
     if scene.message is None or not scene.message.state:
-        return ()
+        return scene
     text = f"robot_state.joint_state of scene '{scene.name}' counts with a request only, and is passed over."
-    return (Note(text, grave=False),)
+    return _noting(scene, Note(text, grave=False))
 
 
-def notes_on(message: MotionPlanRequest, robot: Robot, group: str | None) -> tuple[Note, ...]:
-    """What the robot cannot make use of in the request; ``group`` is the one that was said beside it."""
+def _noting(scene: Scene, *notes: Note) -> Scene:
+    """The scene with further notes, each once."""
+    return replace(scene, notes=tuple(dict.fromkeys((*scene.notes, *notes))))
+
+
+def asked_of(robot: Robot, message: MotionPlanRequest | None, choice: JointChoice = ALL_JOINTS) -> Robot:
+    """The robot with the shares of its limits that a request asks for, and notes of what it cannot make use of in it.
+
+    ``choice`` says who chose the joints that are planned.
+    """
+    if message is None:
+        return robot
+    return replace(robot, shares=message.shares, notes=(*robot.notes, *_notes_on(message, robot, choice)))
+
+
+def _notes_on(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> tuple[Note, ...]:
     lacking = [name for name in message.start if name not in robot.source.joints]
     held = {name: value for name, value in message.start.items() if name not in (*robot.joints, *lacking)}
     other = [name for name, value in held.items() if abs(robot.fixed_joints.get(name, 0.0) - value) > _SAME]
@@ -78,9 +92,9 @@ def notes_on(message: MotionPlanRequest, robot: Robot, group: str | None) -> tup
         found.append(Note(text, grave=False))
     if other:
         found.append(Note(f"{message.where}: the robot holds {choices(other)} elsewhere than start_state says."))
-    if message.group and group is None and not _names_all(message, robot):
+    if message.group and choice == ALL_JOINTS and not _names_all(message, robot):
         text = (
-            f"{message.where}: group_name {shown(message.group)} is no group of the robot's SRDF; planned are "
+            f"{message.where}: group_name {shown(message.group)} is no group that the robot knows; planned are "
             f"{choices(robot.joints)}."
         )
         found.append(Note(text))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from planner.base.request import RoadmapRequest, WorldRequest
 from planner.base.targets import HOME, Joints, Target, joints_text, parse_base, parse_target, parse_targets
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.query.message import choice_of, goals_of, in_request, joints_of, notes_on, start_of, unasked
+from planner.query.message import asked_of, choice_of, goals_of, in_request, joints_of, start_of, unasked
 from planner.query.resolve import looks_like_degrees, resolve
 from planner.world.plausible import require_bodies, tell
 from planner.world.poses import pose
@@ -117,21 +117,15 @@ def _message(path: Path | None) -> MotionPlanRequest | None:
 def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:
     """The scene, and the robot in it, as a MoveIt request changes them: every command loads its robot here."""
     scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
-    if message is None:
-        robot, notes = _robot(request, scene, None), unasked(scene)
-    else:
-        scene = in_request(scene, message)
-        robot = replace(_robot(request, scene, message), shares=message.shares)
-        notes = notes_on(message, robot, request.group)
-    told = tuple(dict.fromkeys((*scene.notes, *notes)))
-    return (scene if told == scene.notes else replace(scene, notes=told)), robot
+    scene = unasked(scene) if message is None else in_request(scene, message)
+    return scene, _robot(request, scene, message)
 
 
 def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
     """The robot as the scene and the request set it up; one that is given as such stands as it is."""
     if isinstance(request.robot, Robot):
         _require_as_it_is(request)
-        return with_carried(with_tool(request.robot, request.tool), scene.carried)
+        return asked_of(with_carried(with_tool(request.robot, request.tool), scene.carried), message)
     files = read_robot(str(request.robot), request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
@@ -143,7 +137,7 @@ def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | Non
         _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
         fixed |= held
     base = placement.base.matrix() if request.base is None else pose(*parse_base(request.base))
-    return with_carried(assemble(files, tool, choice, fixed, base), scene.carried)
+    return asked_of(with_carried(assemble(files, tool, choice, fixed, base), scene.carried), message, choice)
 
 
 def _require_as_it_is(request: WorldRequest) -> None:

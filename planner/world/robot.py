@@ -63,7 +63,7 @@ class Robot:
     motion: MotionFile | None = None  # of the planned joints, in their order; None: nobody has said
     shares: Mapping[str, float] = field(default_factory=dict)  # of its velocities and accelerations, as a request asks
     world_frame: str = ""  # how its SRDF calls the frame that its base stands in
-    notes: tuple[Note, ...] = ()  # of what was passed over when its files were read
+    notes: tuple[Note, ...] = ()  # of what was passed over in its files, or in a request to it
 
     @staticmethod
     def load(
@@ -233,6 +233,8 @@ def assemble(
         source=description,
         states=states_of_joints(files.srdf, planned) if files.srdf else {},
         motion=files.motion(planned),
+        world_frame=files.srdf.world_frame if files.srdf else "",
+        notes=files.notes,
         **parts,
     )
 

@@ -217,7 +217,7 @@ class Scene:
     carried: tuple[Carried, ...] = ()  # shapes that a link of the robot holds
     allowed: frozenset[frozenset[str]] = frozenset()  # pairs of names that may touch
     message: PlanningScene | None = None  # MoveIt's, where it is one: what else it says
-    notes: tuple[Note, ...] = ()  # of what was passed over when the scene, and a request in it, were read
+    notes: tuple[Note, ...] = ()  # of what was passed over in its file, or in a request
 
     @staticmethod
     def load(name: str) -> Scene:

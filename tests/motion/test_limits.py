@@ -59,7 +59,7 @@ def test_a_moveit_file_replaces_what_it_gives(tmp_path: Path) -> None:
     text = f"""
 default_velocity_scaling_factor: 0.5
 joint_limits:
-  {B}: {{has_velocity_limits: true, max_velocity: 1.0, has_acceleration_limits: false, max_acceleration: 0, max_effort: 9}}
+  {B}: {{has_velocity_limits: true, max_velocity: 1.0, has_acceleration_limits: false, max_acceleration: 0}}
   {A}: {{max_acceleration: 3.0, max_velocity: 1.5}}
   finger: {{max_velocity: 0.1}}
 """

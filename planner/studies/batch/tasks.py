@@ -18,6 +18,7 @@ from planner.base.errors import FileError, PlannerError, choices
 from planner.base.files import is_file, is_folder
 from planner.base.request import PlanRequest, SweepRequest
 from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
+from planner.query.sources import sources_hash
 from planner.studies.bench_plan.problems import find_problems
 from planner.studies.options import plain_options
 
@@ -29,7 +30,7 @@ _SPELLINGS = {"request": "motion_plan_request"}  # as the command line has it
 
 @dataclass(frozen=True)
 class Task:
-    """One plan of a batch; ``asked`` is a hash of its options and of the files that they name."""
+    """One plan of a batch; ``asked`` is a hash of its options and of all that is read for them."""
 
     name: str
     request: PlanRequest
@@ -46,13 +47,9 @@ class Task:
 
 
 def request_hash(request: SweepRequest) -> str:
-    """A hash of the options and of the files that they name."""
-    options = plain_options(request)
-    digest = hashlib.sha256(json.dumps(options, sort_keys=True).encode())
-    for value in (options[name] for name in _FILES):
-        if value and is_file(Path(value)):
-            digest.update(Path(value).read_bytes())
-    return digest.hexdigest()[:16]
+    """A hash of the options and of all that is read for them: the files that they name, and those that these name."""
+    asked = json.dumps([plain_options(request), sources_hash(request)], sort_keys=True)
+    return hashlib.sha256(asked.encode()).hexdigest()[:16]
 
 
 class BatchFile(Strict):
