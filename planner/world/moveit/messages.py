@@ -151,7 +151,7 @@ class BoundingVolume(Strict):
     primitives: list[_Region] = pydantic.Field(default_factory=list)
     primitive_poses: list[PoseMessage] = pydantic.Field(default_factory=list)
     meshes: Annotated[
-        list[MeshMessage], Refused("is a goal region without a centre: use box, sphere, cylinder or cone")
+        list[MeshMessage], Refused("is a goal region without a centre: use box, sphere, cylinder or cone", when=bool)
     ] = pydantic.Field(default_factory=list)
     mesh_poses: list[PoseMessage] = pydantic.Field(default_factory=list)
 

@@ -1,216 +1,296 @@
-"""MoveIt's files as they come: messages as YAML, scene text, requests; and what is refused."""
+"""The example's files with one field changed at a time: each is refused by its name, noted, or of no meaning.
+
+What is honoured is measured in tests/query/test_message.py and tests/world/test_frames.py.
+"""
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pytest
 import yaml
 
-from planner.base.errors import PlannerError, SceneError, StateError
-from planner.base.request import PlanRequest
-from planner.collision import make_checker
-from planner.collision.checker import contact_of
-from planner.query.open import make_query
-from planner.world.moveit.requests import LinkGoal, read_motion_plan_request
-from planner.world.moveit.scene_text import scene_text
+from planner.base.notes import Note
+from planner.world.moveit.requests import read_motion_plan_request
 from planner.world.moveit.scenes import planning_scene
-from planner.world.robot import Robot, with_carried
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Carried, Cylinder, Mesh, Sphere
+from tests.refusals import refusal_of
+from tests.world.moveit.samples import REQUEST, SCENE, changed
 
-SAMPLE = Path(__file__).resolve().parents[4] / "shared" / "mbm-panda-sample"
-PROBLEMS = sorted(SAMPLE.glob("*/scene*.yaml"))
-HERE = Path("test.yaml")
+CRATE = "world.collision_objects.0"
+GOAL = "goal_constraints.0"
+HELD = {"id": "rod", "primitives": [{"type": "sphere", "dimensions": [0.02]}], "primitive_poses": [{}]}
+ATTACHED = [{"link_name": "panda_hand", "object": HELD}]
+TURNED = {"rotation": [0, 0, 1, 0], "translation": [0, 0, 0]}
+JOINT = {"joint_name": "panda_joint1", "position": 0.1}
+REGION = {"primitives": [{"type": 2, "dimensions": [0.0]}], "primitive_poses": [{"position": [0.5, 0, 0.5]}]}
+PLACE = {"link_name": "panda_hand", "constraint_region": REGION}
+TURN = {"link_name": "panda_hand", "orientation": [1, 0, 0, 0]}
 
-BOX = {"id": "crate", "primitives": [{"type": "box", "dimensions": [0.1, 0.2, 0.3]}],
-       "primitive_poses": [{"position": [1, 2, 3], "orientation": [0, 0, 0.5**0.5, 0.5**0.5]}]}  # fmt: skip
+REFUSED_IN_SCENE = {
+    "a misspelt field": ("wrold", {}, "unknown key 'wrold' (did you mean 'world'?)"),
+    "a misspelt field deep inside": (f"{CRATE}.primitve_poses", [], "(did you mean 'primitive_poses'?)"),
+    "octomap": ("world.octomap", {"octomap": {"resolution": 0.1, "data": [1, 2]}}, "'world.octomap' is not read"),
+    "plane": (f"{CRATE}.planes", [{"coef": [0, 0, 1, 0]}], f"'{CRATE}.planes' is a plane without end"),
+    "padding": ("link_padding", [{"link_name": "panda_hand", "padding": 0.02}], "'link_padding' is not 0"),
+    "scale": ("link_scale", [{"link_name": "panda_hand", "scale": 1.1}], "'link_scale' is not 1"),
+    "REMOVE": (f"{CRATE}.operation", 1, f"'{CRATE}.operation' is not ADD"),
+    "APPEND": (f"{CRATE}.operation", 2, "removes, moves or appends"),
+    "MOVE": (f"{CRATE}.operation", 3, "export the whole scene"),
+    "an object twice": ("world.collision_objects.1.id", "table", "object 'table' is given twice"),
+    "an object without shapes": ("world.collision_objects.0", {"id": "ghost", "type": {"key": "cup"}}, "no shape"),
+    "a shape without its own pose": (
+        "world.collision_objects.0",
+        {
+            "id": "mixed",
+            "primitives": HELD["primitives"] * 2,
+            "primitive_poses": [{}],
+            "meshes": [{"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [{"vertex_indices": [0, 1, 2]}]}],
+            "mesh_poses": [{}, {}],
+        },
+        "2 shapes and 1 poses",
+    ),
+    "an axis that no vector has": (f"{CRATE}.pose.position", {"x": 1, "y": 2, "zz": 3}, "pose.position"),
+    "a base elsewhere": (
+        "robot_state.multi_dof_joint_state",
+        {"joint_names": ["virtual_joint"], "transforms": [TURNED]},
+        "'robot_state.multi_dof_joint_state.transforms' moves the robot's base",
+    ),
+    "a base whose joints have no places": (
+        "robot_state.multi_dof_joint_state",
+        {"joint_names": ["a", "b"], "transforms": [{}]},
+        "2 joint_names and 1 transforms",
+    ),
+    "contacts allowed by default": (
+        "allowed_collision_matrix",
+        {"default_entry_names": ["table"], "default_entry_values": [True]},
+        "'allowed_collision_matrix.default_entry_values' allows contacts",
+    ),
+    "a matrix with a row too few": (
+        "allowed_collision_matrix",
+        {"entry_names": ["a"]},
+        "1 entry_names and 0 entry_values",
+    ),
+    "a matrix with a short row": (
+        "allowed_collision_matrix",
+        {"entry_names": ["a", "b"], "entry_values": [[False, True], [True]]},
+        "the row of 'b' has 1 values for 2 names",
+    ),
+    "a matrix in one order only": (
+        "allowed_collision_matrix",
+        {"entry_names": ["a", "b"], "entry_values": [[False, True], {"enabled": [False, False]}]},
+        "allows 'a' and 'b' in one order only",
+    ),
+    "an attached object without shapes": (
+        "robot_state.attached_collision_objects",
+        [{"link_name": "panda_hand", "object": {"id": "cup"}}],
+        "object 'cup' has no shape",
+    ),
+    "a detached object": (
+        "robot_state.attached_collision_objects",
+        [{"link_name": "panda_hand", "object": {**HELD, "operation": 1}}],
+        "'robot_state.attached_collision_objects.0.object.operation' is not ADD",
+    ),
+    "frames in a chain": (
+        "fixed_frame_transforms",
+        [{"child_frame_id": "a"}, {"child_frame_id": "b", "header": {"frame_id": "a"}}],
+        "fixed_frame_transforms place a frame twice, or in one another",
+    ),
+}
+
+REFUSED_IN_REQUEST = {
+    "a misspelt field": ("goal_constraint", [], "(did you mean 'goal_constraints'?)"),
+    "a misspelt tolerance": (f"{GOAL}.joint_constraints.0.tolerance_abov", 1, "(did you mean 'tolerance_above'?)"),
+    "a misspelt constraint on the path": (
+        "path_constraints",
+        {"orientation_constraint": [TURN]},
+        "unknown key 'path_constraints.orientation_constraint'",
+    ),
+    "joint_constraints on the path": (
+        "path_constraints",
+        {"joint_constraints": [JOINT]},
+        "'path_constraints' is not kept",
+    ),
+    "orientation_constraints on the path": (
+        "path_constraints",
+        {"orientation_constraints": [TURN]},
+        "'path_constraints' is not kept",
+    ),
+    "trajectory_constraints": (
+        "trajectory_constraints",
+        {"constraints": [{"position_constraints": [PLACE]}]},
+        "'trajectory_constraints' is not kept",
+    ),
+    "visibility_constraints": (
+        f"{GOAL}.visibility_constraints",
+        [{"target_radius": 0.1}],
+        f"'{GOAL}.visibility_constraints' is not kept",
+    ),
+    "speed of a link": ("max_cartesian_speed", 0.1, "'max_cartesian_speed' limits the speed of a link"),
+    "a start that moves": (
+        "start_state.joint_state.velocity",
+        [0.5] + 8 * [0.0],
+        "'start_state.joint_state.velocity' is above 0.01",
+    ),
+    "names without positions": ("start_state.joint_state.position", [0.0], "9 names and 1 positions"),
+    "a joint named twice": ("start_state.joint_state.name", 9 * ["panda_joint1"], "'panda_joint1' is named twice"),
+    "a base that moves": (
+        "start_state.multi_dof_joint_state",
+        {"joint_names": ["v"], "transforms": [{}], "twist": [{"linear": {"x": 0.2, "y": 0, "z": 0}}]},
+        "'start_state.multi_dof_joint_state.twist' is not 0",
+    ),
+    "joints and a place at once": (f"{GOAL}.position_constraints", [PLACE], "constrains joints and a link at once"),
+    "a joint constrained twice": (f"{GOAL}.joint_constraints", [JOINT, JOINT], "constrains a joint twice"),
+    "two places at once": (GOAL, {"position_constraints": [PLACE, PLACE]}, "2 position_constraints to keep at once"),
+    "two links": (
+        GOAL,
+        {"position_constraints": [PLACE], "orientation_constraints": [{**TURN, "link_name": "panda_link7"}]},
+        "a position for link 'panda_hand' and an orientation for link 'panda_link7'",
+    ),
+    "an offset without orientation": (
+        GOAL,
+        {"position_constraints": [{**PLACE, "target_point_offset": [0, 0, 0.1]}]},
+        "'target_point_offset' and no orientation",
+    ),
+    "a mesh as goal region": (
+        GOAL,
+        {"position_constraints": [{"constraint_region": {**REGION, "meshes": [{"vertices": [], "triangles": []}]}}]},
+        "constraint_region.meshes' is a goal region without a centre",
+    ),
+    "a prism as goal region": (
+        GOAL,
+        {
+            "position_constraints": [
+                {"constraint_region": {"primitives": [{"type": 5, "dimensions": [1]}], "primitive_poses": [{}]}}
+            ]
+        },
+        "a goal region of type 'prism' is not supported",
+    ),
+    "an orientation alone": (GOAL, {"orientation_constraints": [TURN]}, "neither joint nor position constraints"),
+    "a negative tolerance": (f"{GOAL}.joint_constraints.0.tolerance_below", -0.1, "tolerance_below' is wrong"),
+}
+
+NOTED_IN_SCENE = {
+    "a difference": ("is_diff", True, "is a difference to a scene that is not here", True),
+    "subframes": (f"{CRATE}.subframe_names", ["edge"], "frames on objects are passed over", False),
+    "weight": (
+        "robot_state.attached_collision_objects",
+        [{**ATTACHED[0], "weight": 0.5}],
+        "weights of attached objects",
+        False,
+    ),
+    "detach posture": (
+        "robot_state.attached_collision_objects",
+        [{**ATTACHED[0], "detach_posture": {"joint_names": ["panda_finger_joint1"], "points": [{}]}}],
+        "how a gripper lets go",
+        False,
+    ),
+}
+NOTED_IN_REQUEST = {
+    "planner_id": ("planner_id", "RRTConnect", "planner_id", False),
+    "pipeline_id": ("pipeline_id", "chomp", "pipeline_id", False),
+    "num_planning_attempts": ("num_planning_attempts", 3, "num_planning_attempts", False),
+    "allowed_planning_time": ("allowed_planning_time", 5.0, "allowed_planning_time", False),
+    "workspace": ("workspace_parameters", {"max_corner": [1, 1, 1]}, "workspace_parameters", False),
+    "reference": (
+        "reference_trajectories",
+        [{"joint_trajectory": [{"points": [{}]}]}],
+        "reference_trajectories",
+        False,
+    ),
+    "tolerance of a joint": (
+        f"{GOAL}.joint_constraints.0.tolerance_above",
+        0.01,
+        "the centre of their tolerances",
+        False,
+    ),
+    "weight of a constraint": (f"{GOAL}.joint_constraints.0.weight", 0.5, "whatever their weights", False),
+    "effort": ("start_state.joint_state.effort", [1.0] + 8 * [0.0], "efforts at the start", False),
+    "encoders' noise": ("start_state.joint_state.velocity", [1e-3] + 8 * [0.0], "taken for rest", False),
+    "a share above 1": ("max_velocity_scaling_factor", 1.5, "taken as 1, as MoveIt does", True),
+    "a share below 0": ("max_acceleration_scaling_factor", -0.5, "taken as 1, as MoveIt does", True),
+}
+
+SILENT_IN_SCENE = {
+    "header": (f"{CRATE}.header", {"seq": 3, "stamp": {"secs": 1, "nsecs": 2}, "frame_id": "panda_link0"}),
+    "colours": ("object_colors", [{"id": "table", "color": {"r": 1, "g": 0, "b": 0, "a": 1}}]),
+    "type": (f"{CRATE}.type", {"key": "table", "db": ""}),
+    "ADD": (f"{CRATE}.operation", 0),
+    "an empty octomap": ("world.octomap", {"header": {"frame_id": "map"}, "octomap": {"resolution": 0.1, "data": []}}),
+    "no padding": ("link_padding", [{"link_name": "panda_hand", "padding": 0.0}]),
+    "no scale": ("link_scale", [{"link_name": "panda_hand", "scale": 1.0}]),
+    "no contacts by default": (
+        "allowed_collision_matrix",
+        {"default_entry_names": ["a"], "default_entry_values": [False]},
+    ),
+    "a base where it is": ("robot_state.multi_dof_joint_state", {"joint_names": ["v"], "transforms": [{}]}),
+}
+SILENT_IN_REQUEST = {
+    "nothing on the path": ("path_constraints", {"name": "none", "joint_constraints": []}),
+    "nothing on the trajectory": ("trajectory_constraints", {"constraints": [{}]}),
+    "factors of 0, which are 1": ("max_velocity_scaling_factor", 0.0),
+    "no speed of a link": ("cartesian_speed_limited_link", "panda_hand"),
+    "its name before": ("cartesian_speed_end_effector_link", "panda_hand"),
+    "weight 1": (f"{GOAL}.joint_constraints.0.weight", 1.0),
+}
 
 
-def scene(*objects: dict, **more: object) -> dict:
-    return {"world": {"collision_objects": list(objects)}, **more}
+def of_scene(place: str, value: Any) -> Any:
+    return planning_scene(changed(SCENE, place, value), Path("s.yaml"))
 
 
-def test_a_box_with_its_pose() -> None:
-    (crate,) = planning_scene(scene(BOX), HERE).obstacles
-    assert crate.name == crate.object == "crate"
-    assert crate.shape == Box((0.1, 0.2, 0.3))
-    np.testing.assert_allclose(crate.placement[:3, 3], [1, 2, 3])
-    np.testing.assert_allclose(crate.placement[:3, 0], [0, 1, 0], atol=1e-12)
+def of_request(place: str, value: Any, folder: Path) -> Any:
+    (folder / "r.yaml").write_text(yaml.safe_dump(changed(REQUEST, place, value)))
+    return read_motion_plan_request(folder / "r.yaml")
 
 
-def test_height_comes_before_radius_and_types_may_be_numbers() -> None:
-    shapes = [{"type": 3, "dimensions": [0.14, 0.03]}, {"type": "sphere", "dimensions": [0.2]}]
-    places = [{}, {"position": {"x": 1, "y": 0, "z": 0}}]
-    can = {"id": "can", "primitives": shapes, "primitive_poses": places, "pose": {"position": [0, 0, 1]}}
-    first, second = planning_scene(scene(can), HERE).obstacles
-    assert (first.name, second.name, first.object, second.object) == ("can.0", "can.1", "can", "can")
-    assert (first.shape, second.shape) == (Cylinder(0.03, 0.14), Sphere(0.2))
-    np.testing.assert_allclose(second.placement[:3, 3], [1, 0, 1])
+def test_the_example_itself_is_honoured_whole(tmp_path: Path) -> None:
+    assert planning_scene(copy.deepcopy(SCENE), Path("s.yaml")).notes == ()
+    assert of_request("group_name", "panda_arm", tmp_path).notes == ()
 
 
-def test_a_mesh_in_the_message() -> None:
-    sheet = {"id": "sheet", "mesh_poses": [{}], "meshes": [
-        {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "triangles": [{"vertex_indices": [0, 1, 2]}]}]}  # fmt: skip
-    (found,) = planning_scene(scene(sheet), HERE).obstacles
-    assert isinstance(found.shape, Mesh)
-    assert found.shape.triangles.tolist() == [[0, 1, 2]]
+@pytest.mark.parametrize("name", REFUSED_IN_SCENE)
+def test_what_changes_a_scene_is_refused_by_its_name(name: str) -> None:
+    place, value, part = REFUSED_IN_SCENE[name]
+    text = refusal_of(lambda: of_scene(place, value))
+    assert text.startswith("MoveIt scene s.yaml: ")
+    assert part in text
 
 
-@pytest.mark.parametrize(
-    ("bad", "part"),
-    [
-        ({"primitives": [{"type": "cone", "dimensions": [1, 1]}]}, "'cone' with 2 dimensions is not supported"),
-        ({"primitives": [{"type": "box", "dimensions": [1, 1]}]}, "'box' with 2 dimensions"),
-        ({"primitives": [{"type": "box", "dimensions": [1, 0, 1]}]}, "dimensions.1' is wrong: Input should be greater"),
-        ({"primitive_poses": []}, "1 shapes and 0 poses"),
-        ({"primitive_poses": [{"position": [0, float("nan"), 0]}]}, "position"),
-        ({"meshes": [{"vertices": [], "triangles": [{"vertex_indices": [0, 1, 2]}]}], "mesh_poses": [{}]}, "vertices"),
-    ],
-)
-def test_refused_objects(bad: dict, part: str) -> None:
-    with pytest.raises(SceneError, match=r"test\.yaml") as caught:
-        planning_scene(scene({**BOX, **bad}), HERE)
-    assert part in str(caught.value)
+@pytest.mark.parametrize("name", REFUSED_IN_REQUEST)
+def test_what_changes_a_request_is_refused_by_its_name(name: str, tmp_path: Path) -> None:
+    place, value, part = REFUSED_IN_REQUEST[name]
+    text = refusal_of(lambda: of_request(place, value, tmp_path))
+    assert text.startswith("MotionPlanRequest ")
+    assert part in text
 
 
-OLD_TEXT = (
-    "(noname)++\n* Box0\n1\nbox\n0.1 0.2 0.3\n1 2 3\n0 0 0 1\n0 0 0 0\n"
-    "* Can\n1\ncylinder\n0.03 0.14\n0 0 1\n0 0 0 1\n0 0 0 0\n.\n"
-)
-NEW_TEXT = "(name)\n* Box0\n1 0 0\n0 0 0 1\n1\nbox\n0.1 0.2 0.3\n0 2 3\n0 0 0 1\n0 0 0 0\n0\n.\n"
+@pytest.mark.parametrize("name", NOTED_IN_SCENE)
+def test_what_does_not_change_a_scene_is_noted(name: str) -> None:
+    place, value, part, grave = NOTED_IN_SCENE[name]
+    _has_one(of_scene(place, value).notes, part, grave)
 
 
-def test_scene_text_of_both_ages() -> None:
-    box, can = scene_text(OLD_TEXT, Path("a.scene")).obstacles
-    assert (box.shape, can.shape) == (Box((0.1, 0.2, 0.3)), Cylinder(0.03, 0.14))
-    np.testing.assert_allclose(box.placement[:3, 3], [1, 2, 3])
-    (new,) = scene_text(NEW_TEXT, Path("a.scene")).obstacles
-    np.testing.assert_allclose(new.placement[:3, 3], [1, 2, 3])
+@pytest.mark.parametrize("name", NOTED_IN_REQUEST)
+def test_what_does_not_change_a_request_is_noted(name: str, tmp_path: Path) -> None:
+    place, value, part, grave = NOTED_IN_REQUEST[name]
+    _has_one(of_request(place, value, tmp_path).notes, part, grave)
 
 
-@pytest.mark.parametrize(
-    "text", ["", OLD_TEXT[:40], OLD_TEXT.replace("box", "teapot"), OLD_TEXT.replace("0.1 0.2 0.3", "0.1 x")]
-)
-def test_broken_scene_text(text: str) -> None:
-    with pytest.raises(SceneError, match=r"a\.scene"):
-        scene_text(text, Path("a.scene"))
+def _has_one(notes: tuple[Note, ...], part: str, grave: bool) -> None:
+    (note,) = notes
+    assert part in note.text
+    assert note.grave == grave
 
 
-def test_a_scene_file_of_each_kind_loads(tmp_path: Path) -> None:
-    (tmp_path / "a.scene").write_text(OLD_TEXT)
-    (tmp_path / "b.yaml").write_text(yaml.safe_dump(scene(BOX)))
-    assert [o.name for o in Scene.load(str(tmp_path / "a.scene")).obstacles] == ["Box0", "Can"]
-    assert [o.name for o in Scene.load(str(tmp_path / "b.yaml")).obstacles] == ["crate"]
+@pytest.mark.parametrize("name", SILENT_IN_SCENE)
+def test_labels_and_what_ros_fills_in_say_nothing_in_a_scene(name: str) -> None:
+    assert of_scene(*SILENT_IN_SCENE[name]).notes == ()
 
 
-def test_the_matrix_allows_robot_against_object_only(tmp_path: Path) -> None:
-    lump = {
-        "id": "lump",
-        "primitives": [{"type": "sphere", "dimensions": [0.2]}],
-        "primitive_poses": [{"position": [0, 0, 1.3]}],
-    }
-    names = [f"iiwa14_link_{k}" for k in range(8)]
-    everything = [[True] * 9 for _ in range(9)]
-    allowing = scene(lump, allowed_collision_matrix={"entry_names": [*names, "lump"], "entry_values": everything})
-    for message, touches in ((scene(lump), True), (allowing, False)):
-        (tmp_path / "s.yaml").write_text(yaml.safe_dump(message))
-        robot, world = Robot.load("iiwa14"), Scene.load(str(tmp_path / "s.yaml"))
-        checker = make_checker(robot, world)
-        assert (contact_of(checker, np.zeros(7)) is not None) == touches
-        # what a matrix says of two robot links changes nothing
-        assert len(checker.world.self_pairs) == len(make_checker(robot, Scene("none")).world.self_pairs)
-    assert Scene.load(str(tmp_path / "s.yaml")).identity != Scene("x", world.obstacles).identity
-
-
-def test_a_carried_box_collides_in_the_arms_stead(tmp_path: Path) -> None:
-    robot = Robot.load("iiwa14")
-    held = with_carried(robot, [Carried("flange", "parcel", Box((0.1, 0.1, 0.1)), np.eye(4), ("iiwa14_link_6",))])
-    wall = scene({**BOX, "id": "wall", "primitive_poses": [{"position": [0, 0, 1.5]}]})
-    (tmp_path / "s.yaml").write_text(yaml.safe_dump(wall))
-    world = Scene.load(str(tmp_path / "s.yaml"))
-    assert contact_of(make_checker(robot, world), np.zeros(7)) is None
-    contact = contact_of(make_checker(held, world), np.zeros(7))
-    assert contact is not None
-    assert (contact.first, contact.second) == ("parcel", "wall")
-    assert held.identity != robot.identity
-
-
-def request_text(**goal: object) -> str:
-    joints = [f"iiwa14_joint_{k}" for k in range(1, 8)]
-    start = {"joint_state": {"name": joints, "position": [0, 0.5, 0, -1.2, 0, 0.8, 0]}}
-    return yaml.safe_dump({"start_state": start, "goal_constraints": [goal]})
-
-
-def test_a_request_gives_start_and_goal(tmp_path: Path) -> None:
-    joints = [{"joint_name": f"iiwa14_joint_{k}", "position": 0.1 * k} for k in range(7, 0, -1)]
-    (tmp_path / "r.yaml").write_text(request_text(joint_constraints=joints))
-    query = make_query(PlanRequest(scene="empty", motion_plan_request=tmp_path / "r.yaml"))
-    np.testing.assert_allclose(query.starts, [[0, 0.5, 0, -1.2, 0, 0.8, 0]])
-    np.testing.assert_allclose(query.goals, [0.1 * np.arange(1, 8)])
-    own = make_query(
-        PlanRequest(scene="empty", motion_plan_request=tmp_path / "r.yaml", goal="xyz:0.5,0.1,0.6", ik_solutions=5)
-    )
-    assert len(own.goals) == 5
-
-
-def test_a_request_with_a_pose_goal(tmp_path: Path) -> None:
-    place = {"constraint_region": {"primitive_poses": [{"position": {"x": 0.5, "y": 0.1, "z": 0.6}}]}}
-    turn = {"orientation": {"x": 0, "y": 1, "z": 0, "w": 0}}
-    (tmp_path / "r.yaml").write_text(request_text(position_constraints=[place], orientation_constraints=[turn]))
-    assert read_motion_plan_request(tmp_path / "r.yaml").goals == (
-        LinkGoal("", (0.5, 0.1, 0.6), quaternion=(0.0, 1.0, 0.0, 0.0)),
-    )
-    assert len(make_query(PlanRequest(scene="empty", motion_plan_request=tmp_path / "r.yaml")).goals) == 8
-
-
-@pytest.mark.parametrize(
-    ("text", "part"),
-    [
-        (request_text(), "neither joint nor position"),
-        (
-            "start_state: {}\ngoal_constraints: [{joint_constraints: [{joint_name: a, position: 0}]}]",
-            "no joint state to start from",
-        ),
-        ("goal_constraints: [{}]", "'start_state' is missing"),
-        (request_text(joint_constraints=[{"joint_name": "elbow", "position": 1}]), "says nothing of iiwa14_joint_1"),
-    ],
-)
-def test_refused_requests(tmp_path: Path, text: str, part: str) -> None:
-    (tmp_path / "r.yaml").write_text(text)
-    with pytest.raises(PlannerError) as caught:
-        make_query(PlanRequest(scene="empty", motion_plan_request=tmp_path / "r.yaml"))
-    assert part in str(caught.value)
-
-
-def test_goals_are_distinct_and_all_reach_the_target() -> None:
-    query = make_query(
-        PlanRequest(goal="xyz:0.5,0.3,0.6", scene="empty", start="q:0,0.5,0,-1.2,0,0.8,0", ik_solutions=8)
-    )
-    from planner.kinematics.forward import tool_positions
-
-    assert len(query.goals) == 8
-    np.testing.assert_allclose(tool_positions(query.robot, query.goals), np.tile([0.5, 0.3, 0.6], (8, 1)), atol=1e-5)
-    apart = np.abs(query.goals[:, None] - query.goals[None]).max(axis=2) + np.eye(8)
-    assert apart.min() > 1e-3
-
-
-def test_several_named_goals() -> None:
-    query = make_query(PlanRequest(goal="home,goal", ik_solutions=2))
-    assert len(query.goals) == 3
-
-
-@pytest.mark.skipif(not PROBLEMS, reason="the sample of MotionBenchMaker problems is not here")
-@pytest.mark.parametrize("path", PROBLEMS, ids=lambda path: f"{path.parent.name}-{path.stem[-1]}")
-def test_every_sample_problem_is_read(path: Path) -> None:
-    request = path.with_name(path.name.replace("scene", "request"))
-    asked = PlanRequest(robot="panda", scene=str(path), motion_plan_request=request)
-    if (path.parent.name, path.stem[-1]) == ("table_under_pick", "3"):
-        with pytest.raises(StateError, match=r"'panda_joint4' at -0\.04.*outside its limits.*by 0\.027 rad"):
-            make_query(asked)
-        asked = PlanRequest(robot="panda", scene=str(path), motion_plan_request=request, widen_limits=True)
-    query = make_query(asked)
-    assert query.robot.fixed_joints["panda_finger_joint1"] == 0.065
-    assert len(query.scene.obstacles) >= 5
-    assert query.goals.shape == (1, 7)
+@pytest.mark.parametrize("name", SILENT_IN_REQUEST)
+def test_labels_and_what_ros_fills_in_say_nothing_in_a_request(name: str, tmp_path: Path) -> None:
+    found = of_request(*SILENT_IN_REQUEST[name], tmp_path)
+    assert found.notes == ()
+    assert found.shares == {}
