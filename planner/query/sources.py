@@ -73,8 +73,11 @@ def _stamp(path: Path) -> _Stamp | None:
 
 @lru_cache(maxsize=4096)
 def _content(stamp: _Stamp) -> bytes:
-    with open(stamp[0], "rb") as file:
-        return hashlib.file_digest(file, "sha256").digest()
+    try:
+        with open(stamp[0], "rb") as file:
+            return hashlib.file_digest(file, "sha256").digest()
+    except OSError:  # the plan will say so
+        return b"unreadable"
 
 
 @lru_cache(maxsize=64)

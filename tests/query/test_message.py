@@ -138,6 +138,7 @@ def test_a_request_attaches_what_the_arm_carries(tmp_path: Path) -> None:
 
 def test_what_is_attached_is_placed_in_the_frame_of_its_header(tmp_path: Path) -> None:
     request = changed(REQUEST, "start_state.attached_collision_objects", ATTACHED)
+    request = changed(request, "start_state.attached_collision_objects.0.object.pose", {"position": [0, 0, -0.08]})
     here = "start_state.attached_collision_objects.0.object.header"
     (own,) = asked(tmp_path, request).robot.carried
     (other,) = asked(tmp_path, changed(request, here, {"frame_id": "panda_hand_tcp"})).robot.carried
