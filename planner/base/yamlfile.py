@@ -127,7 +127,7 @@ def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """A question in brackets, behind a blank, which of the ``known`` names was meant; empty where none is near."""
-    found = difflib.get_close_matches(name[:100], list(known), n=1, cutoff=0.7)
+    found = difflib.get_close_matches(name[:100], list(known), n=1, cutoff=0.65)
     return f" (did you mean {shown(found[0])}?)" if found else ""
 
 

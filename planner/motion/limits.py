@@ -167,7 +167,7 @@ def _require_within_urdf(robot: Robot, limits: MotionLimits) -> None:
 class _JointLimit(Strict):
     """One joint of a joint_limits.yaml, as MoveIt and ros2_control write it; limits count unless has_ is false.
 
-    Positions are the URDF's: narrower ones are refused. Efforts are nothing that a motion here keeps.
+    Positions are the URDF's: narrower ones are refused. Of efforts and gains no motion here knows.
     """
 
     has_position_limits: bool = True
@@ -242,13 +242,15 @@ def _with_file(limits: MotionLimits, path: Path, robot: Robot) -> tuple[MotionLi
     if missing:
         raise LimitError(f"{where} has no joint '{missing[0]}'; it has {choices(file.joint_limits)}: add it.")
     _require_positions_within(file, robot, where)
+    efforts = [file.joint_limits[joint].max_effort for joint in limits.joints]
+    effort = "" if all(each is None for each in efforts) else " (its efforts are passed over)"
     for kind in KINDS:
         found = [file.joint_limits[joint].value(kind) for joint in limits.joints]
         if any(value is not None for value in found):
             own = getattr(limits, kind)
             values = np.array([own[k] if value is None else value for k, value in enumerate(found)], dtype=float)
             partly = "" if all(value is not None for value in found) else f", the rest {limits.source[kind]}"
-            limits = _with(limits, kind, values, f"{path.name}{partly}")
+            limits = _with(limits, kind, values, f"{path.name}{effort}{partly}")
     scales = {kind: getattr(file, f"default_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
     return limits, scales
 
