@@ -125,9 +125,9 @@ def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
     return f"{about}{error['msg'].removeprefix('Value error, ')}{more}."
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """A question in brackets, behind a blank, which of the ``known`` names was meant; empty where none is near."""
-    found = difflib.get_close_matches(name[:100], list(known), n=1, cutoff=0.65)
+def nearest(name: str, known: Iterable[str], alike: float = 0.7) -> str:
+    """A question in brackets, behind a blank, which of the ``known`` names was meant; empty where none is ``alike``."""
+    found = difflib.get_close_matches(name[:100], list(known), n=1, cutoff=alike)
     return f" (did you mean {shown(found[0])}?)" if found else ""
 
 

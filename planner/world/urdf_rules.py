@@ -40,6 +40,7 @@ _INNER = {  # elements, and attributes, that have a meaning; others that are not
     "collision": ("origin", "geometry"),
     "geometry": (*_SIZES, "mesh"),
 }
+_ALIKE = 0.65  # of attributes: that is how near "ryp" is to "rpy"
 _ATTRIBUTES = {tag: tuple(numbers) for tag, numbers in _NUMBERS.items()} | {
     "limit": ("lower", "upper", "effort", "velocity", "gear_velocity"),
     "safety_controller": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
@@ -82,9 +83,9 @@ def _require_spelling(elements: Sequence[ET.Element], path: Path) -> None:
         where = f"URDF {path}: <{element.tag}> {shown(element.get('name'))}" if element.get("name") else f"URDF {path}"
         for child in element:
             inner, known = _INNER[element.tag], _ATTRIBUTES.get(child.tag, ())
-            wrong = [(child.tag, inner), *((key, known) for key in child.attrib if known)]
-            for word, words in wrong:
-                meant = nearest(word, words) if word not in words else ""
+            wrong = [(child.tag, inner, 0.7), *((key, known, _ALIKE) for key in child.attrib if known)]
+            for word, words, alike in wrong:
+                meant = nearest(word, words, alike) if word not in words else ""
                 if meant:
                     raise RobotError(f"{where} holds {shown(word)}{meant}, which means nothing; mend the file.")
 
