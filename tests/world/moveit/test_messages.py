@@ -291,6 +291,7 @@ def test_labels_and_what_ros_fills_in_say_nothing_in_a_scene(name: str) -> None:
 
 @pytest.mark.parametrize("name", SILENT_IN_REQUEST)
 def test_labels_and_what_ros_fills_in_say_nothing_in_a_request(name: str, tmp_path: Path) -> None:
-    found = of_request(*SILENT_IN_REQUEST[name], tmp_path)
+    place, value = SILENT_IN_REQUEST[name]
+    found = of_request(place, value, tmp_path)
     assert found.notes == ()
     assert found.shares == {}
