@@ -1,20 +1,130 @@
-"""PlanningScene messages."""
+"""PlanningScene messages: matrix, world, the scene, and what we take from it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+import numpy as np
+import pydantic
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import SceneError
 from planner.base.notes import Note
-from planner.base.yamlfile import validate
-from planner.world.moveit.fields import notes_of
-from planner.world.moveit.messages import PlanningSceneMessage, TransformStamped
+from planner.base.yamlfile import Name, Strict, validate
+from planner.world.moveit.fields import Label, Noted, Refused, notes_of
+from planner.world.moveit.messages import (
+    CollisionObject,
+    Header,
+    PoseMessage,
+    RobotState,
+    Tag,
+    Text,
+    TransformStamped,
+    fits,
+)
 from planner.world.moveit.objects import carried, obstacles, require_once
 from planner.world.shapes import Carried, Obstacle
+
+
+def _row(value: Any) -> Any:
+    """ROS writes a row as {enabled: [...]} or, through some exporters, as the list itself."""
+    return value["enabled"] if isinstance(value, dict) and set(value) == {"enabled"} else value
+
+
+class AllowedCollisionMatrix(Strict):
+    entry_names: list[Name] = pydantic.Field(default_factory=list)
+    entry_values: list[Annotated[list[bool], pydantic.BeforeValidator(_row)]] = pydantic.Field(default_factory=list)
+    default_entry_names: list[Name] = pydantic.Field(default_factory=list)
+    default_entry_values: Annotated[
+        list[bool], Refused("allows contacts of whole links or objects: allow pairs, in entry_names and entry_values")
+    ] = pydantic.Field(default_factory=list)
+
+    @pydantic.model_validator(mode="after")
+    def _square(self) -> AllowedCollisionMatrix:
+        fits(self.entry_names, self.entry_values, "entry_values", "entry_names")
+        fits(self.default_entry_names, self.default_entry_values, "default_entry_values", "default_entry_names")
+        for name, row in zip(self.entry_names, self.entry_values, strict=True):
+            if len(row) != len(self.entry_names):
+                raise ValueError(
+                    f"the row of '{name}' has {len(row)} values for {len(self.entry_names)} names; give one each"
+                )
+        values = np.array(self.entry_values, dtype=bool).reshape(2 * (len(self.entry_names),))
+        uneven = np.argwhere(values != values.T)
+        if len(uneven):
+            first, second = (self.entry_names[k] for k in uneven[0])
+            raise ValueError(f"it allows '{first}' and '{second}' in one order only; make it symmetric")
+        return self
+
+    def allowed(self) -> frozenset[frozenset[str]]:
+        """The pairs of names that may touch."""
+        return frozenset(
+            frozenset((first, second))
+            for first, row in zip(self.entry_names, self.entry_values, strict=True)
+            for second, value in zip(self.entry_names, row, strict=True)
+            if value and first != second
+        )
+
+
+class LinkPadding(Strict):
+    link_name: Text = ""
+    padding: float = 0.0
+
+
+class LinkScale(Strict):
+    link_name: Text = ""
+    scale: float = 1.0
+
+
+class ObjectColor(Strict):
+    id: Tag = ""
+    color: Tag = None
+
+
+class Octomap(Strict):
+    header: Annotated[Header, Label] = Header()
+    binary: Tag = False
+    id: Tag = ""
+    resolution: Tag = 0.0
+    data: list[Any] | str = pydantic.Field(default_factory=list)
+
+
+class OctomapWithPose(Strict):
+    header: Annotated[Header, Label] = Header()
+    origin: Annotated[PoseMessage, Label] = PoseMessage()
+    octomap: Octomap = Octomap()
+
+
+class PlanningSceneWorld(Strict):
+    collision_objects: list[CollisionObject] = pydantic.Field(default_factory=list)
+    octomap: Annotated[
+        OctomapWithPose, Refused("is not read, so what it holds would not be seen: give boxes or meshes in its place")
+    ] = OctomapWithPose()
+
+
+class PlanningSceneMessage(Strict):
+    name: Name = ""
+    robot_state: RobotState = RobotState()
+    robot_model_name: Name = ""
+    fixed_frame_transforms: list[TransformStamped] = pydantic.Field(default_factory=list)
+    allowed_collision_matrix: AllowedCollisionMatrix = AllowedCollisionMatrix()
+    link_padding: Annotated[
+        list[LinkPadding], Refused("is not 0: keep a distance from everything with --margin in its place")
+    ] = pydantic.Field(default_factory=list)
+    link_scale: Annotated[
+        list[LinkScale],
+        Refused(
+            "is not 1: keep a distance from everything with --margin in its place",
+            when=lambda value: any(each.scale != 1.0 for each in value),
+        ),
+    ] = pydantic.Field(default_factory=list)
+    object_colors: Annotated[list[ObjectColor], Label] = pydantic.Field(default_factory=list)
+    world: PlanningSceneWorld = PlanningSceneWorld()
+    is_diff: Annotated[
+        bool, Noted("it is a difference to a scene that is not here, and is taken for the whole", grave=True)
+    ] = False
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,9 @@ import pytest
 from planner.base.errors import SceneError
 from planner.base.notes import Note
 from planner.base.yamlfile import Strict, models_in
-from planner.world.moveit import messages
 from planner.world.moveit.fields import Label, Noted, Refused, notes_of, says_something
+from planner.world.moveit.requests import MotionPlanRequestMessage
+from planner.world.moveit.scenes import PlanningSceneMessage
 
 _IDLE = Noted("idle")
 
@@ -46,7 +47,7 @@ def test_what_says_something() -> None:
 
 
 def test_every_message_refuses_what_it_does_not_know() -> None:
-    kinds, open_ = set(), [messages.PlanningSceneMessage, messages.MotionPlanRequestMessage]
+    kinds, open_ = set(), [PlanningSceneMessage, MotionPlanRequestMessage]
     while open_:
         kind = open_.pop()
         kinds.add(kind)
