@@ -33,17 +33,19 @@ class Joints:
 
 @dataclass(frozen=True)
 class Position:
-    """A place for the tool's origin, m; its orientation is free."""
+    """A place for the origin of the tool, or of another ``frame``, m; its orientation is free."""
 
     xyz: tuple[float, ...]
+    frame: str | None = None
 
 
 @dataclass(frozen=True)
 class Pose:
-    """A placement of the tool frame: position in m, orientation as a quaternion x, y, z, w."""
+    """A placement of the tool frame, or of another ``frame``: position in m, orientation as a quaternion x, y, z, w."""
 
     xyz: tuple[float, ...]
     quaternion: tuple[float, ...]
+    frame: str | None = None
 
 
 @dataclass(frozen=True)

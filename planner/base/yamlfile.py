@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 import reprlib
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args
 
 import pydantic
 import yaml
@@ -58,13 +60,9 @@ _LEVELS = {
 
 
 def parse_yaml(text: str, where: str) -> Any:
-    """Plain data out of YAML text; no tag can construct an object."""
+    """Plain data out of YAML text; no tag can construct an object, and no key may stand twice in one mapping."""
     try:
-        depth = 0
-        for event in yaml.parse(text, yaml.CSafeLoader):
-            depth += _LEVELS.get(type(event), 0)
-            if depth > _DEEPEST:
-                raise RecursionError
+        _require_plain(yaml.parse(text, yaml.CSafeLoader))
         return yaml.load(text, yaml.CSafeLoader)
     except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
@@ -77,6 +75,26 @@ def parse_yaml(text: str, where: str) -> Any:
         raise FileError(f"{where} holds a value that YAML cannot make sense of: {problem}; mend the file.") from None
 
 
+def _require_plain(events: Iterable[Any]) -> None:
+    """Raise where YAML nests too deeply, or says a key twice: the loader would take the last and drop the others."""
+    open_: list[tuple[set[str] | None, bool]] = []  # keys of each mapping that is open, and whether one comes next
+    for event in events:
+        step = _LEVELS.get(type(event), 0)
+        if step < 0:
+            open_.pop()
+        keys, is_key = open_[-1] if open_ else (None, False)
+        if step >= 0 and keys is not None:
+            open_[-1] = keys, not is_key
+            name = event.value if is_key and isinstance(event, yaml.ScalarEvent) else "<<"  # merging may be repeated
+            if name in keys:
+                raise yaml.MarkedYAMLError(problem=f"key {shown(name)} stands twice", problem_mark=event.start_mark)
+            keys |= {name} - {"<<"}
+        if step > 0:
+            open_.append((set() if isinstance(event, yaml.MappingStartEvent) else None, True))
+            if len(open_) > _DEEPEST:
+                raise RecursionError
+
+
 def validate(model: type[Model], data: Any, where: str, error_type: type[PlannerError] = FileError) -> Model:
     """``data`` as a ``model``, or one sentence naming the first key that is wrong."""
     if not isinstance(data, dict):
@@ -85,15 +103,17 @@ def validate(model: type[Model], data: Any, where: str, error_type: type[Planner
     try:
         return model.model_validate(data)
     except pydantic.ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise error_type(f"{where}: {_sentence(first)}") from None
+        found = error.errors(include_url=False)  # a key that is misspelt is missing too: of the two say the former
+        first = next((each for each in found if each["type"] == "extra_forbidden"), found[0])
+        raise error_type(f"{where}: {_sentence(first, model)}") from None
 
 
-def _sentence(error: Any) -> str:
+def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
     key = shown(".".join(map(str, error["loc"])))
     more = f" (got {shown(error['input'])})" if not isinstance(error["input"], dict | list) else ""
     if error["type"] == "extra_forbidden":
-        return f"unknown key {key}; remove it or check its spelling."
+        meant = nearest(str(error["loc"][-1]), _keys_at(model, error["loc"][:-1]))
+        return f"unknown key {key}{meant}; remove it or check its spelling."
     if error["type"] == "union_tag_not_found":
         return f"{key} says no type; add 'type'."
     if error["type"] == "missing":
@@ -103,6 +123,34 @@ def _sentence(error: Any) -> str:
         return f"{key} has type {shown(context.get('tag'))}; types are {context.get('expected_tags')}."
     about = f"{key} is wrong: " if error["loc"] else ""
     return f"{about}{error['msg'].removeprefix('Value error, ')}{more}."
+
+
+def nearest(name: str, known: Iterable[str], alike: float = 0.7) -> str:
+    """A question in brackets, behind a blank, which of the ``known`` names was meant; empty where none is ``alike``."""
+    found = difflib.get_close_matches(name[:100], list(known), n=1, cutoff=alike)
+    return f" (did you mean {shown(found[0])}?)" if found else ""
+
+
+def _keys_at(model: type[pydantic.BaseModel], place: Iterable[Any]) -> list[str]:
+    """The keys of the models that may stand at ``place``, as pydantic says where something is."""
+    here = [model]
+    for step in place:
+        inner = [kind for one in here if step in one.model_fields for kind in models_in(one.model_fields[step])]
+        tagged = [
+            one for one in here if "type" in one.model_fields and step in get_args(one.model_fields["type"].annotation)
+        ]
+        here = inner or tagged or here  # a number, of a list's item, leads to no other model
+    return [name for one in here for name in one.model_fields]
+
+
+def models_in(annotation: Any) -> Iterator[type[pydantic.BaseModel]]:
+    """The file models that a field, or what it is annotated with, is made of."""
+    if isinstance(annotation, pydantic.fields.FieldInfo):
+        annotation = annotation.annotation
+    if isinstance(annotation, type) and not get_args(annotation) and issubclass(annotation, pydantic.BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from models_in(part)
 
 
 _SHORT = reprlib.Repr()

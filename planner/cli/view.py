@@ -96,6 +96,7 @@ def _desk(request: WorldRequest, question: LiveRequest, out: Path | None) -> Des
     from planner.live.state import Question
     from planner.query.open import open_world
     from planner.session.session import Session
+    from planner.world.frames import in_world
     from planner.world.scene import Scene
 
     out = Path(f"{Path(str(request.scene)).stem}-moved.yaml") if out is None else out
@@ -113,7 +114,7 @@ def _desk(request: WorldRequest, question: LiveRequest, out: Path | None) -> Des
     }
     session = Session(robot, scene, said["roadmap"], **options)
     asked = Question(said["start"], said["goal"], said["beta"])
-    desk = Desk(session, asked, lambda: Scene.load(str(request.scene)), out)
+    desk = Desk(session, asked, lambda: in_world(Scene.load(str(request.scene)), robot), out)
     say(desk.message)
     return desk
 

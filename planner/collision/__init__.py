@@ -9,6 +9,7 @@ from planner.base.request import require_margin
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import World
+from planner.world.frames import in_world
 from planner.world.robot import Robot
 from planner.world.scene import Scene
 
@@ -26,7 +27,7 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
     disabled = robot.disabled_pairs
     if disabled is None:
         disabled = generate_disabled_pairs(robot, kind)
-    return kind(World.of(robot, scene, disabled | robot.touching, margin))
+    return kind(World.of(robot, in_world(scene, robot), disabled | robot.touching, margin))
 
 
 @lru_cache(maxsize=8)

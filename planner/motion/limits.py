@@ -12,7 +12,7 @@ import pydantic
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.request import LimitsRequest, require_scale
-from planner.base.yamlfile import parse_yaml, read_text, validate
+from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
 from planner.world.robot import Robot
 
 KINDS = ("velocity", "acceleration", "jerk")
@@ -53,13 +53,14 @@ class MotionLimits:
     def of(robot: Robot, request: LimitsRequest | None = None) -> MotionLimits:
         """The robot's limits as ``request`` changes them; velocities beyond the URDF's are refused.
 
-        Where the URDF or the robot's file says nothing a figure is assumed, and ``source`` says so. Raises
+        Where the URDF or the robot's file says nothing a figure is assumed, and ``source`` says so. The shares that a
+        MoveIt request asks of the robot come before a file's default factors, and after those of ``request``. Raises
         :class:`LimitError` for limits of a file that no motion can keep, and for those beyond the robot's.
         """
         request = request or LimitsRequest()
         limits, scales = _of_robot(robot), {}
         if request.limits is not None:
-            limits, scales = _with_file(limits, request.limits)
+            limits, scales = _with_file(limits, request.limits, robot)
         for kind in ("acceleration", "jerk"):
             value = getattr(request, kind)
             if value is not None:
@@ -67,8 +68,8 @@ class MotionLimits:
         if request.acceleration is not None and request.jerk is None and "assumed" in limits.source["jerk"]:
             limits = _with(limits, "jerk", ASSUMED_JERK_PER_ACCELERATION * limits.acceleration, _assumed_jerk())
         for kind in ("velocity", "acceleration"):
-            asked = getattr(request, f"{kind}_scale")
-            limits = _scaled(limits, kind, scales.get(kind, 1.0) if asked is None else asked)
+            asked, share = getattr(request, f"{kind}_scale"), robot.shares.get(kind)
+            limits = _scaled(limits, kind, scales.get(kind, 1.0) if share is None else share, asked, share)
         _require_within_urdf(robot, limits)
         return limits
 
@@ -97,11 +98,17 @@ def _with(limits: MotionLimits, kind: str, values: Floats, source: str) -> Motio
     return replace(limits, **{kind: frozen(values)}, source={**limits.source, kind: source})
 
 
-def _scaled(limits: MotionLimits, kind: str, scale: float) -> MotionLimits:
+def _scaled(limits: MotionLimits, kind: str, scale: float, asked: float | None, share: float | None) -> MotionLimits:
+    """The limits times ``asked``, else times ``scale``; the source says what became of the ``share`` of a request."""
+    scale = scale if asked is None else asked
     require_scale(kind, scale, LimitError)
-    if scale == 1.0:
+    instead = share is not None and share != scale
+    if scale == 1.0 and not instead:
         return limits
-    return _with(limits, kind, scale * getattr(limits, kind), f"{limits.source[kind]}, times {scale:g}")
+    whose = (
+        f" (in place of the request's {share:g})" if instead else " (the request's)" if asked is None and share else ""
+    )
+    return _with(limits, kind, scale * getattr(limits, kind), f"{limits.source[kind]}, times {scale:g}{whose}")
 
 
 def _of_robot(robot: Robot) -> MotionLimits:
@@ -157,31 +164,74 @@ def _require_within_urdf(robot: Robot, limits: MotionLimits) -> None:
         )
 
 
-class _JointLimit(pydantic.BaseModel):
-    """One joint of a MoveIt joint_limits.yaml; a limit counts unless its has_ key says false."""
+class _JointLimit(Strict):
+    """One joint of a joint_limits.yaml, as MoveIt and ros2_control write it; limits count unless has_ is false.
 
-    model_config = pydantic.ConfigDict(extra="ignore", frozen=True)
+    Positions are the URDF's: narrower ones are refused. Of efforts and gains no motion here knows.
+    """
 
+    has_position_limits: bool = True
+    min_position: float | None = None
+    max_position: float | None = None
+    has_soft_limits: bool = True
+    soft_lower_limit: float | None = None
+    soft_upper_limit: float | None = None
+    k_position: float | None = None
+    k_velocity: float | None = None
     has_velocity_limits: bool = True
     max_velocity: float | None = None
     has_acceleration_limits: bool = True
     max_acceleration: float | None = None
+    has_deceleration_limits: bool = True
+    max_deceleration: float | None = None
     has_jerk_limits: bool = True
     max_jerk: float | None = None
+    has_effort_limits: bool = True
+    max_effort: float | None = None
+    angle_wraparound: bool = False
+
+    @pydantic.model_validator(mode="after")
+    def _said(self) -> _JointLimit:
+        """A limit that is announced is there."""
+        for kind in ("velocity", "acceleration", "deceleration", "jerk"):
+            if (
+                f"has_{kind}_limits" in self.model_fields_set
+                and self._given(kind)
+                and getattr(self, f"max_{kind}") is None
+            ):
+                raise ValueError(f"it has_{kind}_limits and no max_{kind}; add it, or say false")
+        return self
+
+    def _given(self, kind: str) -> bool:
+        return getattr(self, f"has_{kind}_limits")
 
     def value(self, kind: str) -> float | None:
-        return getattr(self, f"max_{kind}") if getattr(self, f"has_{kind}_limits") else None
+        """A joint brakes as it speeds up here: of acceleration and deceleration the smaller one counts."""
+        found = getattr(self, f"max_{kind}") if self._given(kind) else None
+        if kind != "acceleration" or self.max_deceleration is None or not self._given("deceleration"):
+            return found
+        return abs(self.max_deceleration) if found is None else min(found, abs(self.max_deceleration))
+
+    def bounds(self) -> tuple[float, float]:
+        """The positions that the file allows."""
+        lower, upper = [], []
+        if self.has_position_limits:
+            lower, upper = [self.min_position], [self.max_position]
+        if self.has_soft_limits:
+            lower, upper = [*lower, self.soft_lower_limit], [*upper, self.soft_upper_limit]
+        return (
+            max((value for value in lower if value is not None), default=-np.inf),
+            min((value for value in upper if value is not None), default=np.inf),
+        )
 
 
-class _LimitsFile(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="ignore", frozen=True)
-
+class _LimitsFile(Strict):
     joint_limits: dict[str, _JointLimit]
     default_velocity_scaling_factor: float = 1.0
     default_acceleration_scaling_factor: float = 1.0
 
 
-def _with_file(limits: MotionLimits, path: Path) -> tuple[MotionLimits, dict[str, float]]:
+def _with_file(limits: MotionLimits, path: Path, robot: Robot) -> tuple[MotionLimits, dict[str, float]]:
     """The limits with those of a MoveIt joint_limits.yaml in their place, and its default scaling factors."""
     where = f"joint limits {path}"
     data = parse_yaml(read_text(path, "joint limits"), where)
@@ -191,12 +241,26 @@ def _with_file(limits: MotionLimits, path: Path) -> tuple[MotionLimits, dict[str
     missing = [joint for joint in limits.joints if joint not in file.joint_limits]
     if missing:
         raise LimitError(f"{where} has no joint '{missing[0]}'; it has {choices(file.joint_limits)}: add it.")
+    _require_positions_within(file, robot, where)
+    efforts = [file.joint_limits[joint].max_effort for joint in limits.joints]
+    effort = "" if all(each is None for each in efforts) else " (its efforts are passed over)"
     for kind in KINDS:
         found = [file.joint_limits[joint].value(kind) for joint in limits.joints]
         if any(value is not None for value in found):
             own = getattr(limits, kind)
             values = np.array([own[k] if value is None else value for k, value in enumerate(found)], dtype=float)
             partly = "" if all(value is not None for value in found) else f", the rest {limits.source[kind]}"
-            limits = _with(limits, kind, values, f"{path.name}{partly}")
+            limits = _with(limits, kind, values, f"{path.name}{effort}{partly}")
     scales = {kind: getattr(file, f"default_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
     return limits, scales
+
+
+def _require_positions_within(file: _LimitsFile, robot: Robot, where: str) -> None:
+    """Raise where the file allows fewer positions than the path was planned in."""
+    for joint, lower, upper in zip(robot.joints, robot.lower, robot.upper, strict=True):
+        low, high = file.joint_limits[joint].bounds()
+        if low > lower + 1e-9 or high < upper - 1e-9:
+            raise LimitError(
+                f"{where} allows joint '{joint}' positions from {max(low, lower):g} to {min(high, upper):g}, narrower "
+                f"than the robot's [{lower:g}, {upper:g}]: narrow them in the URDF, which is what paths are planned in."
+            )

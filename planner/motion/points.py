@@ -17,7 +17,7 @@ from planner.motion.file import TRAJECTORY_NAME, limits_in
 from planner.motion.limits import MotionLimits
 from planner.motion.ros_bag import read_bag
 from planner.motion.trajectory import DEGREE, Trajectory
-from planner.paths.file import PathFile, cells, in_order, is_number, joint_names, matrix, parse
+from planner.paths.file import PathFile, cells, in_order, is_number, joint_names, matrix, parse, require_no_moving_base
 from planner.world.robot import Robot
 
 _TIME = ("t", "time", "time_from_start", "time_s", "seconds")
@@ -118,6 +118,7 @@ def _from_data(data: Any, where: str) -> tuple[Floats, list[Floats], Any, Any] |
     """Times, columns, names and the robot's name out of plain data; None where it has no points with times."""
     if not isinstance(data, dict):
         return None
+    require_no_moving_base(data, where)
     for key in ("goal", "trajectory", "joint_trajectory"):
         inner = data.get(key)
         inner = inner[0] if isinstance(inner, list) and len(inner) == 1 else inner

@@ -109,6 +109,7 @@ def _from_json(data: Any, where: str) -> PathFile:
                 f"{where} is a sweep, one path an interval of beta: save the 'path' of one of its intervals as a file "
                 "of its own, or plan with 'planner plan --beta'."
             )
+        require_no_moving_base(data, where)
         if "joint_trajectory" in data:
             return _from_json(data["joint_trajectory"], where)
         if isinstance(data.get("trajectory"), list) and len(data["trajectory"]) == 1:
@@ -117,6 +118,15 @@ def _from_json(data: Any, where: str) -> PathFile:
         if rows is not None:
             return PathFile(matrix(rows, where), joint_names(data, where), _text(data.get("robot")))
     raise FileError(f"{where} holds no path: give {_FORMATS}.")
+
+
+def require_no_moving_base(data: dict[str, Any], where: str) -> None:
+    """Raise :class:`FileError` for a RobotTrajectory that moves joints of several degrees of freedom too."""
+    other = data.get("multi_dof_joint_trajectory")
+    if isinstance(other, dict) and other.get("points"):
+        raise FileError(
+            f"{where} moves a base too (multi_dof_joint_trajectory), which is not supported: give one of the arm alone."
+        )
 
 
 def _rows_of(data: dict[str, Any], where: str) -> Any:

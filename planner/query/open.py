@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import OptionError, SceneError, StateError, choices
+from planner.base.errors import OptionError, SceneError, choices
 from planner.base.request import RoadmapRequest, WorldRequest
 from planner.base.targets import HOME, Joints, Target, joints_text, parse_base, parse_target, parse_targets
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
+from planner.query.message import asked_of, choice_of, goals_of, in_request, joints_of, start_of, unasked
 from planner.query.resolve import looks_like_degrees, resolve
 from planner.world.plausible import require_bodies, tell
 from planner.world.poses import pose
@@ -23,7 +24,7 @@ from planner.world.robot_files import JointChoice, read_robot
 from planner.world.scene import Scene
 
 if TYPE_CHECKING:
-    from planner.world.moveit import MotionPlanRequest
+    from planner.world.moveit.requests import MotionPlanRequest
 
 _log = logging.getLogger(__name__)
 
@@ -53,8 +54,7 @@ def open_world(request: WorldRequest, message: Path | None = None) -> CollisionC
 
     Joints that are not planned are held as the MoveIt request in the file ``message`` has them.
     """
-    scene = _scene(request)
-    robot = _robot(request, scene, _message(message))
+    scene, robot = _set_up(request, _message(message))
     _judge(robot, scene)
     return make_checker(robot, scene, request.collision, request.margin)
 
@@ -66,16 +66,15 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
     are to the start; by manipulability alone without ``near_start``. A scene in which obstacles move along known
     motions is refused, but where the answer has times (``in_time``).
     """
-    scene = _scene(request)
+    message = _message(request.motion_plan_request)
+    scene, robot = _set_up(request, message)
     if scene.moving and not in_time:
         raise SceneError(
             f"in scene '{scene.name}' obstacles move ({choices(item.name for item in scene.moving)}), and a path "
             "without times cannot keep clear of them: plan in time, by 'planner plan' without --no-timing, or by "
             "Session.plan_in_time."
         )
-    message = _message(request.motion_plan_request)
-    robot = _robot(request, scene, message)
-    start, goals = _targets(request, robot, message)
+    start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
         robot = _widened(robot, [start, *(goal for _, goal in goals)])
     _judge(robot, scene)
@@ -107,41 +106,38 @@ def resolve_query(
     return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows))
 
 
-def _scene(request: WorldRequest) -> Scene:
-    return request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
-
-
 def _message(path: Path | None) -> MotionPlanRequest | None:
     if path is None:
         return None
-    from planner.world.moveit import read_motion_plan_request
+    from planner.world.moveit.requests import read_motion_plan_request
 
     return read_motion_plan_request(path)
 
 
-def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
-    """The robot as the scene and the request set it up: every command loads its robot here.
+def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[Scene, Robot]:
+    """The scene, and the robot in it, as a MoveIt request changes them: every command loads its robot here."""
+    scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
+    scene = unasked(scene) if message is None else in_request(scene, message)
+    return scene, _robot(request, scene, message)
 
-    One that is given as such stands as it is.
-    """
+
+def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
+    """The robot as the scene and the request set it up; one that is given as such stands as it is."""
     if isinstance(request.robot, Robot):
         _require_as_it_is(request)
-        return with_carried(with_tool(request.robot, request.tool), scene.carried)
+        return asked_of(with_carried(with_tool(request.robot, request.tool), scene.carried), message)
     files = read_robot(str(request.robot), request.srdf)
     placement = scene.placement(files.name)
     tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
     choice = JointChoice(request.group, request.joint_names)
     if message is not None:
+        choice, start = choice_of(message, choice, files), start_of(message, scene)
         planned = files.planned_joints(tool, choice, fixed)
-        held = {name: message.start[name] for name in files.model.names[1:] if name in message.start}
-        held = {name: value for name, value in held.items() if name not in planned}
-        lacking = [name for name in message.start if name not in files.model.names]
-        if lacking:
-            _log.info("the request speaks of joints that the robot lacks, which are passed over: %s", lacking)
+        held = {name: start[name] for name in files.model.names[1:] if name in start and name not in planned}
         _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
         fixed |= held
     base = placement.base.matrix() if request.base is None else pose(*parse_base(request.base))
-    return with_carried(assemble(files, tool, choice, fixed, base), scene.carried)
+    return asked_of(with_carried(assemble(files, tool, choice, fixed, base), scene.carried), message, choice)
 
 
 def _require_as_it_is(request: WorldRequest) -> None:
@@ -159,30 +155,16 @@ def states_of(robot: Robot, scene: Scene) -> dict[str, str]:
 
 
 def _targets(
-    request: RoadmapRequest, robot: Robot, message: MotionPlanRequest | None
+    request: RoadmapRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
 ) -> tuple[Target, list[tuple[str, Target]]]:
     """Start, and goals with their texts; an explicit --start or --goal takes precedence over the MoveIt request."""
     plain = RoadmapRequest()
     start, goals = parse_target(str(request.start)), parse_targets(str(request.goal))
     if message is not None and request.start == plain.start:
-        start = _joints(robot, message.start, "start")
+        start = joints_of(message, robot, scene)
     if message is not None and request.goal == plain.goal:
-        goals = [_wanted(robot, goal, f"number {k}") for k, goal in enumerate(message.goals, start=1)]
+        goals = goals_of(message, robot, scene)
     return start, goals
-
-
-def _wanted(robot: Robot, goal: dict[str, float] | str, name: str) -> tuple[str, Target]:
-    """A goal of a MoveIt request: its text where it is a pose, its number where it is in joints."""
-    return (goal, parse_target(goal)) if isinstance(goal, str) else (name, _joints(robot, goal, "goal"))
-
-
-def _joints(robot: Robot, values: dict[str, float], role: str) -> Joints:
-    missing = [joint for joint in robot.joints if joint not in values]
-    if missing:
-        raise StateError(
-            f"the request's {role} says nothing of {choices(missing)}: it is for another robot; choose --robot."
-        )
-    return Joints(tuple(values[joint] for joint in robot.joints))
 
 
 def _widened(robot: Robot, targets: list[Target]) -> Robot:
@@ -200,13 +182,3 @@ def _widened(robot: Robot, targets: list[Target]) -> Robot:
 def _judge(robot: Robot, scene: Scene) -> None:
     require_bodies(robot)
     tell(robot, scene)
-    _note_permissions(robot, scene)
-
-
-def _note_permissions(robot: Robot, scene: Scene) -> None:
-    """A scene's matrix cannot allow two robot links to collide: only the robot's own SRDF can."""
-    links = {body.link for body in robot.bodies}
-    own = [pair for pair in scene.allowed if pair <= links and len(pair) == 2]
-    ignored = sorted(" and ".join(sorted(pair)) for pair in own if pair not in (robot.disabled_pairs or frozenset()))
-    if ignored:
-        _log.info("the scene allows robot links to collide; they are checked all the same: %s", "; ".join(ignored))

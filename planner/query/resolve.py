@@ -18,7 +18,7 @@ from planner.collision.world import Contact
 from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
 from planner.world.poses import pose, se3
-from planner.world.robot import Robot
+from planner.world.robot import Robot, with_tool
 
 IK_STARTS = 100
 NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
@@ -54,8 +54,11 @@ def resolve(
         case Joints(values):
             return free_configuration(np.array(values), checker, role)[None]
         case Position(xyz) | Pose(xyz):
-            solutions = _reach(target, checker.robot, role, starts)
-            return _choose(solutions, checker, np.array(xyz), role, count, starts)
+            robot = with_tool(checker.robot, target.frame)
+            solutions = _reach(target, robot, role, starts)
+            if not len(solutions.configurations):
+                raise _out_of_reach(solutions, robot, np.array(xyz), role)
+            return _choose(solutions.configurations, checker, role, count, starts)
 
 
 def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:
@@ -72,13 +75,13 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
         case Joints(values):
             return frozen(_joint_values(np.array(values), checker.robot, role))
         case Position(xyz) | Pose(xyz):
-            robot = checker.robot
+            robot = with_tool(checker.robot, target.frame)
             solutions = _reach(target, robot, role)
             found = solutions.configurations
             if not len(found):
                 raise _out_of_reach(solutions, robot, np.array(xyz), role)
             touching = np.array([contact_of(checker, q) is not None for q in found])
-            return frozen(found[np.lexsort((-manipulability(robot, found), touching))[0]])
+            return frozen(found[np.lexsort((-manipulability(checker.robot, found), touching))[0]])
 
 
 def _reach(target: Position | Pose, robot: Robot, role: str, starts: Floats | None = None) -> inverse.Solutions:
@@ -196,18 +199,7 @@ def looks_like_degrees(robot: Robot, values: Floats) -> bool:
     return bool((beyond & turns & (np.abs(values) > TURN)).any()) and not beyond_limits(robot, as_degrees).any()
 
 
-def _choose(
-    solutions: inverse.Solutions,
-    checker: CollisionChecker,
-    position: Floats,
-    role: str,
-    count: int,
-    starts: Floats | None,
-) -> Floats:
-    found = solutions.configurations
-    if not len(found):
-        raise _out_of_reach(solutions, checker.robot, position, role)
-
+def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, starts: Floats | None) -> Floats:
     @cache
     def free(row: int) -> bool:  # of few is it asked: a check takes as long as a solution
         return is_free(checker, found[row])

@@ -24,6 +24,7 @@ from planner.roadmap.build import origin_of
 from planner.roadmap.node_checks import nobody
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap
 from planner.session.edge_proofs import EdgeProofs, displacement
+from planner.world.frames import in_world
 from planner.world.moving import MovingObstacle
 from planner.world.robot import Robot, with_carried, with_tool
 from planner.world.scene import PoseFile, Scene
@@ -58,7 +59,7 @@ class LiveWorld:
             disabled = generate_disabled_pairs(bare, kind)
         stands = np.zeros((0, bare.dof))
         live = LiveWorld(bare, disabled, checker, EdgeProofs.of(checker.world, np.zeros(0)), stands)
-        return live._in(scene)
+        return live._in(in_world(scene, bare))
 
     @property
     def roadmap(self) -> Roadmap:

@@ -36,7 +36,7 @@ _SHOWN = (
 
 @dataclass(frozen=True)
 class Row:
-    """One seed; ``asked`` is a hash of the options and the files that they name.
+    """One seed; ``asked`` is a hash of the options and of all files that are read.
 
     ``manipulability_cost``, ``w_min`` and ``w_mean`` are those of the path at beta 0, ``distance_cost`` and
     ``length_rad`` those of the path at beta 1; None where there is no path.
@@ -100,19 +100,19 @@ def _folder(out: Path, request: SweepRequest) -> Path:
 
 def _measure(request: SweepRequest, progress: Progress, out: Path, front: bool, max_labels: int) -> list[Row]:
     """The row of one seed; none where stopped."""
-    begin = time.perf_counter()
+    begin, asked = time.perf_counter(), request_hash(request)  # files may change while it is measured
     found = sweep(request, progress.renamed(lambda stage, done, total: None), front, max_labels)
     if found.outcome is Outcome.INTERRUPTED:
         return []
     save_sweep(found, _folder(out, request))
-    return [_row(found, time.perf_counter() - begin)]
+    return [_row(found, asked, time.perf_counter() - begin)]
 
 
-def _row(found: Tradeoff, seconds: float) -> Row:
+def _row(found: Tradeoff, asked: str, seconds: float) -> Row:
     first, last = (found.intervals[0], found.intervals[-1]) if found.intervals else (None, None)
     return Row(
         seed=found.request.seed,
-        asked=request_hash(found.request),
+        asked=asked,
         software=software(versions()),
         outcome=found.outcome.key,
         intervals=len(found.intervals),

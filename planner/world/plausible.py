@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
-from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.errors import RobotError, choices
+from planner.base.notes import Note
 from planner.world.robot import Robot
 from planner.world.scene import Scene
 from planner.world.shapes import Mesh
@@ -17,15 +18,8 @@ _log = logging.getLogger(__name__)
 
 _TOO_LARGE = 50  # times the arm's length: a part in millimetres that was read as metres is 1000 times too large
 _TOO_SMALL = 1e-4  # of the arm's length
+_SHOWN = 3  # pairs of links in a note
 _SHORTEST = 1e-3  # m: of an arm without length nothing can be said
-
-
-@dataclass(frozen=True)
-class Note:
-    """A sentence about a model; ``grave`` where a plan may well be wrong because of it."""
-
-    text: str
-    grave: bool = True
 
 
 def require_bodies(robot: Robot) -> None:
@@ -38,8 +32,9 @@ def require_bodies(robot: Robot) -> None:
 
 
 def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
-    """What is doubtful about a robot and a scene, the scene's own things last."""
-    return (*_bare_links(robot), *_link_meshes(robot), *_obstacle_meshes(robot, scene), *_movers(scene))
+    """What is doubtful about a robot and a scene, and what of their files was passed over."""
+    models = (*_bare_links(robot), *_link_meshes(robot), *_obstacle_meshes(robot, scene), *_movers(scene))
+    return (*models, *robot.notes, *scene.notes, *_strangers(robot, scene), *_permissions(robot, scene))
 
 
 def tell(robot: Robot, scene: Scene) -> None:
@@ -113,6 +108,41 @@ def _movers(scene: Scene) -> list[Note]:
         text = f"{names} may leave their places: a trajectory's proof says until when nothing can touch."
         found.append(Note(text, grave=False))
     return found
+
+
+def _strangers(robot: Robot, scene: Scene) -> list[Note]:
+    """A scene that was made for another robot, or sets up others only, or speaks of names that nobody has."""
+    message, found = scene.message, []
+    if message is not None and message.robot not in ("", robot.name, robot.source.name):
+        found.append(
+            Note(f"scene '{scene.name}' was made for robot '{message.robot}', and this one is '{robot.name}'.")
+        )
+    if scene.robots and robot.name not in scene.robots:
+        text = f"scene '{scene.name}' sets up {choices(scene.robots)}, not '{robot.name}', which stands as it is."
+        found.append(Note(text, grave=False))
+    known = {*robot.source.links, *(item.object for item in scene.obstacles), *(body.link for body in robot.bodies)}
+    known |= {item.name for item in (*scene.obstacles, *scene.moving)}
+    named = [*itertools.chain(*scene.allowed), *(link for item in scene.carried for link in item.touch_links)]
+    unknown = sorted({name for name in named if name not in known}) if message is None else []
+    if unknown:
+        text = f"scene '{scene.name}' allows contacts of {choices(unknown)}, which neither it nor the robot has."
+        found.append(Note(text))
+    return found
+
+
+def _permissions(robot: Robot, scene: Scene) -> list[Note]:
+    """A scene cannot allow two links of the robot to touch: only the robot's own SRDF can."""
+    links, own = {body.link for body in robot.bodies}, robot.disabled_pairs or frozenset()
+    pairs = [sorted(pair) for pair in scene.allowed if pair <= links and len(pair) == 2]
+    ignored = sorted(" and ".join(pair) for pair in pairs if frozenset(pair) not in own | robot.touching)
+    if not ignored:
+        return []
+    text = (
+        f"scene '{scene.name}' allows links of the robot to touch, which are checked all the same, as the SRDF does "
+        f"not: {'; '.join(ignored[:_SHOWN])}"
+    )
+    more = f" and {len(ignored) - _SHOWN} more pairs" if len(ignored) > _SHOWN else ""
+    return [Note(f"{text}{more}.", grave=False)]
 
 
 def _length(robot: Robot) -> float:

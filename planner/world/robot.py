@@ -15,6 +15,7 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import RobotError, choices
 from planner.base.hashing import content_hash
+from planner.base.notes import Note
 from planner.base.targets import TURN
 from planner.base.yamlfile import FARTHEST
 from planner.world import urdf
@@ -60,6 +61,9 @@ class Robot:
     touching: frozenset[frozenset[str]] = frozenset()  # what these may touch, by name
     states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # named by its SRDF, of the planned joints
     motion: MotionFile | None = None  # of the planned joints, in their order; None: nobody has said
+    shares: Mapping[str, float] = field(default_factory=dict)  # of its velocities and accelerations, as a request asks
+    world_frame: str = ""  # how its SRDF calls the frame that its base stands in
+    notes: tuple[Note, ...] = ()  # of what was passed over in its files, or in a request to it
 
     @staticmethod
     def load(
@@ -138,7 +142,7 @@ def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
     for item in carried:
         if item.name in {body.link for body in robot.bodies}:
             raise RobotError(f"the robot carries '{item.name}', but a link has that name: give it another one.")
-        frame = robot.model.frames[urdf.frame_id(robot.model, item.link)]
+        frame = held_in(robot, item)
         placement = frozen(frame.placement.homogeneous @ item.placement)
         bodies.append(Body(item.name, item.name, int(frame.parentJoint), item.shape, placement, (0.8, 0.6, 0.3, 1.0)))
         touching |= {frozenset((item.name, link)) for link in (item.link, *item.touch_links)}
@@ -148,6 +152,20 @@ def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
         carried=(*robot.carried, *bodies),
         touching=frozenset(touching),
     )
+
+
+def held_in(robot: Robot, item: Carried) -> pin.Frame:
+    """The frame that a carried shape is placed in; :class:`RobotError` where it does not move with its link."""
+    holder = robot.model.frames[urdf.frame_id(robot.model, item.link)]
+    if item.frame in ("", item.link):
+        return holder
+    found = [each for each in robot.model.frames if each.name == item.frame and each.parentJoint == holder.parentJoint]
+    if not found:
+        raise RobotError(
+            f"'{item.name}' is attached to link '{item.link}' and placed in frame '{item.frame}', which does not move "
+            "with it; place it in the frame of its link."
+        )
+    return found[0]
 
 
 def with_tool(robot: Robot, tool: str | None) -> Robot:
@@ -215,6 +233,8 @@ def assemble(
         source=description,
         states=states_of_joints(files.srdf, planned) if files.srdf else {},
         motion=files.motion(planned),
+        world_frame=files.srdf.world_frame if files.srdf else "",
+        notes=files.notes,
         **parts,
     )
 

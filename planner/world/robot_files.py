@@ -14,6 +14,7 @@ import pydantic
 
 from planner.base.errors import RobotError, choices
 from planner.base.files import is_file
+from planner.base.notes import Note
 from planner.base.resources import robot_names, robots_folder
 from planner.base.targets import HOME
 from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, validate
@@ -123,7 +124,8 @@ class RobotFiles:
             return group_joints(self._groups(), choice.group, self.description, self.model)
         if self.file and self.file.joints:
             return list(self.file.joints)
-        return urdf.chain_joints(self.model, tool)
+        passive = self.srdf.passive if self.srdf else frozenset()
+        return [joint for joint in urdf.chain_joints(self.model, tool) if joint not in passive]
 
     def _groups(self) -> Srdf:
         if self.srdf is None:
@@ -183,7 +185,9 @@ class RobotFiles:
     @cached_property
     def disabled_pairs(self) -> frozenset[frozenset[str]] | None:
         """What SRDF and robot file say needs no check; None where neither says anything."""
-        said = self.srdf.disabled if self.srdf else frozenset()  # some SRDFs disable nothing at all
+        said = (
+            self.srdf.disabled_among(self.description.links) if self.srdf else frozenset()
+        )  # some SRDFs disable nothing at all
         listed = self.file.disabled_pairs if self.file else None
         if listed is None:
             return said or None
@@ -195,10 +199,25 @@ class RobotFiles:
             )
         return said | frozenset(frozenset(pair) for pair in listed)
 
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What the SRDF says that is not followed."""
+        srdf, found = self.srdf, []
+        if srdf is not None and srdf.unchecked:
+            text = f"SRDF {srdf.path} leaves {choices(srdf.unchecked)} unchecked (disable_default_collisions): against "
+            found.append(Note(f"{text}links that is followed, against obstacles they are checked all the same."))
+        if srdf is not None and srdf.base_moves:
+            text = f"SRDF {srdf.path} has a virtual_joint that moves the base, which stands here: see --base."
+            found.append(Note(text, grave=False))
+        if srdf is not None and srdf.other:
+            text = f"SRDF {srdf.path}: elements of other programs are passed over: {choices(srdf.other)}."
+            found.append(Note(text, grave=False))
+        return tuple(found)
+
 
 def read_robot(name: str, srdf: Path | None = None) -> RobotFiles:
     """The files of a robot given by name, or by the path of its robot.yaml or URDF; ``srdf`` replaces its own."""
-    folder, file = _find(name)
+    folder, file = find_robot(name)
     description = urdf.read_description(file.urdf.path(folder) if file else Path(name))
     own = file.srdf.path(folder) if file and file.srdf else None
     place = srdf or own
@@ -209,14 +228,16 @@ def read_robot(name: str, srdf: Path | None = None) -> RobotFiles:
     return files
 
 
-def _find(name: str) -> tuple[Path, RobotFile | None]:
-    """The folder that the robot's files are in, and its robot file, None for a URDF by path."""
+def robot_file(name: str) -> Path:
+    """The robot.yaml or URDF that a name or path stands for, whether it is there or not."""
     if name in robot_names():
-        path = robots_folder() / name / _ROBOT_FILE
-    elif name and is_file(Path(name) / _ROBOT_FILE):
-        path = Path(name) / _ROBOT_FILE
-    else:
-        path = Path(name)
+        return robots_folder() / name / _ROBOT_FILE
+    return Path(name) / _ROBOT_FILE if name and is_file(Path(name) / _ROBOT_FILE) else Path(name)
+
+
+def find_robot(name: str) -> tuple[Path, RobotFile | None]:
+    """The folder that the robot's files are in, and its robot file, None for a URDF by path."""
+    path = robot_file(name)
     if path.suffix.lower() in (".yaml", ".yml"):
         where = f"robot file {path}"
         return path.parent, validate(RobotFile, parse_yaml(read_text(path, "robot file"), where), where, RobotError)

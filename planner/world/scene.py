@@ -14,6 +14,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
 from planner.base.files import is_file
 from planner.base.hashing import content_hash
+from planner.base.notes import Note
 from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.targets import TURN
 from planner.base.yamlfile import FARTHEST, Coordinate, Name, Size, Strict, parse_yaml, read_text, validate
@@ -23,7 +24,7 @@ from planner.world.poses import pose
 from planner.world.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
 
 if TYPE_CHECKING:
-    from planner.world.moveit import PlanningScene
+    from planner.world.moveit.scenes import PlanningScene
 
 Triple = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -215,6 +216,8 @@ class Scene:
     moving: tuple[MovingObstacle, ...] = ()
     carried: tuple[Carried, ...] = ()  # shapes that a link of the robot holds
     allowed: frozenset[frozenset[str]] = frozenset()  # pairs of names that may touch
+    message: PlanningScene | None = None  # MoveIt's, where it is one: what else it says
+    notes: tuple[Note, ...] = ()  # of what was passed over in its file, or in a request
 
     @staticmethod
     def load(name: str) -> Scene:
@@ -230,12 +233,14 @@ class Scene:
         where = f"scene file {path}"
         text = read_text(path, "scene file")
         if path.suffix.lower() == ".scene":
-            from planner.world.moveit import scene_text  # its models take longer to make than a scene to read
+            from planner.world.moveit.scene_text import (
+                scene_text,  # its models take longer to make than a scene to read
+            )
 
             return _from_moveit(scene_text(text, path))
         data = parse_yaml(text, where)
         if _is_planning_scene(data):
-            from planner.world.moveit import planning_scene
+            from planner.world.moveit.scenes import planning_scene
 
             return _from_moveit(planning_scene(data, path))
         return _build(validate(SceneFile, data, where, SceneError), path)
@@ -268,7 +273,8 @@ def _is_planning_scene(data: Any) -> bool:
 
 
 def _from_moveit(scene: PlanningScene) -> Scene:
-    return Scene(scene.name, scene.obstacles, "from MoveIt", carried=scene.carried, allowed=scene.allowed)
+    said = {"carried": scene.carried, "allowed": scene.allowed, "message": scene, "notes": scene.notes}
+    return Scene(scene.name, scene.obstacles, "from MoveIt", **said)
 
 
 def _build(file: SceneFile, path: Path) -> Scene:

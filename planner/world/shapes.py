@@ -80,7 +80,8 @@ class Obstacle:
     """A shape that stands still in the world; ``part_of`` names the object it is one of several shapes of.
 
     With a ``speed_limit`` (m/s) it may leave its place at time 0, no point of it quicker than that: what is proven of
-    such an obstacle holds for its place, and a trajectory's proof says until when whatever it does.
+    such an obstacle holds for its place, and a trajectory's proof says until when whatever it does. ``frame`` is that
+    of the ``placement``, empty for the world; :func:`planner.world.frames.in_world` brings an obstacle there.
     """
 
     name: str
@@ -88,6 +89,7 @@ class Obstacle:
     placement: Floats  # (4, 4), in the world
     part_of: str | None = None
     speed_limit: float = 0.0  # m/s
+    frame: str = ""
 
     @property
     def object(self) -> str:
@@ -97,13 +99,17 @@ class Obstacle:
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """A shape that a link carries, placed (4, 4) in the link's frame; it may touch ``touch_links``."""
+    """A shape that a link carries, placed (4, 4) in the link's frame, or in ``frame``, one that moves with the link.
+
+    It may touch ``touch_links``.
+    """
 
     link: str
     name: str
     shape: Shape
     placement: Floats
     touch_links: tuple[str, ...] = ()
+    frame: str = ""
 
 
 def corners(shape: Shape) -> tuple[Floats, float]:

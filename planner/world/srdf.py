@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,9 +11,23 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.errors import RobotError, choices
-from planner.base.yamlfile import FARTHEST, read_text, shown
+from planner.base.yamlfile import FARTHEST, nearest, read_text, shown
 from planner.world import urdf
 
+_ELEMENTS = {  # with the attributes without which they mean nothing
+    "group": ("name",),
+    "group_state": ("name",),
+    "passive_joint": ("name",),
+    "virtual_joint": (),
+    "disable_collisions": ("link1", "link2"),
+    "enable_collisions": ("link1", "link2"),
+    "disable_default_collisions": ("link",),
+}
+_HARMLESS = ("end_effector", "link_sphere_approximation", "joint_property")  # no path depends on them
+_INNER = {
+    "group": {"joint": ("name",), "link": ("name",), "group": ("name",), "chain": ("base_link", "tip_link")},
+    "group_state": {"joint": ("name", "value")},
+}
 _DEEPEST = 100  # groups within groups: of more, one contains itself
 
 
@@ -39,13 +53,27 @@ class GroupState:
 
 @dataclass(frozen=True)
 class Srdf:
-    """What we take from an SRDF; ``disabled`` are pairs of links that need no collision check."""
+    """What we take from an SRDF; ``disabled`` are pairs of links that need no collision check.
+
+    Nor do the links ``unchecked`` against any other link, but for the pairs ``enabled``. ``world_frame`` is how it
+    calls the frame that the robot's root stands or moves in; ``other`` are its elements that mean nothing here.
+    """
 
     path: Path
     disabled: frozenset[frozenset[str]]
     groups: Mapping[str, Group] = field(default_factory=dict)
     states: tuple[GroupState, ...] = ()
     passive: frozenset[str] = frozenset()
+    unchecked: tuple[str, ...] = ()
+    enabled: frozenset[frozenset[str]] = frozenset()
+    world_frame: str = ""
+    base_moves: bool = False
+    other: tuple[str, ...] = ()
+
+    def disabled_among(self, links: Iterable[str]) -> frozenset[frozenset[str]]:
+        """The pairs of a robot's ``links`` that need no collision check."""
+        pairs = {frozenset((one, other)) for one in self.unchecked for other in links if one != other}
+        return self.disabled | (frozenset(pairs) - self.enabled)
 
 
 def read_srdf(path: Path) -> Srdf:
@@ -56,16 +84,52 @@ def read_srdf(path: Path) -> Srdf:
         raise RobotError(f"SRDF {path} is not well-formed XML ({error}): mend the file.") from None
     if root.tag != "robot":
         raise RobotError(f"{path} is no SRDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
+    _require_known(root, path)
     groups = [_group(item) for item in root.findall("group")]
+    virtual = root.find("virtual_joint")
     return Srdf(
         path=path,
-        disabled=frozenset(
-            frozenset((pair.get("link1", ""), pair.get("link2", ""))) for pair in root.iter("disable_collisions")
-        ),
-        groups={group.name: group for group in groups if group.name},
-        states=tuple(_state(item, path) for item in root.findall("group_state") if item.get("name")),
+        disabled=_pairs(root, "disable_collisions"),
+        groups={group.name: group for group in groups},
+        states=tuple(_state(item, path) for item in root.findall("group_state")),
         passive=frozenset(item.get("name", "") for item in root.findall("passive_joint")),
+        unchecked=tuple(item.get("link", "") for item in root.findall("disable_default_collisions")),
+        enabled=_pairs(root, "enable_collisions"),
+        world_frame="" if virtual is None else virtual.get("parent_frame", ""),
+        base_moves=virtual is not None and virtual.get("type", "fixed") != "fixed",
+        other=tuple(dict.fromkeys(item.tag for item in root if item.tag not in (*_ELEMENTS, *_HARMLESS))),
     )
+
+
+def _pairs(root: ET.Element, kind: str) -> frozenset[frozenset[str]]:
+    return frozenset(frozenset((pair.get("link1", ""), pair.get("link2", ""))) for pair in root.iter(kind))
+
+
+def _require_known(root: ET.Element, path: Path) -> None:
+    """Raise :class:`RobotError` for an element that is misspelt, or without the attributes that give it a meaning.
+
+    Elements that are nothing like those of an SRDF are other programs' own.
+    """
+    for element in root:
+        meant = nearest(element.tag, (*_ELEMENTS, *_HARMLESS))
+        if element.tag not in (*_ELEMENTS, *_HARMLESS) and meant:
+            raise RobotError(f"SRDF {path} has an unknown element {shown(element.tag)}{meant}; mend the file.")
+        _require_attributes(element, _ELEMENTS.get(element.tag, ()), path)
+        inner = _INNER.get(element.tag, {})
+        for child in element if inner else ():
+            if child.tag not in inner:
+                raise RobotError(
+                    f"SRDF {path}: <{element.tag}> {shown(element.get('name'))} holds an unknown element "
+                    f"{shown(child.tag)}{nearest(str(child.tag), inner)}; use {choices(inner)}."
+                )
+            _require_attributes(child, inner[child.tag], path)
+
+
+def _require_attributes(element: ET.Element, names: Iterable[str], path: Path) -> None:
+    lacking = [name for name in names if not element.get(name, "").strip()]
+    if lacking:
+        meant = nearest(lacking[0], (key for key in element.attrib if key not in names))
+        raise RobotError(f"SRDF {path} has a <{element.tag}> without attribute '{lacking[0]}'{meant}; add it.")
 
 
 def _group(element: ET.Element) -> Group:

@@ -56,6 +56,15 @@ class Description:
         ros = [part for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
         return [*above, *ros, str(robots_folder()), str(example_robot_data().parent)]
 
+    @cached_property
+    def mesh_names(self) -> dict[str, list[str]]:
+        """The meshes that it names, for collision and for visual geometry."""
+        root = ET.fromstring(self.xml)
+        return {
+            kind: sorted({mesh.get("filename", "") for element in root.iter(kind) for mesh in element.iter("mesh")})
+            for kind in ("collision", "visual")
+        }
+
     def child_of(self, joint: str) -> str:
         """The link that ``joint`` moves."""
         return self.joints[joint][1]
@@ -91,6 +100,8 @@ def read_description(path: Path) -> Description:
     continuous = frozenset(
         _make_revolute(joint) for joint in root.findall("joint") if joint.get("type") == "continuous"
     )
+    for joint in root.findall("joint"):
+        _keep_soft_limits(joint)
     elements = sum(1 for _ in root.iterfind("link/collision"))
     name = root.get("name") or path.stem
     # talos_reduced leaves <mimic> in joints that it makes fixed: those follow nobody
@@ -112,6 +123,19 @@ def _mimic(joint: ET.Element) -> Mimic:
     said = {} if found is None else found.attrib
     factor, offset = float(said.get("multiplier", 1.0)), float(said.get("offset", 0.0))
     return Mimic(joint.get("name", ""), said.get("joint", ""), factor, offset)
+
+
+def _keep_soft_limits(joint: ET.Element) -> None:
+    """Narrow a joint's limits to those of its safety controller, which lets no motion come beyond them."""
+    limit, safety = joint.find("limit"), joint.find("safety_controller")
+    if limit is None or safety is None or joint.get("type") not in ("revolute", "prismatic"):
+        return
+    soft = [safety.get(f"soft_{side}_limit") for side in ("lower", "upper")]
+    if None in soft or not float(soft[0] or 0) < float(soft[1] or 0):  # without a soft limit both are 0
+        return
+    for side, narrower, text in zip(("lower", "upper"), (max, min), soft, strict=True):
+        own = limit.get(side, "0")
+        limit.set(side, narrower(own, str(text), key=float))
 
 
 def _make_revolute(joint: ET.Element) -> str:
@@ -166,6 +190,12 @@ def read_bodies(
     return geometry, links
 
 
+def mesh_files(description: Description) -> Iterator[Path]:
+    """The mesh files that the URDF names, as far as they are found, in a fixed order."""
+    for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
+        yield from _mesh_files(description, kind)
+
+
 def visual_mesh_files(description: Description) -> Iterator[Path]:
     """The mesh files that are drawn, as far as they are found, in a fixed order."""
     return _mesh_files(description, pin.GeometryType.VISUAL)
@@ -173,9 +203,7 @@ def visual_mesh_files(description: Description) -> Iterator[Path]:
 
 def _mesh_files(description: Description, kind: pin.GeometryType) -> Iterator[Path]:
     """Where the meshes of one ``kind`` that the URDF names may be, as far as there is a file."""
-    elements = ET.fromstring(description.xml).iter("collision" if kind is pin.GeometryType.COLLISION else "visual")
-    names = {mesh.get("filename", "") for element in elements for mesh in element.iter("mesh")}
-    for name in sorted(names):
+    for name in description.mesh_names["collision" if kind is pin.GeometryType.COLLISION else "visual"]:
         place = name.removeprefix("package://").removeprefix("model://").removeprefix("file://")
         found = (Path(folder) / place for folder in description.package_dirs)
         yield from (path for path in found if is_file(path))

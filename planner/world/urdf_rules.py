@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from planner.base.errors import RobotError
-from planner.base.yamlfile import FARTHEST, SMALLEST, shown
+from planner.base.yamlfile import FARTHEST, SMALLEST, nearest, shown
 
 _DEEPEST = 100  # levels of elements: a URDF has five, what extensions put into it a few more
 _MOST_LINKS = 1000
@@ -20,6 +20,7 @@ _MOST_MOVING = 200  # joints
 _MOST_BODIES = 500  # collision geometries; pairs of them are what is checked
 _MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
 
+_SOFT = {"safety_controller": {"soft_lower_limit": 1, "soft_upper_limit": 1}}
 _PLACES = {"origin": {"xyz": 3, "rpy": 3}, "axis": {"xyz": 3}, "limit": {"lower": 1, "upper": 1}}
 _SIZES = {
     "box": {"size": 3},
@@ -28,13 +29,33 @@ _SIZES = {
     "capsule": {"radius": 1, "length": 1},
 }
 _OTHERS = {"mesh": {"scale": 3}, "mimic": {"multiplier": 1, "offset": 1}}
-_NUMBERS = _PLACES | _SIZES | _OTHERS
+_NUMBERS = _PLACES | _SIZES | _OTHERS | _SOFT
+_INNER = {  # elements, and attributes, that have a meaning; others that are nothing like them are other programs' own
+    "robot": ("link", "joint", "material", "gazebo", "transmission"),
+    "link": ("inertial", "visual", "collision"),
+    "joint": (
+        *("origin", "parent", "child", "axis", "limit", "mimic"),
+        *("dynamics", "calibration", "safety_controller"),
+    ),
+    "collision": ("origin", "geometry"),
+    "geometry": (*_SIZES, "mesh"),
+}
+_ALIKE = 0.65  # of attributes: that is how near "ryp" is to "rpy"
+_ATTRIBUTES = {tag: tuple(numbers) for tag, numbers in _NUMBERS.items()} | {
+    "limit": ("lower", "upper", "effort", "velocity", "gear_velocity"),
+    "safety_controller": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
+    "mesh": ("filename", "scale"),
+    "mimic": ("joint", "multiplier", "offset"),
+}
 
 
 def require_sane_urdf(root: ET.Element, path: Path) -> None:
     """Raise :class:`RobotError` for the first thing in the URDF at ``path`` that makes no robot."""
     _require_shallow(root, path)
     links, joints = root.findall("link"), root.findall("joint")
+    _require_spelling(
+        [root, *links, *joints, *root.iterfind("link//collision"), *root.iterfind("link//geometry")], path
+    )
     _require_names(links, "link", path)
     _require_names(joints, "joint", path)
     _require_few(len(links), "links", _MOST_LINKS, path)
@@ -54,6 +75,19 @@ def _require_shallow(root: ET.Element, path: Path) -> None:
         if not level:
             return
     raise RobotError(f"URDF {path} nests elements more than {_DEEPEST} deep: it is no URDF; mend the file.")
+
+
+def _require_spelling(elements: Sequence[ET.Element], path: Path) -> None:
+    """Raise where an element or attribute is nearly one that means something: parsers pass over unknown ones."""
+    for element in elements:
+        where = f"URDF {path}: <{element.tag}> {shown(element.get('name'))}" if element.get("name") else f"URDF {path}"
+        for child in element:
+            inner, known = _INNER[element.tag], _ATTRIBUTES.get(child.tag, ())
+            wrong = [(child.tag, inner, 0.7), *((key, known, _ALIKE) for key in child.attrib if known)]
+            for word, words, alike in wrong:
+                meant = nearest(word, words, alike) if word not in words else ""
+                if meant:
+                    raise RobotError(f"{where} holds {shown(word)}{meant}, which means nothing; mend the file.")
 
 
 def _require_few(count: int, what: str, most: int, path: Path) -> None:
@@ -119,7 +153,10 @@ def _require_numbers(item: ET.Element, where: str) -> None:
             quoted, values = f"{where}: {attribute}={shown(text)} of <{element.tag}>", list(_floats(text))
             if len(values) != count or not all(map(math.isfinite, values)):
                 raise RobotError(f"{quoted} is not {_some(count)}; mend the file.")
-            if max(map(abs, values)) > FARTHEST and element.tag != "limit":  # nobody plans a propeller's 1e16 rad
+            if max(map(abs, values)) > FARTHEST and element.tag not in (
+                "limit",
+                "safety_controller",
+            ):  # nobody plans a propeller's 1e16 rad
                 raise RobotError(f"{quoted} is beyond {FARTHEST:g}; mend the file.")
             if element.tag in _SIZES and min(values) < SMALLEST:
                 raise RobotError(f"{quoted} is no size in metres; mend the file.")

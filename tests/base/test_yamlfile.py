@@ -53,6 +53,22 @@ def test_what_does_not_fit_is_named(text: str, words: str) -> None:
         validate(Ball, parse_yaml(text, "it"), "it", SceneError)
 
 
+@pytest.mark.parametrize("text", ["a: 1\nb: 2\na: 3", "{x: {a: 1, a: 2}}", "- {a: [1], b: {a: 1}, a: 2}"])
+def test_a_key_that_stands_twice_is_no_guess(text: str) -> None:
+    with pytest.raises(FileError, match=r"it is not valid YAML at line \d: key 'a' stands twice; mend the file\."):
+        parse_yaml(text, "it")
+
+
+def test_a_key_may_stand_in_several_mappings_and_merging_may_be_repeated() -> None:
+    text = "x: &x {a: 1}\ny: {<<: *x, <<: *x, a: 2}\nz: [{a: a}, {a: 1}]\na: a"
+    assert parse_yaml(text, "it") == {"x": {"a": 1}, "y": {"a": 2}, "z": [{"a": "a"}, {"a": 1}], "a": "a"}
+
+
+def test_a_misspelt_key_is_told_with_what_was_meant() -> None:
+    with pytest.raises(FileError, match=r"unknown key 'raduis' \(did you mean 'radius'\?\)"):
+        validate(Ball, {"raduis": 1}, "it")  # which leaves radius missing
+
+
 @pytest.mark.parametrize(
     "text",
     ["[" * 300 + "]" * 300, "a: [", "!!python/object/apply:os.getcwd []", "a: &x [*x]\n<<: 1", "2001-13-45"],

@@ -59,7 +59,7 @@ def test_a_moveit_file_replaces_what_it_gives(tmp_path: Path) -> None:
     text = f"""
 default_velocity_scaling_factor: 0.5
 joint_limits:
-  {B}: {{has_velocity_limits: true, max_velocity: 1.0, has_acceleration_limits: false, max_acceleration: 0, x: 1}}
+  {B}: {{has_velocity_limits: true, max_velocity: 1.0, has_acceleration_limits: false, max_acceleration: 0}}
   {A}: {{max_acceleration: 3.0, max_velocity: 1.5}}
   finger: {{max_velocity: 0.1}}
 """
@@ -69,6 +69,25 @@ joint_limits:
     assert limits.source["acceleration"].startswith("joint_limits.yaml, the rest assumed")
     whole = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text), velocity_scale=1.0))
     assert whole.velocity.tolist() == [1.5, 1.0]
+
+
+def test_what_does_not_narrow_positions_is_no_matter_and_braking_counts(tmp_path: Path) -> None:
+    text = f"""
+joint_limits:
+  {A}: {{max_acceleration: 3.0, max_deceleration: -2.0, max_effort: 87, has_position_limits: false, max_position: 0.1}}
+  {B}: {{max_acceleration: 3.0, has_deceleration_limits: false, max_deceleration: -2.0, min_position: -99}}
+"""
+    limits = MotionLimits.of(ARM, LimitsRequest(limits=file_of(tmp_path, text)))
+    assert limits.acceleration.tolist() == [2.0, 3.0]
+    assert limits.source["acceleration"] == "joint_limits.yaml (its efforts are passed over)"
+
+
+def test_the_shares_of_a_request_come_between_a_files_factors_and_the_options(tmp_path: Path) -> None:
+    text = f"default_velocity_scaling_factor: 0.5\njoint_limits: {{{A}: {{}}, {B}: {{}}}}"
+    asked, file = replace(ARM, shares={"velocity": 0.25}), file_of(tmp_path, text)
+    for robot, options, share in ((ARM, {}, 0.5), (asked, {}, 0.25), (asked, {"velocity_scale": 0.1}, 0.1)):
+        found = MotionLimits.of(robot, LimitsRequest(limits=file, **options))
+        np.testing.assert_allclose(found.velocity, share * ARM.velocity)
 
 
 BAD_OPTIONS = [
@@ -83,9 +102,17 @@ BAD_FILES = [
     ("joint_limits: {}", f"has no joint '{A}'"),
     (f"joint_limits: {{{A}: {{max_velocity: 1}}}}", f"has no joint '{B}'"),
     (f"joint_limits: {{{A}: {{max_velocity: 9}}, {B}: {{}}}}", "beyond the URDF's 2"),
-    (f"joint_limits: {{{A}: {{max_velocity: .nan}}, {B}: {{}}}}", "velocity limit nan"),
+    (f"joint_limits: {{{A}: {{max_velocity: .nan}}, {B}: {{}}}}", "should be a finite number"),
     (f"joint_limits: {{{A}: {{max_acceleration: -3}}, {B}: {{}}}}", "acceleration limit -3"),
     (f"joint_limits: {{{A}: {{max_velocity: fast}}, {B}: {{}}}}", "max_velocity' is wrong"),
+    (f"joint_limits: {{{A}: {{max_velocty: 1}}, {B}: {{}}}}", "did you mean 'max_velocity'"),
+    (f"joint_limits: {{{A}: {{has_velocity_limits: true}}, {B}: {{}}}}", "it has_velocity_limits and no max_velocity"),
+    (
+        f"joint_limits: {{{A}: {{max_position: 0.5}}, {B}: {{}}}}",
+        f"joint '{A}' positions from .* to 0.5, narrower",
+    ),
+    (f"joint_limits: {{{A}: {{}}, {B}: {{soft_lower_limit: 0}}}}", f"allows joint '{B}' positions from 0 to"),
+    (f"defalt_velocity_scaling_factor: 0.1\njoint_limits: {{{A}: {{}}, {B}: {{}}}}", "did you mean 'default_velocity"),
     ("joints: {}", "has no key 'joint_limits'"),
     ("[1]", "holds no mapping"),
     ("{", "is not valid YAML"),

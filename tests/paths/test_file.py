@@ -125,3 +125,10 @@ def test_files_that_are_not_there_or_no_text(tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FileError, match="not UTF-8"):
         read_joint_path(tmp_path / "p.csv", ROBOT)
+
+
+def test_a_trajectory_that_moves_a_base_too_is_refused(tmp_path: Path) -> None:
+    whole = {"joint_trajectory": MESSAGE, "multi_dof_joint_trajectory": {"joint_names": ["base"], "points": [{}]}}
+    (tmp_path / "a.json").write_text(json.dumps(whole))
+    with pytest.raises(FileError, match="moves a base too"):
+        read_joint_path(tmp_path / "a.json", ROBOT)

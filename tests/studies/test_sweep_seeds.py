@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -42,6 +44,21 @@ def test_an_interrupted_run_goes_on(tmp_path: Path) -> None:
     assert second.rows[0] == first.rows[0]
     (tmp_path / "seed-1" / "sweep.json").unlink()
     assert sweep_seeds(REQUEST, (1, 2), tmp_path).rows[0].seconds != first.rows[0].seconds
+
+
+def test_a_limit_in_the_urdf_that_a_robot_file_names_is_part_of_what_is_asked(tmp_path: Path) -> None:
+    own = Path(__file__).resolve().parents[2] / "robots" / "planar_2r"
+    shutil.copytree(own, tmp_path / "arm")
+    request = replace(REQUEST, robot=str(tmp_path / "arm"), start="q:0.1,0.4", goal="q:0.9,1.2")
+    first = sweep_seeds(request, (1,), tmp_path / "out").rows
+    assert sweep_seeds(request, (1,), tmp_path / "out").rows == first
+    urdf = tmp_path / "arm" / "planar_2r.urdf"
+    text = urdf.read_text()
+    urdf.write_text(re.sub(r'upper="[^"]*"', 'upper="1.9"', text, count=1))
+    assert urdf.read_text() != text
+    again = sweep_seeds(request, (1,), tmp_path / "out").rows
+    assert again[0].asked != first[0].asked
+    assert again[0].roadmap_sha256 != first[0].roadmap_sha256
 
 
 @pytest.mark.parametrize(

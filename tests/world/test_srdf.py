@@ -108,6 +108,53 @@ def test_a_group_needs_an_srdf(arm: Path) -> None:
         Robot.load(str(arm / "arm.urdf"), choice=JointChoice(group="arm"))
 
 
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            '<disabel_collisions link1="base" link2="fore"/>',
+            "did you mean 'disable_collisions'",
+        ),
+        ('<disable_collisions link1="base" link_2="fore"/>', r"without attribute 'link2' \(did you mean 'link_2'\?\)"),
+        ('<disable_collisions link1="base" link2=" "/>', "without attribute 'link2'"),
+        (
+            '<group name="g"><joints name="elbow"/></group>',
+            "<group> 'g' holds an unknown .* .did you mean 'joint'",
+        ),
+        ('<group name="g"><chain base_link="base"/></group>', "<chain> without attribute 'tip_link'"),
+        ('<group><joint name="elbow"/></group>', "<group> without attribute 'name'"),
+        ('<group_state name="s"><joint name="elbow"/></group_state>', "<joint> without attribute 'value'"),
+        ('<group_state name="s"><jiont name="elbow" value="1"/></group_state>', "did you mean 'joint'"),
+    ],
+)
+def test_what_is_misspelt_is_refused(arm: Path, line: str, said: str) -> None:
+    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{line}</robot>"))
+    with pytest.raises(RobotError, match=said):
+        load(arm)
+
+
+def test_collisions_that_are_off_by_default(arm: Path) -> None:
+    """Against every other link, but for the pairs that are enabled; a pair that is disabled stays so."""
+    lines = '<disable_default_collisions link="fore"/><enable_collisions link1="fore" link2="base"/>'
+    lines += '<enable_collisions link1="column" link2="fore"/>'
+    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{lines}</robot>"))
+    robot = load(arm)
+    others = ("column", "upper", "hand")
+    assert robot.disabled_pairs == {frozenset(("fore", other)) for other in others}
+    assert "leaves fore unchecked (disable_default_collisions)" in robot.notes[0].text
+    assert load(arm).identity != Robot.load(str(arm / "arm.urdf")).identity
+
+
+def test_a_passive_joint_is_not_planned_and_elements_of_others_are_noted(arm: Path) -> None:
+    more = '<passive_joint name="lift"/><end_effector name="e" parent_link="fore" group="g"/><rotor_params/>'
+    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{more}</robot>"))
+    robot = load(arm)
+    assert robot.joints == ("shoulder", "elbow")
+    assert [note.text.partition(": ")[2] for note in robot.notes] == [
+        "elements of other programs are passed over: rotor_params."
+    ]
+
+
 def test_an_srdf_of_another_robot_is_refused(arm: Path) -> None:
     (arm / "arm.srdf").write_text('<robot name="x"><disable_collisions link1="a" link2="b"/></robot>')
     with pytest.raises(RobotError, match="names no link of this robot, only a, b"):

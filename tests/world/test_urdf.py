@@ -229,3 +229,13 @@ def test_frames_prefer_links_over_joints_of_the_same_name(urdf_file):
 def test_example_robot_data_is_found():
     assert (urdf.example_robot_data() / "robots").is_dir()
     assert isinstance(urdf.example_robot_data(), Path)
+
+
+def test_soft_limits_are_limits(urdf_file):
+    soft = '<safety_controller k_velocity="1" soft_lower_limit="-0.5" soft_upper_limit="2"/></joint>'
+    inside = link_xml("a") + link_xml("b") + link_xml("c", '<sphere radius="0.1"/>')
+    inside += joint_xml("one", "a", "b").replace("</joint>", soft)
+    inside += joint_xml("two", "b", "c").replace("</joint>", '<safety_controller k_velocity="1"/></joint>')
+    robot = Robot.load(urdf_file(inside))
+    assert robot.lower.tolist() == [-0.5, -1.0]
+    assert robot.upper.tolist() == [1.0, 1.0]

@@ -29,7 +29,7 @@ _SHOWN = 20  # plans without a path that the report names
 class Row:
     """One plan: what was asked, then what came of it, None where there is nothing.
 
-    ``asked`` is a hash of the options and of the files that they name, ``seconds`` those of its process; all other
+    ``asked`` is a hash of the options and of all files that are read, ``seconds`` those of its process; all other
     columns are the same whenever and beside whatever it is planned.
     """
 

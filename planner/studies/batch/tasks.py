@@ -17,7 +17,8 @@ import pydantic
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.files import is_file, is_folder
 from planner.base.request import PlanRequest, SweepRequest
-from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import Strict, nearest, parse_yaml, read_text, validate
+from planner.query.sources import sources_hash
 from planner.studies.bench_plan.problems import find_problems
 from planner.studies.options import plain_options
 
@@ -29,7 +30,7 @@ _SPELLINGS = {"request": "motion_plan_request"}  # as the command line has it
 
 @dataclass(frozen=True)
 class Task:
-    """One plan of a batch; ``asked`` is a hash of its options and of the files that they name."""
+    """One plan of a batch; ``asked`` is a hash of its options and of all that is read for them."""
 
     name: str
     request: PlanRequest
@@ -46,13 +47,9 @@ class Task:
 
 
 def request_hash(request: SweepRequest) -> str:
-    """A hash of the options and of the files that they name."""
-    options = plain_options(request)
-    digest = hashlib.sha256(json.dumps(options, sort_keys=True).encode())
-    for value in (options[name] for name in _FILES):
-        if value and is_file(Path(value)):
-            digest.update(Path(value).read_bytes())
-    return digest.hexdigest()[:16]
+    """A hash of the options and of all that is read for them: the files that they name, and those that these name."""
+    asked = json.dumps([plain_options(request), sources_hash(request)], sort_keys=True)
+    return hashlib.sha256(asked.encode()).hexdigest()[:16]
 
 
 class BatchFile(Strict):
@@ -91,7 +88,11 @@ def read_tasks(source: Path, plain: PlanRequest) -> list[Task]:
 
 def _csv_entries(text: str, source: Path) -> list[dict[str, Any]]:
     """One plan a line; an empty cell says nothing."""
-    rows = list(csv.DictReader(text.splitlines()))
+    table = csv.DictReader(text.splitlines())
+    twice = [name for name, count in Counter(map(str.strip, table.fieldnames or ())).items() if count > 1]
+    if twice:
+        raise FileError(f"batch file {source} has two columns called '{twice[0]:.100}': keep one of them.")
+    rows = list(table)
     if not rows:
         raise FileError(f"batch file {source} holds no plans: give a line of option names and a line for each plan.")
     if any(None in row or None in row.values() for row in rows):
@@ -107,7 +108,8 @@ def _task(entry: Mapping[str, Any], number: int, plain: PlanRequest, source: Pat
         raise FileError(f"{where}: it cannot be the name of a folder; use letters, digits, '_', '-', '.' and '/'.")
     unknown = [key for key in given if key not in _OPTIONS]
     if unknown:
-        raise FileError(f"{where}: option '{unknown[0]:.100}' not found; options are name, {choices(_OPTIONS)}.")
+        meant = nearest(unknown[0], _OPTIONS)
+        raise FileError(f"{where}: option '{unknown[0]:.100}' not found{meant}; options are name, {choices(_OPTIONS)}.")
     for key in _FILES:
         if isinstance(given.get(key), str) and is_file(source.parent / given[key]):
             given[key] = str(source.parent / given[key])

@@ -20,10 +20,11 @@ from planner.motion.limits import MotionLimits
 from planner.motion.points import read_points
 from planner.motion.report import report_record, report_rows
 from planner.paths.file import read_joint_path
+from planner.query.message import goals_of, joints_of
 from planner.roadmap.repair import verify
 from planner.roadmap.storage import load_roadmap
 from planner.studies.bench_fuzz.mesh_files import robot_with_mesh
-from planner.world.moveit import read_motion_plan_request
+from planner.world.moveit.requests import read_motion_plan_request
 from planner.world.plausible import notes
 from planner.world.robot import Robot, with_carried
 from planner.world.scene import Scene
@@ -64,10 +65,10 @@ def use_mesh(path: Path) -> None:
 
 
 def use_request(path: Path) -> None:
-    """Start and goals, with the targets that they are."""
-    for goal in read_motion_plan_request(path).goals:
-        if isinstance(goal, str):
-            parse_target(goal)
+    """Start and goals, with the targets that they are to the arm."""
+    message, scene = read_motion_plan_request(path), Scene.load("empty")
+    joints_of(message, arm(), scene)
+    goals_of(message, arm(), scene)
 
 
 def use_path(path: Path) -> None:

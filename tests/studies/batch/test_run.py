@@ -93,6 +93,23 @@ def test_what_is_there_is_kept_and_what_failed_is_planned_again(
     assert asked == ["one"]
 
 
+def test_a_mesh_that_a_scene_names_is_part_of_what_is_asked(
+    source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh, scene = tmp_path / "part.obj", tmp_path / "cell.yaml"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    scene.write_text("obstacles: [{name: part, type: mesh, file: part.obj}]\n")
+    source.write_text("plans: [{name: one, scene: cell.yaml}]")
+    for expected in (["one"], []):
+        asked = answers(monkeypatch, 0)
+        run_batch(source, tmp_path / "out", PLAIN)
+        assert asked == expected
+    mesh.write_text(mesh.read_text().replace("v 1 0 0", "v 1.5 0 0"))
+    asked = answers(monkeypatch, 0)
+    run_batch(source, tmp_path / "out", PLAIN)
+    assert asked == ["one"]
+
+
 def test_a_process_that_the_system_kills_costs_no_other_row(
     source: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -31,6 +31,8 @@ def test_csv_and_paths_beside_the_file(tmp_path: Path) -> None:
         ("plans: []", "plans"),
         ("plan: [{}]", "plan"),
         ("plans: [{speed: 1}]", "plan '0001': option 'speed' not found"),
+        ("plans: [{margn: 1}]", "option 'margn' not found .did you mean 'margin'"),
+        ("plans: [{nodes: 20, nodes: 30}]", "key 'nodes' stands twice"),
         ("plans: [{beta: 2}]", "beta 2 is outside"),
         ("plans: [{name: a, nodes: many}]", "plan 'a': option 'nodes'"),
         ("plans: [{name: a}, {name: a}]", "two plans called 'a'"),
@@ -43,3 +45,9 @@ def test_a_file_that_makes_no_sense_is_refused_by_plan_and_option(text: str, mes
     path.write_text(text)
     with pytest.raises(FileError, match=message):
         read_tasks(path, PLAIN)
+
+
+def test_a_column_that_stands_twice_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "batch.csv").write_text("name,beta,beta\na,0.1,0.9\n")
+    with pytest.raises(FileError, match="two columns called 'beta'"):
+        read_tasks(tmp_path / "batch.csv", PLAIN)

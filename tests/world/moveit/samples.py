@@ -1,0 +1,41 @@
+"""Messages that several tests read."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+HERE = Path("test.yaml")
+
+
+BOX = {"id": "crate", "primitives": [{"type": "box", "dimensions": [0.1, 0.2, 0.3]}],
+       "primitive_poses": [{"position": [1, 2, 3], "orientation": [0, 0, 0.5**0.5, 0.5**0.5]}]}  # fmt: skip
+
+
+def scene(*objects: dict, **more: object) -> dict:
+    return {"world": {"collision_objects": list(objects)}, **more}
+
+
+def request_text(**goal: object) -> str:
+    joints = [f"iiwa14_joint_{k}" for k in range(1, 8)]
+    start = {"joint_state": {"name": joints, "position": [0, 0.5, 0, -1.2, 0, 0.8, 0]}}
+    return yaml.safe_dump({"start_state": start, "goal_constraints": [goal]})
+
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "scenes" / "examples"
+SCENE = yaml.safe_load((EXAMPLES / "scene0001.yaml").read_text())
+REQUEST = yaml.safe_load((EXAMPLES / "request0001.yaml").read_text())
+
+
+def changed(message: dict, place: str, value: object) -> dict:
+    """The message with another value at a place such as "goal_constraints.0.name"; what lies above it is made."""
+    found = copy.deepcopy(message)
+    *above, last = place.split(".")
+    here: Any = found
+    for step in above:
+        here = here[int(step)] if isinstance(here, list) else here.setdefault(step, {})
+    here[int(last) if isinstance(here, list) else last] = copy.deepcopy(value)
+    return found
