@@ -63,7 +63,8 @@ class WorldRequest:
     """Joints to plan, with commas between; all others are held: at fixed_joints of the scene or robot file, else as the
     state home has them."""
     collision: Backend = "fcl"
-    """Collision library that proves the edges: FCL, or coal, which is faster on meshes."""
+    """Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. Own
+    separating planes prove the edges, and coal looks at every answer too."""
     margin: float = 0.0
     """Distance in metres to keep from every obstacle, and between links."""
     base: str | None = None
@@ -157,7 +158,8 @@ class KeptRequest:
     joints: str | None = None
     """The joints that it was built with, with commas between, where they were named."""
     collision: Backend = "fcl"
-    """Collision library that proves the edges: FCL, or coal, which is faster on meshes."""
+    """Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. Own
+    separating planes prove the edges, and coal looks at every answer too."""
     margin: float | None = None
     """Distance in metres to keep from every obstacle, and between links."""
     motion_plan_request: Path | None = None

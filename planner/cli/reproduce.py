@@ -75,7 +75,7 @@ def manipulator(
         seed: Seed of the first roadmap; the others have the seeds that follow.
         seeds: Number of roadmaps, one per seed; every beta is solved on each.
         nodes: Configurations in each roadmap.
-        collision: Collision library: FCL, or coal, which is faster.
+        collision: Collision library that checks nodes and answers: FCL, or coal, which is faster.
         strands: Share of each roadmap's nodes that come from refined best paths; all others are RRT's. The paper has
             RRT's nodes only, so 0; 'planner plan' uses 0.1.
         debug: Show tracebacks of errors.

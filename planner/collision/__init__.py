@@ -20,7 +20,8 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
     """A collision checker of ``robot`` among the scene's obstacles.
 
     ``margin`` (m) is a distance to keep from everything: what comes closer counts as a collision. Link pairs that need
-    no check come from the robot (its SRDF or robot file), else they are worked out.
+    no check come from the robot (its SRDF or robot file), else they are worked out. The ``backend`` says what touches;
+    proofs of whole motions, :class:`planner.collision.edge_prover.EdgeProver`, rest on planes of our own.
     """
     kind = _backend(backend)
     require_margin(margin)
@@ -34,8 +35,7 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
 def second_checker(checker: CollisionChecker) -> CollisionChecker:
     """A checker by coal in the world of ``checker``; ``checker`` itself where it is coal.
 
-    Coal is quick, and shares no code with FCL's proofs. So it is used where its answer is confirmed by a proof, to find
-    motions that are likely free, and where it confirms a proof, to check finished paths once more.
+    Coal is quick, and shares no code with our proofs, nor with FCL: it checks finished paths once more.
     """
     if checker.name == "coal":
         return checker

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from planner.kinematics.forward import tool_pose
-from planner.kinematics.manipulability import ROWS, jacobian, jacobians, manipulability
-from tests.worlds import ROBOTS, load, random_q
+from planner.kinematics.manipulability import ROWS, jacobian, jacobians, manipulability, node_manipulability
+from tests.worlds import ROBOTS, load, post_roadmap, random_q
 
 
 def test_planar_2r_is_its_closed_form():
@@ -81,3 +81,22 @@ def test_the_papers_ends_are_near_singular(solved):
     assert w[solved.roadmap.starts[0]] == pytest.approx(0.029, abs=0.002)
     assert w[solved.roadmap.goals[0]] == pytest.approx(0.015, abs=0.002)
     assert manipulability(load("iiwa14"), random_q(load("iiwa14"), 1000)).mean() == pytest.approx(0.065, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_pinocchio_and_our_code_give_the_same_w(name):
+    """Of nodes Pinocchio computes it, between them the compiled library; both are products of singular values."""
+    robot = load(name)
+    q = random_q(robot, 300, seed=4)
+    ours, theirs = manipulability(robot, q), node_manipulability(robot, q)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-14)
+    values = np.linalg.svd(jacobians(robot, q), compute_uv=False)
+    np.testing.assert_allclose(theirs, values.prod(axis=1), rtol=1e-9, atol=1e-14)
+    near = singular(name)
+    if len(near):
+        np.testing.assert_allclose(node_manipulability(robot, near), manipulability(robot, near), atol=1e-12)
+
+
+def test_every_node_of_a_roadmap_has_pinocchios_w():
+    roadmap = post_roadmap()
+    np.testing.assert_array_equal(roadmap.manipulability, node_manipulability(load("planar_2r"), roadmap.nodes))

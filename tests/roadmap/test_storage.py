@@ -17,6 +17,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner.base.errors import FileError, PlannerError
+from planner.base.hashing import content_hash
 from planner.collision import make_checker
 from planner.costs.network import build_network
 from planner.roadmap import storage
@@ -566,3 +567,21 @@ def test_a_loaded_roadmap_is_of_use(content, tmp_path):
     (tmp_path / "a.npz").write_bytes(content)
     back = attach(load_roadmap(tmp_path / "a.npz"), make_post(), np.array([[-0.9, 1.2]]), ROADMAP.nodes[ROADMAP.goals])
     assert build_network(back).n_nodes > len(ROADMAP.nodes)
+
+
+def test_a_file_of_version_2_is_read_and_nobody_has_checked_its_nodes(tmp_path: Path) -> None:
+    """It lacks ``checked_by``, and its checksum leaves that out."""
+    kept = post_roadmap()
+    save_roadmap(kept, tmp_path / "new.npz")
+    with np.load(tmp_path / "new.npz") as content:
+        arrays = {name: content[name] for name in content.files if name not in ("header", "checked_by")}
+        header = json.loads(str(content["header"])) | {"version": 2}
+    del header["checksum"]
+    header["checksum"] = content_hash(
+        [json.dumps(header, sort_keys=True), *(arrays[name] for name in DTYPES if name in arrays)]
+    )
+    np.savez(tmp_path / "old.npz", header=np.array(json.dumps(header, sort_keys=True)), **arrays)
+    old = load_roadmap(tmp_path / "old.npz")
+    assert old.sha256 == kept.sha256
+    assert not old.checked_by.any()
+    assert load_roadmap(tmp_path / "new.npz").checked_by.all()

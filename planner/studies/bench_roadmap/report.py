@@ -22,7 +22,8 @@ MEASURED, NOT_INSTALLED, TIMED_OUT, CRASHED = "measured", "not installed", "time
 class Row:
     """One method in one scene. Up to ``software``: the settings; then the results.
 
-    ``build_s``: seconds to a roadmap of ``nodes`` nodes. ``query_ms``, ``query_worst_ms``: median and longest of the
+    ``build_s``: seconds to a roadmap of ``nodes`` nodes; ``node_checks_s``: of these, the checker's look at every node,
+    measured once more by itself. ``query_ms``, ``query_worst_ms``: median and longest of the
     ``queries`` new starts and goals put to it one by one, of which ``solved`` were solved. ``many_ms``: milliseconds a
     start where all starts share one goal and one field. ``touching``: of ``looked_at`` edges of the roadmap, those on
     which coal finds a contact when they are sampled every millimetre of motion. ``contacts``: segments of the
@@ -43,6 +44,7 @@ class Row:
     outcome: str
     message: str = ""
     build_s: float | None = None
+    node_checks_s: float | None = None
     nodes: int | None = None
     edges: int | None = None
     proven: int | None = None
@@ -112,7 +114,8 @@ def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
     header += ["longest (ms)", "solved", "of", "segments touching", "many starts (ms each)"]
     compared = [row for row in rows if row.method not in (*CHECKS, PLAN) and row.nodes_asked == rows[0].nodes_asked]
     maps = [_cells(row, ours) for row in compared]
-    lines = ["# planner bench roadmap", "", _title(rows), "", *markdown_table(header, maps), "", *_growth(rows)]
+    lines = ["# planner bench roadmap", "", _title(rows), "", *markdown_table(header, maps), ""]
+    lines += [*_node_checks(ours), *_growth(rows)]
     checks = [
         [row.method, row.check_single_us, row.check_batch_us, row.check_edge_us] for row in rows if row.method in CHECKS
     ]
@@ -120,6 +123,17 @@ def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
     lines += aim_lines(aims(rows))
     lines += [f"- {row.method}: {row.outcome}. {row.message}".rstrip() for row in rows if row.outcome != MEASURED]
     return "\n".join([*lines, *closing_lines(rows, complete, "methods", _METHOD)]) + "\n"
+
+
+def _node_checks(ours: Row | None) -> list[str]:
+    """What the look at every node costs, and the build without it."""
+    if ours is None or ours.build_s is None or ours.node_checks_s is None or not ours.nodes:
+        return []
+    each, without = 1e3 * ours.node_checks_s / ours.nodes, ours.build_s - ours.node_checks_s
+    text = (
+        f"Of our build {ours.node_checks_s:.3f} s are the check of its nodes by {ours.collision}, {each:.3f} ms a node"
+    )
+    return [f"{text}; without it the build takes {without:.3f} s.", ""]
 
 
 def _growth(rows: Sequence[Row]) -> list[str]:
