@@ -226,7 +226,7 @@ class NativeWorld:
 
     def _placed(self, rotation: Floats, position: Floats) -> tuple[Floats, Floats, int]:
         """Placements as :meth:`NativeChain.placements` gives them, and of how many configurations they are."""
-        frames, n = self.dof + 1, np.shape(position)[1]
+        frames, n = self.dof + 1, position.shape[1]
         return _floats(rotation, frames, n, 3, 3), _floats(position, frames, n, 3), n
 
     def _bounds(self, reach: Floats, body_reach: Floats, is_static: Bools) -> tuple[Floats, Floats, Any]:
@@ -290,7 +290,7 @@ class NativeWorld:
         """
         reach, body_reach, is_static = self._bounds(reach, body_reach, is_static)
         m = len(coefficients)
-        coefficients = _floats(coefficients, m, np.shape(coefficients)[1], self.dof)
+        coefficients = _floats(coefficients, m, coefficients.shape[1], self.dof)
         spans = None if spans is None else _floats(spans, m, 3)
         verdict, pair, samples = (np.empty(m, dtype=np.int64) for _ in range(3))
         clearance, where = np.empty(m), np.empty(m)

@@ -11,7 +11,7 @@ import ctypes
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -126,26 +126,29 @@ def _refusing(library: ctypes.CDLL) -> Callable[[Any, Any, Any], Any]:
 library = load(Path(__file__).parent / _NAME)
 
 
+_contiguous = np.ascontiguousarray
+
+
 def floats(array: Any, *shape: int) -> Floats:
     """float64 in C order; :class:`ArrayError` unless of ``shape``, where that is given."""
-    return _read(array, np.float64, shape)
+    found = _contiguous(array, np.float64)
+    return found if not shape or found.shape == shape else _refuse(found, shape)
 
 
 def ints(array: Any, *shape: int) -> Ints:
     """int64 in C order; as :func:`floats`."""
-    return _read(array, np.int64, shape)
+    found = _contiguous(array, np.int64)
+    return found if not shape or found.shape == shape else _refuse(found, shape)
 
 
 def flags(array: Any, *shape: int) -> Any:
     """Bytes 0 and 1 in C order; as :func:`floats`."""
-    return _read(array, np.uint8, shape)
+    found = _contiguous(array, np.uint8)
+    return found if not shape or found.shape == shape else _refuse(found, shape)
 
 
-def _read(array: Any, kind: Any, shape: tuple[int, ...]) -> Any:
-    found = np.ascontiguousarray(array, dtype=kind)
-    if shape and found.shape != shape:
-        raise ArrayError(f"an array of shape {found.shape} was given to the compiled library, which reads {shape}.")
-    return found
+def _refuse(found: Any, shape: tuple[int, ...]) -> NoReturn:
+    raise ArrayError(f"an array of shape {found.shape} was given to the compiled library, which reads {shape}.")
 
 
 def address(array: Any) -> int:

@@ -1,12 +1,14 @@
 // What the library cannot hold it refuses: a call then returns -1, or no pointer, and planner_refusal() says why.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <exception>
 #include <new>
 #include <type_traits>
+
+#include "vector.hpp"
 
 namespace planner {
 
@@ -48,18 +50,25 @@ auto answered(Work work) noexcept {
         return Told(-1);
 }
 
-// Whether `count` numbers lie in [-most, most]; no NaN does.
-inline bool within(const double* numbers, size_t count, double most) {
-    bool beyond = false;
-    for (size_t k = 0; k < count; ++k) beyond |= !(std::fabs(numbers[k]) <= most);
-    return !beyond;
+// Whether `count` numbers lie in [low, high]; no NaN does.
+FOR_THIS_PROCESSOR inline bool lie_in(const double* numbers, size_t count, double low, double high) {
+    const Four least = Four{} + low, most = Four{} + high;
+    FourWhole fit = ~FourWhole{};
+    size_t k = 0;
+    for (; k + 4 <= count; k += 4) {
+        Four four;
+        std::memcpy(&four, numbers + k, sizeof four);
+        fit &= (four >= least) & (four <= most);
+    }
+    bool all = fit[0] && fit[1] && fit[2] && fit[3];
+    for (; k < count; ++k) all = all && numbers[k] >= low && numbers[k] <= high;
+    return all;
 }
 
-// Whether `count` numbers lie in [0, most].
+// Whether they lie in [-most, most], and in [0, most].
+inline bool within(const double* numbers, size_t count, double most) { return lie_in(numbers, count, -most, most); }
 inline bool not_negative(const double* numbers, size_t count, double most) {
-    bool beyond = false;
-    for (size_t k = 0; k < count; ++k) beyond |= !(numbers[k] >= 0.0 && numbers[k] <= most);
-    return !beyond;
+    return lie_in(numbers, count, 0.0, most);
 }
 
 // Whether `count` whole numbers lie in [low, high).
