@@ -46,7 +46,7 @@ release pythons: .venv/ready
 release: INSTALLED = dist/*.tar.gz
 pythons: INSTALLED = dist/*.whl
 
-.venv/ready: requirements.lock compiler.lock pyproject.toml hatch_build.py $(wildcard planner/native/source/*)
+.venv/ready: requirements.lock compiler.lock pyproject.toml hatch_build.py $(wildcard planner/native/source/*.* planner/native/source/calls/*)
 	@test -n "$(PYTHON)" || { echo "planner needs Python 3.11, 3.12 or 3.13: install one, or run 'make PYTHON=/path/to/python3.12'."; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
 		|| { echo "planner needs Python 3.11, 3.12 or 3.13, and $(PYTHON) is none of them."; exit 1; }

@@ -43,13 +43,14 @@ def compiler():
     return command
 
 
-def compile_library(root):
-    """Compile, unless the library is newer than all that it is made of."""
-    library, parts = root / LIBRARY, [*(root / SOURCE).iterdir(), Path(__file__)]
+def compile_library(root, library=LIBRARY, more=()):
+    """Compile, unless the library is newer than all that it is made of; ``more`` flags, which overrule the others."""
+    library, parts = root / library, [*(root / SOURCE).rglob("*"), Path(__file__)]
     if library.exists() and library.stat().st_mtime > max(part.stat().st_mtime for part in parts):
         return
+    library.parent.mkdir(parents=True, exist_ok=True)
     fresh = library.with_suffix(".new")
-    subprocess.run([*compiler(), *FLAGS, str(root / SOURCE / "library.cpp"), "-o", str(fresh)], check=True)
+    subprocess.run([*compiler(), *FLAGS, *more, str(root / SOURCE / "library.cpp"), "-o", str(fresh)], check=True)
     fresh.replace(library)
 
 

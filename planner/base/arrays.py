@@ -1,11 +1,16 @@
-"""Array aliases, named by what they hold, and index arithmetic; shapes stand in the docstrings that use the aliases."""
+"""Array aliases, named by what they hold, index arithmetic, and what public functions ask of arrays.
+
+Shapes stand in the docstrings that use the aliases.
+"""
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from planner.base.errors import ArrayError, PlannerError
 
 Floats: TypeAlias = NDArray[np.float64]
 Ints: TypeAlias = NDArray[np.int64]
@@ -43,3 +48,82 @@ def as_frozen(array: Any, dtype: Any = np.float64) -> NDArray[Any]:
     value = np.asarray(array)
     as_it_is = value.dtype == dtype and value.flags.c_contiguous and not value.flags.writeable
     return value if as_it_is else frozen(value, dtype)
+
+
+Shape: TypeAlias = tuple[int | str, ...]
+"""A text stands for any number of rows: ("n", 7)."""
+
+
+def numbers(
+    what: str, values: Any, shape: Shape, error: type[PlannerError] = ArrayError, most: float = np.inf
+) -> Floats:
+    """``values`` as float64 of a ``shape``, finite and within ``most`` of 0; not copied where they are that already.
+
+    Otherwise ``error``, in one sentence that names ``what`` they are. For arrays that enter a public function.
+    """
+    found = _shaped(what, _read(what, values, shape, error), shape, error)
+    if not np.vdot(found, found) < min(most, 1e150) ** 2:  # a look at all of them at once takes a third of the time
+        fits = np.abs(found) <= most if most < np.inf else np.isfinite(found)
+        if not fits.all():
+            limit = "" if most == np.inf else f", no farther than {most:g} from 0"
+            _refuse(what, found, fits, f"every number has to be finite{limit}", error)
+    return found
+
+
+def plain_numbers(what: str, values: Any, error: type[PlannerError] = ArrayError) -> Floats:
+    """``values`` as float64, whatever their shape and size; ``error`` where they are no numbers."""
+    return _read(what, values, ("...",), error)
+
+
+def rows(what: str, values: Any, width: int, error: type[PlannerError] = ArrayError, most: float = np.inf) -> Floats:
+    """As :func:`numbers`, of shape (n, width); one row alone (width,) becomes (1, width)."""
+    shape = ("n", width)
+    found = _read(what, values, shape, error)
+    return numbers(what, found[None] if found.shape == (width,) else found, shape, error, most)
+
+
+def indices(what: str, values: Any, shape: Shape, count: int, error: type[PlannerError] = ArrayError) -> Ints:
+    """``values`` as int64 of a ``shape``, from 0 to ``count`` - 1; otherwise as :func:`numbers`."""
+    given = _shaped(what, _read(what, values, shape, error), shape, error)
+    fits = (given >= 0) & (given < count) & (given == np.floor(given))
+    if not fits.all():
+        _refuse(what, given, fits, f"give whole numbers from 0 to {count - 1}", error)
+    return given.astype(np.int64)
+
+
+def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, most: float = np.inf) -> Floats:
+    """``values`` as a rigid placement (4, 4): rotation, position, and 0 0 0 1 below; otherwise as :func:`numbers`."""
+    found = numbers(what, values, (4, 4), error, most)
+    turn = found[:3, :3]
+    rigid = np.abs(turn @ turn.T - np.eye(3)).max() <= 1e-6 and np.linalg.det(turn) > 0
+    if not rigid or np.abs(found[3] - [0.0, 0.0, 0.0, 1.0]).max() > 1e-9:
+        raise error(f"{what} is not rigid: give a (4, 4) placement, as planner.pose makes it.")
+    return found
+
+
+def _read(what: str, values: Any, shape: Shape, error: type[PlannerError]) -> Floats:
+    try:
+        given = np.asarray(values)
+        if given.dtype.kind in "fiubO":
+            return given.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise error(f"{what} is no array of numbers: give one of shape {_text(shape)}.")
+
+
+def _shaped(what: str, found: Floats, shape: Shape, error: type[PlannerError]) -> Floats:
+    if found.shape != shape:
+        alike = all(isinstance(size, str) or size == there for size, there in zip(shape, found.shape, strict=False))
+        if found.ndim != len(shape) or not alike:
+            raise error(f"{what} has shape {found.shape}: give an array of shape {_text(shape)}.")
+    return found
+
+
+def _text(shape: Shape) -> str:
+    return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
+
+
+def _refuse(what: str, found: Floats, fits: NDArray[np.bool_], remedy: str, error: type[PlannerError]) -> NoReturn:
+    at = tuple(int(k) for k in np.argwhere(~fits)[0])
+    where = f"[{', '.join(map(str, at))}]" if at else ""
+    raise error(f"{what}{where} is {found[at]:g}: {remedy}.")

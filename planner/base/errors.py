@@ -48,6 +48,10 @@ class FileError(PlannerError):
     """A file that is missing, damaged, foreign, or cannot be written."""
 
 
+class ArrayError(PlannerError, ValueError):
+    """An array of another shape than a function takes, or with values that it cannot use."""
+
+
 class AssumptionError(PlannerError):
     """An assumption of the paper that the given data breaks: the theorem would not hold."""
 

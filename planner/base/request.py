@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
-from planner.base.errors import OptionError, PlannerError
+from planner.base.errors import OptionError, PlannerError, choices
 from planner.base.targets import joints_text, parse_base, parse_target, parse_targets
 
 
@@ -307,8 +307,7 @@ class TimingRequest(LimitsRequest):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0.0 <= self.extra_cost <= 100.0:
-            raise OptionError(f"extra cost {self.extra_cost:g} is not usable: give a share of 0 or more, 100 at most.")
+        require_timing(self.time_law, 0.0, self.extra_cost)
 
 
 @dataclass(frozen=True)
@@ -367,6 +366,16 @@ def require_scale(kind: str, scale: float, error: type[PlannerError] = OptionErr
     """Raise an ``error`` unless a share of limits of that ``kind`` lies above 0 and is at most 1."""
     if not 0.0 < scale <= 1.0:
         raise error(f"{kind} scale {scale:g} is not usable: give a share of the limits, above 0 up to 1.")
+
+
+def require_timing(law: str, floor: float, extra_cost: float) -> None:
+    """Raise :class:`OptionError` unless a path can become a motion by these."""
+    if law not in get_args(TimeLaw):
+        raise OptionError(f"time law '{law}' not found; laws are {choices(get_args(TimeLaw))}.")
+    if not 0.0 <= floor < math.inf:
+        raise OptionError(f"floor {floor:g} is not usable: give a manipulability of 0 or more.")
+    if not 0.0 <= extra_cost <= 100.0:
+        raise OptionError(f"extra cost {extra_cost:g} is not usable: give a share of 0 or more, 100 at most.")
 
 
 def require_nodes(nodes: int) -> None:

@@ -88,7 +88,8 @@ def joints_text(values: Iterable[float], role: str = "state") -> str:
     try:
         return "q:" + ",".join(repr(float(value)) for value in values)
     except (TypeError, ValueError):
-        raise OptionError(f"{role} {values!r} is not usable: give one row of joint values (rad), or {FORMS}.") from None
+        given = " ".join(repr(values).split())[:100]
+        raise OptionError(f"{role} {given} is not usable: give one row of joint values (rad), or {FORMS}.") from None
 
 
 def parse_targets(text: str) -> list[tuple[str, Target]]:

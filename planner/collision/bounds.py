@@ -42,7 +42,7 @@ class ClearanceBound:
     def __init__(
         self, world: World, known: ClearanceBound | None = None, motions: Mapping[str, KnownMotion] = _NONE
     ) -> None:
-        """``known``: the bounds of another world of the same arm; what is in both is taken from there.
+        """``known``: the bounds of another world of the same arm; what is in both is taken from there, as it moves.
 
         ``motions``: of obstacles by name; elsewhere than in proofs in time they are where they begin.
         """
@@ -50,7 +50,7 @@ class ClearanceBound:
         self.native = NativeWorld(Chain.of(world.robot).native, world.margin)
         old = {} if known is None else {item: k for k, item in enumerate(known.world.items)}
         for item in world.items:
-            if known is not None and item in old:
+            if known is not None and item in old and not (isinstance(item, Obstacle) and item.name in motions):
                 self.native.take(known.native, old[item])
             else:
                 _add_item(self.native, item, motions)

@@ -8,7 +8,9 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, rows
+from planner.base.errors import StateError
+from planner.base.yamlfile import FARTHEST
 from planner.collision.bounds import ClearanceBound
 from planner.collision.inside import Inside
 from planner.collision.world import Contact, World
@@ -58,14 +60,15 @@ class CollisionChecker(Protocol):
 
         Not free means that a checked pair touches, is no farther apart than ``world.margin``, or lies one inside the
         other. No cheap bound is consulted: this is the independent opinion on everything proven with one.
+        :class:`StateError` for configurations with other joints, or with what is no finite number.
         """
-        q = np.atleast_2d(np.asarray(q, dtype=float))
+        q = configurations(self, "q", q)
         found = self.first_touch(q)
         pairs = self.inside.pairs(q if found is None else q[: found[0]])
-        rows = np.flatnonzero(pairs >= 0)
-        if not len(rows):
+        held = np.flatnonzero(pairs >= 0)
+        if not len(held):
             return found
-        return int(rows[0]), replace(self.world.contact(int(pairs[rows[0]])), enclosed=True)
+        return int(held[0]), replace(self.world.contact(int(pairs[held[0]])), enclosed=True)
 
     def first_contact_along(self, q: Floats, motion: Floats) -> tuple[int, Contact] | None:
         """As :meth:`first_contact`, for configurations (n, dof) one after the other on motions.
@@ -99,9 +102,14 @@ def keeping(checker: CollisionChecker, clearance: float) -> CollisionChecker:
     return type(checker)(checker.world.keeping(clearance), checker) if clearance > 0 else checker
 
 
+def configurations(checker: CollisionChecker, what: str, values: Floats) -> Floats:
+    """``values`` as configurations (n, dof) of the checker's robot; one alone (dof,) becomes a row."""
+    return rows(what, values, checker.robot.dof, StateError, FARTHEST)
+
+
 def contact_of(checker: CollisionChecker, q: Floats) -> Contact | None:
     """Why one configuration (dof,) is not free, or None."""
-    found = checker.first_contact(np.atleast_2d(q))
+    found = checker.first_contact(q)
     return found[1] if found else None
 
 

@@ -15,7 +15,7 @@ import pinocchio as pin
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.process_lock import PROCESS
 from planner.collision.bounds import ClearanceBound
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.needles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
@@ -96,6 +96,7 @@ class CoalChecker(CollisionChecker):
         Where every pair is farther apart in the middle of a stretch than it moves from there to the ends, by coal's own
         word, nothing of the stretch touches, and what lies inside something in the middle does so on all of it.
         """
+        q = configurations(self, "q", q)
         starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
         for width, finer in zip(_STRETCHES, (*_STRETCHES[1:], 1), strict=True):
             middle = np.minimum(starts + width // 2, len(q) - 1)

@@ -15,11 +15,13 @@ from enum import IntEnum
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, numbers
+from planner.base.errors import ArrayError
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
-from planner.collision.checker import CollisionChecker
+from planner.base.yamlfile import FARTHEST
+from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
 
@@ -37,6 +39,7 @@ class Verdict(IntEnum):
     UNDECIDED = 2  # it passes closer than the resolution: neither proven nor refuted
 
 
+_LARGEST = 100.0 * FARTHEST  # rad (m): coefficients of curves may be larger than what they add up to
 _FREE = int(Verdict.FREE)  # NumPy takes several times as long to compare with a member
 
 
@@ -75,7 +78,7 @@ class EdgeProver:
 
     Planes between the shapes prove; the checker says what touches where they cannot. A motion that is not decided is
     ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop, everything that is still open
-    is undecided.
+    is undecided. :class:`PlannerError` for arrays of other shapes, or with what is no finite number.
     """
 
     def __init__(self, checker: CollisionChecker, progress: Progress = QUIET) -> None:
@@ -89,6 +92,10 @@ class EdgeProver:
 
     def only(self, pairs: Bools) -> EdgeProver:
         """A prover of these ``pairs`` (pairs,) alone: what it calls free may touch in others."""
+        if np.shape(pairs) != self._is_static.shape:
+            raise ArrayError(
+                f"pairs has shape {np.shape(pairs)}: give one truth value for each of {self._is_static.size}."
+            )
         part = copy.copy(self)
         part._is_static = self._is_static | ~pairs
         return part
@@ -111,7 +118,10 @@ class EdgeProver:
         ``room`` proves more of the tight segments, and takes longer on each of them. Without ``contacts`` all that are
         not free are undecided: nobody asks the checker whether they collide, which takes as long as the proofs.
         """
-        return self.prove_curves(np.stack([np.atleast_2d(start), np.atleast_2d(delta)], axis=1), room, contacts)
+        start, delta = np.atleast_2d(start), np.atleast_2d(delta)
+        if start.shape != delta.shape:
+            raise ArrayError(f"start has shape {start.shape} and delta {delta.shape}: give as many motions as starts.")
+        return self.prove_curves(np.stack([start, delta], axis=1), room, contacts)
 
     def free(self, start: Floats, delta: Floats, room: float = PROOF) -> Bools:
         """(m,) which segments are proven, as :meth:`prove` has it without asking what the others touch."""
@@ -132,6 +142,7 @@ class EdgeProver:
         ``start`` by ``delta`` (m, dof), one after the other. What ``allows`` refuses is not chosen either. A proof goes
         no further once another motion of its alternative is refused.
         """
+        start, delta = configurations(self.checker, "start", start), configurations(self.checker, "delta", delta)
         begin, of = np.zeros(len(alternatives), dtype=np.int64), np.repeat(np.arange(len(alternatives)), alternatives)
         if self.static_contact is not None:
             return begin - 1
@@ -158,6 +169,7 @@ class EdgeProver:
         further than until one of a chain is refused. What ``allows`` refuses is no part of a chain either. All rows
         where there is none.
         """
+        points = configurations(self.checker, "points", points)
         if self.static_contact is not None:
             return np.arange(len(points))
         price = price.copy()
@@ -188,6 +200,7 @@ class EdgeProver:
         As :meth:`prove`, with the largest |q'| on an interval in place of |delta|, bounded by Bernstein coefficients.
         Joint limits are not looked at.
         """
+        coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", self.robot.dof), most=_LARGEST)
         if self.static_contact is not None:
             return Proofs.alike(len(coefficients), Verdict.COLLIDES)
         proofs, where = self._prove_batch(coefficients[:_BATCH], room)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Bools, Floats, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce, require_state
@@ -95,7 +95,7 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
     """The start as the solver holds it: ``x0`` (n,) or one number for all; sources keep their values."""
     if x0 is None:
         return start_above(problem)
-    x = np.asarray(x0, dtype=np.float64)
+    x = plain_numbers("x0", x0, AssumptionError)
     x = np.full(problem.network.n_nodes, float(x)) if x.ndim == 0 else x
     require_state(problem, x, "x0")
     return problem.pack(x)

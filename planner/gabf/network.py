@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, as_frozen, frozen
+from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
@@ -66,21 +66,26 @@ class Network:
 
         Network.from_arcs([1, 2, 2], [0, 0, 1], [1.0, 5.0, 1.0], sources=[0], n_nodes=3, kernel=Additive())
         """
+        if n_nodes < 1:
+            raise AssumptionError(f"{n_nodes} nodes make no network: give at least one")
         tails, heads = _integers("tails", tails), _integers("heads", heads)
+        weight = plain_numbers("weight", weight, AssumptionError)
+        arc_cost = None if arc_cost is None else plain_numbers("arc_cost", arc_cost, AssumptionError)
         _check_listed(n_nodes, tails, heads, {"heads": heads, "weight": weight, "arc_cost": arc_cost})
         order = np.argsort(tails * n_nodes + heads, kind="stable")  # a fifth of lexsort's time
         return Network(
             indptr=np.concatenate([[0], np.cumsum(np.bincount(tails, minlength=n_nodes))]),
             indices=heads[order],
-            weight=np.asarray(weight)[order],
+            weight=weight[order],
             sources=sources,
-            arc_cost=None if arc_cost is None else np.asarray(arc_cost)[order],
+            arc_cost=None if arc_cost is None else arc_cost[order],
             **more,
         )
 
     def _freeze(self, name: str, dtype: type) -> None:
         value = getattr(self, name)
-        object.__setattr__(self, name, as_frozen(_integers(name, value) if dtype is np.int64 else value, dtype))
+        read = _integers(name, value) if dtype is np.int64 else plain_numbers(name, value, AssumptionError)
+        object.__setattr__(self, name, as_frozen(read, dtype))
 
     @property
     def n_nodes(self) -> int:
@@ -114,14 +119,17 @@ class Network:
     def without_arcs(self, arcs: Ints) -> Network:
         """The same network lacking these arc ids; the ids of later arcs move down."""
         keep = np.ones(self.n_arcs, dtype=bool)
-        keep[arcs] = False
+        keep[indices("arcs", arcs, ("k",), self.n_arcs, AssumptionError)] = False
         kept = np.concatenate(([0], np.cumsum(keep)))[self.indptr]
         arc_cost = None if self.arc_cost is None else self.arc_cost[keep]
         return replace(self, indptr=kept, indices=self.indices[keep], weight=self.weight[keep], arc_cost=arc_cost)
 
 
 def _integers(name: str, values: Ints) -> Ints:
-    array = np.asarray(values)
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        raise AssumptionError(f"{name} must be one row of integers, and its rows are of several lengths") from None
     if array.size and array.dtype.kind not in "iu":
         raise AssumptionError(f"{name} must hold integers, not {array.dtype}: they are node indices")
     return array.astype(np.int64, copy=False)

@@ -6,11 +6,11 @@ import heapq
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem, reduce
+from planner.gabf.problem import Problem, field, reduce
 from planner.gabf.readers import Readers
 from planner.gabf.result import CostToGo
 from planner.native.graphs import cheapest_costs
@@ -82,7 +82,7 @@ def bellman_operator(net: Network, x: Floats) -> Floats:
     It is +inf at unreachable nodes.
     """
     problem = reduce(net)
-    y = problem.pack(np.asarray(x, dtype=np.float64))
+    y = problem.pack(field(problem, x, "x"))
     return problem.unpack(np.concatenate((problem.parent_values(y), problem.anchors)))
 
 
@@ -93,7 +93,7 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     number grows like x* / zeta. AssumptionError if ``max_sweeps`` (default 1000 n) do not suffice.
     """
     problem = reduce(net)
-    y = problem.pack(np.asarray(x0, dtype=np.float64))
+    y = problem.pack(field(problem, x0, "x0"))
     budget = 1000 * net.n_nodes if max_sweeps is None else max_sweeps
     for sweep in range(budget + 1):
         m = problem.parent_values(y)
@@ -106,13 +106,14 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
 def residual(net: Network, x: Floats) -> float:
     """max_i |x_i - min_j f_i(x_j, w_ij)| over reachable nodes: small is not converged, see settling.error_bound."""
     problem = reduce(net)
-    y = problem.pack(np.asarray(x, dtype=np.float64))
+    y = problem.pack(field(problem, x, "x"))
     return float(np.abs(y[: problem.n_rows] - problem.parent_values(y)).max(initial=0.0))
 
 
 def max_error(result: CostToGo | Floats, x_star: Floats) -> float:
     """max |x_i - x_i*| / max(1, |x_i*|) over nodes that reach a source; +inf if x and x* disagree on which do."""
-    x = result.x if isinstance(result, CostToGo) else np.asarray(result, dtype=np.float64)
+    x = result.x if isinstance(result, CostToGo) else plain_numbers("x", result, AssumptionError)
+    x_star = plain_numbers("x_star", x_star, AssumptionError)
     finite = np.isfinite(x_star)
     if not np.array_equal(finite, np.isfinite(x)):
         return float("inf")

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
-from planner.base.errors import StateError
+from planner.base.arrays import Bools, Floats, Ints, plain_numbers
+from planner.base.errors import AssumptionError, StateError
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce, require_state
 from planner.gabf.result import CostToGo
@@ -32,7 +32,7 @@ def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
 def extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]) -> tuple[Ints, ...]:
     """The path, see :func:`extract_path`, from each of the ``starts``."""
     known = isinstance(result, CostToGo)
-    x = result.x if known else np.asarray(result, dtype=np.float64)
+    x = result.x if known else plain_numbers("x", result, AssumptionError)
     problem = result.problem if known and result.network is net else reduce(net)
     here = [_position(problem, start) for start in starts]
     require_state(problem, x, "x")
@@ -59,7 +59,7 @@ def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
 def _position(problem: Problem, start: int) -> int:
     """Where ``start`` stands among the problem's nodes."""
     n = problem.network.n_nodes
-    if not 0 <= start < n:
+    if start not in range(n):
         raise StateError(f"start {start} is not a node; nodes run from 0 to {n - 1}")
     found = np.flatnonzero(problem.nodes == start)
     if not found.size:

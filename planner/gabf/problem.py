@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.network import Network
@@ -161,6 +161,13 @@ def reduce(net: Network) -> Problem:
     assert anchors is not None
     starts = np.cumsum(counts) - counts
     return Problem(starts, heads, arcs, net, nodes, anchors, arc_ids, hops[is_row])
+
+
+def field(problem: Problem, x: Floats, name: str) -> Floats:
+    """``x`` as one state a node, see :func:`require_state`."""
+    found = plain_numbers(name, x, AssumptionError)
+    require_state(problem, found, name)
+    return found
 
 
 def require_state(problem: Problem, x: Floats, name: str) -> None:

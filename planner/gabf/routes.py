@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, numbers, plain_numbers
+from planner.base.errors import AssumptionError, StateError
 from planner.gabf.path import extract_paths
 
 
@@ -25,8 +26,12 @@ def paths_from(
 
     Raises :class:`StateError` for a start that is no node.
     """
-    x = cost_to_go.x if isinstance(cost_to_go, gabf.CostToGo) else np.asarray(cost_to_go, dtype=float)
     n = network.n_nodes
-    reaching = [int(start) for start in starts if not 0 <= start < n or np.isfinite(x[start])]
+    x = cost_to_go.x if isinstance(cost_to_go, gabf.CostToGo) else plain_numbers("x", cost_to_go, AssumptionError)
+    if x.shape != (n,):
+        raise AssumptionError(f"x has shape {x.shape} where ({n},) is needed: one state a node")
+    nodes = numbers("starts", starts, ("s",), StateError).tolist()
+    nodes = [int(start) if start == int(start) else start for start in nodes]
+    reaching = [start for start in nodes if start not in range(n) or np.isfinite(x[start])]
     paths = dict(zip(reaching, extract_paths(network, cost_to_go, reaching), strict=True))
-    return tuple(paths.get(int(start), np.zeros(0, dtype=np.int64)) for start in starts)
+    return tuple(paths.get(start, np.zeros(0, dtype=np.int64)) for start in nodes)

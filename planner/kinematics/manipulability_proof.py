@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Bools, Floats, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
 from planner.kinematics.manipulability import jacobians
 from planner.kinematics.reach import Reach
@@ -93,11 +93,13 @@ def column_rates(robot: Robot) -> tuple[Floats, Floats]:
 def prove_floor(robot: Robot, coefficients: Floats, floor: Floats | float) -> FloorProofs:
     """Whether w stays at or above ``floor`` (m,) on the curves sum_k c_k s^k, s in [0, 1], (m, degree + 1, dof).
 
-    Every interval is looked at in its middle; what the bound there does not cover is halved.
+    Every interval is looked at in its middle; what the bound there does not cover is halved. :class:`ArrayError` for
+    arrays of other shapes, or with what is no finite number.
     """
+    coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", robot.dof))
     m = len(coefficients)
     bound, slopes = ManipulabilityBound(robot), derivative(coefficients)
-    floor = np.broadcast_to(np.asarray(floor, dtype=float), (m,))
+    floor = numbers("floor", np.broadcast_to(floor, (m,)), (m,))
     proofs = FloorProofs(np.ones(m, dtype=bool), np.zeros(m, dtype=bool), np.full(m, np.inf))
     curve, low, high = np.arange(m), np.zeros(m), np.ones(m)
     while len(curve):
@@ -107,7 +109,7 @@ def prove_floor(robot: Robot, coefficients: Floats, floor: Floats | float) -> Fl
         w, least = bound(evaluate(coefficients[curve], middle), spread)
         covered, below = least >= floor[curve], w < floor[curve]
         proofs.broken[curve[below]] = True
-        stuck = ~covered & (below | (spread.max(axis=1) < _FINEST))
+        stuck = ~covered & (below | ~(spread.max(axis=1) >= _FINEST))
         proofs.holds[curve[stuck]] = False
         np.minimum.at(proofs.lowest, curve, np.where(covered, least, w))
         again = ~covered & proofs.holds[curve]

@@ -145,6 +145,8 @@ def _each_joint(robot: Robot, values: float | list[float]) -> Floats:
 
 
 def _require_usable(joints: tuple[str, ...], values: Floats, kind: str, source: str) -> None:
+    if np.shape(values) != (len(joints),):
+        raise LimitError(f"{kind} limits have shape {np.shape(values)}: give one for each of {choices(joints)}.")
     bad = np.flatnonzero(~((values >= _SMALLEST) & (values <= _LARGEST[kind])))
     if len(bad):
         raise LimitError(

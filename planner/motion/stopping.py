@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, numbers
 from planner.base.polynomials import derivative
 from planner.motion.limits import MotionLimits
 from planner.motion.trajectory import Trajectory
@@ -39,7 +39,7 @@ def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits) -> Stop:
     itself, so that at worst the motion ends where the trajectory does. Intervals are halved until the cubics between
     their ends keep to the limits as well; :func:`planner.motion.timing.time_path` leaves room for these.
     """
-    t = float(np.clip(t, trajectory.times[0], trajectory.times[-1]))
+    t = float(np.clip(numbers("t", t, ()), trajectory.times[0], trajectory.times[-1]))
     if np.abs(trajectory.at(t, 1)).max() < _STILL or trajectory.times[-1] - t < _SHORTEST:
         q = np.repeat(trajectory.at(t), 2, axis=0)
         still = Trajectory.through(trajectory.joints, np.array([0.0, _SHORTEST]), q, 0.0 * q, law="stop")

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.request import DEFAULT_TIME_LAW, TimeLaw
-from planner.collision.checker import CollisionChecker
+from planner.base.errors import StateError
+from planner.base.request import DEFAULT_TIME_LAW, TimeLaw, require_timing
+from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
@@ -62,7 +63,8 @@ def time_path(
     quickest along that curve, but for the milliseconds over which it is averaged to limit the jerk. ``shortcuts`` takes
     proven shortcuts in time as well, as long as the curve's ``cost`` is at most 1 + ``extra_cost`` times the path's:
     the larger, the quicker the motion. ``stop-at-corners`` stays on the path. Each exists for every path. ``proof``
-    says what is proven of the result; a path that touches something is timed too, and nothing is proven then.
+    says what is proven of the result; a path that touches something is timed too, and nothing is proven then. Raises
+    :class:`PlannerError` for a path of other joints, without waypoints, or with what is no finite number.
     """
     return timed_curve(path, checker, limits, law, floor, cost, extra_cost)[0]
 
@@ -77,8 +79,12 @@ def timed_curve(
     extra_cost: float = 0.0,
 ) -> tuple[Trajectory, Curve]:
     """As :func:`time_path`, with the curve that the motion runs along."""
+    require_timing(law, floor, extra_cost)
+    path = configurations(checker, "path", path)
+    if not len(path):
+        raise StateError("path has no waypoint: give a row of joint values for each, at least one.")
     limits = limits or MotionLimits.of(checker.robot)
-    asked = _Asked(without_standstill(np.asarray(path, dtype=float)), EdgeProver(checker), limits, floor)
+    asked = _Asked(without_standstill(path), EdgeProver(checker), limits, floor)
     found, shortcuts = _rounded_motion(asked, law), 0
     if law == "shortcuts" and found.proof.whole and len(asked.path) > 1:
         most = (1.0 + extra_cost) * curve_cost(straight(asked.path), cost)

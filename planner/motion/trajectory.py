@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen
+from planner.base.arrays import Floats, Ints, frozen, numbers
+from planner.base.errors import ArrayError
 from planner.base.polynomials import bernstein, derivative, evaluate, extrema
 from planner.motion.limits import LimitError, MotionLimits
 
@@ -49,7 +50,9 @@ class Trajectory:
         """The trajectory that a ROS 2 joint trajectory controller runs through points (k, dof) at ``times`` (k,).
 
         Lines between positions only, cubics where velocities ``qd`` are given, quintics with accelerations ``qdd``.
+        Raises :class:`ArrayError` for other shapes, what is no finite number, and times that do not increase.
         """
+        times, q, qd, qdd = _points(joints, times, q, qd, qdd)
         h = np.diff(times)[:, None]
         if qd is None:
             pieces = [q[:-1], np.diff(q, axis=0)]
@@ -74,7 +77,9 @@ class Trajectory:
 
         Before the first and after the last knot the robot stands where it is there.
         """
-        t = np.clip(np.atleast_1d(np.asarray(t, dtype=float)), self.times[0], self.times[-1])
+        if order < 0:
+            raise ArrayError(f"there is no derivative of order {order}: give 0 for positions, 1 for velocities.")
+        t = np.clip(numbers("t", np.atleast_1d(t), ("n",)), self.times[0], self.times[-1])
         piece = self.piece_at(t)
         h = np.diff(self.times)[piece]
         slope = derivative(self.coefficients[piece], order)
@@ -135,6 +140,18 @@ class Trajectory:
         reached[open_] = np.max(np.abs(extrema(slope[open_])), axis=0) / h[open_] / most
         piece, joint = np.unravel_index(int(reached.argmax()), reached.shape)
         return float(reached[piece, joint]), int(piece), int(joint)
+
+
+def _points(joints: tuple[str, ...], times: Floats, *columns: Floats | None) -> tuple[Any, ...]:
+    """Times (k,) and columns (k, dof) as numbers; ArrayError where they are none, or no motion of the joints."""
+    times = numbers("times", times, ("k",))
+    if len(times) < 2 or not (np.diff(times) > 0).all():
+        raise ArrayError("times have to increase strictly, and to be two at least: give seconds that do.")
+    if columns[1] is None and columns[2] is not None:
+        raise ArrayError("accelerations qdd say nothing without velocities: give qd too.")
+    shape = len(times), len(joints) or "dof"  # parts of a motion have no names
+    given = zip(("q", "qd", "qdd"), columns, strict=True)
+    return times, *(None if column is None else numbers(name, column, shape) for name, column in given)
 
 
 def _cubics(q: Floats, start: Floats, end: Floats) -> list[Floats]:

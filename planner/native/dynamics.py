@@ -1,6 +1,7 @@
 """What the compiled library does for the dynamics: hops, parent values of rows, and how rows move towards them.
 
-Arrays are float64 in C order; ``rows`` are the rows that are looked at, None for all of them.
+Arrays are float64 in C order; ``rows`` are the rows that are looked at, None for all of them. :class:`ArrayError` where
+arrays are not of the shapes that stand here, or an index is out of range.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import weakref
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.errors import ArrayError
 from planner.native.loading import address, floats, ints, library, threads
 
 STRANG, BRAKE_THEN_SINK, SINK_THEN_BRAKE = 0, 1, 2
@@ -25,9 +27,10 @@ def hops_to_source(indptr: Ints, heads: Ints, sources: Ints) -> Ints:
 
     Node i reads the nodes ``heads[indptr[i]:indptr[i + 1]]``.
     """
-    indptr, heads, sources = ints(indptr), ints(heads), ints(sources)
-    hops = np.empty(indptr.size - 1, dtype=np.int64)
-    library.arcs_hops(hops.size, address(indptr), address(heads), sources.size, address(sources), address(hops))
+    n, m, k = len(indptr) - 1, len(heads), len(sources)
+    indptr, heads, sources = ints(indptr, n + 1), ints(heads, m), ints(sources, k)
+    hops = np.empty(n, dtype=np.int64)
+    library.arcs_hops(n, address(indptr), m, address(heads), k, address(sources), address(hops))
     return hops
 
 
@@ -35,21 +38,20 @@ class NativeArcs:
     """The arcs of R rows: row i reads ``heads[starts[i]:starts[i + 1]]`` as slope y + offset; no ``slope``: 1."""
 
     def __init__(self, starts: Ints, heads: Ints, slope: Floats | None, offset: Floats) -> None:
-        first, heads = np.append(ints(starts), heads.size), ints(heads)
-        slope, offset = None if slope is None else floats(slope), floats(offset)
-        self._n_rows = starts.size
+        self._n_rows, m = len(starts), len(heads)
+        first, heads = np.append(ints(starts, self._n_rows), m), ints(heads, m)
+        slope, offset = None if slope is None else floats(slope, m), floats(offset, m)
         self.handle = library.arcs_new(
-            starts.size, heads.size, address(first), address(heads), _address(slope), address(offset)
+            self._n_rows, m, address(first), address(heads), _address(slope), address(offset)
         )
         weakref.finalize(self, library.arcs_free, self.handle)
 
     def parent_values(self, rows: Ints | None, y: Floats) -> Floats:
         """(rows,) the least of each row's arcs at states ``y``."""
-        values = np.empty(self._n_rows if rows is None else rows.size)
-        y = floats(y)
-        library.arcs_parent_values(
-            self.handle, values.size, _address(rows), address(y), _threads(values.size), address(values)
-        )
+        y, rows, count = floats(y, len(y)), *_chosen(rows, self._n_rows)
+        values = np.empty(count)
+        states = y.size, address(y)
+        library.arcs_parent_values(self.handle, count, _address(rows), *states, _threads(count), address(values))
         return values
 
     def step(
@@ -59,9 +61,9 @@ class NativeArcs:
 
         Parent values are those at :meth:`NativeFlow.sketch` after ``half``; the last as :meth:`NativeFlow.advance`.
         """
-        y, xhat, found = floats(y), floats(xhat), np.empty(y.size + self._n_rows + 5)
-        count = self._n_rows if rows is None else rows.size
-        pointers = _address(rows), self._n_rows, y.size, address(y), address(xhat)
+        y, xhat, found = floats(y, len(y)), floats(xhat, self._n_rows), np.empty(len(y) + self._n_rows + 5)
+        rows, count = _chosen(rows, self._n_rows)
+        pointers = _address(rows), y.size, address(y), address(xhat)
         numbers = half, dtau, size, _threads(count)
         library.arcs_step(self.handle, flow.handle, count, *pointers, *numbers, address(found))
         residual, lowest, highest, lowest_moving, off = found[-5:].tolist()
@@ -72,10 +74,10 @@ class NativeArcs:
 
         Last the least of y and m of the rows where they differ; inf where none does.
         """
-        y, xhat, numbers = floats(y), np.zeros(self._n_rows), np.empty(4)
-        count = xhat.size if rows is None else rows.size
-        found = address(xhat), address(numbers)
-        library.arcs_standing(self.handle, count, _address(rows), xhat.size, address(y), _threads(xhat.size), *found)
+        y, xhat, numbers = floats(y, len(y)), np.zeros(self._n_rows), np.empty(4)
+        rows, count = _chosen(rows, self._n_rows)
+        states, found = (y.size, address(y)), (address(xhat), address(numbers))
+        library.arcs_standing(self.handle, count, _address(rows), *states, _threads(xhat.size), *found)
         residual, lowest, highest, lowest_moving = numbers.tolist()
         return xhat, residual, lowest, highest, lowest_moving
 
@@ -96,11 +98,10 @@ class NativeFlow:
 
     def sketch(self, rows: Ints | None, y: Floats, xhat: Floats, dtau: float, following: Floats) -> None:
         """Write into ``following`` the rows' y after ``dtau``, the brake before the sink; ``xhat`` (R,) is y - m."""
-        y, xhat = floats(y), floats(xhat)
-        count = xhat.size if rows is None else rows.size
-        library.flow_sketch(
-            self.handle, count, _address(rows), address(y), address(xhat), dtau, _threads(count), address(following)
-        )
+        y, xhat, (rows, count) = floats(y, len(y)), floats(xhat, len(xhat)), _chosen(rows, len(xhat))
+        _require_room(len(xhat), y, following)
+        pointers = _address(rows), xhat.size, address(y), address(xhat)
+        library.flow_sketch(self.handle, count, *pointers, dtau, _threads(count), address(following))
 
     def advance(
         self, rows: Ints | None, m: Floats, y: Floats, xhat: Floats, dtau: float, size: float, following: Floats
@@ -109,9 +110,25 @@ class NativeFlow:
 
         How far off that may be, as a share of ``size`` + \\|xhat\\|: :meth:`planner.gabf.splitting.Stepper.advance`.
         """
-        m, y, xhat = floats(m), floats(y), floats(xhat)
-        pointers = _address(rows), address(m), address(y), address(xhat)
-        return library.flow_advance(self.handle, m.size, *pointers, dtau, size, _threads(m.size), address(following))
+        y, xhat, (rows, count) = floats(y, len(y)), floats(xhat, len(xhat)), _chosen(rows, len(xhat))
+        m = floats(m, count)
+        _require_room(len(xhat), y, following)
+        pointers = _address(rows), xhat.size, address(m), address(y), address(xhat)
+        return library.flow_advance(self.handle, count, *pointers, dtau, size, _threads(count), address(following))
+
+
+def _chosen(rows: Ints | None, n_rows: int) -> tuple[Ints | None, int]:
+    """The rows that are looked at, and how many they are."""
+    return (None, n_rows) if rows is None else (ints(rows, len(rows)), len(rows))
+
+
+def _require_room(rows: int, y: Floats, following: Floats) -> None:
+    """Refuse states ``y`` that are fewer than ``rows``, and an array that as many cannot be written into."""
+    layout = following.flags
+    if not (layout.writeable and layout.c_contiguous and following.dtype == np.float64):
+        raise ArrayError(f"what follows is written into float64 in C order, not into {following.dtype}.")
+    if following.ndim != 1 or min(y.size, following.size) < rows:
+        raise ArrayError(f"{rows} rows were given, and {y.size} states and room for {following.size} of them.")
 
 
 def _threads(count: int) -> int:

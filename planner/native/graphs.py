@@ -1,4 +1,7 @@
-"""What the compiled library finds in graphs: cheapest paths, what they cost, and detours. Arrays are in C order."""
+"""What the compiled library finds in graphs: cheapest paths, what they cost, and detours. Arrays are in C order.
+
+:class:`ArrayError` where arrays are not of the shapes that stand here, an index is no node, or a cost is negative.
+"""
 
 from __future__ import annotations
 
@@ -13,18 +16,20 @@ def detours(nodes: int, edges: Ints, lengths: Floats, pairs: Ints, limits: Float
 
     inf where a path is longer than its limit (k,), or there is none.
     """
-    edges, lengths, pairs, limits = ints(edges), floats(lengths), ints(pairs), floats(limits)
-    found = np.empty(len(pairs))
-    graph = nodes, len(edges), address(edges), address(lengths)
-    library.graph_detours(*graph, len(pairs), address(pairs), address(limits), threads(), address(found))
+    m, k = len(edges), len(pairs)
+    edges, lengths, pairs, limits = ints(edges, m, 2), floats(lengths, m), ints(pairs, k, 2), floats(limits, k)
+    found = np.empty(k)
+    graph = nodes, m, address(edges), address(lengths)
+    library.graph_detours(*graph, k, address(pairs), address(limits), threads(), address(found))
     return found
 
 
 def cheapest_nodes(nodes: int, arcs: Ints, cost: Floats, starts: Ints, goals: Ints) -> Ints:
     """The nodes (k,) of the cheapest path over ``arcs`` (m, 2), directed, from a start to a goal; (0,) without one."""
-    arcs, cost, starts, goals = ints(arcs), floats(cost), ints(starts), ints(goals)
+    m = len(arcs)
+    arcs, cost, starts, goals = ints(arcs, m, 2), floats(cost, m), ints(starts, len(starts)), ints(goals, len(goals))
     path = np.empty(nodes, dtype=np.int64)
-    graph = nodes, len(arcs), address(arcs), address(cost)
+    graph = nodes, m, address(arcs), address(cost)
     ends = len(starts), address(starts), len(goals), address(goals)
     return path[: library.graph_cheapest(*graph, *ends, address(path))]
 
@@ -34,8 +39,9 @@ def cheapest_costs(nodes: int, arcs: Ints, cost: Floats, goals: Ints, values: Fl
 
     It ends with the goal's own of ``values`` (g,), which goals keep. ``cost`` (m,) is positive.
     """
-    arcs, cost, goals, values = ints(arcs), floats(cost), ints(goals), floats(values)
+    m, g = len(arcs), len(goals)
+    arcs, cost, goals, values = ints(arcs, m, 2), floats(cost, m), ints(goals, g), floats(values, g)
     found = np.empty(nodes)
-    graph = nodes, len(arcs), address(arcs), address(cost)
-    library.graph_costs(*graph, len(goals), address(goals), address(values), address(found))
+    graph = nodes, m, address(arcs), address(cost)
+    library.graph_costs(*graph, g, address(goals), address(values), address(found))
     return found

@@ -1,11 +1,13 @@
 """What the compiled library knows of robots: one function or class for each thing, over NumPy arrays.
 
-Arrays are float64 in C order, angles rad, lengths m.
+Arrays are float64 in C order, angles rad, lengths m. Each may be asked by several threads at once, once it is made.
+:class:`ArrayError` where arrays are not of the shapes that stand here, or hold what the library cannot use.
 """
 
 from __future__ import annotations
 
 import weakref
+from typing import Any
 
 import numpy as np
 
@@ -24,21 +26,23 @@ class NativeChain:
     def __init__(
         self, parent: Ints, prismatic: Bools, rotations: Floats, offset: Floats, slide: Floats, axis: Floats
     ) -> None:
-        self.dof = len(parent)
-        arrays = _ints(parent), _bytes(prismatic), *(_floats(a) for a in (rotations, offset, slide, axis))
+        self.dof = dof = len(parent)
+        vectors = [_floats(array, dof, 3) for array in (offset, slide, axis)]
+        arrays = _ints(parent, dof), _bytes(prismatic, dof), _floats(rotations, dof, 3, 3, 3), *vectors
         self.handle = _library.chain_new(self.dof, *(_at(a) for a in arrays))
         weakref.finalize(self, _library.chain_free, self.handle)
 
     def placements(self, q: Floats) -> tuple[Floats, Floats]:
         """World rotations (dof + 1, n, 3, 3) and positions (dof + 1, n, 3) of the base and all joints."""
-        q, n = _floats(q), len(q)
+        n = len(q)
+        q = _floats(q, n, self.dof)
         rotation, position = np.empty((self.dof + 1, n, 3, 3)), np.empty((self.dof + 1, n, 3))
         _library.chain_placements(self.handle, n, _at(q), _at(rotation), _at(position))
         return rotation, position
 
     def points(self, q: Floats, joint: int, point: Floats) -> Floats:
         """Positions (n, 3) of a ``point`` (3,) that ``joint`` (0: the base) carries."""
-        q, point, positions = _floats(q), _floats(point), np.empty((len(q), 3))
+        q, point, positions = _floats(q, len(q), self.dof), _floats(point, 3), np.empty((len(q), 3))
         _library.chain_points(self.handle, len(q), _at(q), joint, _at(point), _at(positions))
         return positions
 
@@ -47,8 +51,9 @@ class NativeChain:
 
         They go from ``start`` by ``delta`` (n, dof); chords between ``pieces`` (n,) + 1 evenly spaced states.
         """
-        start, delta, pieces, point = _floats(start), _floats(delta), _ints(pieces), _floats(point)
-        lengths, n = np.empty(len(start)), len(start)
+        n = len(start)
+        start, delta = _floats(start, n, self.dof), _floats(delta, n, self.dof)
+        pieces, point, lengths = _ints(pieces, n), _floats(point, 3), np.empty(n)
         _library.chain_path_lengths(
             self.handle, n, _at(start), _at(delta), _at(pieces), joint, _at(point), threads(), _at(lengths)
         )
@@ -62,9 +67,10 @@ class NativeChain:
         self, start: Floats, delta: Floats, shares: Floats, joint: int, point: Floats, rows: int
     ) -> Floats:
         """The same (n, k) at ``start`` + share ``delta``, (n, dof) each, for each of ``shares`` (k,)."""
-        start, delta, shares, point = _floats(start), _floats(delta), _floats(shares), _floats(point)
-        w = np.empty((len(start), len(shares)))
-        motions = len(start), _at(start), _at(delta), len(shares), _at(shares)
+        n, k = len(start), len(shares)
+        start, delta = _floats(start, n, self.dof), _floats(delta, n, self.dof)
+        shares, point, w = _floats(shares, k), _floats(point, 3), np.empty((n, k))
+        motions = n, _at(start), _at(delta), k, _at(shares)
         _library.chain_manipulability(self.handle, *motions, joint, _at(point), rows, threads(), _at(w))
         return w
 
@@ -83,9 +89,11 @@ class NativeChain:
         ``target`` (4, 4) in the world, only its position unless ``oriented``; ``limits``: lowest, highest, and which
         joints wrap and have none, (dof,) each. Ends (n, dof), distances (n,) and angles (n,) left there.
         """
-        ends, wraps = np.array(seeds, dtype=np.float64), _bytes(limits[2])
+        dof, ends = self.dof, _floats(seeds, len(seeds), self.dof).copy()
+        tool, target = _floats(tool, 4, 4), _floats(target, 4, 4)
         frames = [_floats(part) for m in (tool, target) for part in (m[:3, :3], m[:3, 3])]
-        lower, upper, distance, angle = _floats(limits[0]), _floats(limits[1]), np.empty(len(ends)), np.empty(len(ends))
+        lower, upper, wraps = _floats(limits[0], dof), _floats(limits[1], dof), _bytes(limits[2], dof)
+        distance, angle = np.empty(len(ends)), np.empty(len(ends))
         _library.chain_inverse(
             self.handle, len(ends), _at(ends), joint, *map(_at, frames), oriented, _at(lower), _at(upper), _at(wraps),
             iterations, threads(), _at(distance), _at(angle),
@@ -111,11 +119,10 @@ class NativeBoxes:
         low: Floats,
         high: Floats,
     ) -> None:
-        boxes = [_floats(array) for array in (turns, shifts, low, high)]
-        inner, points, outer = _ints(inner), _floats(points), _ints(outer)
-        self._handle = _library.boxes_new(
-            chain.handle, len(inner), _at(inner), _at(points), _at(outer), *map(_at, boxes)
-        )
+        self._dof, k = chain.dof, len(inner)
+        boxes = [_floats(turns, k, 3, 3), *(_floats(array, k, 3) for array in (shifts, low, high))]
+        inner, points, outer = _ints(inner, k), _floats(points, k, 3), _ints(outer, k)
+        self._handle = _library.boxes_new(chain.handle, k, _at(inner), _at(points), _at(outer), *map(_at, boxes))
         weakref.finalize(self, _library.boxes_free, self._handle)
 
     def hits(self, q: Floats) -> tuple[Ints, Floats]:
@@ -123,7 +130,7 @@ class NativeBoxes:
 
         Rows (m, 2) of configurations and boxes, ascending, and where the points are in the boxes' frames (m, 3).
         """
-        q, room = _floats(q), 4 * len(q)
+        q, room = _floats(q, len(q), self._dof), 4 * len(q)
         while True:
             rows, local = np.empty((room, 2), dtype=np.int64), np.empty((room, 3))
             found = _library.boxes_hits(self._handle, len(q), _at(q), room, _at(rows), _at(local))
@@ -133,34 +140,47 @@ class NativeBoxes:
 
 
 class NativeWorld:
-    """Bodies of a robot and obstacles, added one after the other, bodies first; then the pairs that are checked."""
+    """Bodies of a robot and obstacles, added one after the other, bodies first; then the pairs that are checked.
+
+    Every body has spheres, every obstacle targets, and ``set_pairs`` comes last: then several threads may ask.
+    """
 
     def __init__(self, chain: NativeChain, margin: float) -> None:
-        self._chain, self._items, self._pairs = chain, 0, 0
+        self.dof, self.bodies, self.pairs = chain.dof, 0, 0
         self.handle = _library.world_new(chain.handle, margin)
         weakref.finalize(self, _library.world_free, self.handle)
 
     def add_hull(self, joint: int, points: Floats, radius: float) -> int:
         """The convex hull of ``points`` (k, 3), rounded by ``radius``; ``joint`` -1: an obstacle. Its number."""
-        points = _floats(points)
-        return _library.world_add(self.handle, joint, 0, len(points), _at(points), radius, 0, None)
+        points = _floats(points, len(points), 3)
+        return self._numbered(joint, 0, len(points), _at(points), radius, 0, None)
 
     def add_cylinder(self, joint: int, middle: Floats, half: Floats, across: Floats) -> int:
         """A cylinder: its ``middle`` (3,), from there to a disc ``half`` (3,), two radii ``across`` (2, 3)."""
-        points = _floats(np.concatenate([[middle, half], across]))
-        return _library.world_add(self.handle, joint, 1, len(points), _at(points), 0.0, 0, None)
+        points = _floats(np.concatenate([[middle, half], across]), 4, 3)
+        return self._numbered(joint, 1, len(points), _at(points), 0.0, 0, None)
 
     def add_surface(self, joint: int, hull: Floats, triangles: Floats, depth: float) -> int:
         """The surface of ``triangles`` (m, 3, 3), with points (k, 3) of its ``hull``, no deeper than ``depth`` below.
 
         The hull stands for it where that is more than ``depth`` (m) away.
         """
-        hull, triangles = _floats(hull), _floats(triangles)
-        return _library.world_add(self.handle, joint, 2, len(hull), _at(hull), depth, len(triangles), _at(triangles))
+        hull, triangles = _floats(hull, len(hull), 3), _floats(triangles, len(triangles), 3, 3)
+        return self._numbered(joint, 2, len(hull), _at(hull), depth, len(triangles), _at(triangles))
+
+    def _numbered(self, joint: int, *shape: Any) -> int:
+        number = _library.world_add(self.handle, joint, *shape)
+        self.bodies += joint >= 0
+        return number
 
     def take(self, other: NativeWorld, item: int) -> int:
-        """What ``other``, a world of the same arm, has as number ``item``; its shape is shared. Its number here."""
-        return _library.world_take(self.handle, other.handle, item)
+        """What ``other``, a world of the same arm, has as number ``item``; its shape is shared. Its number here.
+
+        With its spheres or targets, its motion and its speed limit.
+        """
+        number = _library.world_take(self.handle, other.handle, item)
+        self.bodies += item < other.bodies
+        return number
 
     def set_motion(
         self, item: int, times: Floats, turns: Floats, shifts: Floats, axes: Floats, rates: Floats, speeds: Floats
@@ -170,8 +190,10 @@ class NativeWorld:
         Between two of them it turns about ``axes`` (n - 1, 3), in its own frame, at ``rates`` (n - 1,) rad/s; no point
         of it exceeds ``speeds`` (n - 1,) m/s. It counts as at time 0 wherever no time is given.
         """
-        arrays = [_floats(array) for array in (times, turns, shifts, axes, rates, speeds)]
-        _library.world_set_motion(self.handle, item, len(arrays[0]), *map(_at, arrays))
+        n, between = len(times), max(len(times) - 1, 0)
+        poses = _floats(times, n), _floats(turns, n, 3, 3), _floats(shifts, n, 3)
+        stretches = _floats(axes, between, 3), _floats(rates, between), _floats(speeds, between)
+        _library.world_set_motion(self.handle, item, n, *map(_at, poses), *map(_at, stretches))
 
     def set_speed_limit(self, item: int, limit: float) -> None:
         """From time 0 on no point of obstacle ``item`` is farther than ``limit`` (m/s) times t from where it was."""
@@ -179,7 +201,7 @@ class NativeWorld:
 
     def add_spheres(self, item: int, centres: Floats, radii: Floats) -> None:
         """Spheres (k, 3), (k,) that together hold body ``item``, in its joint's frame."""
-        centres, radii = _floats(centres), _floats(radii)
+        centres, radii = _floats(centres, len(radii), 3), _floats(radii, len(radii))
         _library.world_add_spheres(self.handle, item, len(radii), _at(centres), _at(radii))
 
     def add_target(
@@ -189,19 +211,34 @@ class NativeWorld:
 
         Placed by ``turn`` (3, 3) and ``shift`` (3,). A cylinder has its radius and half length in ``half[0]``, ``[2]``.
         """
-        turn, shift, half = _floats(turn), _floats(shift), _floats(half)
+        turn, shift, half = _floats(turn, 3, 3), _floats(shift, 3), _floats(half, 3)
         _library.world_add_target(self.handle, item, is_cylinder, _at(turn), _at(shift), _at(half), radius)
 
     def set_pairs(self, pairs: Ints, checked: Bools) -> None:
-        """Pairs (n, 2) of items in the order of their numbers, and which of them are checked."""
-        pairs, checked, self._pairs = _ints(pairs), _bytes(checked), len(pairs)
-        _library.world_set_pairs(self.handle, self._pairs, _at(pairs), _at(checked))
+        """Pairs (n, 2) of items in the order of their numbers, and which (n,) of them are checked.
+
+        First every body with every obstacle, body after body; then two bodies each.
+        """
+        n = len(pairs)
+        pairs, checked = _ints(pairs, n, 2), _bytes(checked, n)
+        _library.world_set_pairs(self.handle, n, _at(pairs), _at(checked))
+        self.pairs = n
+
+    def _placed(self, rotation: Floats, position: Floats) -> tuple[Floats, Floats, int]:
+        """Placements as :meth:`NativeChain.placements` gives them, and of how many configurations they are."""
+        frames, n = self.dof + 1, position.shape[1]
+        return _floats(rotation, frames, n, 3, 3), _floats(position, frames, n, 3), n
+
+    def _bounds(self, reach: Floats, body_reach: Floats, is_static: Bools) -> tuple[Floats, Floats, Any]:
+        """What :meth:`prove` is told of pairs and bodies."""
+        dof = self.dof
+        return _floats(reach, self.pairs, dof), _floats(body_reach, self.bodies, dof), _bytes(is_static, self.pairs)
 
     def coarse(self, rotation: Floats, position: Floats) -> Floats:
         """Lower bounds (n, pairs) on distances by spheres, for placements; inf for pairs that are not checked."""
-        rotation, position = _floats(rotation), _floats(position)
-        bounds = np.empty((position.shape[1], self._pairs))
-        _library.world_coarse(self.handle, len(bounds), _at(rotation), _at(position), _at(bounds))
+        rotation, position, n = self._placed(rotation, position)
+        bounds = np.empty((n, self.pairs))
+        _library.world_coarse(self.handle, n, _at(rotation), _at(position), _at(bounds))
         return bounds
 
     def close(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
@@ -210,16 +247,18 @@ class NativeWorld:
         A micrometre from the distance, and short of it by no more than dents are deep where these are farther apart
         than that; 0 where they touch.
         """
-        rotation, position, rows, pairs = _floats(rotation), _floats(position), _ints(rows), _ints(pairs)
-        bounds, n = np.empty(len(rows)), position.shape[1]
-        _library.world_close(
-            self.handle, n, _at(rotation), _at(position), len(rows), _at(rows), _at(pairs), _at(bounds)
-        )
+        rotation, position, n = self._placed(rotation, position)
+        k = len(rows)
+        rows, pairs, bounds = _ints(rows, k), _ints(pairs, k), np.empty(k)
+        _library.world_close(self.handle, n, _at(rotation), _at(position), k, _at(rows), _at(pairs), _at(bounds))
         return bounds
 
     def first_near(self, q: Floats) -> int:
-        """The first configuration of (n, dof) where a pair is within ``doubt`` (m) of the margin; n where none is."""
-        q = _floats(q)
+        """The first configuration of (n, dof) where a pair is no farther apart than the margin; n where none is.
+
+        One that holds what is no finite number counts as near.
+        """
+        q = _floats(q, len(q), self.dof)
         return _library.world_first_near(self.handle, len(q), _at(q))
 
     def motion_looks_free(self, start: Floats, delta: Floats, body_reach: Floats, step: float) -> bool:
@@ -228,12 +267,9 @@ class NativeWorld:
         In its end, its middle, and states between which no point moves further than ``step`` (m): ``body_reach``
         (bodies, dof) bounds how far a joint's motion moves a body's points.
         """
-        start, delta, body_reach = _floats(start), _floats(delta), _floats(body_reach)
-        return bool(
-            _library.world_motion_looks_free(
-                self.handle, _at(start), _at(delta), _at(body_reach), len(body_reach), step
-            )
-        )
+        start, delta = _floats(start, self.dof), _floats(delta, self.dof)
+        body_reach = _floats(body_reach, self.bodies, self.dof)
+        return bool(_library.world_motion_looks_free(self.handle, _at(start), _at(delta), _at(body_reach), step))
 
     def prove(
         self,
@@ -250,10 +286,12 @@ class NativeWorld:
         how fast it moves a body's points, in any configuration; pairs that are ``is_static`` (pairs,) are left out.
         ``spans`` (m, 3), where obstacles move: when a piece begins, how long it takes, and by how much it may begin
         sooner or later, s. Verdicts (m,), the pairs that stopped them, samples, clearances and where they stopped.
+        Pieces that hold what is no finite number, or that move a point farther than a million metres, are undecided.
         """
-        reach, body_reach, is_static = _floats(reach), _floats(body_reach), _bytes(is_static)
-        coefficients = _floats(coefficients)
-        m, spans = len(coefficients), None if spans is None else _floats(spans)
+        reach, body_reach, is_static = self._bounds(reach, body_reach, is_static)
+        m = len(coefficients)
+        coefficients = _floats(coefficients, m, coefficients.shape[1], self.dof)
+        spans = None if spans is None else _floats(spans, m, 3)
         verdict, pair, samples = (np.empty(m, dtype=np.int64) for _ in range(3))
         clearance, where = np.empty(m), np.empty(m)
         _library.world_prove(
@@ -281,13 +319,14 @@ class NativeWorld:
         numbers (n,) clearances and samples (m,) of the motions that were chosen, -1 samples for the others. Otherwise
         as :meth:`prove`.
         """
-        reach, body_reach, is_static = _floats(reach), _floats(body_reach), _bytes(is_static)
-        coefficients, n, m = _floats(coefficients), len(alternatives), len(coefficients)
+        reach, body_reach, is_static = self._bounds(reach, body_reach, is_static)
+        n, m, count = len(alternatives), len(coefficients), len(motions)
+        coefficients, chosen = _floats(coefficients, m, 2, self.dof), _ints(begin, n).copy()
         items, ends = (_ints(np.concatenate([[0], np.cumsum(counts)])) for counts in (alternatives, motions))
-        chosen, clearance, samples = _ints(begin).copy(), np.empty(m), np.empty(m, dtype=np.int64)
+        clearance, samples = np.empty(m), np.empty(m, dtype=np.int64)
         _library.world_first_proven(
-            self.handle, _at(reach), _at(body_reach), _at(is_static), _at(coefficients), n, _at(items), _at(ends), room,
-            threads(), _at(chosen), _at(clearance), _at(samples),
+            self.handle, _at(reach), _at(body_reach), _at(is_static), _at(coefficients), m, n, _at(items), count,
+            _at(ends), room, threads(), _at(chosen), _at(clearance), _at(samples),
         )  # fmt: skip
         return chosen, clearance, samples
 
@@ -300,8 +339,9 @@ class NativeWorld:
         forward. With the rows clearances and samples (r - 1,) of the motions between them, -1 samples where these are
         consecutive. Otherwise as :meth:`prove`. All points where every chain has an infinite price.
         """
-        reach, body_reach, is_static = _floats(reach), _floats(body_reach), _bytes(is_static)
-        points, price, k = _floats(points), np.array(price, dtype=np.float64), len(points)
+        reach, body_reach, is_static = self._bounds(reach, body_reach, is_static)
+        k = len(points)
+        points, price = _floats(points, k, self.dof), _floats(price, k, k).copy()
         rows, clearance, samples = np.empty(k, dtype=np.int64), np.empty(k), np.empty(k, dtype=np.int64)
         count = _library.world_cheapest_chain(
             self.handle, _at(reach), _at(body_reach), _at(is_static), k, _at(points), _at(price), room,
@@ -320,8 +360,9 @@ def manipulability_costs(w: Floats, low: float, high: float, zeta: float, kind: 
 
 def manipulability_cost_sums(w: Floats, weights: Floats, low: float, high: float, zeta: float, kind: int) -> Floats:
     """The sums (n,) of :func:`manipulability_costs` of w (n, k), times ``weights`` (k,)."""
-    w, weights, sums = _floats(w), _floats(weights), np.empty(len(w))
-    _library.manipulability_cost_sums(len(w), len(weights), _at(w), _at(weights), low, high, zeta, kind, _at(sums))
+    n, k = len(w), len(weights)
+    w, weights, sums = _floats(w, n, k), _floats(weights, k), np.empty(n)
+    _library.manipulability_cost_sums(n, k, _at(w), _at(weights), low, high, zeta, kind, _at(sums))
     return sums
 
 
@@ -332,9 +373,10 @@ def quickest_motion(
 
     Stretch k is the part from ``parts[k]`` (n, 2) of ``piece[k]`` (n,): a whole line, or a part of a parabola on which
     u = d²s/dt² is constant. Behind it x = (ds/dt)² is multiplied by ``joint[k]`` (n,), and 0 is a stop. Rows (n, 3): x
-    at the beginning and at the end of each stretch, and u, on a line the largest u.
+    at the beginning and at the end of each stretch, and u, on a line the largest u. Limits are (dof,).
     """
-    arrays = _floats(pieces), _ints(piece), _floats(parts), _floats(joint), _floats(velocity), _floats(acceleration)
-    found = np.empty((len(piece), 3))
-    _library.curve_quickest(len(piece), pieces.shape[2], *(_at(array) for array in arrays), _at(found))
+    n, m, dof = len(piece), len(pieces), len(velocity)
+    stretches = _floats(pieces, m, 3, dof), _ints(piece, n), _floats(parts, n, 2), _floats(joint, n)
+    limits, found = (_floats(velocity, dof), _floats(acceleration, dof)), np.empty((n, 3))
+    _library.curve_quickest(n, dof, m, *map(_at, stretches), *map(_at, limits), _at(found))
     return found

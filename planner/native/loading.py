@@ -1,29 +1,30 @@
 """The door to the compiled library: its functions with the types of their arguments, and arrays as they read them.
 
-Every call leaves other Python threads running.
+Every call leaves other Python threads running, and the library keeps nothing that can change between two calls: what is
+made here may be asked by several threads at once. It is given addresses and believes the lengths of arrays, so
+whoever calls it checks these, by :func:`floats` and its like; numbers and indices it checks itself, and refuses.
 """
 
 from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import InstallationError
+from planner.base.errors import ArrayError, InstallationError
 
-_VERSION = 13  # of the functions' arguments: what planner_version() says
+_VERSION = 14  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
 
-# arguments of every function; all but those that make or count something return nothing
+# arguments of every function; these return nothing
 _ARGUMENTS: dict[str, Sequence[Any]] = {
-    "chain_free": (_Pointer,),
     "chain_placements": (_Pointer, _int, *3 * [_Pointer]),
     "chain_points": (_Pointer, _int, _Pointer, _int, *2 * [_Pointer]),
     "chain_path_lengths": (_Pointer, _int, *3 * [_Pointer], _int, _Pointer, _int, _Pointer),
@@ -39,9 +40,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
         _int,
         *2 * [_Pointer],
     ),
-    "boxes_free": (_Pointer,),
     "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
-    "world_free": (_Pointer,),
     "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
     "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
     "world_set_motion": (_Pointer, _int, _int, *6 * [_Pointer]),
@@ -50,20 +49,28 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "world_prove": (_Pointer, *5 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
-    "world_first_proven": (_Pointer, *4 * [_Pointer], _int, *2 * [_Pointer], _double, _int, *3 * [_Pointer]),
-    "curve_quickest": (_int, _int, *7 * [_Pointer]),
+    "world_first_proven": (
+        _Pointer,
+        *4 * [_Pointer],
+        _int,
+        *2 * [_int, _Pointer],
+        _double,
+        _int,
+        *3 * [_Pointer],
+    ),
+    "curve_quickest": (_int, _int, _int, *7 * [_Pointer]),
     "manipulability_costs": (_long, _Pointer, *3 * [_double], _int, _Pointer),
     "manipulability_cost_sums": (_long, _int, *2 * [_Pointer], *3 * [_double], _int, _Pointer),
-    "arcs_free": (_Pointer,),
-    "arcs_step": (*2 * [_Pointer], _long, _Pointer, *2 * [_long], *2 * [_Pointer], *3 * [_double], _int, _Pointer),
+    "arcs_step": (*2 * [_Pointer], _long, _Pointer, _long, *2 * [_Pointer], *3 * [_double], _int, _Pointer),
     "arcs_standing": (_Pointer, _long, _Pointer, _long, _Pointer, _int, *2 * [_Pointer]),
-    "arcs_hops": (_long, *2 * [_Pointer], _long, *2 * [_Pointer]),
-    "arcs_parent_values": (_Pointer, _long, *2 * [_Pointer], _int, _Pointer),
+    "arcs_hops": (_long, _Pointer, _long, _Pointer, _long, *2 * [_Pointer]),
+    "arcs_parent_values": (_Pointer, _long, _Pointer, _long, _Pointer, _int, _Pointer),
     "flow_moved": (_Pointer, _int, _long, _Pointer, _double, _int, _Pointer),
-    "flow_sketch": (_Pointer, _long, *3 * [_Pointer], _double, _int, _Pointer),
+    "flow_sketch": (_Pointer, _long, _Pointer, _long, *2 * [_Pointer], _double, _int, _Pointer),
     "graph_costs": (_int, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
+_FREED = ("chain", "boxes", "world", "arcs")  # what is made here and given back, by chain_free() and so on
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "planner_version": (_int, ()),
     "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
@@ -74,9 +81,9 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "boxes_hits": (_long, (_Pointer, _int, _Pointer, _long, *2 * [_Pointer])),
     "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], _Pointer)),
     "arcs_new": (_Pointer, (_long, _long, *4 * [_Pointer])),
-    "flow_advance": (_double, (_Pointer, _long, *4 * [_Pointer], _double, _double, _int, _Pointer)),
+    "flow_advance": (_double, (_Pointer, _long, _Pointer, _long, *3 * [_Pointer], _double, _double, _int, _Pointer)),
     "world_first_near": (_int, (_Pointer, _int, _Pointer)),
-    "world_motion_looks_free": (_int, (_Pointer, *3 * [_Pointer], _int, _double)),
+    "world_motion_looks_free": (_int, (_Pointer, *3 * [_Pointer], _double)),
     "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, *3 * [_Pointer])),
 }
 
@@ -86,40 +93,62 @@ def threads() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _load() -> ctypes.CDLL:
-    path = Path(__file__).parent / _NAME
+def load(path: Path) -> ctypes.CDLL:
+    """The library of a file, its functions with their types; :class:`InstallationError` for one that does not fit."""
     remedy = "install the package again ('make' or 'pip install .'), which compiles it."
     try:
         library = ctypes.CDLL(str(path))
     except OSError as error:
         raise InstallationError(f"the compiled library {path} cannot be loaded ({error}): {remedy}") from None
-    for name, arguments in _ARGUMENTS.items():
-        function = getattr(library, name)
-        function.argtypes, function.restype = arguments, None
-    for name, (result, arguments) in _RESULTS.items():
-        function = getattr(library, name)
-        function.argtypes, function.restype = arguments, result
     if library.planner_version() != _VERSION:
         raise InstallationError(f"the compiled library {path} is of another version of the planner: {remedy}")
+    library.planner_refusal.restype = ctypes.c_char_p
+    for name in _FREED:
+        function = getattr(library, f"{name}_free")
+        function.argtypes, function.restype = (_Pointer,), None
+    answering = {name: (_int, arguments) for name, arguments in _ARGUMENTS.items()} | _RESULTS
+    for name, (result, arguments) in answering.items():
+        function = getattr(library, name)
+        function.argtypes, function.restype, function.errcheck = arguments, result, _refusing(library)
     return library
 
 
-library = _load()
+def _refusing(library: ctypes.CDLL) -> Callable[[Any, Any, Any], Any]:
+    def checked(result: Any, function: Any, arguments: Any) -> Any:
+        if result is None or result < 0:  # no pointer, or -1
+            why = library.planner_refusal().decode()
+            raise ArrayError(f"the compiled {function.__name__} refuses what it was given: {why}.")
+        return result
+
+    return checked
 
 
-def floats(array: Any) -> Floats:
-    """float64 in C order."""
-    return np.ascontiguousarray(array, dtype=np.float64)
+library = load(Path(__file__).parent / _NAME)
 
 
-def ints(array: Any) -> Ints:
-    """int64 in C order."""
-    return np.ascontiguousarray(array, dtype=np.int64)
+_contiguous = np.ascontiguousarray
 
 
-def flags(array: Any) -> Any:
-    """Bytes 0 and 1 in C order."""
-    return np.ascontiguousarray(array, dtype=np.uint8)
+def floats(array: Any, *shape: int) -> Floats:
+    """float64 in C order; :class:`ArrayError` unless of ``shape``, where that is given."""
+    found = _contiguous(array, np.float64)
+    return found if not shape or found.shape == shape else _refuse(found, shape)
+
+
+def ints(array: Any, *shape: int) -> Ints:
+    """int64 in C order; as :func:`floats`."""
+    found = _contiguous(array, np.int64)
+    return found if not shape or found.shape == shape else _refuse(found, shape)
+
+
+def flags(array: Any, *shape: int) -> Any:
+    """Bytes 0 and 1 in C order; as :func:`floats`."""
+    found = _contiguous(array, np.uint8)
+    return found if not shape or found.shape == shape else _refuse(found, shape)
+
+
+def _refuse(found: Any, shape: tuple[int, ...]) -> NoReturn:
+    raise ArrayError(f"an array of shape {found.shape} was given to the compiled library, which reads {shape}.")
 
 
 def address(array: Any) -> int:

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
-from planner.base.errors import OptionError
+from planner.base.arrays import Floats, Ints, numbers
+from planner.base.errors import OptionError, StateError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes
+from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes, require_seed
 from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import node_manipulability
@@ -57,10 +57,9 @@ def build_roadmap(
     if robot is not checker.robot:
         raise OptionError("the checker was made for another robot: make one with make_checker(robot, scene).")
     require_nodes(nodes)
-    starts, goals = (
-        free_configurations([(role, q) for q in np.atleast_2d(np.asarray(rows, dtype=float))], checker)
-        for role, rows in (("start", start), ("goal", goal))
-    )
+    require_seed(seed)
+    _require_shares(min_manipulability, density, refined)
+    starts, goals = (_ends(role, rows, checker) for role, rows in (("start", start), ("goal", goal)))
     prover, growth = RecordingProver(checker, progress), replace(growth or GrowthSettings(), floor=min_manipulability)
     # a tree that is grown in two parts shows one bar
     whole = progress.renamed(lambda stage, done, total: progress(stage, done, nodes if stage == ROADMAP else total))
@@ -80,6 +79,24 @@ def build_roadmap(
         rest = grow(prover, configurations, goals[:0], nodes, seed + _REST, growth, whole)
         configurations, edges = rest.nodes, link(rest.nodes, np.concatenate([edges, rest.edges]))
     return _measured(prover, configurations, edges, grown.starts, grown.goals, seed)
+
+
+def _require_shares(floor: float, density: float, refined: float) -> None:
+    if not 0.0 <= floor < np.inf:
+        raise OptionError(f"manipulability {floor:g} is no floor: give 0 or more.")
+    if not (0.0 <= density < np.inf and 0.0 <= refined < 1.0):
+        raise OptionError(
+            f"a density of {density:g} edges per node and a share of {refined:g} for refined paths are not usable: "
+            "give 0 or more, and below 1 for the share."
+        )
+
+
+def _ends(role: str, rows: Floats | Sequence[float], checker: CollisionChecker) -> Floats:
+    """Starts or goals (k, dof) that are free."""
+    values = numbers(role, np.atleast_2d(rows), ("k", "dof"), StateError)
+    if not len(values):
+        raise StateError(f"there is no {role}: give at least one configuration.")
+    return free_configurations([(role, q) for q in values], checker)
 
 
 def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints, goals: Ints, seed: int) -> Roadmap:

@@ -12,7 +12,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import SceneError, choices
 from planner.base.request import WorldRequest
-from planner.base.yamlfile import FARTHEST, SMALLEST, validate
+from planner.base.yamlfile import SMALLEST, validate
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.self_pairs import generate_disabled_pairs
@@ -228,24 +228,9 @@ def _require_new_name(live: LiveWorld, name: str) -> None:
 
 
 def _require_sound(obstacle: Obstacle | MovingObstacle) -> None:
-    """Refuse numbers that are no placement, no size or no speed."""
-    if isinstance(obstacle, Obstacle):
-        _require_placed(obstacle)
-    sizes = _sizes(obstacle.shape)
-    if not (np.isfinite(sizes).all() and sizes.min() >= SMALLEST and sizes.max() <= FARTHEST):
+    """Refuse sizes that the collision libraries take for none; what is no size at all, no shape has."""
+    if not _sizes(obstacle.shape).min() >= SMALLEST:
         raise SceneError(f"obstacle '{obstacle.name}' has an unusable size: give sizes in metres from {SMALLEST:g} on.")
-
-
-def _require_placed(obstacle: Obstacle) -> None:
-    place, turn = np.asarray(obstacle.placement), np.asarray(obstacle.placement)[:3, :3]
-    whole = place.shape == (4, 4) and np.isfinite(place).all() and np.abs(place).max() <= FARTHEST
-    if not (whole and np.allclose(turn @ turn.T, np.eye(3), atol=1e-6) and np.linalg.det(turn) > 0):
-        raise SceneError(
-            f"obstacle '{obstacle.name}' has no usable placement: give a (4, 4) rigid one in finite metres, "
-            "as planner.pose makes it."
-        )
-    if not 0 <= obstacle.speed_limit <= FARTHEST:
-        raise SceneError(f"obstacle '{obstacle.name}' has an unusable speed_limit: give m/s from 0 on.")
 
 
 def _sizes(shape: Shape) -> Floats:

@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
 from planner.base.reasons import Gap
+from planner.base.yamlfile import SMALLEST
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.paths.measure import dense_path
 from planner.roadmap.roadmap import Roadmap
@@ -217,8 +218,9 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
 
 
 def boxed(body: Body) -> Body:
-    """The box around a body, along the axes of its shape: all that :func:`extent` asks of it."""
+    """The box around a body, along the axes of its shape, thin where it is flat: all that :func:`extent` asks of it."""
     low, high = _extremes(body.shape)
+    high = np.maximum(high, low + SMALLEST)
     middle = np.eye(4)
     middle[:3, 3] = 0.5 * (low + high)
     return replace(body, shape=Box(tuple((high - low).tolist())), placement=frozen(body.placement @ middle))

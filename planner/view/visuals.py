@@ -22,6 +22,7 @@ from planner.base.arrays import frozen
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
 from planner.base.hashing import content_hash
+from planner.base.yamlfile import SMALLEST
 from planner.view.canvas import Canvas
 from planner.view.commands import Packed, packed
 from planner.view.drawing import boxed, draw_visuals
@@ -88,7 +89,7 @@ def _bodies(arrays: Mapping[str, Any]) -> tuple[Body, ...]:
 
 
 def _visuals(arrays: Mapping[str, Any]) -> Visuals:
-    lengths, sizes, placements = (arrays[name] for name in ("lengths", "sizes", "placements"))
+    lengths, placements, sizes = arrays["lengths"], arrays["placements"], np.maximum(arrays["sizes"], SMALLEST)
     boxes = [
         Body(row["name"], row["link"], row["joint"], Box(tuple(size)), frozen(placement), tuple(row["color"]))
         for row, size, placement in zip(json.loads(str(arrays["bodies"])), sizes.tolist(), placements, strict=True)

@@ -7,6 +7,7 @@ from pathlib import Path
 import coal
 import numpy as np
 
+from planner.base.arrays import Floats, Ints
 from planner.base.errors import FileError
 from planner.base.files import is_file
 from planner.base.silenced import Silenced
@@ -32,12 +33,12 @@ def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
         raise FileError(
             f"mesh file {path} cannot be read ({reason(error)}): give an STL, OBJ, DAE or PLY file."
         ) from None
-    mesh = shape_of(loaded)
+    try:
+        mesh = shape_of(loaded)
+    except MeshFault as error:
+        raise FileError(f"mesh file {path} {error}: check 'scale', or export it again.") from None
     if not isinstance(mesh, Mesh):
         raise FileError(f"mesh file {path} holds no usable triangles: export it again.")
-    wrong = fault(mesh)
-    if wrong:
-        raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
     return mesh
 
 
@@ -51,18 +52,22 @@ def require_readable_mesh(path: Path) -> None:
         raise FileError(f"mesh file {path} {wrong}: export it again.")
 
 
-def fault(mesh: Mesh) -> str | None:
+class MeshFault(ValueError):
+    """What makes a mesh unusable, as the words after its name."""
+
+
+def fault(vertices: Floats, triangles: Ints) -> str | None:
     """What makes a mesh unusable, as the words after its name; None where nothing does."""
-    if not len(mesh.triangles) or not np.isfinite(mesh.vertices).all():
+    if not len(triangles) or not np.isfinite(vertices).all():
         return "holds no usable triangles"
-    if len(mesh.triangles) > _MOST:
-        return f"has {len(mesh.triangles)} triangles, more than {_MOST}"
-    if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.vertices):
+    if len(triangles) > _MOST:
+        return f"has {len(triangles)} triangles, more than {_MOST}"
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
         return "has triangles of vertices that are not there"
-    largest = float(np.abs(mesh.vertices).max())
+    largest = float(np.abs(vertices).max())
     if largest > FARTHEST:
         return f"reaches {largest:g} m far"
-    if float(np.ptp(mesh.vertices, axis=0).max()) < 1e-6:
+    if float(np.ptp(vertices, axis=0).max()) < 1e-6:
         return "is smaller than a micrometre"
     return None
 
@@ -76,7 +81,7 @@ def reason(error: Exception) -> str:
 
 
 def shape_of(geometry: coal.CollisionGeometry) -> Shape:
-    """A coal geometry as one of our shapes; ValueError names a kind that we do not have."""
+    """A coal geometry as one of our shapes; ValueError names a kind that we do not have, MeshFault what is wrong."""
     match geometry:
         case coal.Box():
             x, y, z = (float(2 * half) for half in geometry.halfSide)
@@ -91,5 +96,9 @@ def shape_of(geometry: coal.CollisionGeometry) -> Shape:
             triangles = np.empty((geometry.num_tris, 3), dtype=np.int64)
             for row, triangle in zip(triangles, map(geometry.tri_indices, range(len(triangles))), strict=True):
                 row[:] = triangle[0], triangle[1], triangle[2]  # not iterable: it has no end
-            return Mesh(np.array(geometry.vertices()), triangles)
+            vertices = np.array(geometry.vertices(), dtype=float).reshape(-1, 3)
+            wrong = fault(vertices, triangles)
+            if wrong:
+                raise MeshFault(wrong)
+            return Mesh(vertices, triangles)
     raise ValueError(f"geometry of type {type(geometry).__name__} is not supported")

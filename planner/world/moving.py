@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Floats, frozen, numbers, placement
 from planner.base.errors import SceneError
 from planner.base.yamlfile import FARTHEST
 from planner.world.shapes import Obstacle, Shape, farthest
@@ -32,17 +32,14 @@ class KnownMotion:
     poses: Floats
 
     def __init__(self, times: Sequence[float] | Floats, poses: Sequence[Floats] | Floats) -> None:
-        object.__setattr__(self, "times", frozen(times))
-        object.__setattr__(self, "poses", frozen(poses))
-        k, ends = len(self.times), np.asarray(self.times)
-        timed = self.times.ndim == 1 and k > 0 and np.isfinite(ends).all() and ends[0] == 0 and ends[-1] <= LONGEST
-        if not timed or not (np.diff(ends) > 0).all():
+        object.__setattr__(self, "times", frozen(numbers("KnownMotion.times", times, ("k",), SceneError, LONGEST)))
+        k = len(self.times)
+        if not k or self.times[0] != 0 or not (np.diff(self.times) > 0).all():
             raise SceneError("the times of a motion have to begin at 0 s and to increase strictly; mend them.")
-        if self.poses.shape != (k, 4, 4) or not np.isfinite(self.poses).all() or np.abs(self.poses).max() > FARTHEST:
-            raise SceneError("a motion needs one pose (4, 4) in finite metres for each of its times; mend them.")
-        turns = self.poses[:, :3, :3]
-        if not np.allclose(turns @ turns.transpose(0, 2, 1), np.eye(3), atol=1e-6):
-            raise SceneError("a pose of a motion is no rigid placement: make it by planner.pose.")
+        found = numbers("KnownMotion.poses", poses, (k, 4, 4), SceneError, FARTHEST)
+        for row, pose in enumerate(found):
+            placement(f"KnownMotion.poses[{row}]", pose, SceneError)
+        object.__setattr__(self, "poses", frozen(found))
 
     @property
     def end(self) -> float:
@@ -57,7 +54,7 @@ class KnownMotion:
 
     def at(self, t: Floats | float) -> Floats:
         """The poses (n, 4, 4) at times ``t`` (n,) s."""
-        t = np.clip(np.atleast_1d(np.asarray(t, dtype=float)), 0.0, self.end)
+        t = np.clip(numbers("t", np.atleast_1d(t), ("n",)), 0.0, self.end)
         if len(self.times) == 1:
             return np.repeat(self.poses, len(t), axis=0)
         k = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Floats, frozen, numbers
+from planner.base.errors import ArrayError
 from planner.base.products import length
 
 
@@ -18,17 +19,18 @@ def pose(
 ) -> Floats:
     """The (4, 4) placement at ``position`` (m), turned by ``rpy`` (rad, fixed axes) or ``quaternion`` [x, y, z, w].
 
-    The quaternion is normalised; a zero one raises ValueError.
+    The quaternion is normalised. :class:`ArrayError`, which is a ValueError, for a zero one and for what is no finite
+    numbers.
     """
     matrix = np.eye(4)
-    matrix[:3, 3] = position
+    matrix[:3, 3] = numbers("position", position, (3,))
     if rpy is not None:
-        matrix[:3, :3] = pin.rpy.rpyToMatrix(np.asarray(rpy, dtype=float))
+        matrix[:3, :3] = pin.rpy.rpyToMatrix(numbers("rpy", rpy, (3,)))
     elif quaternion is not None:
-        q = np.asarray(quaternion, dtype=float)
+        q = numbers("quaternion", quaternion, (4,))
         norm = length(q)
         if not norm > 1e-9:
-            raise ValueError("a quaternion of zero length has no direction; [0, 0, 0, 1] is no turn")
+            raise ArrayError("a quaternion of zero length has no direction; [0, 0, 0, 1] is no turn")
         matrix[:3, :3] = pin.Quaternion(q / norm).toRotationMatrix()
     return frozen(matrix)
 

@@ -1,6 +1,7 @@
 """Backend-neutral collision geometry: every checker and every clearance bound sees the same bodies.
 
-Shapes are centred on their own frame as URDF has them: cylinders and capsules along z, lengths without caps.
+Shapes are centred on their own frame as URDF has them: cylinders and capsules along z, lengths without caps. Sizes are
+above 0, placements rigid, all of them finite: :class:`SceneError` for others.
 """
 
 from __future__ import annotations
@@ -10,14 +11,25 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen
+from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, numbers, placement
+from planner.base.errors import SceneError
 from planner.base.products import product
+from planner.base.yamlfile import FARTHEST
 
 
 class _Content:
     def content(self) -> list[Any]:
         """What a hash of the shape is taken over: its kind and its numbers."""
         return [type(self).__name__, *vars(self).values()]
+
+    def _require_sizes(self, **sizes: Any) -> None:
+        """Refuse what is no size, and keep the others as plain numbers."""
+        for name, size in sizes.items():
+            what, shape = f"{type(self).__name__}.{name}", (3,) if name == "size" else ()
+            found = numbers(what, size, shape, SceneError, FARTHEST)
+            if not found.min() > 0:
+                raise SceneError(f"{what} is {size}: give metres above 0.")
+            object.__setattr__(self, name, tuple(found.tolist()) if shape else float(found))
 
 
 @dataclass(frozen=True)
@@ -26,10 +38,16 @@ class Box(_Content):
 
     size: tuple[float, float, float]
 
+    def __post_init__(self) -> None:
+        self._require_sizes(size=self.size)
+
 
 @dataclass(frozen=True)
 class Sphere(_Content):
     radius: float
+
+    def __post_init__(self) -> None:
+        self._require_sizes(radius=self.radius)
 
 
 @dataclass(frozen=True)
@@ -39,6 +57,9 @@ class Cylinder(_Content):
     radius: float
     length: float
 
+    def __post_init__(self) -> None:
+        self._require_sizes(radius=self.radius, length=self.length)
+
 
 @dataclass(frozen=True)
 class Capsule(_Content):
@@ -47,17 +68,24 @@ class Capsule(_Content):
     radius: float
     length: float
 
+    def __post_init__(self) -> None:
+        self._require_sizes(radius=self.radius, length=self.length)
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh(_Content):
-    """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices."""
+    """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices, at least one."""
 
     vertices: Floats
     triangles: Ints
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", frozen(self.vertices))
-        object.__setattr__(self, "triangles", frozen(self.triangles, np.int64))
+        vertices = numbers("Mesh.vertices", self.vertices, ("n", 3), SceneError, FARTHEST)
+        triangles = indices("Mesh.triangles", self.triangles, ("m", 3), len(vertices), SceneError)
+        if not len(triangles):
+            raise SceneError("a Mesh without triangles has no surface: give at least one.")
+        object.__setattr__(self, "vertices", frozen(vertices))
+        object.__setattr__(self, "triangles", frozen(triangles, np.int64))
 
 
 Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh
@@ -91,6 +119,12 @@ class Obstacle:
     speed_limit: float = 0.0  # m/s
     frame: str = ""
 
+    def __post_init__(self) -> None:
+        _require_placed(self, f"obstacle '{self.name}': placement")
+        speed = f"obstacle '{self.name}': speed_limit"
+        if not numbers(speed, self.speed_limit, (), SceneError, FARTHEST) >= 0:
+            raise SceneError(f"{speed} is {self.speed_limit:g}: give m/s from 0 on.")
+
     @property
     def object(self) -> str:
         """The name under which permissions speak of it."""
@@ -110,6 +144,13 @@ class Carried:
     placement: Floats
     touch_links: tuple[str, ...] = ()
     frame: str = ""
+
+    def __post_init__(self) -> None:
+        _require_placed(self, f"'{self.name}', which is carried: placement")
+
+
+def _require_placed(item: Obstacle | Carried, what: str) -> None:
+    object.__setattr__(item, "placement", as_frozen(placement(what, item.placement, SceneError, FARTHEST)))
 
 
 def corners(shape: Shape) -> tuple[Floats, float]:

@@ -19,9 +19,9 @@ from planner.base.files import is_file
 from planner.base.resources import robots_folder
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, read_text, shown
-from planner.world.meshes import fault, reason, require_readable_mesh, shape_of
+from planner.world.meshes import MeshFault, reason, require_readable_mesh, shape_of
 from planner.world.poses import se3
-from planner.world.shapes import Body, Mesh, Shape
+from planner.world.shapes import Body, Shape
 from planner.world.urdf_rules import ends, require_sane_urdf
 
 
@@ -307,13 +307,13 @@ def bodies(geometry: pin.GeometryModel, links: Mapping[str, str]) -> tuple[Body,
 
 def _shape(item: pin.GeometryObject) -> Shape:
     try:
-        shape = shape_of(item.geometry)
+        return shape_of(item.geometry)
+    except MeshFault as wrong:
+        raise RobotError(
+            f"mesh {item.meshPath} of '{item.name}' {wrong}: check its scale, or export it again."
+        ) from None
     except ValueError as error:
         raise RobotError(f"geometry '{item.name}': {error}; use box, sphere, cylinder, capsule or mesh.") from None
-    wrong = fault(shape) if isinstance(shape, Mesh) else None
-    if wrong:
-        raise RobotError(f"mesh {item.meshPath} of '{item.name}' {wrong}: check its scale, or export it again.")
-    return shape
 
 
 def _rgba(color: Floats) -> tuple[float, float, float, float]:

@@ -15,7 +15,13 @@ from planner.base.silenced import Silenced
 C = ctypes.CDLL(None)
 
 
-def test_what_c_prints_is_caught_and_the_streams_come_back(capfd: pytest.CaptureFixture[str]) -> None:
+@pytest.fixture
+def alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a process of one thread: pytest's workers have more."""
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+
+
+def test_what_c_prints_is_caught_and_the_streams_come_back(alone: None, capfd: pytest.CaptureFixture[str]) -> None:
     sys.stdout.write("before\n")
     with Silenced() as printed:
         C.printf(b"Error:   joint 'j' is not unique. at line 7\n")  # kept in C's own buffer
@@ -48,7 +54,7 @@ def test_no_file_stays_open() -> None:
     assert len(os.listdir("/proc/self/fd")) == before
 
 
-def test_what_c_prints_is_kept(capfd: pytest.CaptureFixture[str]) -> None:
+def test_what_c_prints_is_kept(alone: None, capfd: pytest.CaptureFixture[str]) -> None:
     import ctypes
 
     libc = ctypes.CDLL(None)

@@ -195,7 +195,7 @@ BAD = {
     "a NaN": (lambda s: s.move("thing0", position=[np.nan, 0, 0]), "position"),
     "too few numbers": (lambda s: s.move("thing0", position=[1.0, 0]), "position"),
     "a NaN placement": (lambda s: s.add(Obstacle("x", Sphere(0.1), np.full((4, 4), np.nan))), "placement"),
-    "no size": (lambda s: s.add(Obstacle("x", Sphere(0.0), pose())), "size"),
+    "no size": (lambda s: s.add(Obstacle("x", Sphere(1e-9), pose())), "size"),
     "a name that is taken": (lambda s: s.add(Obstacle("thing0", Sphere(0.1), pose([3, 0, 0]))), "taken"),
     "a link's name": (lambda s: s.add(Obstacle("link_1", Sphere(0.1), pose([3, 0, 0]))), "taken"),
     "into the base": (lambda s: s.add(Obstacle("x", Sphere(0.3), pose())), "choose another place"),

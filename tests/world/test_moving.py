@@ -53,7 +53,7 @@ BAD = {
     "no beginning": ([0.5, 1.0], [pose(), pose()], "begin at 0"),
     "no increase": ([0.0, 0.0], [pose(), pose()], "increase"),
     "a NaN": ([0.0, np.nan], [pose(), pose()], "times"),
-    "too few poses": ([0.0, 1.0], [pose()], "one pose"),
+    "too few poses": ([0.0, 1.0], [pose()], "poses"),
     "a pose that stretches": ([0.0], [np.diag([2.0, 1, 1, 1])], "rigid"),
 }
 

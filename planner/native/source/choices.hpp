@@ -103,7 +103,7 @@ class ChainSearch {
 
     bool finite(const std::vector<int>& rows) const {
         for (size_t k = 1; k < rows.size(); ++k)
-            if (price_[at(rows[k - 1], rows[k])] == infinity) return false;
+            if (!(price_[at(rows[k - 1], rows[k])] < infinity)) return false;
         return true;
     }
 

@@ -5,8 +5,20 @@
 #include <vector>
 
 #include "flows.hpp"
+#include "refusals.hpp"
 
 namespace planner {
+
+// Rows that are looked at: `index`, or the first `count` where there is no index.
+struct Rows {
+    int64_t count;
+    const int64_t* index;
+
+    int64_t operator[](int64_t k) const { return index ? index[k] : k; }
+    void require_within(int64_t rows) const {
+        require(index ? between(index, count, 0, rows) : count <= rows, "there is no such row");
+    }
+};
 
 // Arcs of rows in compressed form: row i is min over its arcs of slope * y[head] + offset; slopes are 1 where there
 // are none.
@@ -14,6 +26,15 @@ struct Arcs {
     std::vector<int64_t> first;
     std::vector<int32_t> head;
     std::vector<double> slope, offset;
+    int64_t states = 0;  // that there are at least: every head is below
+
+    int64_t rows() const { return static_cast<int64_t>(first.size()) - 1; }
+
+    // Refuse fewer states than there are rows and heads, and rows that there are not.
+    void require_states(const Rows& those, int64_t there) const {
+        require(there >= states && there >= rows(), "an arc reads what is no state");
+        those.require_within(rows());
+    }
 
     double parent_value(int64_t row, const double* y) const {
         double least = std::numeric_limits<double>::infinity();
@@ -46,14 +67,6 @@ inline void hops_to_source(int64_t count, const int64_t* first, const int64_t* h
             if (hops[reader[r]] < 0) hops[reader[r]] = hops[node] + 1, reached.push_back(reader[r]);
     }
 }
-
-// Rows that are looked at: `index`, or the first `count` where there is no index.
-struct Rows {
-    int64_t count;
-    const int64_t* index;
-
-    int64_t operator[](int64_t k) const { return index ? index[k] : k; }
-};
 
 // The disequilibria of some rows that are not at rest, of at most one block, and what is left of them.
 struct Moving {

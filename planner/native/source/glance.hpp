@@ -1,6 +1,7 @@
 // A quick look at states, which proves nothing of what lies between them.
 #pragma once
 
+#include "refusals.hpp"
 #include "world.hpp"
 
 namespace planner {
@@ -13,15 +14,16 @@ class Glance {
         world.place_moving(0.0, scratch_.frames.data());
     }
 
-    // Whether a pair is not farther apart than the margin at a configuration.
+    // Whether a pair is not farther apart than the margin at a configuration, or that holds what is no finite number.
     bool finds_near(const double* q) {
+        if (!within(q, world_.chain.dof(), farthest)) return true;
         const Frame* frames = scratch_.frames.data();
         world_.chain.place(q, scratch_.frames.data());
         world_.coarse(frames, scratch_, bounds_.data(), nullptr, enough_.data());
         for (int p = 0; p < world_.pair_count(); ++p) {
             if (bounds_[p] > world_.margin) continue;
             Vec apart = world_.between_middles(p, frames);
-            if (world_.close(p, frames, apart, {world_.margin + rounding}) <= world_.margin) return true;
+            if (!(world_.close(p, frames, apart, {world_.margin + rounding}) > world_.margin)) return true;
         }
         return false;
     }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "convex.hpp"
+#include "refusals.hpp"
 
 namespace planner {
 
@@ -80,6 +81,11 @@ class DetourSearch {
     const Graph& graph_;
     Side sides_[2];
 };
+
+inline void require_arcs(int nodes, int arcs, const int64_t* ends, const double* costs) {
+    require(between(ends, 2 * static_cast<size_t>(arcs), 0, nodes), "an arc ends at what is no node");
+    require(not_negative(costs, arcs, infinity), "a cost is negative or no number");
+}
 
 // Dijkstra's search from goals, against directed arcs (tail, head); equal costs are taken in the order of nodes.
 class CostSearch {

@@ -36,7 +36,7 @@ struct Motion {
     double fastest(double low, double high) const {
         double most = 0.0;
         for (const Stretch& stretch : stretches)
-            if (stretch.begin <= high && low <= stretch.end) most = std::max(most, stretch.speed);
+            if (!(stretch.begin > high || low > stretch.end)) most = std::max(most, stretch.speed);
         return most;
     }
 

@@ -16,15 +16,19 @@
 
 #include <algorithm>
 
+#include "refusals.hpp"
 #include "world.hpp"
 
 namespace planner {
 
 constexpr double first_motion = 0.5;     // m: first intervals move no point further than this
+constexpr double longest_motion = 1e6;   // m: the first intervals of longer ones would take too much memory
 constexpr double always_close = 0.03;    // m: pairs that a coarse bound puts nearer get a closer look where it is short
 constexpr int close_looks = 8;           // per sample, for pairs that are farther apart: more cost more than halving
 constexpr double reported = 5e-3;        // m beyond what covers an interval, so that the clearance reported is worth it
 constexpr double hull_is_enough = 0.01;  // m: where hulls are so far apart, dents below them are not looked into
+
+constexpr int highest_degree = 16;       // of pieces
 
 enum Verdict : int64_t { proven_free = 0, collides = 1, undecided = 2 };
 
@@ -50,7 +54,7 @@ struct Pieces {
                 rates[j] = degree ? std::fabs(c[dof + j]) : 0.0;
                 continue;
             }
-            double power[16];  // of the derivative, in t from 0 at low to 1 at high
+            double power[highest_degree];  // of the derivative, in t from 0 at low to 1 at high
             const int n = degree - 1;
             for (int k = 0; k <= n; ++k) power[k] = (k + 1) * c[(k + 1) * dof + j];
             for (int i = 0; i < n; ++i)
@@ -77,6 +81,10 @@ struct Span {
     double begin = 0.0, duration = 0.0, slack = 0.0;
 
     double at(double s) const { return begin + duration * s; }
+    bool holds() const {
+        return std::fabs(begin) <= farthest && duration >= 0.0 && duration <= farthest && slack >= 0.0 &&
+               slack <= farthest;
+    }
 };
 
 // What came of one piece.
@@ -96,6 +104,9 @@ class Prover {
         for (int p = 0; p < world.pair_count(); ++p)
             if (!is_static[p] && world.pairs[p].checked) every_.push_back({p, false, {}});
         const int dof = world.chain.dof(), count = static_cast<int>(every_.size());
+        const size_t rows = world.pairs.size(), bodies = world.bodies;
+        require(not_negative(reach, rows * dof, farthest) && not_negative(body_reach, bodies * dof, farthest),
+                "a reach is no distance");
         reach_by_joint_.resize(static_cast<size_t>(dof) * count);
         for (int j = 0; j < dof; ++j)
             for (int k = 0; k < count; ++k) reach_by_joint_[j * count + k] = reach[every_[k].pair * dof + j];
@@ -152,7 +163,13 @@ class Prover {
         attempt.pieces = pieces, attempt.piece = piece, attempt.span = span;
         rates_of_all(attempt, 0.0, 1.0);
         double motion = 0.0;
-        for (size_t k = 0; k < every_.size(); ++k) motion = std::max(motion, rate_[k]);
+        bool held = within(pieces.of(piece), (pieces.degree + size_t{1}) * pieces.dof, farthest) && (!span || span->holds());
+        for (size_t k = 0; k < every_.size(); ++k)
+            motion = std::max(motion, rate_[k]), held = held && rate_[k] <= longest_motion;
+        if (!held) {  // no finite numbers: nothing is known of such a piece
+            attempt.proof.verdict = undecided;
+            return;
+        }
         const int count = std::max(1, static_cast<int>(std::ceil(motion / first_motion)));
         for (int k = 0; k < count; ++k) {
             const double low = k / double(count), high = (k + 1) / double(count);
@@ -198,7 +215,7 @@ class Prover {
             if (!done && reach < need) attempt.tasks.push_back(tasks_[k]);
         }
         if (reach >= need) return;
-        if (gap_[limit] < room) {
+        if (!(gap_[limit] >= room)) {
             proof.verdict = undecided, proof.pair = tasks_[limit].pair, proof.where = middle;
             return;
         }
@@ -207,18 +224,20 @@ class Prover {
         attempt.push({middle + reach, here.high, gap_[limit], first, last});
     }
 
-    // How far (in s) from the sample task k is clear; nowhere if nothing in the piece moves what touches.
+    // How far (in s) from the sample task k is clear; nowhere if nothing in the piece moves what touches, or where one of
+    // the two is no number.
     double covered(int k) const {
-        if (rate_[k] > 0.0) return gap_[k] / rate_[k];
-        return gap_[k] > 0.0 ? infinity : -1.0;
+        if (rate_[k] == 0.0) return gap_[k] > 0.0 ? infinity : -1.0;
+        const double reach = gap_[k] / rate_[k];
+        return reach == reach ? reach : -infinity;
     }
 
     // Make bounds better that do not cover `need`, where that is likely to pay: the task that covers least, or -1.
     int look_closer(double need) {
         short_.clear();
         for (int k = 0; k < static_cast<int>(tasks_.size()); ++k) {
-            if (gap_[k] < rate_[k] * need) rate_here(k, need);
-            if (gap_[k] < rate_[k] * need || gap_[k] <= 0.0) short_.push_back({covered(k), k});
+            if (!(gap_[k] >= rate_[k] * need)) rate_here(k, need);
+            if (!(gap_[k] >= rate_[k] * need && gap_[k] > 0.0)) short_.push_back({covered(k), k});
         }
         std::sort(short_.begin(), short_.end());
         const bool all = static_cast<int>(short_.size()) <= close_looks;
@@ -226,11 +245,11 @@ class Prover {
         int limit = -1;
         for (const auto& [bound, k] : short_) {
             const double wanted = rate_[k] * std::min(need, least);
-            if (gap_[k] < wanted || gap_[k] <= 0.0)
+            if (!(gap_[k] >= wanted && gap_[k] > 0.0))
                 if (all || gap_[k] < std::max(always_close, 0.25 * wanted)) look_at(k, wanted);
             const double reach = covered(k);
             if (reach < least) least = reach, limit = k;
-            if (gap_[k] <= 0.0) break;  // no sample covers anything there
+            if (!(gap_[k] > 0.0)) break;  // no sample covers anything there
         }
         return limit;
     }

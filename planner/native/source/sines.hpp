@@ -10,9 +10,6 @@
 
 namespace planner {
 
-// Whole numbers, as many as there are in a Four.
-typedef int64_t FourWhole __attribute__((vector_size(32)));
-
 constexpr double farthest_angle = 1e6;  // beyond it the parts of pi / 2 do not reach, and the C library is asked
 
 // sin(angle) to 2e-16 and 1 - cos(angle) to 3e-16, for angles of at most `farthest_angle`.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 // The best version for the processor at hand is chosen when the library is loaded, where compiler and C library know how.
 // The same bits with wider registers: no sum is taken in another order, and nothing is fused.
@@ -19,6 +20,9 @@ namespace planner {
 
 // Four numbers that are worked on at a time; each has the bits that it would have alone.
 typedef double Four __attribute__((vector_size(32)));
+
+// Whole numbers, as many as there are in a Four.
+typedef int64_t FourWhole __attribute__((vector_size(32)));
 
 // A vector in space, or with T = Four one of each of four robots.
 template <class T>

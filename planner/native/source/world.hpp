@@ -56,6 +56,12 @@ class World {
         return items[item].joint < 0 && items[item].frame >= 0 ? &motions[items[item].frame - chain.dof() - 1] : nullptr;
     }
 
+    // Give an obstacle a motion of its own, and a frame that goes with it.
+    void let_move(Item& obstacle, Motion motion) {
+        motions.push_back(std::move(motion));
+        obstacle.frame = chain.dof() + static_cast<int>(motions.size());
+    }
+
     // The frames of all that moves by itself, at time t.
     void place_moving(double t, Frame* frames) const {
         for (size_t k = 0; k < motions.size(); ++k) frames[chain.dof() + 1 + k] = motions[k].at(t);
@@ -109,7 +115,7 @@ class World {
         for (int p = bodies * obstacles(); p < pair_count(); ++p) {
             if (left_out && left_out[p]) continue;
             if (enough) bounds[p] = between_balls(pairs[p], scratch);
-            if (!enough || bounds[p] < enough[p]) bounds[p] = between_spheres(pairs[p], scratch);
+            if (!enough || !(bounds[p] >= enough[p])) bounds[p] = between_spheres(pairs[p], scratch);
         }
         for (int p = 0; p < pair_count(); ++p)
             if (!pairs[p].checked) bounds[p] = infinity;
@@ -170,7 +176,8 @@ class World {
         for (int i = a.first_sphere; i < a.first_sphere + a.spheres; ++i)
             for (int k = b.first_sphere; k < b.first_sphere + b.spheres; ++k) {
                 double x = s.x[i] - s.x[k], y = s.y[i] - s.y[k], z = s.z[i] - s.z[k];
-                least = std::min(least, std::sqrt(x * x + y * y + z * z) - (radii[i] + radii[k]));
+                const double square = std::max(0.0, x * x + y * y + z * z);  // 0, a contact, for no number
+                least = std::min(least, std::sqrt(square) - (radii[i] + radii[k]));
             }
         return least;
     }

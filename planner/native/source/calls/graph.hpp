@@ -1,0 +1,84 @@
+// What Python asks of graphs and curves; see ../../graphs.py and ../../library.py for shapes and units.
+#pragma once
+
+#include "../graph.hpp"
+#include "../refusals.hpp"
+#include "../sharing.hpp"
+#include "../time_optimal.hpp"
+
+namespace planner {
+
+extern "C" {
+
+// Lengths (count,) of the shortest paths between pairs (count, 2) of nodes; infinite beyond limits (count,)
+int graph_detours(int nodes, int edges, const int64_t* ends, const double* lengths, int count, const int64_t* pairs,
+                  const double* limits, int threads, double* detours) {
+    return answered([&] {
+        require(between(ends, 2 * static_cast<size_t>(edges), 0, nodes), "an edge ends at what is no node");
+        require(between(pairs, 2 * static_cast<size_t>(count), 0, nodes), "a pair names what is no node");
+        require(not_negative(lengths, edges, infinity), "a length is no distance");
+        const Graph graph(nodes, edges, ends, lengths);
+        share_out(
+            count, threads, 64, [&] { return DetourSearch(graph); },
+            [&](int k, DetourSearch& search) {
+                detours[k] =
+                    search.length(static_cast<int>(pairs[2 * k]), static_cast<int>(pairs[2 * k + 1]), limits[k]);
+            });
+    });
+}
+
+// The cheapest path over arcs (count, 2) from one of `starts` to one of `goals`: its nodes, `path` (nodes,), their number
+int graph_cheapest(int nodes, int arcs, const int64_t* ends, const double* costs, int start_count,
+                   const int64_t* starts, int goal_count, const int64_t* goals, int64_t* path) {
+    return answered([&] {
+        require_arcs(nodes, arcs, ends, costs);
+        require(between(starts, start_count, 0, nodes) && between(goals, goal_count, 0, nodes), "an end is no node");
+        CostSearch search(nodes, arcs, ends, costs);
+        std::vector<char> is_start(nodes);
+        for (int k = 0; k < start_count; ++k) is_start[starts[k]] = 1;
+        int count = 0;
+        const int start = search.run({goals, goals + goal_count}, nullptr, [&](int node) { return is_start[node]; });
+        for (int node = start; node >= 0; node = search.next[node]) path[count++] = node;
+        return count;
+    });
+}
+
+// The cost (nodes,) of the cheapest path over arcs (count, 2) to one of `goals`, their own `values` added
+int graph_costs(int nodes, int arcs, const int64_t* ends, const double* costs, int goal_count, const int64_t* goals,
+                const double* values, double* found) {
+    return answered([&] {
+        require_arcs(nodes, arcs, ends, costs);
+        require(between(goals, goal_count, 0, nodes), "a goal is no node");
+        require(within(values, goal_count, infinity), "a goal's value is no number");
+        CostSearch search(nodes, arcs, ends, costs);
+        search.run({goals, goals + goal_count}, values, [](int) { return false; });
+        std::copy(search.cost.begin(), search.cost.end(), found);
+    });
+}
+
+// The quickest motion along `count` stretches: `piece` (count,) says of which of pieces (all, 3, dof) one is the part
+// between low and high (count, 2), `joint` (count,) by what x is multiplied behind it; `found` (count, 3) as
+// quickest_motion says. Limits (dof,).
+int curve_quickest(int count, int dof, int all, const double* pieces, const int64_t* piece, const double* parts,
+                   const double* joint, const double* velocity, const double* acceleration, double* found) {
+    return answered([&] {
+        require(between(piece, count, 0, all), "there is no such piece");
+        require(within(pieces, 3 * static_cast<size_t>(all) * dof, farthest), "a piece is no finite number");
+        require(not_negative(parts, 2 * static_cast<size_t>(count), 1.0), "a part of a piece is not within it");
+        require(not_negative(joint, count, infinity), "what a speed is multiplied by is no number");
+        for (const double* limits : {velocity, acceleration})
+            for (int j = 0; j < dof; ++j) require(limits[j] > 0.0, "a limit is not above 0");
+        std::vector<Stretch> stretches;
+        stretches.reserve(count);
+        for (int k = 0; k < count; ++k) {
+            const double* coefficients = pieces + 3 * dof * piece[k];
+            stretches.emplace_back(dof, coefficients, parts[2 * k], parts[2 * k + 1], velocity, acceleration);
+            stretches.back().joint = joint[k];
+        }
+        quickest_motion(stretches, found);
+    });
+}
+
+}  // extern "C"
+
+}  // namespace planner

@@ -1,0 +1,238 @@
+// What Python asks of a robot by itself; see ../../library.py for shapes and units.
+#pragma once
+
+#include "../inverse.hpp"
+#include "../refusals.hpp"
+#include "../sharing.hpp"
+
+namespace planner {
+
+namespace {
+
+Mat mat_at(const double* p) {
+    Mat m;
+    std::copy(p, p + 9, m.m);
+    return m;
+}
+
+void require_joint(const Chain& chain, int joint) {
+    require(joint >= 0 && joint <= chain.dof(), "there is no such joint");
+}
+
+}  // namespace
+
+extern "C" {
+
+// The cost omega (n,) of manipulability w: 1 up to `low`, zeta from `high` on, and between them as 1 / w (kind 0), -ln w
+// (1) or -w (2) goes. By libm's logarithm on every processor: NumPy's differs in the last bits from one to the next.
+int manipulability_costs(int64_t n, const double* w, double low, double high, double zeta, int kind, double* costs) {
+    const auto fill = [&](auto decreasing) {
+        const double best = decreasing(high), worst = decreasing(low), span = worst > best ? worst - best : HUGE_VAL;
+        for (int64_t k = 0; k < n; ++k) {
+            const double share = (decreasing(std::min(std::max(w[k], low), high)) - best) / span;
+            costs[k] = zeta + (1.0 - zeta) * std::min(std::max(share, 0.0), 1.0);
+        }
+    };
+    return answered([&] {
+        require(kind >= 0 && kind <= 2, "there is no such kind of cost");
+        if (kind == 0) fill([](double x) { return 1.0 / x; });
+        if (kind == 1) fill([](double x) { return -std::log(x); });
+        if (kind == 2) fill([](double x) { return -x; });
+    });
+}
+
+// The sums (n,) of the same costs of w (n, states), each times its weight (states,).
+int manipulability_cost_sums(int64_t n, int states, const double* w, const double* weights, double low, double high,
+                             double zeta, int kind, double* sums) {
+    return answered([&] {
+        constexpr int64_t at_a_time = 64;  // so that the costs stay in the nearest cache
+        std::vector<double> costs(at_a_time * states);
+        require(kind >= 0 && kind <= 2, "there is no such kind of cost");
+        for (int64_t first = 0; first < n; first += at_a_time) {
+            const int64_t count = std::min(at_a_time, n - first);
+            manipulability_costs(count * states, w + first * states, low, high, zeta, kind, costs.data());
+            for (int64_t k = 0; k < count; ++k) {
+                double sum = 0.0;
+                for (int state = 0; state < states; ++state) sum += costs[k * states + state] * weights[state];
+                sums[first + k] = sum;
+            }
+        }
+    });
+}
+
+Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const double* turns, const double* offset,
+                 const double* slide, const double* axis) {
+    return answered([&] {
+        require(dof >= 1, "a chain has at least one joint");
+        require(within(turns, 27 * static_cast<size_t>(dof), farthest), "a rotation is no finite number");
+        for (const double* vectors : {offset, slide, axis})
+            require(within(vectors, 3 * static_cast<size_t>(dof), farthest), "an offset or an axis is no finite number");
+        auto chain = std::make_unique<Chain>();
+        for (int j = 0; j < dof; ++j) {
+            require(parent[j] >= 0 && parent[j] <= j, "a joint comes before the one that carries it");
+            Joint joint;
+            joint.parent = static_cast<int>(parent[j]), joint.prismatic = prismatic[j];
+            for (int k = 0; k < 3; ++k) joint.turns[k] = mat_at(turns + 27 * j + 9 * k);
+            joint.offset = vec_at(offset + 3 * j), joint.slide = vec_at(slide + 3 * j);
+            joint.axis = vec_at(axis + 3 * j);
+            chain->joints.push_back(joint);
+        }
+        return chain.release();
+    });
+}
+
+void chain_free(Chain* chain) { delete chain; }
+
+// rotation (dof + 1, n, 3, 3), position (dof + 1, n, 3)
+int chain_placements(const Chain* chain, int n, const double* q, double* rotation, double* position) {
+    return answered([&] {
+        std::vector<Frame> frames(chain->dof() + 1);
+        for (int k = 0; k < n; ++k) {
+            chain->place(q + static_cast<size_t>(k) * chain->dof(), frames.data());
+            for (int j = 0; j <= chain->dof(); ++j) {
+                const size_t row = static_cast<size_t>(j) * n + k;
+                std::copy(frames[j].turn.m, frames[j].turn.m + 9, rotation + 9 * row);
+                position[3 * row] = frames[j].shift.x, position[3 * row + 1] = frames[j].shift.y;
+                position[3 * row + 2] = frames[j].shift.z;
+            }
+        }
+    });
+}
+
+// positions (n, 3) of a point that joint `last` carries
+int chain_points(const Chain* chain, int n, const double* q, int last, const double* point, double* positions) {
+    return answered([&] {
+        require_joint(*chain, last);
+        const int dof = chain->dof();
+        FourScratch scratch(dof);
+        Vec found[4];
+        for (int first = 0; first < n; first += 4) {
+            const int count = std::min(4, n - first);
+            for (int l = 0; l < 4; ++l) {  // the last one again where there are fewer
+                const double* own = q + static_cast<size_t>(first + std::min(l, count - 1)) * dof;
+                for (int j = 0; j < dof; ++j) scratch.q[j][l] = own[j];
+            }
+            points_of_four(*chain, last, vec_at(point), scratch, found);
+            for (int l = 0; l < count; ++l) {
+                double* position = positions + 3 * (static_cast<size_t>(first) + l);
+                position[0] = found[l].x, position[1] = found[l].y, position[2] = found[l].z;
+            }
+        }
+    });
+}
+
+// Lengths (n,) of the paths that a point takes, carried by joint `last`, while q goes straight from start (n, dof) by
+// delta (n, dof): chords between pieces (n,) + 1 evenly spaced states.
+int chain_path_lengths(const Chain* chain, int n, const double* start, const double* delta, const int64_t* pieces,
+                       int last, const double* point, int threads, double* lengths) {
+    return answered([&] {
+        require_joint(*chain, last);
+        require(between(pieces, n, 1, INT32_MAX), "a path has at least one piece");
+        const int dof = chain->dof();
+        share_out(n, threads, 64, [&] { return FourScratch(dof); }, [&](int k, FourScratch& scratch) {
+            const double *from = start + static_cast<size_t>(k) * dof, *by = delta + static_cast<size_t>(k) * dof;
+            double sum = 0.0;
+            Vec before, here[4];
+            for (int64_t first = 0; first <= pieces[k]; first += 4) {
+                for (int l = 0; l < 4; ++l) {
+                    const double s = static_cast<double>(first + l) / static_cast<double>(pieces[k]);
+                    for (int j = 0; j < dof; ++j) scratch.q[j][l] = from[j] + s * by[j];
+                }
+                points_of_four(*chain, last, vec_at(point), scratch, here);
+                for (int64_t piece = first; piece <= std::min(first + 3, pieces[k]); ++piece) {
+                    if (piece > 0) sum += length(here[piece - first] - before);
+                    before = here[piece - first];
+                }
+            }
+            lengths[k] = sum;
+        });
+    });
+}
+
+// w (n, states) of a point that joint `last` carries, of the first `rows` rows of its Jacobian, at start + share * delta
+// (n, dof) for each of shares (states,).
+int chain_manipulability(const Chain* chain, int n, const double* start, const double* delta, int states,
+                         const double* shares, int last, const double* point, int rows, int threads, double* w) {
+    return answered([&] {
+        require_joint(*chain, last);
+        require(rows >= 1 && rows <= 6, "a Jacobian has from one to six rows");
+        const int dof = chain->dof();
+        const int64_t all = static_cast<int64_t>(n) * states, fours = (all + 3) / 4;
+        constexpr int at_a_time = 16;
+        share_out(
+            static_cast<int>((fours + at_a_time - 1) / at_a_time), threads, 4, [&] { return FourScratch(dof); },
+            [&](int part, FourScratch& scratch) {
+                const int64_t begin = static_cast<int64_t>(part) * at_a_time, end = std::min(fours, begin + at_a_time);
+                for (int64_t four = begin; four < end; ++four) {
+                    const int64_t first = 4 * four, count = std::min<int64_t>(4, all - first);
+                    for (int l = 0; l < 4; ++l) {  // the last one again where there are fewer
+                        const int64_t k = first + std::min<int64_t>(l, count - 1);
+                        const double share = shares[k % states];
+                        const double *from = start + k / states * dof, *by = delta + k / states * dof;
+                        for (int j = 0; j < dof; ++j) scratch.q[j][l] = from[j] + share * by[j];
+                    }
+                    double found[4];
+                    manipulability_of_four(*chain, last, vec_at(point), rows, scratch, found);
+                    std::copy(found, found + count, w + first);
+                }
+            });
+    });
+}
+
+// Seeds q (n, dof) become where the descents to a target end; distance (n,) m and angle (n,) rad are left there.
+int chain_inverse(const Chain* chain, int n, double* q, int last, const double* tool_turn, const double* tool_shift,
+                  const double* turn, const double* shift, int oriented, const double* lower, const double* upper,
+                  const uint8_t* wraps, int iterations, int threads, double* distance, double* angle) {
+    return answered([&] {
+        require_joint(*chain, last);
+        const Task task{*chain, last, {mat_at(tool_turn), vec_at(tool_shift)}, {mat_at(turn), vec_at(shift)},
+                        oriented != 0, lower, upper, wraps};
+        share_out(n, threads, 8, [&] { return Descent(task); }, [&](int k, Descent& descent) {
+            double* own = q + static_cast<size_t>(k) * chain->dof();
+            descent.run(own, iterations);
+            descent.miss(own, distance[k], angle[k]);
+        });
+    });
+}
+
+// Boxes from low to high in frames (3, 3), (3,) that are given in that of joint `outer`; and a point of joint `inner`.
+PointsInBoxes* boxes_new(const Chain* chain, int count, const int64_t* inner, const double* points,
+                         const int64_t* outer, const double* turns, const double* shifts, const double* low,
+                         const double* high) {
+    return answered([&] {
+        for (const int64_t* joints : {inner, outer})
+            require(between(joints, count, 0, chain->dof() + 1), "there is no such joint");
+        for (const double* vectors : {points, shifts, low, high})
+            require(within(vectors, 3 * static_cast<size_t>(count), farthest), "a point or a box is no finite number");
+        require(within(turns, 9 * static_cast<size_t>(count), farthest), "a rotation is no finite number");
+        std::unique_ptr<PointsInBoxes> made(new PointsInBoxes{*chain, {}});
+        for (int k = 0; k < count; ++k)
+            made->boxes.push_back({static_cast<int>(inner[k]), static_cast<int>(outer[k]), vec_at(points + 3 * k),
+                                   {mat_at(turns + 9 * k), vec_at(shifts + 3 * k)}, vec_at(low + 3 * k),
+                                   vec_at(high + 3 * k)});
+        return made.release();
+    });
+}
+
+void boxes_free(PointsInBoxes* boxes) { delete boxes; }
+
+// The points that lie in their boxes in configurations (n, dof), at most `room` of them: rows (m, 2) of configuration
+// and box, and where they are in the box's own frame (m, 3); how many there are in all.
+int64_t boxes_hits(const PointsInBoxes* boxes, int n, const double* q, int64_t room, int64_t* rows, double* local) {
+    return answered([&] {
+        require(within(q, static_cast<size_t>(n) * boxes->chain.dof(), farthest), "a joint value is no finite number");
+        int64_t found = 0;
+        boxes->find(n, q, [&](int row, int box, const Vec& at) {
+            if (found < room) {
+                rows[2 * found] = row, rows[2 * found + 1] = box;
+                local[3 * found] = at.x, local[3 * found + 1] = at.y, local[3 * found + 2] = at.z;
+            }
+            ++found;
+        });
+        return found;
+    });
+}
+
+}  // extern "C"
+
+}  // namespace planner

@@ -1,0 +1,364 @@
+"""Random but valid input for every function of the compiled library, and what has to hold of its answers.
+
+A case makes its input from a generator and a size, asks, looks at the answers, and returns them. Sizes have their edges
+in them: no rows and one, one joint and many, no obstacles, no pairs, one arc.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from planner.native import graphs
+from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeArcs, NativeFlow, hops_to_source
+from planner.native.library import (
+    NativeBoxes,
+    NativeChain,
+    NativeWorld,
+    manipulability_cost_sums,
+    manipulability_costs,
+    quickest_motion,
+)
+from tests.random_shapes import random_pose
+
+Rng: TypeAlias = np.random.Generator
+REACH = 60.0  # m: farther than any point of an arm here is from any axis
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much of everything there is."""
+
+    joints: int = 3
+    rows: int = 5
+    bodies: int = 3
+    obstacles: int = 3
+    nodes: int = 12
+
+
+SIZES = {
+    "small": Size(),
+    "nothing": Size(1, 0, 1, 0, 1),
+    "one": Size(1, 1, 1, 1, 2),
+    "one body": Size(2, 4, 1, 3, 3),
+    "no obstacles": Size(4, 3, 4, 0, 5),
+    "many joints": Size(40, 7, 6, 2, 40),
+    "many rows": Size(2, 300, 2, 1, 20_000),
+}
+
+
+def a_chain(rng: Rng, joints: int) -> NativeChain:
+    """A tree of joints, turning ones and sliding ones."""
+    axes = rng.normal(size=(joints, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    places = [random_pose(rng)[:3, :3] for _ in range(joints)]
+    rotations = np.array(
+        [[p, p @ crossing(a), p @ crossing(a) @ crossing(a)] for p, a in zip(places, axes, strict=True)]
+    )
+    slide = np.array([p @ a for p, a in zip(places, axes, strict=True)])
+    parent = np.array([rng.integers(max(0, j - 2), j + 1) for j in range(joints)])
+    return NativeChain(parent, rng.random(joints) < 0.3, rotations, rng.uniform(-0.3, 0.3, (joints, 3)), slide, axes)
+
+
+def crossing(a: np.ndarray) -> np.ndarray:
+    return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+
+def states(rng: Rng, size: Size) -> np.ndarray:
+    return rng.uniform(-2, 2, (size.rows, size.joints))
+
+
+def of_a_chain(rng: Rng, size: Size) -> list[Any]:
+    chain, q = a_chain(rng, size.joints), states(rng, size)
+    joint, point = int(rng.integers(size.joints + 1)), rng.normal(size=3)
+    rotation, position = chain.placements(q)
+    assert np.abs(rotation @ rotation.swapaxes(-1, -2) - np.eye(3)).max(initial=0.0) < 1e-12
+    points = chain.points(q, joint, point)
+    assert np.abs((rotation[joint] * point).sum(axis=2) + position[joint] - points).max(initial=0.0) < 1e-12
+    delta, pieces = 0.3 * states(rng, size), rng.integers(1, 9, size.rows)
+    lengths = chain.path_lengths(q, delta, pieces, joint, point)
+    ends = chain.points(q + delta, joint, point)
+    assert (lengths >= np.linalg.norm(ends - points, axis=1) - 1e-12).all()
+    w = [chain.manipulability_along(q, delta, np.array([0.0, 0.4, 1.0]), joint, point, rows) for rows in (1, 2, 3, 6)]
+    assert all(np.isfinite(one).all() and (one >= 0).all() for one in w)
+    return [rotation, position, points, lengths, *w, chain.manipulability(q, joint, point, 3)]
+
+
+def of_inverse(rng: Rng, size: Size) -> list[Any]:
+    chain, seeds, found = a_chain(rng, size.joints), np.asfortranarray(states(rng, size)), []
+    tool, joint, lowest = random_pose(rng), size.joints, np.full(size.joints, -1.5)
+    wraps = rng.random(size.joints) < 0.2
+    for oriented in (False, True):
+        target = random_pose(rng)
+        ends, distance, angle = chain.inverse(seeds, joint, tool, target, oriented, (lowest, -lowest, wraps), 15)
+        tips = chain.points(ends, joint, tool[:3, 3])
+        assert np.abs(np.linalg.norm(tips - target[:3, 3], axis=1) - distance).max(initial=0.0) < 1e-12
+        assert (angle >= 0).all()
+        assert oriented or not angle.any()
+        moved = (ends != seeds).any(axis=1)
+        assert (np.abs(ends[moved][:, ~wraps]) <= 1.5).all()
+        found += [ends, distance, angle]
+    return found
+
+
+def of_boxes(rng: Rng, size: Size) -> list[Any]:
+    chain, q, k = a_chain(rng, size.joints), states(rng, size), size.bodies
+    joints, points, shifts = rng.integers(0, size.joints + 1, (2, k)), rng.normal(size=(k, 3)), rng.normal(size=(k, 3))
+    turns = np.array([random_pose(rng)[:3, :3] for _ in range(k)])
+    high = rng.uniform(0.2, 3.0, (k, 3))
+    rows, local = NativeBoxes(chain, joints[0], points, joints[1], turns, shifts, -high, high).hits(q)
+    assert (np.abs(local) < high[rows[:, 1]]).all()
+    assert len(np.unique(rows, axis=0)) == len(rows)
+    nothing = NativeBoxes(chain, *(array[:0] for array in (joints[0], points, joints[1], turns, shifts, -high, high)))
+    assert len(nothing.hits(q)[0]) == 0
+    return [rows, local]
+
+
+def add_shape(rng: Rng, world: NativeWorld, joint: int) -> tuple[int, np.ndarray, float]:
+    """A small shape near the origin; points and a radius around them that hold it."""
+    kind, middle = int(rng.integers(3)), rng.uniform(-1, 1, 3) * (2.0 if joint < 0 else 0.1)
+    if kind == 0:
+        points, radius = middle + rng.uniform(-0.1, 0.1, (int(rng.integers(1, 9)), 3)), float(rng.uniform(0, 0.1))
+        return world.add_hull(joint, points, radius), points, radius
+    if kind == 1:
+        turn, radius, half = random_pose(rng)[:3, :3], float(rng.uniform(0.02, 0.1)), float(rng.uniform(0.02, 0.2))
+        number = world.add_cylinder(joint, middle, half * turn[:, 2], radius * turn[:, :2].T)
+        return number, middle + half * np.array([turn[:, 2], -turn[:, 2]]), radius
+    triangles = middle + rng.uniform(-0.1, 0.1, (int(rng.integers(1, 6)), 3, 3))
+    points = triangles.reshape(-1, 3)
+    return world.add_surface(joint, points, triangles, float(rng.choice([0.05, np.inf]))), points, 0.0
+
+
+def add_body(rng: Rng, world: NativeWorld, joint: int) -> None:
+    number, points, radius = add_shape(rng, world, joint)
+    middle = points.mean(axis=0)
+    radii = np.array([np.linalg.norm(points - middle, axis=1).max() + radius])
+    world.add_spheres(number, np.repeat(middle[None], 2, axis=0), np.repeat(radii, 2))
+
+
+def add_obstacle(rng: Rng, world: NativeWorld, moves: bool) -> None:
+    number, points, radius = add_shape(rng, world, -1)
+    low, high = points.min(axis=0) - radius, points.max(axis=0) + radius
+    world.add_target(number, np.eye(3), 0.5 * (low + high), 0.5 * (high - low), 0.0, False)
+    if rng.random() < 0.5:
+        across = float(np.linalg.norm(points - points.mean(axis=0), axis=1).max()) + 2.0 * radius
+        world.add_target(number, np.eye(3), points.mean(axis=0), np.array([across, 0.0, across]), 0.0, True)
+    if moves:
+        n = int(rng.integers(1, 4))
+        turns = np.array([np.eye(3)] * n)
+        shifts, times = rng.uniform(-1, 1, (n, 3)), np.arange(n, dtype=float)
+        speeds = np.linalg.norm(np.diff(shifts, axis=0), axis=1)
+        world.set_motion(number, times, turns, shifts, np.zeros((n - 1, 3)), np.zeros(n - 1), speeds)
+    world.set_speed_limit(number, 0.01 if rng.random() < 0.5 else 0.0)
+
+
+def a_world(rng: Rng, size: Size, moves: bool = False) -> tuple[NativeChain, NativeWorld]:
+    chain = a_chain(rng, size.joints)
+    world = NativeWorld(chain, float(rng.choice([0.0, 0.01])))
+    for joint in rng.integers(0, size.joints + 1, size.bodies):
+        add_body(rng, world, int(joint))
+    for _ in range(size.obstacles):
+        add_obstacle(rng, world, moves)
+    set_pairs(rng, world, size)
+    return chain, world
+
+
+def set_pairs(rng: Rng, world: NativeWorld, size: Size) -> None:
+    scene = [(b, size.bodies + o) for b in range(size.bodies) for o in range(size.obstacles)]
+    own = [(a, b) for b in range(size.bodies) for a in range(b)]
+    pairs = np.array(scene + own, dtype=np.int64).reshape(-1, 2)
+    world.set_pairs(pairs, rng.random(len(pairs)) < 0.9)
+
+
+def bounds_of(world: NativeWorld) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    reach = np.full((world.pairs, world.dof), REACH)
+    return reach, np.full((world.bodies, world.dof), REACH), np.zeros(world.pairs, dtype=bool)
+
+
+def of_distances(rng: Rng, size: Size) -> list[Any]:
+    chain, world = a_world(rng, size)
+    placed = chain.placements(states(rng, size))
+    coarse = world.coarse(*placed)
+    count = 3 * size.rows if world.pairs else 0
+    rows, pairs = (rng.integers(0, max(most, 1), count) for most in (size.rows, world.pairs))
+    close = world.close(*placed, rows, pairs)
+    assert (close >= 0).all()
+    assert np.isfinite(close).all()
+    known = np.isfinite(coarse[rows, pairs])
+    assert (coarse[rows, pairs][known] <= close[known] + 1e-5).all()  # of convex ones; surfaces lie deeper still
+    return [coarse, close]
+
+
+def of_glances(rng: Rng, size: Size) -> list[Any]:
+    _, world = a_world(rng, size)
+    q, delta = states(rng, size), 0.2 * states(rng, size)
+    near = [world.first_near(row[None]) == 0 for row in q]
+    first = world.first_near(q)
+    assert first == (near.index(True) if True in near else len(q))
+    looks = []
+    for a, by in zip(q[:20], delta[:20], strict=True):
+        looks.append(world.motion_looks_free(a, by, bounds_of(world)[1], 2.0))
+        assert not looks[-1] or world.first_near(a + np.array([[0.5], [1.0]]) * by) == 2
+    return [first, looks]
+
+
+def of_proofs(rng: Rng, size: Size) -> list[Any]:
+    _, world = a_world(rng, size)
+    found, few = [], replace(size, rows=min(size.rows, 40))
+    for degree in (0, 1, 2, 5, 16):
+        curves = np.stack([states(rng, few) * 0.02**k for k in range(degree + 1)], axis=1)
+        verdict, pair, samples, clearance, where = world.prove(*bounds_of(world), curves, 1e-3)
+        require_verdicts(world, verdict, pair, samples, where)
+        free = verdict == 0
+        assert (clearance[free] > -1e-9).all()
+        powers = rng.random((5, 1)) ** np.arange(degree + 1)
+        assert (
+            world.first_near(np.einsum("sk,mkd->msd", powers, curves[free]).reshape(-1, few.joints)) == 5 * free.sum()
+        )
+        found += [verdict, pair, samples, clearance, where]
+    return found
+
+
+def require_verdicts(world: NativeWorld, verdict: Any, pair: Any, samples: Any, where: Any) -> None:
+    assert np.isin(verdict, (0, 2)).all()
+    assert (pair[verdict == 0] == -1).all()
+    assert ((pair >= -1) & (pair < world.pairs)).all()
+    assert (samples >= 1).all()
+    assert ((where >= 0) & (where <= 1)).all()
+
+
+def of_proofs_in_time(rng: Rng, size: Size) -> list[Any]:
+    """The same answers of what was taken over by another world, with its motions."""
+    chain, world = a_world(rng, size, moves=True)
+    again, seed = NativeWorld(chain, 0.0), int(rng.integers(1000))
+    numbers = [again.take(world, item) for item in range(size.bodies + size.obstacles)]
+    assert numbers == list(range(size.bodies + size.obstacles))
+    set_pairs(np.random.default_rng(seed), again, size)
+    few = replace(size, rows=min(size.rows, 40))
+    curves = np.stack([states(rng, few), 0.02 * states(rng, few)], axis=1)
+    spans = np.abs(rng.normal(size=(few.rows, 3))) * [1.0, 0.1, 0.01]
+    taken = again.prove(*bounds_of(again), curves, 1e-3, spans)
+    require_verdicts(again, taken[0], taken[1], taken[2], taken[4])
+    once_more = NativeWorld(chain, 0.0)
+    for item in range(size.bodies + size.obstacles):
+        once_more.take(again, item)
+    set_pairs(np.random.default_rng(seed), once_more, size)
+    for one, same in zip(taken, once_more.prove(*bounds_of(again), curves, 1e-3, spans), strict=True):
+        np.testing.assert_array_equal(one, same)
+    return list(taken)
+
+
+def of_choices(rng: Rng, size: Size) -> list[Any]:
+    _, world = a_world(rng, size)
+    items = min(size.rows, 40)
+    alternatives = rng.integers(0, 4, items)
+    motions = rng.integers(0, 3, int(alternatives.sum()))
+    some = replace(size, rows=int(motions.sum()))
+    curves = np.stack([states(rng, some), 0.02 * states(rng, some)], axis=1)
+    begin = rng.integers(0, 2, items)
+    chosen, clearance, samples = world.first_proven(*bounds_of(world), curves, motions, alternatives, begin, 1e-3)
+    assert ((chosen == -1) | ((chosen >= begin) & (chosen < alternatives))).all()
+    proven = world.prove(*bounds_of(world), curves, 1e-3)[0] == 0
+    assert proven[samples >= 0].all()
+    points = np.cumsum(0.02 * states(rng, replace(size, rows=max(1, items))), axis=0)
+    price = np.where(rng.random((len(points), len(points))) < 0.1, np.inf, rng.uniform(0, 1, (len(points),) * 2))
+    rows, gaps, looks = world.cheapest_chain(*bounds_of(world), points, price, 1e-3)
+    assert rows[0] == 0
+    assert rows[-1] == len(points) - 1
+    assert (np.diff(rows) > 0).all()
+    return [chosen, clearance, samples, rows, gaps, looks]
+
+
+def of_costs(rng: Rng, size: Size) -> list[Any]:
+    w, weights, found = rng.uniform(0, 1, (size.rows, 9)), rng.random(9), []
+    for kind in (0, 1, 2):
+        costs = manipulability_costs(w, 0.1, 0.8, 0.01, kind)
+        sums = manipulability_cost_sums(w, weights, 0.1, 0.8, 0.01, kind)
+        assert ((costs >= 0.01) & (costs <= 1.0)).all()
+        np.testing.assert_allclose(sums, costs @ weights, rtol=1e-12)
+        found += [costs, sums]
+    return found
+
+
+def of_curves(rng: Rng, size: Size) -> list[Any]:
+    n, dof = size.rows, size.joints
+    pieces = rng.normal(size=(n + 1, 3, dof))
+    pieces[:, 2] *= np.where(np.arange(n + 1) % 2, 0.1, 0.0)[:, None]
+    piece = rng.integers(0, n + 1, n)
+    low = np.where(pieces[piece, 2].any(axis=1), rng.uniform(0, 0.5, n), 0.0)
+    parts = np.column_stack([low, np.where(low > 0, low + 0.3, 1.0)])
+    joint = np.where(rng.random(n) < 0.3, 0.0, rng.uniform(0.2, 2.0, n))
+    velocity, acceleration = rng.uniform(0.5, 2.0, (2, dof))
+    found = quickest_motion(pieces, piece, parts, joint, velocity, acceleration)
+    assert np.isfinite(found).all()
+    assert (found[:, :2] >= 0).all()
+    return [found]
+
+
+def of_graphs(rng: Rng, size: Size) -> list[Any]:
+    n, m = size.nodes, 2 * size.nodes if size.nodes > 1 else 0
+    arcs, lengths = rng.integers(0, n, (m, 2)), rng.uniform(0, 1, m)
+    pairs, limits = rng.integers(0, n, (size.rows, 2)), rng.choice([0.5, 2.0, np.inf], size.rows)
+    away = graphs.detours(n, arcs, lengths, pairs, limits)
+    assert ((away <= limits) | np.isinf(away)).all()
+    assert (away[pairs[:, 0] == pairs[:, 1]] == 0).all()
+    ends = rng.integers(0, n, (2, min(n, 3)))
+    path = graphs.cheapest_nodes(n, arcs, lengths, *ends)
+    costs = graphs.cheapest_costs(n, arcs, lengths, ends[1], np.zeros(ends.shape[1]))
+    assert (costs[ends[1]] == 0).all()
+    assert len(np.unique(path)) == len(path)
+    assert not len(path) or costs[path[0]] == costs[ends[0]].min()
+    return [away, path, costs, graphs.detours(n, arcs[:0], lengths[:0], pairs[:0], limits[:0])]
+
+
+def of_dynamics(rng: Rng, size: Size) -> list[Any]:
+    rows, sources = size.nodes - 1, 1
+    counts = rng.integers(1, 4, rows)
+    starts, heads = np.cumsum(counts) - counts, rng.integers(0, rows + sources, int(counts.sum()))
+    hops = hops_to_source(np.append(np.append(starts, heads.size), heads.size), heads, np.array([rows]))
+    assert hops[rows] == 0
+    offset, y = rng.uniform(0.1, 1.0, heads.size), np.append(rng.uniform(0, 9, rows), 0.0)
+    found: list[Any] = [hops]
+    for slope in (None, rng.uniform(0.5, 1.5, heads.size)):
+        arcs = NativeArcs(starts, heads, slope, offset)
+        values = (1.0 if slope is None else slope) * y[heads] + offset
+        expected = np.minimum.reduceat(values, starts) if rows else np.empty(0)
+        for chosen in (None, np.flatnonzero(rng.random(rows) < 0.5)):
+            at = slice(None) if chosen is None else chosen
+            found.append(arcs.parent_values(chosen, y))
+            np.testing.assert_array_equal(found[-1], expected[at])
+            xhat, residual, lowest, highest, moving = arcs.standing(chosen, y)
+            np.testing.assert_array_equal(xhat[at], y[:rows][at] - expected[at])
+            assert residual == np.abs(xhat).max(initial=0.0)
+            flow = NativeFlow(1.0, 0.5, 0.4, 2 / 7)
+            found += [xhat, lowest, highest, moving, *arcs.step(flow, chosen, y, xhat, 0.01, 0.02, 1.0)]
+    return found
+
+
+def of_flows(rng: Rng, size: Size) -> list[Any]:
+    rows, found = size.nodes, []
+    y, xhat = rng.uniform(0, 9, rows), rng.normal(size=rows)
+    for numbers in ((1.0, 0.5, 0.4, 2 / 7), (1.0, 1.0, 0.0, 0.0), (1.0, 1.0, 1e-4, 2.0)):
+        flow = NativeFlow(*numbers)
+        for order in (STRANG, BRAKE_THEN_SINK, SINK_THEN_BRAKE):
+            found.append(flow.moved(order, xhat, 0.1))
+            assert (np.abs(found[-1]) <= np.abs(xhat)).all()
+        for chosen in (None, np.flatnonzero(rng.random(rows) < 0.5)):
+            following, m = y.copy(), y - xhat if chosen is None else (y - xhat)[chosen]
+            flow.sketch(chosen, y, xhat, 0.05, following)
+            assert np.isfinite(following).all()
+            found += [following.copy(), flow.advance(chosen, m, y, xhat, 0.1, 1.0, following), following]
+            assert np.isfinite(following).all()
+    return found
+
+
+CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
+    case.__name__: case
+    for case in (
+        of_a_chain, of_inverse, of_boxes, of_distances, of_glances, of_proofs, of_proofs_in_time, of_choices, of_costs,
+        of_curves, of_graphs, of_dynamics, of_flows,
+    )
+}  # fmt: skip

@@ -1,0 +1,336 @@
+"""Every function of the compiled library on valid input; none reads, writes or believes what is not there."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.base.errors import ArrayError
+from planner.native import dynamics, graphs, library, loading
+from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
+from planner.native.library import NativeBoxes, NativeChain, NativeWorld
+from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_world, bounds_of
+
+SEED = 5
+
+
+def answers(case: str, size: Size, seed: int = SEED) -> list[np.ndarray]:
+    return [np.asarray(found) for found in CASES[case](np.random.default_rng(seed), size)]
+
+
+def on_threads(patch: pytest.MonkeyPatch, count: int) -> None:
+    for module in (library, graphs, dynamics):
+        patch.setattr(module, "threads", lambda: count)
+    patch.setattr(dynamics, "_SHARED_FROM", 1)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("case", CASES)
+def test_answers_hold_and_are_the_same_bits_again_and_on_threads(
+    monkeypatch: pytest.MonkeyPatch, case: str, size: str
+) -> None:
+    on_threads(monkeypatch, 1)
+    once, twice = answers(case, SIZES[size]), answers(case, SIZES[size])
+    on_threads(monkeypatch, 3)
+    for one, same, shared in zip(once, twice, answers(case, SIZES[size]), strict=True):
+        np.testing.assert_array_equal(one, same)
+        np.testing.assert_array_equal(one, shared)
+
+
+def test_no_function_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, whole = {"planner_version"}, loading.library
+
+    class Noting:
+        def __getattr__(self, name: str) -> Any:
+            asked.add(name)
+            return getattr(whole, name)
+
+    for module, name in ((library, "_library"), (graphs, "library"), (dynamics, "library")):
+        monkeypatch.setattr(module, name, Noting())
+    for case in CASES:
+        answers(case, Size())
+    made = {f"{name}_free" for name in loading._FREED}
+    assert asked == {*loading._ARGUMENTS, *loading._RESULTS, *made}
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_several_threads_ask_at_once(same: bool) -> None:
+    """Of one world and of several, all get what they get alone."""
+    worlds = [a_world(np.random.default_rng(SEED if same else k), Size(rows=40)) for k in range(4)]
+    if same:
+        worlds = worlds[:1] * 4
+    rng = np.random.default_rng(1)
+    q, delta = rng.uniform(-2, 2, (2, 60, 3))
+    curves = np.stack([q, 0.05 * delta], axis=1)
+
+    def ask(k: int) -> list[Any]:
+        chain, world = worlds[k]
+        limits = np.full(3, -2.0), np.full(3, 2.0), np.zeros(3, dtype=bool)
+        placed = chain.placements(q)
+        return [
+            *placed,
+            world.coarse(*placed),
+            world.first_near(q),
+            *world.prove(*bounds_of(world), curves, 1e-3),
+            *world.first_proven(*bounds_of(world), curves, *np.ones((2, 60), dtype=int), np.zeros(60), 1e-3),
+            *chain.inverse(q, 3, np.eye(4), np.eye(4), True, limits, 10),
+            chain.manipulability(q, 3, np.zeros(3), 3),
+        ]
+
+    alone, found = [ask(k) for k in range(4)], [[] for _ in range(4)]
+    threads = [threading.Thread(target=lambda k=k: found[k].extend(ask(k) for _ in range(5))) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for k in range(4):
+        assert len(found[k]) == 5
+        for again in found[k]:
+            for one, other in zip(alone[k], again, strict=True):
+                np.testing.assert_array_equal(one, other)
+
+
+CHAIN, WORLD = a_world(np.random.default_rng(SEED), Size())
+ARCS, FLOW = NativeArcs(np.array([0, 1]), np.array([2, 0]), None, np.ones(2)), NativeFlow(1.0, 1.0, 0.4, 0.3)
+Q, BOUNDS, EYE, NO_INTS = np.zeros((4, 3)), bounds_of(WORLD), np.eye(4), np.zeros(0, dtype=np.int64)
+CURVES, FREE = np.zeros((4, 2, 3)), (np.full(3, -1.0), np.ones(3), np.zeros(3, dtype=bool))
+
+
+def fresh(bodies: int = 1) -> NativeWorld:
+    world = NativeWorld(CHAIN, 0.0)
+    for _ in range(bodies):
+        world.add_spheres(world.add_hull(1, np.zeros((1, 3)), 0.1), np.zeros((1, 3)), np.ones(1))
+    return world
+
+
+def with_obstacle() -> NativeWorld:
+    world = fresh()
+    world.add_target(world.add_hull(-1, np.ones((1, 3)), 0.1), np.eye(3), np.ones(3), np.zeros(3), 0.1, False)
+    return world
+
+
+def moving(times: list[float], **other: np.ndarray) -> Callable[[], object]:
+    n = len(times)
+    given = {"turns": np.array([np.eye(3)] * n), "shifts": np.zeros((n, 3)), "axes": np.zeros((n - 1, 3))}
+    given |= {"rates": np.zeros(n - 1), "speeds": np.ones(n - 1)} | other
+    return lambda: with_obstacle().set_motion(1, np.array(times), **given)
+
+
+def chain_with(**other: np.ndarray) -> Callable[[], object]:
+    given = {
+        "parent": np.array([0, 1]),
+        "prismatic": np.zeros(2, dtype=bool),
+        "rotations": np.zeros((2, 3, 3, 3)),
+        "offset": np.zeros((2, 3)),
+        "slide": np.zeros((2, 3)),
+        "axis": np.zeros((2, 3)),
+    }
+    return lambda: NativeChain(**(given | other))
+
+
+def boxes_with(**other: np.ndarray) -> Callable[[], object]:
+    vectors = {name: np.zeros((1, 3)) for name in ("points", "shifts", "low", "high")}
+    given = {"inner": np.zeros(1), "outer": np.zeros(1), "turns": np.zeros((1, 3, 3))} | vectors
+    return lambda: NativeBoxes(CHAIN, **(given | other))
+
+
+ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
+WRONG: dict[str, Callable[[], object]] = {
+    "chain: a parent behind": chain_with(parent=np.array([0, 2])),
+    "chain: a parent below 0": chain_with(parent=np.array([-1, 0])),
+    "chain: no joint": chain_with(parent=NO_INTS),
+    "chain: rotations of one": chain_with(rotations=np.zeros((1, 3, 3, 3))),
+    "chain: an axis of two": chain_with(axis=np.zeros((2, 2))),
+    "chain: an offset with NaN": chain_with(offset=np.full((2, 3), np.nan)),
+    "placements: columns": lambda: CHAIN.placements(Q[:, :1]),
+    "points: columns": lambda: CHAIN.points(Q[:, :1], 0, np.zeros(3)),
+    "points: joint": lambda: CHAIN.points(Q, 4, np.zeros(3)),
+    "points: point": lambda: CHAIN.points(Q, 0, np.zeros(2)),
+    "path lengths: delta": lambda: CHAIN.path_lengths(Q, Q[:1], np.ones(4), 0, np.zeros(3)),
+    "path lengths: pieces": lambda: CHAIN.path_lengths(Q, Q, np.ones(3), 0, np.zeros(3)),
+    "path lengths: no piece": lambda: CHAIN.path_lengths(Q, Q, np.zeros(4), 0, np.zeros(3)),
+    "manipulability: columns": lambda: CHAIN.manipulability(Q[:, :2], 0, np.zeros(3), 3),
+    "manipulability: joint": lambda: CHAIN.manipulability(Q, -1, np.zeros(3), 3),
+    "manipulability: rows": lambda: CHAIN.manipulability(Q, 0, np.zeros(3), 7),
+    "inverse: columns": lambda: CHAIN.inverse(Q[:, :2], 0, EYE, EYE, True, FREE, 5),
+    "inverse: tool": lambda: CHAIN.inverse(Q, 0, EYE[:3], EYE, True, FREE, 5),
+    "inverse: limits": lambda: CHAIN.inverse(Q, 0, EYE, EYE, True, (np.ones(2), *FREE[1:]), 5),
+    "inverse: joint": lambda: CHAIN.inverse(Q, 9, EYE, EYE, True, FREE, 5),
+    "boxes: joint": boxes_with(inner=np.array([7])),
+    "boxes: lengths": boxes_with(outer=np.zeros(2)),
+    "boxes: NaN": boxes_with(low=np.full((1, 3), np.nan)),
+    "boxes: columns": lambda: boxes_with()().hits(Q[:, :1]),  # type: ignore[attr-defined]
+    "boxes: a NaN state": lambda: boxes_with()().hits(NAN3[None]),  # type: ignore[attr-defined]
+    "world: margin": lambda: NativeWorld(CHAIN, NAN),
+    "world: no points": lambda: fresh().add_hull(1, np.zeros((0, 3)), 0.1),
+    "world: points of two": lambda: fresh().add_hull(1, np.zeros((3, 2)), 0.1),
+    "world: points with NaN": lambda: fresh().add_hull(1, NAN3[None], 0.1),
+    "world: a negative radius": lambda: fresh().add_hull(1, np.zeros((1, 3)), -0.1),
+    "world: no such joint": lambda: fresh().add_hull(4, np.zeros((1, 3)), 0.1),
+    "world: a cylinder of two": lambda: fresh().add_cylinder(1, np.zeros(3), np.ones(3), np.ones((1, 3))),
+    "world: no triangles": lambda: fresh().add_surface(1, np.zeros((1, 3)), np.zeros((0, 3, 3)), 0.1),
+    "world: a NaN depth": lambda: fresh().add_surface(1, np.zeros((1, 3)), np.zeros((1, 3, 3)), NAN),
+    "world: a body behind an obstacle": lambda: with_obstacle().add_hull(1, np.zeros((1, 3)), 0.1),
+    "take: no such item": lambda: fresh().take(WORLD, 6),
+    "take: a body behind an obstacle": lambda: with_obstacle().take(WORLD, 0),
+    "take: another arm": lambda: NativeWorld(a_chain(np.random.default_rng(0), 2), 0.0).take(WORLD, 0),
+    "spheres: none": lambda: NativeWorld(CHAIN, 0.0).add_spheres(0, np.zeros((0, 3)), np.zeros(0)),
+    "spheres: of an obstacle": lambda: with_obstacle().add_spheres(1, np.zeros((1, 3)), ONE),
+    "spheres: twice": lambda: fresh().add_spheres(0, np.zeros((1, 3)), ONE),
+    "target: of a body": lambda: fresh().add_target(0, np.eye(3), np.zeros(3), np.zeros(3), 0.1, False),
+    "target: turn": lambda: with_obstacle().add_target(1, np.eye(2), np.zeros(3), np.zeros(3), 0.1, False),
+    "target: a NaN size": lambda: with_obstacle().add_target(1, np.eye(3), np.zeros(3), NAN3, 0.1, True),
+    "speed limit: of a body": lambda: fresh().set_speed_limit(0, 1.0),
+    "speed limit: NaN": lambda: with_obstacle().set_speed_limit(1, NAN),
+    "motion: times": moving([0.0, 0.0]),
+    "motion: NaN": moving([0.0, NAN]),
+    "motion: turns": moving([0.0, 1.0], turns=np.zeros((1, 3, 3))),
+    "motion: a NaN speed": moving([0.0, 1.0], speeds=np.full(1, NAN)),
+    "motion: of a body": lambda: fresh().set_motion(
+        0, np.zeros(1), np.eye(3)[None], np.zeros((1, 3)), *np.zeros((2, 0, 3)), np.zeros(0)
+    ),
+    "pairs: too few": lambda: with_obstacle().set_pairs(np.zeros((0, 2)), np.zeros(0)),
+    "pairs: no such": lambda: with_obstacle().set_pairs(np.array([[0, 1], [0, 3]]), np.ones(2)),
+    "pairs: flags": lambda: with_obstacle().set_pairs(np.array([[0, 1]]), np.ones(2)),
+    "pairs: no spheres": lambda: _without_spheres().set_pairs(NO_INTS.reshape(0, 2), NO_INTS),
+    "coarse: joints": lambda: WORLD.coarse(np.zeros((3, 4, 3, 3)), np.zeros((3, 4, 3))),
+    "coarse: rows": lambda: WORLD.coarse(np.zeros((4, 3, 3, 3)), np.zeros((4, 4, 3))),
+    "close: row": lambda: WORLD.close(*CHAIN.placements(Q), np.array([4]), np.array([0])),
+    "close: pair": lambda: WORLD.close(*CHAIN.placements(Q), np.array([0]), np.array([WORLD.pairs])),
+    "close: lengths": lambda: WORLD.close(*CHAIN.placements(Q), np.zeros(2), np.zeros(1)),
+    "first near: columns": lambda: WORLD.first_near(Q[:, :1]),
+    "looks: delta": lambda: WORLD.motion_looks_free(Q[0], Q[0, :2], BOUNDS[1], 0.1),
+    "looks: reach": lambda: WORLD.motion_looks_free(Q[0], Q[0], BOUNDS[1][:1], 0.1),
+    "looks: no step": lambda: WORLD.motion_looks_free(*_free_motion(), BOUNDS[1], 0.0),
+    "looks: a NaN step": lambda: WORLD.motion_looks_free(*_free_motion(), BOUNDS[1], NAN),
+    "prove: columns": lambda: WORLD.prove(*BOUNDS, CURVES[:, :, :1], 1e-3),
+    "prove: degree": lambda: WORLD.prove(*BOUNDS, np.zeros((1, 18, 3)), 1e-3),
+    "prove: no coefficients": lambda: WORLD.prove(*BOUNDS, np.zeros((1, 0, 3)), 1e-3),
+    "prove: reach": lambda: WORLD.prove(BOUNDS[0][1:], *BOUNDS[1:], CURVES, 1e-3),
+    "prove: a NaN reach": lambda: WORLD.prove(NAN * BOUNDS[0], *BOUNDS[1:], CURVES, 1e-3),
+    "prove: a NaN body reach": lambda: WORLD.prove(BOUNDS[0], NAN * BOUNDS[1], BOUNDS[2], CURVES, 1e-3),
+    "prove: no room": lambda: WORLD.prove(*BOUNDS, CURVES, 0.0),
+    "prove: a NaN room": lambda: WORLD.prove(*BOUNDS, CURVES, NAN),
+    "prove: spans": lambda: WORLD.prove(*BOUNDS, CURVES, 1e-3, np.zeros((3, 3))),
+    "first proven: too many motions": lambda: WORLD.first_proven(*BOUNDS, CURVES, [5], [1], [0], 1e-3),
+    "first proven: too many alternatives": lambda: WORLD.first_proven(*BOUNDS, CURVES, [4], [2], [0], 1e-3),
+    "first proven: negative ones": lambda: WORLD.first_proven(*BOUNDS, CURVES, [5, -1], [2], [0], 1e-3),
+    "first proven: begin": lambda: WORLD.first_proven(*BOUNDS, CURVES, [4], [1], [-1], 1e-3),
+    "chain of motions: price": lambda: WORLD.cheapest_chain(*BOUNDS, Q, np.ones((3, 3)), 1e-3),
+    "chain of motions: no points": lambda: WORLD.cheapest_chain(*BOUNDS, Q[:0], np.ones((0, 0)), 1e-3),
+    "costs: kind": lambda: library.manipulability_costs(ONE, 0.1, 0.5, 0.1, 3),
+    "cost sums: weights": lambda: library.manipulability_cost_sums(np.ones((2, 3)), np.ones((1, 3)), 0.1, 0.5, 0.1, 1),
+    "curve: piece": lambda: library.quickest_motion(np.ones((1, 3, 2)), [1], [[0.0, 1.0]], ONE, *np.ones((2, 2))),
+    "curve: limits": lambda: library.quickest_motion(np.ones((1, 3, 2)), [0], [[0.0, 1.0]], ONE, *np.ones((2, 1))),
+    "curve: a limit of 0": lambda: library.quickest_motion(np.ones((1, 3, 2)), [0], [[0, 1]], ONE, *np.zeros((2, 2))),
+    "detours: node": lambda: graphs.detours(2, np.array([[0, 2]]), ONE, np.array([[0, 1]]), ONE),
+    "detours: pair": lambda: graphs.detours(2, np.array([[0, 1]]), ONE, np.array([[0, 2]]), ONE),
+    "detours: a negative length": lambda: graphs.detours(2, np.array([[0, 1]]), -ONE, np.array([[0, 1]]), ONE),
+    "cheapest: arc": lambda: graphs.cheapest_nodes(2, np.array([[0, -1]]), ONE, np.array([0]), np.array([1])),
+    "cheapest: start": lambda: graphs.cheapest_nodes(2, np.array([[0, 1]]), ONE, np.array([2]), np.array([1])),
+    "cheapest: a NaN cost": lambda: graphs.cheapest_nodes(2, np.array([[0, 1]]), NAN * ONE, np.zeros(1), np.ones(1)),
+    "costs of nodes: values": lambda: graphs.cheapest_costs(2, np.array([[0, 1]]), ONE, np.array([1]), np.ones(2)),
+    "costs of nodes: goal": lambda: graphs.cheapest_costs(2, np.array([[0, 1]]), ONE, np.array([-1]), ONE),
+    "hops: offsets": lambda: hops_to_source(np.array([0, 2, 1]), np.array([0]), np.array([0])),
+    "hops: head": lambda: hops_to_source(np.array([0, 1]), np.array([1]), np.array([0])),
+    "hops: source": lambda: hops_to_source(np.array([0, 0]), NO_INTS, np.array([1])),
+    "arcs: starts": lambda: NativeArcs(np.array([0, 3]), np.array([0]), None, ONE),
+    "arcs: head": lambda: NativeArcs(np.array([0]), np.array([-1]), None, ONE),
+    "arcs: offset": lambda: NativeArcs(np.array([0]), np.array([0]), None, np.ones(2)),
+    "parents: states": lambda: ARCS.parent_values(None, np.ones(2)),
+    "parents: row": lambda: ARCS.parent_values(np.array([2]), np.ones(3)),
+    "standing: states": lambda: ARCS.standing(None, np.ones(2)),
+    "step: xhat": lambda: ARCS.step(FLOW, None, np.ones(3), np.ones(3), 0.1, 0.1, 1.0),
+    "step: row": lambda: ARCS.step(FLOW, np.array([-1]), np.ones(3), np.ones(2), 0.1, 0.1, 1.0),
+    "flow: order": lambda: FLOW.moved(3, ONE, 0.1),
+    "sketch: room": lambda: FLOW.sketch(None, np.ones(3), np.ones(3), 0.1, np.ones(2)),
+    "sketch: states": lambda: FLOW.sketch(None, np.ones(2), np.ones(3), 0.1, np.ones(3)),
+    "sketch: whole numbers": lambda: FLOW.sketch(None, np.ones(3), np.ones(3), 0.1, np.ones(3, dtype=np.int64)),
+    "advance: parents": lambda: FLOW.advance(None, np.ones(2), np.ones(3), np.ones(3), 0.1, 1.0, np.ones(3)),
+    "advance: row": lambda: FLOW.advance([3], ONE, np.ones(3), np.ones(3), 0.1, 1.0, np.ones(3)),
+}
+
+
+def _without_spheres() -> NativeWorld:
+    world = NativeWorld(CHAIN, 0.0)
+    world.add_hull(1, np.zeros((1, 3)), 0.1)
+    return world
+
+
+def _free_motion() -> np.ndarray:
+    rng = np.random.default_rng(0)
+    return next(q for q in rng.uniform(-2, 2, (500, 2, 3)) if WORLD.first_near(q.sum(axis=0) * [[1.0], [0.5]]) == 2)
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_what_the_library_cannot_hold_is_refused(name: str) -> None:
+    with pytest.raises(ArrayError):
+        WRONG[name]()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e30])
+def test_no_number_is_never_free(bad: float) -> None:
+    """In a state, in any coefficient of a motion, in a time; where there is nothing to touch as well."""
+    for size in (Size(), Size(obstacles=0, bodies=1)):
+        _, world = a_world(np.random.default_rng(1), size)
+        bounds = bounds_of(world)
+        for degree in (1, 5):
+            curves = np.repeat(np.zeros((1, degree + 1, 3)), 3 * (degree + 1), axis=0)
+            curves.reshape(len(curves), -1)[np.arange(len(curves)), np.arange(len(curves))] = bad
+            assert (world.prove(*bounds, curves, 1e-3)[0] == 2).all()
+            ones, begin = np.ones((2, len(curves)), dtype=int), np.zeros(len(curves))
+            if degree == 1:
+                assert (world.first_proven(*bounds, curves, *ones, begin, 1e-3)[0] == -1).all()
+    state = np.zeros((1, 3))
+    state[0, 1] = bad
+    assert WORLD.first_near(state) == 0
+    assert not WORLD.motion_looks_free(state[0], Q[0], BOUNDS[1], 0.1)
+    assert not WORLD.motion_looks_free(Q[0], state[0], BOUNDS[1], 0.1)
+    spans = np.zeros((3, 3))
+    np.fill_diagonal(spans, bad)
+    assert (WORLD.prove(*BOUNDS, CURVES[:3], 1e-3, spans)[0] == 2).all()
+
+
+def test_a_chain_with_a_price_that_is_no_number_is_not_taken() -> None:
+    points, price = np.zeros((3, 3)), np.full((3, 3), np.nan)
+    assert WORLD.cheapest_chain(*BOUNDS, points, price, 1e-3)[0].tolist() == [0, 1, 2]
+
+
+def test_seeds_and_prices_in_another_order_are_read_as_they_stand() -> None:
+    """Copies of arrays in Fortran's order keep it, unless they are told not to."""
+    rng = np.random.default_rng(2)
+    seeds, price, points = rng.uniform(-1, 1, (5, 3)), rng.uniform(0, 1, (6, 6)), np.zeros((6, 3))
+    for one, same in zip(
+        CHAIN.inverse(seeds, 3, EYE, EYE, False, FREE, 0),
+        CHAIN.inverse(np.asfortranarray(seeds), 3, EYE, EYE, False, FREE, 0),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one, same)
+    first = WORLD.cheapest_chain(*BOUNDS, points, price, 1e-3)[0]
+    np.testing.assert_array_equal(first, WORLD.cheapest_chain(*BOUNDS, points, np.asfortranarray(price), 1e-3)[0])
+
+
+def test_what_is_taken_from_another_world_moves_as_it_did_there() -> None:
+    """A ball comes to where the arm's only body is: the motion is refused at that time, and free before it."""
+    chain = chain_with()()
+    assert isinstance(chain, NativeChain)
+
+    def finished(world: NativeWorld) -> NativeWorld:
+        world.set_pairs(np.array([[0, 1]]), np.ones(1))
+        return world
+
+    there, here = NativeWorld(chain, 0.0), NativeWorld(chain, 0.0)
+    there.add_spheres(there.add_hull(1, np.zeros((1, 3)), 0.1), np.zeros((1, 3)), np.full(1, 0.1))
+    there.add_target(there.add_hull(-1, np.zeros((1, 3)), 0.1), np.eye(3), np.zeros(3), np.zeros(3), 0.1, False)
+    poses = np.array([np.eye(3)] * 2), np.array([[5.0, 0, 0], [0.0, 0, 0]])
+    there.set_motion(1, np.array([0.0, 5.0]), *poses, np.zeros((1, 3)), np.zeros(1), np.ones(1))
+    for item in range(2):
+        here.take(there, item)
+    spans = np.array([[0.0, 0.1, 0.0], [4.9, 0.1, 0.0]])
+    for world in (finished(there), finished(here)):
+        verdict = world.prove(np.ones((1, 2)), np.ones((1, 2)), np.zeros(1), np.zeros((2, 2, 2)), 1e-3, spans)[0]
+        assert verdict.tolist() == [0, 2]
