@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -77,13 +78,24 @@ class MotionProof:
 
 
 def prove_motion(
-    trajectory: Trajectory, prover: EdgeProver, limits: MotionLimits, floor: float = 0.0, room: float = PROOF
+    trajectory: Trajectory,
+    prover: EdgeProver,
+    limits: MotionLimits,
+    floor: float = 0.0,
+    room: float = PROOF,
+    *,
+    kinds: Sequence[str] = KINDS,
+    in_time: TimeProof | None = None,
 ) -> MotionProof:
-    """Prove the pieces free, the limits kept by their exact extrema, and w above ``floor`` once it is reached."""
+    """Prove the pieces free, the limits kept by their exact extrema, and w above ``floor`` once it is reached.
+
+    Of the limits those of the first ``kinds`` are asked for; ``in_time`` is what is proven in time already.
+    """
     verdict, pair = _free(trajectory, prover, room)
     holds = floor_holds(trajectory, prover.robot, floor)
-    excesses = limits_exceeded(trajectory, prover.robot, limits)
-    return MotionProof(verdict, pair, excesses, floor, holds, prove_in_time(trajectory, prover.checker))
+    excesses = limits_exceeded(trajectory, prover.robot, limits, kinds)
+    in_time = in_time or prove_in_time(trajectory, prover.checker)
+    return MotionProof(verdict, pair, excesses, floor, holds, in_time)
 
 
 def _free(trajectory: Trajectory, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:
@@ -113,10 +125,12 @@ def floor_holds(trajectory: Trajectory, robot: Robot, floor: float) -> Bools:
     return holds
 
 
-def limits_exceeded(trajectory: Trajectory, robot: Robot, limits: MotionLimits) -> tuple[Excess, ...]:
-    """The worst excess of each kind of limit, by the exact extrema of every piece."""
+def limits_exceeded(
+    trajectory: Trajectory, robot: Robot, limits: MotionLimits, kinds: Sequence[str] = KINDS
+) -> tuple[Excess, ...]:
+    """The worst excess of each kind of limit, by the exact extrema of every piece; of derivatives of ``kinds``."""
     found = [_position_excess(trajectory, robot)]
-    for order, kind in enumerate(KINDS, start=1):
+    for order, kind in enumerate(kinds, start=1):
         if trajectory.coefficients.shape[1] == 2 and order > 1:
             break  # lines: the velocity jumps, which no limit on its change allows; the law says so
         most = getattr(limits, kind)
