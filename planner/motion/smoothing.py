@@ -16,6 +16,7 @@ knots keep apart by as much as the limits ask for.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil
 
@@ -47,17 +48,19 @@ class Spacing:
         return Spacing(max(window_for(limits.acceleration, limits.jerk), 4 * apart), apart)
 
 
-def apart_for(limits: MotionLimits, q: Floats, orders: int = len(KINDS)) -> int:
-    """Nanoseconds between knots whose positions (k, dof) are rounded, so that no limit feels it.
+def apart_for(
+    limits: MotionLimits, q: Floats, kinds: Sequence[str] = KINDS, nearest: int = _NEAREST, share: float = _SHARE
+) -> int:
+    """Nanoseconds between knots, ``nearest`` or more, so that rounded positions (k, dof) take a ``share`` of no limit.
 
-    Of the first ``orders`` derivatives.
+    Of those on the first ``kinds``.
     """
     noise = _ROUNDED * np.spacing(np.abs(q).max(axis=0))
     shares = [
-        (most * noise / (_SHARE * getattr(limits, kind))).max() ** (1 / order)
-        for order, (kind, most) in enumerate(zip(KINDS, LEAST_JERK, strict=True), 1)
+        (most * noise / (share * getattr(limits, kind))).max() ** (1 / order)
+        for order, (kind, most) in enumerate(zip(kinds, LEAST_JERK, strict=False), 1)
     ]
-    return max(_NEAREST, int(np.ceil(max(shares[:orders]) / NANOSECOND)))
+    return max(nearest, ceil(max(shares) / NANOSECOND))
 
 
 _Row = tuple[int, Floats, Floats, int]  # nanoseconds, position, velocity, piece

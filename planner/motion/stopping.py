@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil
+from math import ceil, sqrt
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,13 @@ from planner.motion.smoothing import apart_for
 from planner.motion.trajectory import NANOSECOND, Trajectory
 
 _LIMITED = KINDS[:2]  # where braking begins the acceleration jumps: no limit on the jerk can be kept
-_LONGEST = 4_000_000  # ns of braking between two points
+_LONGEST, _NEAREST = 4_000_000, 1_000  # ns of braking between two points
+_NOISE = 1e-4  # of a limit: what the rounding of positions may take
 _STILL = 1e-9  # rad/s: no motion to brake
 _KEPT = 5e-4  # share of the acceleration that is kept in hand for the cubics between the points
 _ROUNDING = 1e-9  # of a limit, so that what is computed from the points is within it
-_SOFTER = 1.0, 0.97, 0.8, 0.5  # of the hardest braking, where the cubic is beyond a limit with all of it
+_SOFTER = 1.0, 0.97, 0.8, 0.5, 0.0  # of the hardest braking, where the cubic is beyond a limit with all of it
+_AT_REST = 1e-9  # of ds/dt: what is left is rounding
 _OFF = 1e-7  # rad (m): how far the cubics leave the curve, in their middle
 
 
@@ -104,7 +106,7 @@ class _Braking:
         self._fastest = (1.0 - _ROUNDING) * limits.velocity
         self._most = (1.0 - _ROUNDING) * limits.acceleration
         self._derivatives = [derivative(trajectory.coefficients, order) for order in range(3)]
-        self.apart = apart_for(limits, trajectory.knots(), orders=len(_LIMITED))
+        self.apart = apart_for(limits, trajectory.knots(), _LIMITED, _NEAREST, _NOISE)
 
     def from_moment(self, t: float) -> tuple[Trajectory, float]:
         """The motion to rest, and where on the trajectory that is."""
@@ -119,53 +121,72 @@ class _Braking:
 
     def _step(self, place: _Place, duration: int) -> tuple[_Place, int]:
         """The next point and the nanoseconds until then, ``duration`` at most."""
+        best, least = None, np.inf
         while True:
             hardest = self._hardest(place, duration)
             for share in _SOFTER:
                 following, takes = self._after(place, share * hardest, duration)
-                if self._keeps(place, following, takes):
+                over, off = self._misses(place, following, takes)
+                if over <= 0.0 and off <= _OFF:
                     return following, takes
-            if duration <= self.apart:
-                return self._after(place, 0.0, duration)
+                if duration <= self.apart and over < least:
+                    best, least = (following, takes), over
+            if best is not None:
+                return best
             duration = max(duration // 2, self.apart)
 
     def _hardest(self, place: _Place, duration: int) -> float:
         """The least dc/dt, 0 at most, that keeps to the accelerations at both ends of a step of ``duration`` ns."""
-        found = min(0.0, _least(place, place.c, self._most))
+        found = min(0.0, _least(place, self._most))
         following, _ = self._after(place, found, duration)
-        return min(0.0, max(found, _least(following, following.c, self._most)))
+        return min(0.0, max(found, _least(following, self._most)))
 
     def _after(self, place: _Place, change: float, duration: int) -> tuple[_Place, int]:
-        """Where braking at ``change`` (dc/dt) leads in ``duration`` ns, or until rest, or until the trajectory ends."""
+        """Where braking at ``change`` (dc/dt) leads in ``duration`` ns, or until rest, or the trajectory's next knot.
+
+        There its jerk jumps: a cubic across it would be beyond what the trajectory itself keeps to.
+        """
         if place.c + change * duration * NANOSECOND <= 0.0:
             duration = max(ceil(-place.c / change / NANOSECOND), self.apart)
             change = -place.c / (duration * NANOSECOND)
+        knot = float(self._trajectory.times[self._piece(place.s + 0.5 * NANOSECOND) + 1])
+        reached = place.c**2 + 2.0 * change * (knot - place.s)
+        if reached >= 0.0:
+            until = 2.0 * (knot - place.s) / (place.c + sqrt(reached)) / NANOSECOND
+            if until < duration + self.apart:
+                duration = max(round(until if until <= duration else 0.5 * until), self.apart)
         seconds = duration * NANOSECOND
-        c = max(0.0, place.c + change * seconds) if change != -place.c / seconds else 0.0
+        c = place.c + change * seconds
+        c = c if c > _AT_REST else 0.0
         s, end = place.s + 0.5 * (place.c + c) * seconds, float(self._trajectory.times[-1])
-        if s < end:
-            return self._place(s, c), duration
-        duration = max(ceil(2.0 * (end - place.s) / (place.c + c) / NANOSECOND), self.apart)
-        return self._place(end, c), duration
+        return self._place(s if s + NANOSECOND < end else end, c), duration
+
+    def _piece(self, s: float) -> int:
+        times = self._trajectory.times
+        return min(max(int(np.searchsorted(times, s, side="right")) - 1, 0), len(times) - 2)
 
     def _place(self, s: float, c: float) -> _Place:
-        times, seconds = self._trajectory.times, self._trajectory.seconds
-        piece = min(max(int(np.searchsorted(times, s, side="right")) - 1, 0), len(seconds) - 1)
-        h = float(seconds[piece])
-        u = (s - float(times[piece])) / h
+        piece = self._piece(s)
+        h = float(self._trajectory.seconds[piece])
+        u = (s - float(self._trajectory.times[piece])) / h
         return _Place(s, c, *(_horner(rows[piece], u) / h**order for order, rows in enumerate(self._derivatives)))
 
-    def _keeps(self, place: _Place, following: _Place, duration: int) -> bool:
-        """Whether the cubic between two points keeps to the limits, and to the curve in its middle."""
+    def _misses(self, place: _Place, following: _Place, duration: int) -> tuple[float, float]:
+        """By what share the cubic between two points is beyond a limit, and how far its middle is off the curve.
+
+        Where the trajectory is itself beyond a limit, it is that which counts.
+        """
         seconds = duration * NANOSECOND
         first, last = place.c * place.slope, following.c * following.slope
         mean = (following.q - place.q) / seconds
         ends = np.abs([6.0 * mean - 4.0 * first - 2.0 * last, 2.0 * first + 4.0 * last - 6.0 * mean]) / seconds
-        if not ((ends <= self._most).all() and (np.abs(3.0 * mean - first - last) <= self._fastest).all()):
-            return False
+        most = _raised(self._most, place.bend * place.c**2, following.bend * following.c**2)
+        share = max(
+            (ends / most).max(), (np.abs(3.0 * mean - first - last) / _raised(self._fastest, first, last)).max()
+        )
         halfway = self._place(place.s + 0.125 * (3.0 * place.c + following.c) * seconds, 0.0)
         middle = 0.5 * (place.q + following.q) + 0.125 * seconds * (first - last)
-        return bool(np.abs(middle - halfway.q).max() <= _OFF)
+        return float(share) - 1.0, float(np.abs(middle - halfway.q).max())
 
 
 def _horner(coefficients: Floats, u: float) -> Floats:
@@ -175,8 +196,14 @@ def _horner(coefficients: Floats, u: float) -> Floats:
     return value
 
 
-def _least(place: _Place, c: float, most: Floats) -> float:
-    """The least dc/dt that keeps accelerations within ``most`` (dof,) at a place passed at c."""
-    curved, slope = place.bend * c**2, np.abs(place.slope)
+def _raised(limit: Floats, first: Floats, last: Floats) -> Floats:
+    """Limits (dof,), or what is beyond them already at one of two places."""
+    own = np.maximum(np.abs(first), np.abs(last))
+    return np.where(own > limit, (1.0 + _KEPT) * own, limit)
+
+
+def _least(place: _Place, most: Floats) -> float:
+    """The least dc/dt that keeps accelerations within ``most`` (dof,) at a place."""
+    curved, slope = place.bend * place.c**2, np.abs(place.slope)
     allowed = np.maximum((1.0 - _KEPT) * most, np.abs(curved)) + np.sign(place.slope) * curved
     return float(np.max(-allowed / np.where(slope > 0.0, slope, 1.0), where=slope > 0.0, initial=-np.inf))
