@@ -74,6 +74,10 @@ class MotionLimits:
         _require_within_urdf(robot, limits)
         return limits
 
+    def given(self, kind: str) -> bool:
+        """Whether somebody gives a limit of this kind; else it is assumed for want of any."""
+        return not self.source[kind].startswith("assumed")
+
     def times(self, share: float) -> MotionLimits:
         """A share of all of them."""
         return replace(self, **{kind: frozen(share * getattr(self, kind)) for kind in KINDS})
