@@ -58,8 +58,8 @@ def test_what_is_allowed_beyond_is_kept_to_and_used() -> None:
         paid.append(float(dear_off_the_path(q[:-1], q[1:]).sum()))
         durations.append(motion.duration)
     of_path = float(dear_off_the_path(PATH[:-1], PATH[1:]).sum())
-    assert paid[1] <= 1.01 * max(paid[0], of_path)
-    assert paid[2] <= 1.01 * max(paid[0], 2.0 * of_path)
+    assert paid[1] <= 1.02 * max(paid[0], of_path)  # what is kept to is measured along chords of 0.1 rad
+    assert paid[2] <= 1.02 * max(paid[0], 2.0 * of_path)
     assert durations[0] >= durations[1] > durations[3]
 
 
