@@ -30,14 +30,17 @@ def check(
     """Check a joint path or trajectory from any source again: limits, contacts, clearance, proofs, manipulability.
 
     PATH is a plan.json, a JSON list of rows, {"joints": [...], "path": [...]}, a trajectory message with joint_names
-    and points as JSON, or a CSV; columns with names are put in order and others left out. Values are rad (m where a
-    joint slides), the motion between two rows is straight in joint space.
+    and points as JSON, or a CSV; columns with names are put in order, those of joints that are not planned are left out
+    with a note, and what nobody knows is refused. Values are rad (m where a joint slides), the motion between two rows
+    is straight in joint space.
 
     Rows with times are a trajectory: a trajectory.json or its folder, a JointTrajectory, RobotTrajectory or
     FollowJointTrajectory goal as JSON or YAML, a CSV with a column t or time, an .npz with t, q and qd, or a bag of
     ROS 2 in MCAP. Then what a ROS 2 joint trajectory controller makes of it is checked (lines, with velocities cubics,
     with accelerations quintics) against the limits on velocity, acceleration and jerk too: those of the options, else
-    of the trajectory.json, else the robot's own. Examples:
+    of the trajectory.json, else the robot's own. Where a velocity or an acceleration jumps at a point, the acceleration
+    or the jerk is infinite: beyond every limit that somebody gives, and not judged, which is said, where it is assumed
+    for want of any. Examples:
 
     planner check out/plan.json
 

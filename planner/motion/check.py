@@ -138,7 +138,7 @@ def _earliest(*contacts: TrajectoryContact | None) -> TrajectoryContact | None:
 
 def _samples(trajectory: Trajectory, judge: CollisionChecker, step: float) -> Iterator[Floats]:
     """Places u (n,) in [0, 1] on each piece, both ends included, no point moving further than ``step`` between them."""
-    fastest = trajectory.largest(1) * np.diff(trajectory.times)[:, None]
+    fastest = trajectory.largest(1) * trajectory.seconds[:, None]
     motion = judge.world.reach.motion(fastest).max(axis=1, initial=0.0)
     for count in np.maximum(1, np.ceil(motion / step)).astype(int):
         yield np.linspace(0.0, 1.0, count + 1)

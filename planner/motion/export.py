@@ -19,6 +19,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import FileError, OptionError
 from planner.motion.ros_bag import write_bag
+from planner.motion.smoothing import apart_for
 from planner.motion.trajectory import DEGREE, Trajectory
 
 Format = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
@@ -46,8 +47,8 @@ def export(trajectory: Trajectory, kind: Format, rate: float | None = None, skip
     nanoseconds = _knots(trajectory, rate)
     if skip_first_point:
         nanoseconds = nanoseconds[1:]
-    t = trajectory.times[0] + nanoseconds / _PER_SECOND
-    columns = [_values(trajectory, t, order) for order in range((DEGREE[trajectory.interpolation] + 1) // 2)]
+    clock = trajectory.nanoseconds[0] + nanoseconds
+    columns = [_values(trajectory, clock, order) for order in range((DEGREE[trajectory.interpolation] + 1) // 2)]
     if kind == "csv":
         return _csv(trajectory.joints, nanoseconds, columns).encode()
     if kind == "npz":
@@ -71,19 +72,32 @@ def goal_command(file: Path) -> str:
 
 def _knots(trajectory: Trajectory, rate: float | None) -> Ints:
     """Whole nanoseconds from the first knot of all points, strictly increasing."""
-    since = trajectory.times - trajectory.times[0]
-    if since[-1] > _LONGEST:
-        raise FileError(f"the trajectory takes {since[-1]:g} s: a ROS duration holds {_LONGEST} s; give a shorter one.")
-    knots = np.round(since * _PER_SECOND).astype(np.int64)
-    if (np.diff(knots) <= 0).any():
-        raise FileError("two knots of the trajectory are less than a nanosecond apart: time the path anew.")
+    knots = trajectory.nanoseconds - trajectory.nanoseconds[0]
+    if knots[-1] > _LONGEST * _PER_SECOND:
+        seconds = trajectory.duration
+        raise FileError(f"the trajectory takes {seconds:g} s: a ROS duration holds {_LONGEST} s; give a shorter one.")
     if rate is None:
         return knots
     require_rate(rate)
-    more = np.round(np.arange(1, int(since[-1] * rate) + 1) / rate * _PER_SECOND).astype(np.int64)
+    apart = _apart(trajectory, rate)
+    more = np.round(np.arange(1, int(trajectory.duration * rate) + 1) / rate * _PER_SECOND).astype(np.int64)
     behind = np.searchsorted(knots, more).clip(1, len(knots) - 1)
     away = np.minimum(np.abs(more - knots[behind - 1]), np.abs(knots[behind] - more))
-    return np.union1d(knots, more[(away >= _NEAR / rate * _PER_SECOND) & (more < knots[-1])])
+    return np.union1d(knots, more[(away >= apart) & (more < knots[-1])])
+
+
+def _apart(trajectory: Trajectory, rate: float) -> float:
+    """Nanoseconds that a further point keeps from a knot; :class:`OptionError` for a rate that is too high for that."""
+    near = _NEAR / rate * _PER_SECOND
+    if trajectory.limits is None:
+        return near
+    apart = apart_for(trajectory.limits, trajectory.knots())
+    if apart * rate > _PER_SECOND:
+        raise OptionError(
+            f"rate {rate:g} Hz is too high for this trajectory: the rounding of positions in points that near to one "
+            f"another breaks its limits; give {10 * _PER_SECOND // apart / 10:g} Hz or less."
+        )
+    return max(near, apart)
 
 
 def require_rate(rate: float) -> None:
@@ -92,11 +106,11 @@ def require_rate(rate: float) -> None:
         raise OptionError(f"rate {rate:g} Hz is not usable: give a number from 0.1 to 10000.")
 
 
-def _values(trajectory: Trajectory, t: Floats, order: int) -> Floats:
-    """Positions (n, dof) at ``t`` (n,), or a derivative; at knots what :meth:`Trajectory.knots` says."""
-    found, knots = trajectory.at(t, order), trajectory.knots(order)
-    row = np.searchsorted(trajectory.times, t - 0.5 / _PER_SECOND).clip(0, len(trajectory.times) - 1)
-    at_knot = np.abs(trajectory.times[row] - t) < 0.5 / _PER_SECOND
+def _values(trajectory: Trajectory, clock: Ints, order: int) -> Floats:
+    """Positions (n, dof) at ``clock`` (n,) ns, or a derivative; at knots what :meth:`Trajectory.knots` says."""
+    found, knots = trajectory.at_nanoseconds(clock, order), trajectory.knots(order)
+    row = np.searchsorted(trajectory.nanoseconds, clock)
+    at_knot = trajectory.nanoseconds[row] == clock
     found[at_knot] = knots[row[at_knot]]
     return found
 

@@ -16,7 +16,7 @@ from planner.collision.clearance import Clearance
 from planner.collision.coal import CoalInTime
 from planner.collision.in_time import TimedProver, moving_world
 from planner.collision.world import Contact
-from planner.motion.trajectory import Trajectory
+from planner.motion.trajectory import NANOSECOND, Trajectory
 from planner.world.moving import MovingObstacle
 
 _HALVINGS = 12  # of the piece in which a horizon ends
@@ -54,13 +54,39 @@ class TimeProof:
 
 def prove_in_time(trajectory: Trajectory, checker: CollisionChecker) -> TimeProof:
     """The proofs of a trajectory against what moves in the checker's scene."""
+    return _prove(trajectory.coefficients, _spans(trajectory), checker)
+
+
+def prove_stop_in_time(trajectory: Trajectory, t: float, stop: Trajectory, checker: CollisionChecker) -> TimeProof:
+    """Of a trajectory until ``t`` s, its ``stop`` from there on, and standing until all known motions have ended."""
     scene = checker.world.scene
-    free, until = np.ones(len(trajectory.coefficients), dtype=bool), np.inf
+    if not scene.moving and not scene.limited:
+        return _prove(stop.coefficients, _spans(stop), checker)
+    count = int(np.searchsorted(trajectory.times[:-1], t))
+    pieces, spans = trajectory.coefficients[:count].copy(), _spans(trajectory)[:count]
+    if count:
+        spans[-1, 1] = t - spans[-1, 0]
+        share = spans[-1:, 1] / trajectory.seconds[count - 1]
+        pieces[-1:] = part(pieces[-1:], np.zeros(1), share)
+    end = t + stop.duration
+    until = max((float(item.motion.end) for item in scene.moving), default=end)
+    still = np.array([[end, max(until - end, NANOSECOND), 0.0]])
+    later = _spans(stop) + np.array([t, 0.0, 0.0])
+    made = [pieces, stop.coefficients, stop.coefficients[-1:].sum(axis=1, keepdims=True)]
+    degree = max(rows.shape[1] for rows in made)
+    made = [np.pad(rows, ((0, 0), (0, degree - rows.shape[1]), (0, 0))) for rows in made]
+    return _prove(np.concatenate(made), np.concatenate([spans, later, still]), checker)
+
+
+def _prove(coefficients: Floats, spans: Floats, checker: CollisionChecker) -> TimeProof:
+    """Of pieces (k, degree + 1, dof) one after the other, each begun and taking as long as its span (k, 3) says."""
+    scene = checker.world.scene
+    free, until = np.ones(len(coefficients), dtype=bool), np.inf
     if scene.moving:
         known = TimedProver(checker, scene.moving)
-        free = known.free(trajectory.coefficients, _spans(trajectory)) & known.starts(trajectory.at(0.0)[0])
+        free = known.free(coefficients, spans) & known.starts(coefficients[0, 0])
     if scene.limited:
-        until = certified_horizon(trajectory, TimedProver(checker, limited=scene.limited))
+        until = _horizon(coefficients, spans, TimedProver(checker, limited=scene.limited))
     limits = {item.name: item.speed_limit for item in scene.limited}
     return TimeProof(tuple(item.name for item in scene.moving), free, limits, until)
 
@@ -68,7 +94,7 @@ def prove_in_time(trajectory: Trajectory, checker: CollisionChecker) -> TimeProo
 def _spans(trajectory: Trajectory) -> Floats:
     """(k, 3) when each piece begins and how long it takes."""
     begin = trajectory.times[:-1]
-    return np.column_stack([begin, np.diff(trajectory.times), np.zeros_like(begin)])
+    return np.column_stack([begin, trajectory.seconds, np.zeros_like(begin)])
 
 
 def certified_horizon(trajectory: Trajectory, prover: TimedProver) -> float:
@@ -76,22 +102,25 @@ def certified_horizon(trajectory: Trajectory, prover: TimedProver) -> float:
 
     Beyond the trajectory's end the robot stands; inf where nothing is checked.
     """
-    first, last = trajectory.at(0.0)[0], trajectory.at(trajectory.times[-1])[0]
+    return _horizon(trajectory.coefficients, _spans(trajectory), prover)
+
+
+def _horizon(coefficients: Floats, spans: Floats, prover: TimedProver) -> float:
+    first, last = coefficients[0, 0], coefficients[-1].sum(axis=0)
     if not prover.starts(first):
         return 0.0
-    if _standing_until(prover, first) < trajectory.times[0]:
+    if _standing_until(prover, first) < spans[0, 0]:
         return _standing_until(prover, first)
-    spans = _spans(trajectory)
-    free = prover.free(trajectory.coefficients, spans)
+    free = prover.free(coefficients, spans)
     if free.all():
-        return max(float(trajectory.times[-1]), _standing_until(prover, last))
+        return max(float(spans[-1, :2].sum()), _standing_until(prover, last))
     k = int(np.argmin(free))
     begin, duration, _ = spans[k].tolist()
     share, step = 0.0, 0.5
     for _ in range(_HALVINGS):
         low, high = np.array([share]), np.array([share + step])
         span = np.array([[begin + share * duration, step * duration, 0.0]])
-        if prover.free(part(trajectory.coefficients[k : k + 1], low, high), span)[0]:
+        if prover.free(part(coefficients[k : k + 1], low, high), span)[0]:
             share += step
         step *= 0.5
     return begin + share * duration
@@ -140,7 +169,7 @@ def _moments(
     trajectory: Trajectory, checker: CollisionChecker, fastest: float, step: float
 ) -> Iterator[tuple[Floats, Floats]]:
     """Configurations (n, dof) and times (n,) of each piece, no point moving farther than ``step`` between two."""
-    seconds = np.diff(trajectory.times)
+    seconds = trajectory.seconds
     motion = checker.world.reach.motion(trajectory.largest(1) * seconds[:, None]).max(axis=1, initial=0.0)
     counts = np.maximum(1, np.ceil((motion + fastest * seconds) / step)).astype(int)
     for piece, count in enumerate(counts):

@@ -16,6 +16,8 @@ from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
 from planner.world.robot import Robot
 
 KINDS = ("velocity", "acceleration", "jerk")
+LEAST_JERK = 15 / 8, 10 / np.sqrt(3), 60.0  # largest derivatives of 10 u³ - 15 u⁴ + 6 u⁵, quintics from rest to rest
+USED = 0.999  # share of every limit that motions use, so that braking along the same curve can keep to all of it
 UNITS = {"velocity": "/s", "acceleration": "/s²", "jerk": "/s³"}
 
 ASSUMED_VELOCITY = 1.0  # rad/s, m/s
@@ -72,6 +74,10 @@ class MotionLimits:
             limits = _scaled(limits, kind, scales.get(kind, 1.0) if share is None else share, asked, share)
         _require_within_urdf(robot, limits)
         return limits
+
+    def given(self, kind: str) -> bool:
+        """Whether somebody gives a limit of this kind; else it is assumed for want of any."""
+        return not self.source[kind].startswith("assumed")
 
     def times(self, share: float) -> MotionLimits:
         """A share of all of them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,7 @@ from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.motion.in_time import TimeProof, prove_in_time
+from planner.motion.jumps import Jump, largest_jump
 from planner.motion.limits import KINDS, MotionLimits
 from planner.motion.trajectory import Trajectory
 from planner.query.resolve import beyond_limits
@@ -26,7 +28,10 @@ ASSUMES = "the geometry of robot and scene as given, a controller that follows t
 
 @dataclass(frozen=True)
 class Excess:
-    """A limit that is exceeded: ``joint`` reaches ``value`` instead of ``limit`` between ``begin`` and ``end`` s."""
+    """A limit that is exceeded: ``joint`` reaches ``value`` instead of ``limit`` between ``begin`` and ``end`` s.
+
+    ``value`` is infinite where a velocity or an acceleration jumps.
+    """
 
     kind: str  # position, velocity, acceleration or jerk
     joint: str
@@ -41,7 +46,8 @@ class MotionProof:
     """The verdicts (k,) on a trajectory's pieces, the limits that it breaks, the floor under w, and what moves.
 
     ``pair`` (k,) is what stopped a piece's proof. ``floor_holds`` (k,) says where w is proven to stay above ``floor``;
-    of the stretches from a start and to a goal below the floor nothing is asked.
+    of the stretches from a start and to a goal below the floor nothing is asked. ``unjudged`` are kinds of limits that
+    are infinite by the ``jump`` of what they limit the change of, and that nobody gives: they are assumed.
     """
 
     verdict: Ints
@@ -50,6 +56,8 @@ class MotionProof:
     floor: float
     floor_holds: Bools
     in_time: TimeProof
+    jump: Jump | None = None
+    unjudged: tuple[str, ...] = ()
 
     @property
     def free(self) -> bool:
@@ -59,7 +67,8 @@ class MotionProof:
     @property
     def whole(self) -> bool:
         """All that was asked is proven."""
-        return self.free and not self.excesses and bool(self.floor_holds.all()) and self.in_time.whole
+        limits = not self.excesses and not self.unjudged
+        return self.free and limits and bool(self.floor_holds.all()) and self.in_time.whole
 
     def to_dict(self, margin: float, library: str) -> dict[str, Any]:
         """The proof as ``trajectory.json`` has it."""
@@ -69,6 +78,7 @@ class MotionProof:
             "margin": margin,
             "collision": library,
             "limits_exceeded": [excess.kind for excess in self.excesses],
+            **({"limits_not_judged": list(self.unjudged)} if self.unjudged else {}),
             "assumes": ASSUMES,
         }
         if self.floor > 0:
@@ -77,13 +87,26 @@ class MotionProof:
 
 
 def prove_motion(
-    trajectory: Trajectory, prover: EdgeProver, limits: MotionLimits, floor: float = 0.0, room: float = PROOF
+    trajectory: Trajectory,
+    prover: EdgeProver,
+    limits: MotionLimits,
+    floor: float = 0.0,
+    room: float = PROOF,
+    *,
+    kinds: Sequence[str] = KINDS,
+    in_time: TimeProof | None = None,
 ) -> MotionProof:
-    """Prove the pieces free, the limits kept by their exact extrema, and w above ``floor`` once it is reached."""
+    """Prove the pieces free, the limits kept by their exact extrema, and w above ``floor`` once it is reached.
+
+    Of the limits those of the first ``kinds`` are asked for; ``in_time`` is what is proven in time already.
+    """
     verdict, pair = _free(trajectory, prover, room)
     holds = floor_holds(trajectory, prover.robot, floor)
-    excesses = limits_exceeded(trajectory, prover.robot, limits)
-    return MotionProof(verdict, pair, excesses, floor, holds, prove_in_time(trajectory, prover.checker))
+    excesses = limits_exceeded(trajectory, prover.robot, limits, kinds)
+    in_time = in_time or prove_in_time(trajectory, prover.checker)
+    jump = largest_jump(trajectory, limits)
+    unjudged = tuple(kind for kind in kinds if jump and kind in jump.infinite and not limits.given(kind))
+    return MotionProof(verdict, pair, excesses, floor, holds, in_time, jump, unjudged)
 
 
 def _free(trajectory: Trajectory, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:
@@ -113,12 +136,20 @@ def floor_holds(trajectory: Trajectory, robot: Robot, floor: float) -> Bools:
     return holds
 
 
-def limits_exceeded(trajectory: Trajectory, robot: Robot, limits: MotionLimits) -> tuple[Excess, ...]:
-    """The worst excess of each kind of limit, by the exact extrema of every piece."""
-    found = [_position_excess(trajectory, robot)]
-    for order, kind in enumerate(KINDS, start=1):
-        if trajectory.coefficients.shape[1] == 2 and order > 1:
-            break  # lines: the velocity jumps, which no limit on its change allows; the law says so
+def limits_exceeded(
+    trajectory: Trajectory, robot: Robot, limits: MotionLimits, kinds: Sequence[str] = KINDS
+) -> tuple[Excess, ...]:
+    """The worst excess of each kind of limit, by the exact extrema of every piece; of derivatives of ``kinds``.
+
+    Where a derivative jumps at a point, the next one is infinite, beyond any limit that somebody gives. One that is
+    assumed for want of any does not judge it.
+    """
+    found, jump = [_position_excess(trajectory, robot)], largest_jump(trajectory, limits)
+    for order, kind in enumerate(kinds, start=1):
+        if jump and kind in jump.infinite and limits.given(kind):
+            most = float(getattr(limits, kind)[trajectory.joints.index(jump.joint)])
+            found.append(Excess(kind, jump.joint, np.inf, most, jump.time, jump.time))
+            continue
         most = getattr(limits, kind)
         share, piece, joint = trajectory.worst(order, most, 1.0)
         if share > 1.0 + ROUNDING:

@@ -11,6 +11,7 @@ from planner.base.errors import choices
 from planner.collision.edge_prover import Verdict
 from planner.motion.check import TrajectoryReport
 from planner.motion.in_time import TimeProof
+from planner.motion.jumps import Jump
 from planner.motion.limits import KINDS, UNITS
 from planner.motion.proof import Excess
 from planner.paths.report import circumstances, counted
@@ -30,11 +31,17 @@ def verdict_sentence(report: TrajectoryReport) -> str:
         return f"Not usable: {_contact(report)}."
     undecided = int(((report.proof.verdict == Verdict.UNDECIDED) | ~report.proof.in_time.free).sum())
     horizon = f" With what may move: {_horizon(report.proof.in_time)}." if report.proof.in_time.limits else ""
+    limits, unjudged = "all limits", ""
+    if report.proof.unjudged and report.proof.jump:
+        judged = [kind for kind in ("position", *KINDS) if kind not in report.proof.unjudged]
+        limits = f"the limits on {' and '.join(judged)}"
+        left_open = " and ".join(report.proof.unjudged)
+        unjudged = f"; {left_open} not judged, as {_jump(report, report.proof.jump)} and nobody gives a limit"
     if not undecided:
         whole = "every piece between two points is proven free as a whole"
-        return f"Free and within all limits, at every moment; {whole}.{horizon}"
+        return f"Free and within {limits}, at every moment; {whole}{unjudged}.{horizon}"
     left = f"{counted(undecided, 'piece')} could not be proven"
-    return f"Within all limits, and free wherever it was sampled; {left}.{horizon}"
+    return f"Within {limits}, and free wherever it was sampled; {left}{unjudged}.{horizon}"
 
 
 def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
@@ -48,11 +55,14 @@ def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
     found = report.trajectory
     begin = f", beginning {found.times[0]:.3f} s after the start" if found.times[0] > 0 else ""
     rows = [("trajectory", f"{size}, {found.duration:.3f} s{begin}, run as {found.interpolation} between them"), *rows]
+    rows += [("note", note) for note in _notes(report)]
     broken = {excess.kind: excess for excess in report.proof.excesses}
     rows.append(("joint limits", excess_text(report, broken["position"]) if "position" in broken else "within limits"))
     for order, kind in enumerate(KINDS, start=1):
         share = _share(report, order, kind)
-        text = f"{100 * share:.1f} % of the limit at most" if share is not None else "jumps: lines have no finite one"
+        text = "" if share is None else f"{100 * share:.1f} % of the limit at most"
+        if report.proof.jump and kind in report.proof.unjudged:
+            text = f"infinite, as {_jump(report, report.proof.jump)}; not judged, as nobody gives a limit"
         rows.append((kind, excess_text(report, broken[kind]) if kind in broken else text))
     rows.append(("first contact", _contact(report)))
     proven = int((report.proof.verdict == Verdict.FREE).sum())
@@ -95,6 +105,7 @@ def report_record(report: TrajectoryReport) -> dict[str, Any]:
         "fault": report.fault,
         "degrees": report.degrees,
         "limits": report.limits.to_dict(),
+        "notes": _notes(report),
     }
     if found is None or proof is None or report.w is None:
         return record
@@ -102,7 +113,11 @@ def report_record(report: TrajectoryReport) -> dict[str, Any]:
         "duration": found.duration,
         "interpolation": found.interpolation,
         "shares": {kind: _share(report, order, kind) for order, kind in enumerate(KINDS, start=1)},
-        "exceeded": [asdict(excess) for excess in proof.excesses],
+        "exceeded": [
+            asdict(excess) | {"value": excess.value if np.isfinite(excess.value) else None} for excess in proof.excesses
+        ],
+        "jump": None if proof.jump is None else asdict(proof.jump),
+        "not_judged": list(proof.unjudged),
         "contact": _contact_record(report),
         "pieces": {verdict.name.lower(): int((proof.verdict == verdict).sum()) for verdict in Verdict},
         "manipulability": {"min": float(report.w.min()), "mean": float(report.w.mean())},
@@ -120,6 +135,11 @@ def excess_text(report: TrajectoryReport, excess: Excess) -> str:
             f"joint '{excess.joint}' is at {excess.value:.6g} {times}, {abs(excess.value - excess.limit):.3g} {unit} "
             f"beyond its limit of {excess.limit:.6g}"
         )
+    if not np.isfinite(excess.value) and report.proof is not None and report.proof.jump is not None:
+        remedy = {"lines": "; give velocities too", "cubics": "; give accelerations too"}
+        also = "" if report.trajectory is None else remedy.get(report.trajectory.interpolation, "")
+        infinite = f"an infinite {excess.kind} where the limit is {excess.limit:g} {unit}"
+        return f"{_jump(report, report.proof.jump)}: {infinite}{also}"
     more = 100 * (excess.value / excess.limit - 1)
     return (
         f"joint '{excess.joint}' reaches {excess.value:.6g} {unit} of {excess.kind} {times}, {more:.3g} % over its "
@@ -127,10 +147,23 @@ def excess_text(report: TrajectoryReport, excess: Excess) -> str:
     )
 
 
+def _jump(report: TrajectoryReport, jump: Jump) -> str:
+    """Which joint jumps by how much and when, as part of a sentence."""
+    robot = report.checker.robot
+    unit = ("m" if robot.prismatic[robot.joints.index(jump.joint)] else "rad") + UNITS[jump.what]
+    largest = "" if jump.count == 1 else f" (the largest of {jump.count} jumps)"
+    return f"the {jump.what} of joint '{jump.joint}' jumps by {jump.size:.4g} {unit} at {jump.time:.3f} s{largest}"
+
+
+def _notes(report: TrajectoryReport) -> list[str]:
+    """What of the file is left aside, and what is not known of its beginning."""
+    return [*report.points.notes, *report.points.beginning()]
+
+
 def _share(report: TrajectoryReport, order: int, kind: str) -> float | None:
-    """The largest share of a limit that is used; None for the accelerations of lines."""
-    found = report.trajectory
-    if found is None or (found.interpolation == "lines" and order > 1):
+    """The largest share of a limit that is used; None where a jump makes it infinite."""
+    found, proof = report.trajectory, report.proof
+    if found is None or proof is None or (proof.jump is not None and kind in proof.jump.infinite):
         return None
     return found.worst(order, getattr(report.limits, kind))[0]
 

@@ -64,14 +64,18 @@ def write_bag(message: dict[str, Any]) -> bytes:
     return file.getvalue()
 
 
-def read_bag(path: Path, where: str) -> dict[str, Any]:
-    """The first JointTrajectory of an MCAP file as plain data; :class:`FileError` where there is none."""
+def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
+    """The first JointTrajectory of an MCAP file as plain data, and how many it has; :class:`FileError` for none."""
     library = require_mcap("reader")
     try:
         with path.open("rb") as file:
-            for schema, _, message in library.make_reader(file).iter_messages():
-                if schema is not None and schema.name == TYPE:
-                    return _decoded(message.data)
+            found = [
+                message.data
+                for schema, _, message in library.make_reader(file).iter_messages()
+                if schema is not None and schema.name == TYPE
+            ]
+        if found:
+            return _decoded(found[0]), len(found)
     except FileNotFoundError:
         raise FileError(f"{where} not found: check the path.") from None
     except Exception as error:  # of many kinds, as the library looks at what it reads

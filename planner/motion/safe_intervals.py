@@ -17,8 +17,8 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.progress import QUIET, Progress
 from planner.collision.in_time import TimedProver
-from planner.motion.limits import MotionLimits
-from planner.motion.trajectory import Trajectory
+from planner.motion.limits import LEAST_JERK, USED, MotionLimits
+from planner.motion.trajectory import NANOSECOND, Trajectory
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
 LAW = "safe-intervals"
@@ -26,7 +26,6 @@ _SHORTEST = 1e-6  # s: a shorter wait is none
 _CELL, _FINEST = 0.5, 1 / 64  # s: cells of time are halved from the one down to the other
 # of the motion from rest to rest along a line that has the least jerk: 10 u^3 - 15 u^4 + 6 u^5
 _QUINTIC = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
-_LARGEST = 15 / 8, 10 / np.sqrt(3), 60.0  # of its first three derivatives
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +62,7 @@ class RoadmapInTime:
     def __init__(self, roadmap: Roadmap, prover: TimedProver, limits: MotionLimits) -> None:
         self.roadmap, self.prover = roadmap, prover
         first, last = (roadmap.nodes[roadmap.edges[:, k]] for k in (0, 1))
-        self.seconds = rest_to_rest(prover.robot.difference(first, last), limits)
+        self.seconds = rest_to_rest(prover.robot.difference(first, last), limits.times(USED))
         self._stays: dict[int, Floats] = {}
         self._departures: dict[tuple[int, int], Floats] = {}
         self.neighbours: list[list[tuple[int, int]]] = [[] for _ in roadmap.nodes]  # (node, edge)
@@ -120,11 +119,15 @@ class RoadmapInTime:
 
 
 def rest_to_rest(delta: Floats, limits: MotionLimits) -> Floats:
-    """Seconds (n,) in which straight motions (n, dof) of least jerk keep the limits, from rest to rest."""
+    """Seconds (n,) in which straight motions (n, dof) of least jerk keep the limits, from rest to rest.
+
+    Whole nanoseconds, one more than it takes: when they begin and end is rounded to these.
+    """
     size = np.abs(delta)
     kinds = limits.velocity, limits.acceleration, limits.jerk
-    shares = [(most * size / limit) ** (1 / k) for k, (most, limit) in enumerate(zip(_LARGEST, kinds, strict=True), 1)]
-    return np.max(shares, axis=(0, 2), initial=1e-3) * (1 + 1e-9)
+    pairs = enumerate(zip(LEAST_JERK, kinds, strict=True), 1)
+    shares = [(most * size / limit) ** (1 / order) for order, (most, limit) in pairs]
+    return (np.ceil(np.max(shares, axis=(0, 2), initial=1e-3) / NANOSECOND) + 1.0) * NANOSECOND
 
 
 def certified_stretches(proven: Callable[[Floats, Floats], Bools], end: float) -> Floats:

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import ceil, sqrt
+from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats, numbers
 from planner.base.polynomials import derivative
-from planner.motion.limits import MotionLimits
-from planner.motion.trajectory import Trajectory
+from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import EdgeProver
+from planner.motion.in_time import prove_stop_in_time
+from planner.motion.limits import KINDS, MotionLimits
+from planner.motion.proof import prove_motion
+from planner.motion.smoothing import apart_for
+from planner.motion.trajectory import NANOSECOND, Trajectory
 
-_LONGEST = 4e-3  # s of the trajectory between two changes of the braking
-_SHORTEST = 1e-5  # s: the noise of cubics between nearer knots grows with 1 / h²
+_LIMITED = KINDS[:2]  # where braking begins the acceleration jumps: no limit on the jerk can be kept
+_LONGEST, _NEAREST = 4_000_000, 1_000  # ns of braking between two points
+_NOISE = 1e-4  # of a limit: what the rounding of positions may take
 _STILL = 1e-9  # rad/s: no motion to brake
-_AT_REST = 1e-6  # of x: what is left is braked away on the same step
-_KEPT = 5e-4  # share of the acceleration that is kept in hand for the cubics between the knots
+_KEPT = 5e-4  # share of the acceleration that is kept in hand for the cubics between the points
+_ROUNDING = 1e-9  # of a limit, so that what is computed from the points is within it
+_SOFTER = 1.0, 0.97, 0.8, 0.5, 0.0  # of the hardest braking, where the cubic is beyond a limit with all of it
+_AT_REST = 1e-9  # of ds/dt: what is left is rounding
+_OFF = 1e-7  # rad (m): how far the cubics leave the curve, in their middle
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,92 +35,175 @@ class Stop:
 
     It ends where the original is at ``rest`` s. ``excess`` is by what share it exceeds a limit on velocity or
     acceleration, 0 where it keeps them all. When braking begins the acceleration jumps: jerk is not limited.
+    ``trajectory.proven`` says whether all else is proven of its own pieces; that takes a checker.
     """
 
     trajectory: Trajectory
     rest: float
     excess: float
 
+    @property
+    def proven(self) -> bool:
+        """Within limits on velocity and acceleration, and every piece free; False where no checker was given."""
+        return self.trajectory.proven
 
-def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits) -> Stop:
+    def text(self) -> str:
+        """What is known of the stop, in one sentence."""
+        kept = "within limits" if self.excess == 0.0 else f"{100 * self.excess:.2g} % over a limit"
+        proof = "not proven: give stop_at the checker" if not self.trajectory.proof else "not proven"
+        return f"at rest after {self.trajectory.duration:.3f} s, {kept}, {'proven free' if self.proven else proof}"
+
+
+def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits, checker: CollisionChecker | None = None) -> Stop:
     """Brake from ``t`` s on as hard as ``limits`` allow while following the curve of ``trajectory``.
 
-    With c = ds/dt of the trajectory's own time s and x = c², the joints' acceleration is q' u + q'' x, dx/ds = 2 u: on
-    each interval the least u that keeps to the limits at both ends. u = 0 always does, as the trajectory keeps them
-    itself, so that at worst the motion ends where the trajectory does. Intervals are halved until the cubics between
-    their ends keep to the limits as well; :func:`planner.motion.timing.time_path` leaves room for these.
+    With c = ds/dt of the trajectory's own time s the joints' acceleration is q' dc/dt + q'' c²: from point to point c
+    falls evenly, by as much as keeps the cubic between the points within the limits. That it does not fall does so
+    always, as the trajectory keeps them itself (:func:`planner.motion.timing.time_path` leaves room for the cubics), so
+    that at worst the motion ends where the trajectory does. The cubics stay within 1e-7 rad of the curve. With a
+    ``checker`` they are proven; without one ``proven`` is False.
     """
     t = float(np.clip(numbers("t", t, ()), trajectory.times[0], trajectory.times[-1]))
-    if np.abs(trajectory.at(t, 1)).max() < _STILL or trajectory.times[-1] - t < _SHORTEST:
+    braking = _Braking(trajectory, limits)
+    if np.abs(trajectory.at(t, 1)).max() < _STILL or t == trajectory.times[-1]:
         q = np.repeat(trajectory.at(t), 2, axis=0)
-        still = Trajectory.through(trajectory.joints, np.array([0.0, _SHORTEST]), q, 0.0 * q, law="stop")
-        return Stop(still, t, 0.0)
-    braking, x, reached, clock = _Braking(trajectory, limits.acceleration), [1.0], [t], [0.0]
-    while x[-1] > 0.0 and reached[-1] < trajectory.times[-1]:
-        s, after, seconds = braking.step(reached[-1], x[-1])
-        reached.append(s)
-        x.append(after)
-        clock.append(clock[-1] + seconds)
-    s, speed = np.array(reached), np.sqrt(x)[:, None]
-    q, qd = trajectory.at(s), speed * trajectory.at(s, 1)
-    qd[-1] = 0.0
-    made = Trajectory.through(trajectory.joints, np.array(clock), q, qd, law="stop")
-    share = max(made.worst(1, limits.velocity, 1.0)[0], made.worst(2, limits.acceleration, 1.0)[0])
-    return Stop(made, reached[-1], max(0.0, share - 1.0))
+        made, rest = Trajectory(trajectory.joints, np.array([0, braking.apart]), (q, 0.0 * q), "stop"), t
+    else:
+        made, rest = braking.from_moment(t)
+    share = max(made.worst(order, getattr(limits, kind), 1.0)[0] for order, kind in enumerate(_LIMITED, 1))
+    made = replace(made, limits=limits)
+    if checker is not None:
+        proven, proof = _proof(trajectory, t, made, limits, checker)
+        made = replace(made, proven=proven, proof=proof)
+    return Stop(made, rest, max(0.0, share - 1.0))
+
+
+def _proof(
+    trajectory: Trajectory, t: float, made: Trajectory, limits: MotionLimits, checker: CollisionChecker
+) -> tuple[bool, dict[str, Any]]:
+    """Of the stop's own pieces; among what moves, of the trajectory until ``t``, and of standing from then on, too."""
+    in_time = prove_stop_in_time(trajectory, t, made, checker)
+    proof = prove_motion(made, EdgeProver(checker), limits, kinds=_LIMITED, in_time=in_time)
+    return proof.whole, proof.to_dict(checker.world.margin, checker.name)
+
+
+@dataclass(frozen=True, eq=False)
+class _Place:
+    """A moment s of the trajectory: position and its first two derivatives there (dof,), and c = ds/dt."""
+
+    s: float
+    c: float
+    q: Floats
+    slope: Floats
+    bend: Floats
 
 
 class _Braking:
-    """The steps of a stop along a trajectory within limits (dof,) on accelerations."""
+    """The steps of a stop along a trajectory within limits (dof,) on velocities and accelerations."""
 
-    def __init__(self, trajectory: Trajectory, most: Floats) -> None:
-        self._trajectory, self._most = trajectory, most
+    def __init__(self, trajectory: Trajectory, limits: MotionLimits) -> None:
+        self._trajectory = trajectory
+        self._fastest = (1.0 - _ROUNDING) * limits.velocity
+        self._most = (1.0 - _ROUNDING) * limits.acceleration
         self._derivatives = [derivative(trajectory.coefficients, order) for order in range(3)]
+        self.apart = apart_for(limits, trajectory.knots(), _LIMITED, _NEAREST, _NOISE)
 
-    def step(self, s: float, x: float) -> tuple[float, float, float]:
-        """The next moment of the trajectory, x there, and the seconds until then."""
-        times = self._trajectory.times
-        piece = int(self._trajectory.piece_at(np.array([s + 0.5 * _SHORTEST]))[0])
-        step = min(times[piece + 1] - s, _LONGEST)
-        if times[piece + 1] - s - step < _SHORTEST:
-            step = times[piece + 1] - s
+    def from_moment(self, t: float) -> tuple[Trajectory, float]:
+        """The motion to rest, and where on the trajectory that is."""
+        places, clock, duration = [self._place(t, 1.0)], [0], _LONGEST
+        while places[-1].c > 0.0 and places[-1].s < self._trajectory.times[-1]:
+            place, duration = self._step(places[-1], min(2 * duration, _LONGEST))
+            places.append(place)
+            clock.append(clock[-1] + duration)
+        q, qd = np.array([place.q for place in places]), np.array([place.c * place.slope for place in places])
+        qd[-1] = 0.0
+        return Trajectory(self._trajectory.joints, np.array(clock), (q, qd), "stop"), places[-1].s
+
+    def _step(self, place: _Place, duration: int) -> tuple[_Place, int]:
+        """The next point and the nanoseconds until then, ``duration`` at most."""
+        best, least = None, np.inf
         while True:
-            states = self._states(piece, s, step)
-            u = _least(states[1], states[2], x, step, self._most)
-            end = x + 2.0 * step * u
-            if end < _AT_REST:
-                rest = -0.5 * x / u if u < 0.0 else step
-                step, end = float(np.clip(rest, min(step, _SHORTEST), step)), 0.0
-                states = self._states(piece, s, step)
-            seconds = 2.0 * step / (np.sqrt(x) + np.sqrt(end))
-            if step < 2.0 * _SHORTEST or _keeps(states, np.sqrt([x, end]), seconds, self._most):
-                return min(s + step, float(times[-1])), end, seconds
-            step *= 0.5
+            hardest = self._hardest(place, duration)
+            for share in _SOFTER:
+                following, takes = self._after(place, share * hardest, duration)
+                over, off = self._misses(place, following, takes)
+                if over <= 0.0 and off <= _OFF:
+                    return following, takes
+                if duration <= self.apart and over < least:
+                    best, least = (following, takes), over
+            if best is not None:
+                return best
+            duration = max(duration // 2, self.apart)
 
-    def _states(self, piece: int, s: float, step: float) -> list[Floats]:
-        """Positions (2, dof) at both ends of an interval, first and second derivatives."""
-        h = float(np.diff(self._trajectory.times[piece : piece + 2])[0])
-        u = (np.array([[s], [s + step]]) - self._trajectory.times[piece]) / h
-        return [_horner(rows[piece], u) / h**order for order, rows in enumerate(self._derivatives)]
+    def _hardest(self, place: _Place, duration: int) -> float:
+        """The least dc/dt, 0 at most, that keeps to the accelerations at both ends of a step of ``duration`` ns."""
+        found = min(0.0, _least(place, self._most))
+        following, _ = self._after(place, found, duration)
+        return min(0.0, max(found, _least(following, self._most)))
+
+    def _after(self, place: _Place, change: float, duration: int) -> tuple[_Place, int]:
+        """Where braking at ``change`` (dc/dt) leads in ``duration`` ns, or until rest, or the trajectory's next knot.
+
+        There its jerk jumps: a cubic across it would be beyond what the trajectory itself keeps to.
+        """
+        if place.c + change * duration * NANOSECOND <= 0.0:
+            duration = max(ceil(-place.c / change / NANOSECOND), self.apart)
+            change = -place.c / (duration * NANOSECOND)
+        knot = float(self._trajectory.times[self._piece(place.s + 0.5 * NANOSECOND) + 1])
+        reached = place.c**2 + 2.0 * change * (knot - place.s)
+        if reached >= 0.0:
+            until = 2.0 * (knot - place.s) / (place.c + sqrt(reached)) / NANOSECOND
+            if until < duration + self.apart:
+                duration = max(round(until if until <= duration else 0.5 * until), self.apart)
+        seconds = duration * NANOSECOND
+        c = place.c + change * seconds
+        c = c if c > _AT_REST else 0.0
+        s, end = place.s + 0.5 * (place.c + c) * seconds, float(self._trajectory.times[-1])
+        return self._place(s if s + NANOSECOND < end else end, c), duration
+
+    def _piece(self, s: float) -> int:
+        times = self._trajectory.times
+        return min(max(int(np.searchsorted(times, s, side="right")) - 1, 0), len(times) - 2)
+
+    def _place(self, s: float, c: float) -> _Place:
+        piece = self._piece(s)
+        h = float(self._trajectory.seconds[piece])
+        u = (s - float(self._trajectory.times[piece])) / h
+        return _Place(s, c, *(_horner(rows[piece], u) / h**order for order, rows in enumerate(self._derivatives)))
+
+    def _misses(self, place: _Place, following: _Place, duration: int) -> tuple[float, float]:
+        """By what share the cubic between two points is beyond a limit, and how far its middle is off the curve.
+
+        Where the trajectory is itself beyond a limit, it is that which counts.
+        """
+        seconds = duration * NANOSECOND
+        first, last = place.c * place.slope, following.c * following.slope
+        mean = (following.q - place.q) / seconds
+        ends = np.abs([6.0 * mean - 4.0 * first - 2.0 * last, 2.0 * first + 4.0 * last - 6.0 * mean]) / seconds
+        most = _raised(self._most, place.bend * place.c**2, following.bend * following.c**2)
+        share = max(
+            (ends / most).max(), (np.abs(3.0 * mean - first - last) / _raised(self._fastest, first, last)).max()
+        )
+        halfway = self._place(place.s + 0.125 * (3.0 * place.c + following.c) * seconds, 0.0)
+        middle = 0.5 * (place.q + following.q) + 0.125 * seconds * (first - last)
+        return float(share) - 1.0, float(np.abs(middle - halfway.q).max())
 
 
-def _horner(coefficients: Floats, u: Floats) -> Floats:
-    value = np.broadcast_to(coefficients[-1], (len(u), coefficients.shape[1]))
+def _horner(coefficients: Floats, u: float) -> Floats:
+    value = coefficients[-1]
     for row in coefficients[-2::-1]:
         value = value * u + row
     return value
 
 
-def _least(slope: Floats, bend: Floats, x: float, step: float, most: Floats) -> float:
-    """The least u, 0 at most, that keeps accelerations within ``most`` (dof,) at both ends of an interval."""
-    allowed = np.maximum((1.0 - _KEPT) * most, np.abs(bend) * x)
-    by_u = np.stack([slope[0], slope[1] + 2.0 * step * bend[1]])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        low = np.where(by_u > 0, (-allowed - bend * x) / by_u, np.where(by_u < 0, (allowed - bend * x) / by_u, -np.inf))
-    return min(0.0, float(low.max()))
+def _raised(limit: Floats, first: Floats, last: Floats) -> Floats:
+    """Limits (dof,), or what is beyond them already at one of two places."""
+    own = np.maximum(np.abs(first), np.abs(last))
+    return np.where(own > limit, (1.0 + _KEPT) * own, limit)
 
 
-def _keeps(states: list[Floats], speed: Floats, seconds: float, most: Floats) -> bool:
-    """Whether the cubic between two states, passed at ``speed`` (2,), keeps accelerations within ``most`` (dof,)."""
-    delta, v = (states[0][1] - states[0][0]) / seconds, speed[:, None] * states[1]
-    ends = np.abs([6.0 * delta - 4.0 * v[0] - 2.0 * v[1], 2.0 * v[0] + 4.0 * v[1] - 6.0 * delta]) / seconds
-    return bool((ends <= most).all())
+def _least(place: _Place, most: Floats) -> float:
+    """The least dc/dt that keeps accelerations within ``most`` (dof,) at a place."""
+    curved, slope = place.bend * place.c**2, np.abs(place.slope)
+    allowed = np.maximum((1.0 - _KEPT) * most, np.abs(curved)) + np.sign(place.slope) * curved
+    return float(np.max(-allowed / np.where(slope > 0.0, slope, 1.0), where=slope > 0.0, initial=-np.inf))

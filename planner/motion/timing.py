@@ -14,15 +14,14 @@ from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.motion.curve import Curve, blends, rounded, straight, without_standstill
-from planner.motion.limits import KINDS, MotionLimits
+from planner.motion.limits import KINDS, USED, MotionLimits
 from planner.motion.proof import MotionProof, prove_motion
-from planner.motion.smoothing import Timed, knots_of, smoothed, standstill, window_for
+from planner.motion.smoothing import Spacing, Timed, knots_of, smoothed, standstill
 from planner.motion.time_optimal import quickest
 from planner.motion.time_shortcuts import Cost, Shortcuts, curve_cost, joint_motion
 from planner.motion.trajectory import Trajectory
 
 _NARROWEST = 1 / 64  # of half a segment: a corner that needs less room is stopped at
-USED = 0.999  # share of every limit that motions use, so that braking along the same curve can keep to all of it
 _EXTRA = 1e-7  # by so much more than needed is a motion slowed down that is a little too quick, so that once will do
 
 
@@ -140,14 +139,14 @@ def _levels(asked: _Asked) -> Floats:
 def _motion(asked: _Asked, curve: Curve) -> _Motion:
     """The smoothed motion along a curve, as slow as it takes to be within limits exactly."""
     limits = asked.limits.times(USED)
-    window = window_for(limits.acceleration, limits.jerk)
+    spacing = Spacing.of(limits, asked.path)
     if len(asked.path) == 1:
-        timed = standstill(asked.path[0], window)
+        timed = standstill(asked.path[0], spacing.window)
         return _Motion(curve, timed, _proof(asked, timed))
     phases = quickest(curve, limits.velocity, limits.acceleration)
     stretch, timed, needed = 1.0, None, np.inf
     while timed is None or needed > 1.0:
-        timed = smoothed(knots_of(curve, phases, stretch, window), window)
+        timed = smoothed(knots_of(curve, phases, stretch, spacing), spacing)
         needed = _stretch_needed(timed, limits)
         stretch *= needed * (1.0 + _EXTRA)
     return _Motion(curve, timed, _proof(asked, timed))

@@ -13,29 +13,54 @@ from planner.base.polynomials import bernstein, derivative, evaluate, extrema
 from planner.motion.limits import LimitError, MotionLimits
 
 if TYPE_CHECKING:
+    from planner.collision.checker import CollisionChecker
     from planner.motion.stopping import Stop
 
+NANOSECOND = 1e-9  # s
 Interpolation = Literal["lines", "cubics", "quintics"]
 _NOISE = 1e-12  # rad/s, rad/s²: what rounding makes of nothing
+_LONGEST = 9e9  # s: an int64 holds as many in nanoseconds
 DEGREE: dict[Interpolation, int] = {"lines": 1, "cubics": 3, "quintics": 5}
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """Joint positions as polynomials of time: piece i runs from ``times[i]`` to ``times[i + 1]``.
+    """Joint positions as polynomials of time between points at whole ``nanoseconds`` (k + 1,), strictly increasing.
 
-    ``coefficients`` (k, degree + 1, dof) are those of u = (t - times[i]) / (times[i + 1] - times[i]) in [0, 1],
-    ascending powers; ``times`` (k + 1,) s increase strictly. ``law`` says how the times came about, ``limits`` what
-    they were made for, ``proven`` whether all of it is proven, and ``proof`` what. Make one with :meth:`through`.
+    ``columns`` are positions (k + 1, dof) at the points, perhaps velocities and accelerations: lines, cubics or
+    quintics run through them, as in a ROS 2 joint trajectory controller. The points are all that there is, to the last
+    bit what an export holds; all else follows: ``times`` (k + 1,) s, ``seconds`` (k,) that piece i takes from
+    ``times[i]`` to ``times[i + 1]``, and ``coefficients`` (k, degree + 1, dof) of u in [0, 1] along it, ascending
+    powers.
+
+    ``law`` says how the times came about, ``limits`` what they were made for, ``proven`` whether all of it is proven,
+    and ``proof`` what. Of times in seconds make one with :meth:`through`.
     """
 
     joints: tuple[str, ...]
-    times: Floats
-    coefficients: Floats
+    nanoseconds: Ints
+    columns: tuple[Floats, ...]
     law: str = "given"
     limits: MotionLimits | None = None
     proven: bool = False
     proof: dict[str, Any] = field(default_factory=dict)
+    times: Floats = field(init=False)
+    seconds: Floats = field(init=False)
+    coefficients: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        clock, columns = frozen(self.nanoseconds, np.int64), tuple(map(frozen, self.columns))
+        late = np.flatnonzero(np.diff(clock) <= 0)
+        if len(late):
+            raise LimitError(
+                f"point {late[0] + 2} of the trajectory is not a nanosecond behind the one before it: "
+                "give times that increase."
+            )
+        # a difference of integers has no rounding; one of seconds is rounded by what the clock shows
+        seconds = np.diff(clock) / 1e9
+        made = {"nanoseconds": clock, "columns": columns, "times": frozen(clock / 1e9), "seconds": frozen(seconds)}
+        for name, value in (made | {"coefficients": frozen(_pieces(seconds[:, None], *columns))}).items():
+            object.__setattr__(self, name, value)
 
     @staticmethod
     def through(
@@ -47,20 +72,15 @@ class Trajectory:
         *,
         law: str = "given",
     ) -> Trajectory:
-        """The trajectory that a ROS 2 joint trajectory controller runs through points (k, dof) at ``times`` (k,).
+        """The trajectory through points (k, dof) at ``times`` (k,) s, to the nanosecond.
 
         Lines between positions only, cubics where velocities ``qd`` are given, quintics with accelerations ``qdd``.
-        Raises :class:`ArrayError` for other shapes, what is no finite number, and times that do not increase.
+        Raises :class:`ArrayError` for other shapes, what is no finite number, and times that do not increase, and
+        :class:`LimitError` where two times are the same to the nanosecond.
         """
         times, q, qd, qdd = _points(joints, times, q, qd, qdd)
-        h = np.diff(times)[:, None]
-        if qd is None:
-            pieces = [q[:-1], np.diff(q, axis=0)]
-        elif qdd is None:
-            pieces = _cubics(q, qd[:-1] * h, qd[1:] * h)
-        else:
-            pieces = _quintics(q, qd[:-1] * h, qd[1:] * h, qdd[:-1] * h**2, qdd[1:] * h**2)
-        return Trajectory(tuple(joints), frozen(times), frozen(np.stack(pieces, axis=1)), law)
+        given = (q,) if qd is None else (q, qd) if qdd is None else (q, qd, qdd)
+        return Trajectory(tuple(joints), whole_nanoseconds(times), given, law)
 
     @property
     def duration(self) -> float:
@@ -80,33 +100,46 @@ class Trajectory:
         if order < 0:
             raise ArrayError(f"there is no derivative of order {order}: give 0 for positions, 1 for velocities.")
         t = np.clip(numbers("t", np.atleast_1d(t), ("n",)), self.times[0], self.times[-1])
-        piece = self.piece_at(t)
-        h = np.diff(self.times)[piece]
-        slope = derivative(self.coefficients[piece], order)
-        return evaluate(slope, (t - self.times[piece]) / h) / h[:, None] ** order
+        piece = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.seconds) - 1)
+        return self.on(piece, t - self.times[piece], order)
 
-    def piece_at(self, t: Floats) -> Ints:
-        """The piece (n,) that each time (n,) lies on; at a knot the next one."""
-        return np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self.times) - 2)
+    def at_nanoseconds(self, clock: Ints, order: int = 0) -> Floats:
+        """As :meth:`at`, at whole nanoseconds (n,): nothing of the time since a knot is lost to rounding."""
+        clock = np.clip(clock, self.nanoseconds[0], self.nanoseconds[-1])
+        piece = self.piece_at(clock)
+        return self.on(piece, (clock - self.nanoseconds[piece]) / 1e9, order)
+
+    def on(self, piece: Ints, since: Floats, order: int = 0) -> Floats:
+        """Positions (n, dof) on pieces (n,), ``since`` (n,) s after their beginnings, or their derivative."""
+        h = self.seconds[piece]
+        slope = derivative(self.coefficients[piece], order)
+        return evaluate(slope, since / h) / h[:, None] ** order
+
+    def piece_at(self, clock: Ints) -> Ints:
+        """The piece (n,) that each moment (n,) ns lies on; at a knot the next one."""
+        return np.clip(np.searchsorted(self.nanoseconds, clock, side="right") - 1, 0, len(self.seconds) - 1)
 
     def knots(self, order: int = 0) -> Floats:
-        """Positions (k + 1, dof) at the knots, or their derivative; where it jumps, the mean of both sides.
+        """Positions (k + 1, dof) at the knots, or their derivative: what is given there, to the last bit.
 
-        A velocity or acceleration that is 0 but for rounding is 0.
+        What is not given may jump; then it is the mean of both sides, and 0 where it is 0 but for rounding.
         """
+        if order < len(self.columns):
+            return self.columns[order]
         before, after = self.ends(order)
         values = np.concatenate([after[:1], 0.5 * (before[:-1] + after[1:]), before[-1:]])
-        return np.where(np.abs(values) < _NOISE, 0.0, values) if order else values
+        return np.where(np.abs(values) < _NOISE, 0.0, values)
 
     def ends(self, order: int = 0) -> tuple[Floats, Floats]:
         """A derivative at the end and at the beginning of every piece (k, dof) each."""
-        slope, h = derivative(self.coefficients, order), np.diff(self.times)[:, None]
+        slope, h = derivative(self.coefficients, order), self.seconds[:, None]
         return slope.sum(axis=1) / h**order, slope[:, 0] / h**order
 
-    def stop_at(self, t: float) -> Stop:
+    def stop_at(self, t: float, checker: CollisionChecker | None = None) -> Stop:
         """Braking from ``t`` s on along the same curve, within the limits that the trajectory was made for.
 
-        Raises :class:`LimitError` where it was made for none: see :func:`planner.motion.stopping.stop_at`.
+        It is proven where a ``checker`` is given, and only there. Raises :class:`LimitError` where the trajectory was
+        made for no limits: see :func:`planner.motion.stopping.stop_at`.
         """
         from planner.motion.stopping import stop_at
 
@@ -114,11 +147,11 @@ class Trajectory:
             raise LimitError(
                 "the trajectory says no limits to brake within: give them to planner.motion.stopping.stop_at."
             )
-        return stop_at(self, t, self.limits)
+        return stop_at(self, t, self.limits, checker)
 
     def extrema(self, order: int = 0) -> tuple[Floats, Floats]:
         """The least and largest value (k, dof) of a derivative on every piece, exact but for rounding."""
-        h = np.diff(self.times)[:, None] ** order
+        h = self.seconds[:, None] ** order
         low, high = extrema(derivative(self.coefficients, order))
         return low / h, high / h
 
@@ -132,7 +165,7 @@ class Trajectory:
         Exact as :meth:`largest`, in a fraction of the time: only pieces are solved whose Bernstein coefficients are
         beyond the largest value at a knot. Shares up to ``beyond`` may come out smaller than they are.
         """
-        h = np.diff(self.times)[:, None] ** order
+        h = self.seconds[:, None] ** order
         slope = derivative(self.coefficients, order)
         hull = np.abs(bernstein(slope))
         reached = np.maximum(hull[:, 0], hull[:, -1]) / h / most
@@ -152,6 +185,29 @@ def _points(joints: tuple[str, ...], times: Floats, *columns: Floats | None) -> 
     shape = len(times), len(joints) or "dof"  # parts of a motion have no names
     given = zip(("q", "qd", "qdd"), columns, strict=True)
     return times, *(None if column is None else numbers(name, column, shape) for name, column in given)
+
+
+def whole_nanoseconds(times: Floats) -> Ints:
+    """Times (k,) s as whole nanoseconds; those that they are made of come back, up to 26 days.
+
+    Raises :class:`LimitError` for times that no clock of nanoseconds holds.
+    """
+    bad = np.flatnonzero(~(np.abs(times) <= _LONGEST))
+    if len(bad):
+        at = f"point {bad[0] + 1} of the trajectory is at {times[bad[0]]:g} s"
+        raise LimitError(f"{at}: give times below {_LONGEST:g} s.")
+    return np.round(np.asarray(times, dtype=np.float64) * 1e9).astype(np.int64)
+
+
+def _pieces(h: Floats, q: Floats, qd: Floats | None = None, qdd: Floats | None = None) -> Floats:
+    """The coefficients (k, degree + 1, dof) of pieces that take ``h`` (k, 1) s, through what is given at their ends."""
+    if qd is None:
+        found = [q[:-1], np.diff(q, axis=0)]
+    elif qdd is None:
+        found = _cubics(q, qd[:-1] * h, qd[1:] * h)
+    else:
+        found = _quintics(q, qd[:-1] * h, qd[1:] * h, qdd[:-1] * h**2, qdd[1:] * h**2)
+    return np.stack(found, axis=1)
 
 
 def _cubics(q: Floats, start: Floats, end: Floats) -> list[Floats]:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
+import difflib
 import json
-from collections.abc import Sequence
+import logging
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,8 +20,25 @@ from planner.base.formats import require_readable_version
 from planner.base.yamlfile import read_text, shown
 from planner.world.robot import Robot
 
+_log = logging.getLogger(__name__)
+
 _NAMES = ("joints", "joint_names")
 _ROWS = ("path", "waypoints", "positions")
+_OF_A_PATH = (*_NAMES, *_ROWS, "points", "robot", "scene", "header", "format_version")
+_COLUMNS = ("positions", "velocities", "accelerations", "effort")
+OF_A_POINT = (*_COLUMNS, "time_from_start")
+TIME = ("t", "time", "time_from_start", "time_s", "seconds")
+ENDINGS = {
+    "velocity": ("_velocity", "_vel", ".velocity", "/velocity"),
+    "acceleration": ("_acceleration", "_acc", ".acceleration", "/acceleration"),
+    "effort": ("_effort", "_eff", ".effort", "/effort"),
+}
+_TOLERANCES = ("path_tolerance", "goal_tolerance", "component_path_tolerance", "component_goal_tolerance")
+_WRAPPERS = {  # what stands beside a message in what wraps it, as ROS names it
+    "goal": ("goal_id", "header"),
+    "trajectory": (*_TOLERANCES, "goal_time_tolerance", "multi_dof_trajectory", "model_id", "trajectory_start"),
+    "joint_trajectory": ("multi_dof_joint_trajectory",),
+}
 _FAR = 1000.0  # rad or m: no arm turns 160 times, and looking along such a path every millimetre would not end
 _FORMATS = "a plan.json, a list of rows, {joints, path}, {joint_names, points} or a CSV"
 
@@ -35,7 +55,8 @@ class PathFile:
 def read_joint_path(path: Path, robot: Robot) -> Floats:
     """The joint path (k, dof) of a .json or .csv file, in the robot's order of joints, rad (m where prismatic).
 
-    Named columns are put in order and others left out; without names there must be one column a planned joint.
+    Named columns are put in order, those of joints that are not planned left out, with a warning; without names there
+    must be one column a planned joint. What else a file holds and nobody knows is refused.
     Continuous joints are unwound: each step is at most half a turn. Raises :class:`FileError` for a file that
     cannot be read or is for another robot.
     """
@@ -49,6 +70,8 @@ def read_joint_path(path: Path, robot: Robot) -> Floats:
         case other:
             raise FileError(f"{where} ends in '{other}': give a .json or .csv file.")
     rows = in_order(content, robot, where)
+    for note in left_out(content.names, robot):
+        _log.warning("%s: %s", where, note)
     bad = np.argwhere(~np.isfinite(rows))
     if len(bad):
         row, joint = bad[0]
@@ -88,6 +111,47 @@ def in_order(content: PathFile, robot: Robot, where: str) -> Floats:
     return content.rows[:, [content.names.index(joint) for joint in robot.joints]]
 
 
+def left_out(names: Sequence[str] | None, robot: Robot) -> list[str]:
+    """What is to be said of columns that belong to no planned joint."""
+    others = [name for name in names or () if name not in robot.joints]
+    if not others:
+        return []
+    still = ", which stay where the robot has them" if set(others) <= set(robot.fixed_joints) else ""
+    return [f"positions of {choices(others)} are left out: these are no planned joints of {robot.name}{still}"]
+
+
+def require_known(keys: Iterable[Any], known: Sequence[str], where: str, what: str = "a key") -> None:
+    """Raise :class:`FileError` for a key that nobody knows: what is left aside may be what matters."""
+    for key in keys:
+        if key not in known:
+            near = difflib.get_close_matches(str(key), known, n=3, cutoff=0.5)
+            mean = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
+            raise FileError(
+                f"{where} has {what} {shown(key)} that is not known: {mean}Known are {choices(known)}; "
+                "rename it, or leave it out."
+            )
+
+
+def unwrapped(data: Any, where: str) -> tuple[Any, list[str]]:
+    """The innermost message of what ROS wraps it in, and what is to be said of what stands beside it."""
+    notes: list[str] = []
+    while isinstance(data, dict) and not any(key in data for key in (*_ROWS, "points")):
+        key = next((key for key in _WRAPPERS if isinstance(data.get(key), dict | list)), None)
+        inner = data.get(key)
+        if key is None or (isinstance(inner, list) and not all(isinstance(item, dict) for item in inner)):
+            break
+        require_known(data, (key, *_WRAPPERS[key]), where)
+        if isinstance(inner, list) and len(inner) != 1:
+            raise FileError(f"{where} holds {len(inner)} trajectories: give each in a file of its own.")
+        for other in ("multi_dof_trajectory", "multi_dof_joint_trajectory"):
+            if isinstance(data.get(other), dict) and data[other].get("points"):
+                raise FileError(f"{where} moves joints of several degrees of freedom ({other}): leave these out.")
+        unchecked = [name for name in (*_TOLERANCES, "goal_time_tolerance", "trajectory_start") if data.get(name)]
+        notes += [f"{choices(unchecked)} of the message are not checked"] if unchecked else []
+        data = inner[0] if isinstance(inner, list) else inner
+    return data, notes
+
+
 def parse(text: str, where: str) -> Any:
     """Plain data out of JSON text."""
     try:
@@ -109,37 +173,45 @@ def _from_json(data: Any, where: str) -> PathFile:
                 f"{where} is a sweep, one path an interval of beta: save the 'path' of one of its intervals as a file "
                 "of its own, or plan with 'planner plan --beta'."
             )
-        require_no_moving_base(data, where)
-        if "joint_trajectory" in data:
-            return _from_json(data["joint_trajectory"], where)
-        if isinstance(data.get("trajectory"), list) and len(data["trajectory"]) == 1:
-            return _from_json(data["trajectory"][0], where)
+        data, _ = unwrapped(data, where)
+    if isinstance(data, dict):
         rows = _rows_of(data, where)
         if rows is not None:
             return PathFile(matrix(rows, where), joint_names(data, where), _text(data.get("robot")))
     raise FileError(f"{where} holds no path: give {_FORMATS}.")
 
 
-def require_no_moving_base(data: dict[str, Any], where: str) -> None:
-    """Raise :class:`FileError` for a RobotTrajectory that moves joints of several degrees of freedom too."""
-    other = data.get("multi_dof_joint_trajectory")
-    if isinstance(other, dict) and other.get("points"):
-        raise FileError(
-            f"{where} moves a base too (multi_dof_joint_trajectory), which is not supported: give one of the arm alone."
-        )
-
-
 def _rows_of(data: dict[str, Any], where: str) -> Any:
     if data.get("path") == [] and data.get("outcome") not in (None, "solved"):
         raise FileError(f"{where} is a plan that found no path (outcome '{data['outcome']}'): there is none to check.")
-    if isinstance(data.get("points"), list):
-        return [point.get("positions") if isinstance(point, dict) else point for point in data["points"]]
-    return next((data[key] for key in _ROWS if key in data), None)
+    if "outcome" in data:  # our own plan.json
+        return data.get("path")
+    given = [key for key in (*_ROWS, "points") if key in data]
+    if not given:
+        return None
+    require_known(data, _OF_A_PATH, where)
+    if len(given) > 1:
+        raise FileError(f"{where} holds more than one path ({choices(given)}): leave one.")
+    if given == ["points"] and isinstance(data["points"], list):
+        return [_positions(point, k, where) for k, point in enumerate(data["points"], 1)]
+    return data[given[0]]
+
+
+def _positions(point: Any, number: int, where: str) -> Any:
+    if not isinstance(point, dict):
+        return point
+    require_known(point, OF_A_POINT, f"{where}: point {number}")
+    if "time_from_start" not in point and any(point.get(key) for key in _COLUMNS[1:]):
+        raise FileError(f"{where}: point {number} has velocities and no time_from_start; give the time, or neither.")
+    return point.get("positions")
 
 
 def joint_names(data: dict[str, Any], where: str) -> tuple[str, ...] | None:
     """The names of the columns, None where a file gives none."""
-    names = next((data[key] for key in _NAMES if key in data), None)
+    given = [data[key] for key in _NAMES if key in data]
+    if len(given) > 1:
+        raise FileError(f"{where} names its joints twice ({choices(_NAMES)}): leave one of them.")
+    names = given[0] if given else None
     if names is None:
         return None
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
@@ -153,16 +225,48 @@ def _text(value: Any) -> str | None:
 
 def _from_csv(text: str, robot: Robot, where: str) -> PathFile:
     """Commas, semicolons, tabs or blanks between columns; a first line of names, behind a # or not; # lines skipped."""
+    names, table = csv_table(text, robot)
+    content = PathFile(matrix(table, where), names)
+    if names is None:
+        return content
+    in_order(content, robot, where)
+    kinds = column_kinds(names, robot, where)
+    other = next((name for name in names if kinds[name] not in ("position", "time")), None)
+    if other is not None:
+        raise FileError(f"{where} has a column '{other}' and no times: give a column t (s), or leave it out.")
+    kept = [k for k, name in enumerate(names) if kinds[name] == "position"]
+    return PathFile(content.rows[:, kept], tuple(names[k] for k in kept))
+
+
+def csv_table(text: str, robot: Robot) -> tuple[tuple[str, ...] | None, list[list[str]]]:
+    """The names of the columns of a CSV, if it has any, and its rows of text; of named columns words become NaN."""
     lines = [line.strip() for line in text.lstrip("\ufeff").splitlines() if line.strip()]
+    table = [cells(line) for line in lines if not line.startswith("#")]
     names = None
-    if lines:
-        first = cells(lines[0].lstrip("# "))
-        if set(first) & set(robot.joints) or (not lines[0].startswith("#") and not all(map(is_number, first))):
-            names = tuple(first)
-    table = [cells(line) for line in lines[names is not None :] if not line.startswith("#")]
-    if names is not None:  # a column that is not asked for may hold words
+    if lines and lines[0].startswith("#") and set(first := cells(lines[0].lstrip("# "))) & set(robot.joints):
+        names = tuple(first)
+    elif table and not all(map(is_number, table[0])):
+        names, table = tuple(table[0]), table[1:]
+    if names is not None:
         table = [[cell if is_number(cell) else "nan" for cell in row] for row in table]
-    return PathFile(matrix(table, where), names)
+    return names, table
+
+
+def column_kinds(names: Sequence[str], robot: Robot, where: str) -> dict[str, str]:
+    """What each column of a CSV is: time, position, velocity, acceleration or effort; others are refused."""
+    joints = (*robot.joints, *robot.fixed_joints)
+    known = dict.fromkeys(TIME, "time") | dict.fromkeys(joints, "position")
+    for kind, endings in ENDINGS.items():
+        known |= {f"{joint}{ending}": kind for joint in joints for ending in endings}
+    listed = [
+        name for name in known if known[name] in ("time", "position") or name.endswith(("_velocity", "_acceleration"))
+    ]
+    require_known((name for name in names if name not in known), listed, where, "a column")
+    twice = [name for name, count in Counter(names).items() if count > 1]
+    clocks = [name for name in names if known[name] == "time"]
+    if twice or len(clocks) > 1:
+        raise FileError(f"{where} has columns that say the same ({choices(twice or clocks)}): leave one of them.")
+    return {name: known[name] for name in names}
 
 
 def cells(line: str) -> list[str]:

@@ -23,9 +23,9 @@ LIMITS = MotionLimits.of(ARM)
 CHECKER = make_checker(ARM, scene_of((Box((0.1, 0.1, 0.1)), pose([0.75, 0.35, 0.0]))))
 
 
-def report_of(times: list[float], *columns: list[list[float]]) -> TrajectoryReport:
+def report_of(times: list[float], *columns: list[list[float]], limits: MotionLimits = LIMITS) -> TrajectoryReport:
     arrays = tuple(np.array(rows, dtype=float) for rows in columns)
-    report = check_trajectory(CHECKER, Points(ARM.joints, np.array(times, dtype=float), arrays), LIMITS)
+    report = check_trajectory(CHECKER, Points(ARM.joints, np.array(times, dtype=float), arrays), limits)
     assert report_rows(report)
     assert report_record(report)["message"] == verdict_sentence(report)
     return report
@@ -66,6 +66,7 @@ def test_points_that_are_free_and_a_curve_between_them_that_touches() -> None:
         ([0.0, 2.0], ([[-0.6, 0.0], [-0.6, 0.0]], [[0.0, 3.3], [0.0, 0.0]]), "of velocity"),
         ([0.0, 0.0], ([[-0.6, 0.0], [-0.3, 0.0]],), "time does not increase from point 1"),
         ([0.0, 1.0], ([[-0.6, 0.0], [-0.3, 0.0]], [[0.0, 0.0], [0.1, 0.0]]), "the last velocity is not 0"),
+        ([0.0, 1.0], ([[-0.6, 0.0], [-0.3, 0.0]], [[0.0, 0.0], [5e-7, 0.0]]), "the last velocity is not 0"),
         ([-1.0, 1.0], ([[-0.6, 0.0], [-0.3, 0.0]],), "before the start"),
         ([0.0, 90.0], ([[-0.6, 0.0], [-0.6, 80.0]],), "degrees"),
         ([0.0, 9.0], ([[-0.6, 0.0], [-0.6, 4.0]],), "beyond its limit"),

@@ -6,8 +6,10 @@ import json
 
 import pytest
 
+from planner.base.request import LimitsRequest
+from planner.motion.limits import MotionLimits
 from planner.motion.report import report_record, report_rows, verdict_sentence
-from tests.motion.test_check import report_of
+from tests.motion.test_check import ARM, report_of
 
 STILL = [[-0.3, 0.0], [-0.3, 0.0]]
 CASES = {
@@ -44,6 +46,53 @@ def test_the_record_is_plain_data_that_says_the_same(name: str) -> None:
     assert dict(report_rows(report))["trajectory"].startswith("2 points")
 
 
-def test_lines_have_no_acceleration_to_share() -> None:
+def test_where_something_jumps_there_is_no_share() -> None:
     shares = report_record(report_of([0.0, 4.0], STILL))["shares"]
-    assert shares == {"velocity": 0.0, "acceleration": None, "jerk": None}
+    assert shares == {"velocity": 0.0, "acceleration": 0.0, "jerk": 0.0}
+    moves = report_record(report_of([0.0, 4.0], [[-0.3, 0.0], [-0.3, 0.4]]))
+    assert moves["shares"] == {"velocity": pytest.approx(0.05), "acceleration": None, "jerk": None}
+    assert moves["not_judged"] == ["acceleration", "jerk"]
+    assert moves["jump"] == {"what": "velocity", "joint": "joint_2", "size": 0.1, "time": 4.0, "count": 1}
+
+
+@pytest.mark.parametrize(
+    ("rows", "limits", "kind", "words"),
+    [
+        (
+            [[[-0.3, 0.0], [-0.3, 0.5], [-0.3, 0.5]]],
+            LimitsRequest(acceleration=5.0),
+            "acceleration",
+            "jumps by 0.5 rad/s at 1.000 s: an infinite acceleration where the limit is 5 rad/s²; give velocities too",
+        ),
+        (
+            [[[-0.3, 0.0], [-0.3, 0.2], [-0.3, 0.2]], [[0.0, 0.0]] * 3],
+            LimitsRequest(jerk=500.0),
+            "jerk",
+            "(the largest of 2 jumps): an infinite jerk where the limit is 500 rad/s³; give accelerations too",
+        ),
+    ],
+    ids=["lines", "cubics"],
+)
+def test_a_jump_is_beyond_every_limit_that_somebody_gives(
+    rows: list, limits: LimitsRequest, kind: str, words: str
+) -> None:
+    """And where it is assumed for want of any, the report says that it was not judged."""
+    judged = report_of([0.0, 1.0, 2.0], *rows, limits=MotionLimits.of(ARM, limits))
+    assert not judged.ok
+    assert words in verdict_sentence(judged)
+    record = report_record(judged)
+    assert json.loads(json.dumps(record, allow_nan=False)) == record
+    assert (kind, None) in [(excess["kind"], excess["value"]) for excess in record["exceeded"]]
+    left_open = report_of([0.0, 1.0, 2.0], *rows)
+    assert left_open.ok
+    assert "all limits" not in verdict_sentence(left_open)
+    assert f"{kind}" in verdict_sentence(left_open).split("; ")[-1]
+    assert "not judged" in verdict_sentence(left_open)
+    assert "not judged" in dict(report_rows(left_open))[kind]
+
+
+def test_how_it_begins_is_told() -> None:
+    late = report_of([0.5, 4.0], STILL)
+    assert report_record(late)["notes"] == ["until 0.5 s it moves there from where the robot is: that is not checked"]
+    moving = report_of([0.0, 4.0], STILL, [[0.0, 0.2], [0.0, 0.0]])
+    assert "joint 'joint_2' begins with a velocity of 0.2" in dict(report_rows(moving))["note"]

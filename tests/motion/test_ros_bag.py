@@ -47,7 +47,7 @@ def test_the_message_is_cdr(tmp_path: Path) -> None:
     assert (schema.name, schema.encoding, channel.topic, channel.message_encoding) == (TYPE, "ros2msg", TOPIC, "cdr")
     assert message.data == CDR
     (tmp_path / "a.mcap").write_bytes(content)
-    assert read_bag(tmp_path / "a.mcap", "bag") == MESSAGE
+    assert read_bag(tmp_path / "a.mcap", "bag") == (MESSAGE, 1)
 
 
 @pytest.mark.parametrize("size", [0, 40, 700])

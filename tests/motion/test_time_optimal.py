@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from planner.motion import time_optimal
 from planner.motion.curve import Curve, rounded
 from planner.motion.time_optimal import Phase, quickest
 from tests.motion.test_timing import zigzag
@@ -44,6 +45,32 @@ def _joint_velocity(curve: Curve, phase: Phase, t: float) -> np.ndarray:
     s = phase.s + phase.speed * t + 0.5 * phase.acceleration * t**2
     _, c1, c2 = curve.coefficients[phase.piece]
     return (c1 + 2 * s * c2) * (phase.speed + phase.acceleration * t)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_more_intervals_are_hardly_quicker_where_velocities_limit(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Limits on velocity hold at every place of an interval, not by what the quickest place of it allows."""
+    v, a = np.full(7, 0.5 + seed), np.full(7, 30.0)
+    curve = rounded(zigzag(seed), np.ones(5))
+    found = sum(phase.duration for phase in quickest(curve, v, a))
+    monkeypatch.setattr(time_optimal, "_CORNER", 400)
+    monkeypatch.setitem(time_optimal._PARTS, 400, time_optimal._parts(400))
+    assert found < 1.005 * sum(phase.duration for phase in quickest(curve, v, a))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_velocities_hold_all_along_intervals_on_which_joints_turn_back(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    path = rng.normal(size=(3, 4)) * 10.0 ** rng.uniform(-2.0, 1.0, size=(1, 4))
+    curve, v, a = rounded(path, np.ones(1)), 10.0 ** rng.uniform(-1.0, 1.0, 4), np.full(4, 1e3)
+    largest = 0.0
+    for phase in quickest(curve, v, a):
+        t = np.linspace(0.0, phase.duration, 50)[:, None]
+        s = phase.s + (phase.speed + 0.5 * phase.acceleration * t) * t
+        _, c1, c2 = curve.coefficients[phase.piece]
+        share = np.abs((c1 + 2.0 * s * c2) * (phase.speed + phase.acceleration * t)) / v
+        largest = max(largest, float(share.max()))
+    assert 0.99 < largest <= 1.0 + 1e-9
 
 
 def test_no_motion_on_a_finer_grid_of_speeds_is_quicker() -> None:

@@ -58,8 +58,8 @@ def test_what_is_allowed_beyond_is_kept_to_and_used() -> None:
         paid.append(float(dear_off_the_path(q[:-1], q[1:]).sum()))
         durations.append(motion.duration)
     of_path = float(dear_off_the_path(PATH[:-1], PATH[1:]).sum())
-    assert paid[1] <= 1.01 * max(paid[0], of_path)
-    assert paid[2] <= 1.01 * max(paid[0], 2.0 * of_path)
+    assert paid[1] <= 1.02 * max(paid[0], of_path)  # what is kept to is measured along chords of 0.1 rad
+    assert paid[2] <= 1.02 * max(paid[0], 2.0 * of_path)
     assert durations[0] >= durations[1] > durations[3]
 
 
@@ -79,7 +79,7 @@ def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
     assert motion.proven
     assert motion.duration <= slower.duration
     assert sampled_contact(motion, second_checker(solved.checker), 1e-3) is None
-    assert _sampled(cost, motion.at(np.linspace(0.0, motion.duration, 400))) <= (1.0 + extra) * 1.005 * _sampled(
+    assert _sampled(cost, motion.at(np.linspace(0.0, motion.duration, 400))) <= (1.0 + extra) * 1.01 * _sampled(
         cost, np.concatenate([np.linspace(a, b, 60) for a, b in zip(solved.path[:-1], solved.path[1:], strict=True)])
     )
 

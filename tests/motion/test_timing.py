@@ -16,8 +16,8 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.motion.check import sampled_contact
 from planner.motion.curve import blends, without_standstill
-from planner.motion.limits import KINDS, MotionLimits
-from planner.motion.timing import USED, time_path
+from planner.motion.limits import KINDS, USED, MotionLimits
+from planner.motion.timing import time_path
 from planner.motion.trajectory import Trajectory
 from planner.plan_record import Plan
 from planner.world.poses import pose

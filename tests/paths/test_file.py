@@ -34,7 +34,8 @@ JSON_FORMS = {
 }
 CSV_FORMS = {
     "bare": "0.1,-0.2\n0.3,0.4\n0.5,1.0\n",
-    "header": f"time,{B},{A},note\n0,-0.2,0.1,start\n1,0.4,0.3,\n2,1.0,0.5,end\n",
+    "header": f"time,{B},{A}\n0,-0.2,0.1\n1,0.4,0.3\n2,1.0,0.5\n",
+    "header behind a comment": f"# made by hand\n{B},{A}\n-0.2,0.1\n0.4,0.3\n1.0,0.5\n",
     "comment header": f"# {A} {B}\n0.1 -0.2\n# half way\n0.3 0.4\n0.5 1e0\n",
     "semicolons, mark of a spreadsheet": f"\ufeff{A};{B}\r\n0.1;-0.2\r\n0.3;0.4\r\n\r\n0.5;1.0\r\n",
     "tabs": "0.1\t-0.2\n0.3\t0.4\n0.5\t1.0\n",
@@ -48,6 +49,14 @@ def test_every_form_gives_the_same_path(form: str, tmp_path: Path) -> None:
     path = tmp_path / ("p.json" if form in JSON_FORMS else "p.CSV")
     path.write_text(json.dumps(JSON_FORMS[form]) if form in JSON_FORMS else CSV_FORMS[form], newline="")
     np.testing.assert_allclose(read_joint_path(path, ROBOT), ROWS, atol=1e-15)
+
+
+def test_what_is_left_out_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / "p.json").write_text(
+        json.dumps({"joint_names": [A, "gripper", B], "path": [[a, 0, b] for a, b in ROWS]})
+    )
+    read_joint_path(tmp_path / "p.json", ROBOT)
+    assert "positions of gripper are left out: these are no planned joints of planar_2r" in caplog.text
 
 
 @QUICK
@@ -94,6 +103,12 @@ BAD = {
         (f'{{"joints": ["{A}", "{B}"], "path": [[1, 2, 3]]}}', "names 2 columns and has 3"),
         ('{"robot": "ur5", "path": [[1, 2]]}', "is for robot 'ur5', not 'planar_2r'"),
         ('{"outcome": "no_path", "path": []}', "is a plan that found no path"),
+        ('{"path": [[1, 2]], "units": "deg"}', "has a key 'units' that is not known"),
+        ('{"path": [[1, 2]], "waypoints": [[1, 2]]}', "holds more than one path (path, waypoints)"),
+        (f'{{"joints": ["{A}", "{B}"], "joint_names": ["{B}", "{A}"], "path": [[1, 2]]}}', "names its joints twice"),
+        ('{"points": [{"positions": [1, 2], "velocities": [1, 2]}]}', "point 1 has velocities and no time_from_start"),
+        ('{"points": [{"position": [1, 2]}]}', "did you mean 'positions'?"),
+        ('{"trajectory": [{"points": []}, {"points": []}]}', "holds 2 trajectories"),
         ('{"intervals": [{"path": [[1, 2]]}]}', "is a sweep, one path an interval of beta"),
     ],
     "p.csv": [
@@ -105,6 +120,9 @@ BAD = {
         ("1,2\n3\n", "row 2 has 1 values, the first row has 2"),
         (f"{A},{B}\n1,\n", f"row 1 has no finite value for joint '{B}'"),
         (f"{A},{B}\n1,2,3\n", "names 2 columns and has 3"),
+        (f"time_ms,{A},{B}\n0,1,2\n", "has a column 'time_ms' that is not known: did you mean 'time"),
+        (f"{A},{B},{B}_vel\n1,2,3\n", f"has a column '{B}_vel' and no times"),
+        (f"{A},{B},{A}_deg\n1,2,3\n", f"has a column '{A}_deg' that is not known: did you mean '{A}'"),
     ],
     "p.yaml": [("- [1, 2]", "ends in '.yaml': give a .json or .csv file")],
 }
@@ -130,5 +148,5 @@ def test_files_that_are_not_there_or_no_text(tmp_path: Path) -> None:
 def test_a_trajectory_that_moves_a_base_too_is_refused(tmp_path: Path) -> None:
     whole = {"joint_trajectory": MESSAGE, "multi_dof_joint_trajectory": {"joint_names": ["base"], "points": [{}]}}
     (tmp_path / "a.json").write_text(json.dumps(whole))
-    with pytest.raises(FileError, match="moves a base too"):
+    with pytest.raises(FileError, match="several degrees of freedom"):
         read_joint_path(tmp_path / "a.json", ROBOT)

@@ -20,26 +20,24 @@ class Stretch {
     // `piece` holds c0, c1, c2 of q(s) = c0 + c1 s + c2 s^2, of which this is the part in [low, high].
     Stretch(int dof, const double* piece, double low, double high, const double* velocity, const double* acceleration)
         : dof_(dof), first_(dof), last_(dof), bend_(dof), limit_(acceleration), length_(high - low) {
-        double fastest = infinity;
-        rate_ = infinity, line_ = true;
+        most_first_ = most_last_ = rate_ = infinity, line_ = true;
         for (int j = 0; j < dof; ++j) {
             const double slope = piece[dof + j];
             bend_[j] = 2.0 * piece[2 * dof + j];
             first_[j] = slope + low * bend_[j], last_[j] = slope + high * bend_[j];
-            fastest = std::min(fastest, velocity[j] / std::max(std::fabs(first_[j]), std::fabs(last_[j])));
+            limit_speed(first_[j], last_[j], velocity[j]);
             rate_ = std::min(rate_, acceleration[j] / std::fabs(slope));
             line_ = line_ && bend_[j] == 0.0;
         }
-        most_ = fastest * fastest;
     }
 
     // The largest x at the beginning from which x can be `most` or less at the end: by Newton's method from above on
     // (largest u) - (least u), which is concave and piecewise linear in x.
     double controllable(double most) const {
         constexpr int steps = 60;  // each leaves one of finitely many lines behind
-        most = std::min(most, most_);
-        if (line_) return std::min(most_, most + 2.0 * length_ * rate_);
-        double x = most_;
+        most = std::min(most, most_last_);
+        if (line_) return std::min(most_first_, most + 2.0 * length_ * rate_);
+        double x = most_first_;
         for (int j = 0; j < dof_; ++j) {  // where a joint does not move along, only x bends it
             if (first_[j] == 0.0 && bend_[j] != 0.0) x = std::min(x, limit_[j] / std::fabs(bend_[j]));
             if (last_[j] + 2.0 * length_ * bend_[j] == 0.0 && bend_[j] != 0.0)
@@ -57,7 +55,7 @@ class Stretch {
 
     // The largest x at the end, `most` or less, after x at the beginning; u, or on a line the largest u.
     double quickest(double x, double most, double& u) const {
-        most = std::min(most, most_);
+        most = std::min(most, most_last_);
         if (line_) return u = rate_, std::min(most, x + 2.0 * length_ * rate_);
         const Range range = range_at(x, most);
         u = range.high >= range.low ? range.high : 0.5 * (range.low + range.high);  // they cross by rounding only
@@ -65,6 +63,26 @@ class Stretch {
     }
 
    private:
+    // Keeps |q'| sqrt(x) below a joint's limit v all along: x below v² / q'², which is convex wherever q' has no root. The
+    // chord between its ends exceeds it by a factor kappa at most; what is linear and below the chord by kappa does not.
+    // Where q' changes by more than that is worth it is the tangent at the quicker end, and behind a root what the other
+    // end allows.
+    void limit_speed(double first, double last, double velocity) {
+        constexpr double least = 1e-4, most = 0.3;  // changes of q' for which the chord is taken: below it is rounding
+        const bool falls = std::fabs(first) >= std::fabs(last);
+        const double quick = falls ? first : last, ratio = (falls ? last : first) / quick;
+        if (quick == 0.0) return;
+        const double square = (velocity / quick) * (velocity / quick), less = 1.0 - ratio;
+        double at_quick = square, at_slow = square * std::min(1.0 + 2.0 * less, 1.0 / (ratio * ratio));
+        if (least < less && less < most) {
+            const double more = 1.0 / (ratio * ratio) - 1.0, s = (more - 2.0 * less) / (3.0 * less * more);
+            const double slope = 1.0 - less * s, kappa = slope * slope * (1.0 + more * s) * (1.0 + 1e-12);
+            at_quick = square / kappa, at_slow = square * (1.0 + more) / kappa;
+        }
+        most_first_ = std::min(most_first_, falls ? at_quick : at_slow);
+        most_last_ = std::min(most_last_, falls ? at_slow : at_quick);
+    }
+
     struct Range {
         double low = -infinity, high = infinity, low_slope = 0.0, high_slope = 0.0;
 
@@ -92,7 +110,7 @@ class Stretch {
     int dof_;
     std::vector<double> first_, last_, bend_;  // q' at both ends, q''
     const double* limit_;                      // on accelerations
-    double length_, most_, rate_;
+    double length_, most_first_, most_last_, rate_;  // x at both ends
     bool line_;
 };
 

@@ -115,7 +115,6 @@ PATH = {
     "robot": ARM,
     "joints": ["joint_1", "joint_2"],
     "path": [[0.0, 0.5], [0.2, 0.4], [0.4, 0.1]],
-    "points": [{"time_from_start": 0, "positions": [0.0, 0.5]}, {"time_from_start": 1, "positions": [0.2, 0.4]}],
 }
 _POINTS = [
     {"positions": [0.0, 0.5], "velocities": [0.0, 0.0], "accelerations": [0.5, 0.0], "time_from_start": {"sec": 0}},
