@@ -21,7 +21,7 @@ TRAJECTORY_NAME = "trajectory.json"
 
 
 class _Point(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     t: float
     q: list[float]
@@ -30,7 +30,7 @@ class _Point(pydantic.BaseModel):
 
 
 class _Limits(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     velocity: list[float]
     acceleration: list[float]
@@ -39,17 +39,21 @@ class _Limits(pydantic.BaseModel):
 
 
 class _File(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(extra="ignore", frozen=True, allow_inf_nan=False)
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     robot: str | None = None
     scene: str | None = None
     law: str
+    duration: float | None = None
     interpolation: Interpolation
     joints: list[str]
     limits: _Limits | None = None
     proven: bool = False
     proof: dict[str, Any] = pydantic.Field(default_factory=dict)
     points: list[_Point] = pydantic.Field(min_length=2)
+
+
+KEYS, POINT_KEYS = tuple(_File.model_fields), tuple(_Point.model_fields)
 
 
 def trajectory_record(trajectory: Trajectory, robot: str | None = None, scene: str | None = None) -> dict[str, Any]:

@@ -10,15 +10,11 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import FileError, choices
 from planner.base.yamlfile import shown
+from planner.motion.file import KEYS, POINT_KEYS
 from planner.motion.trajectory import DEGREE
 from planner.paths.file import OF_A_POINT, joint_names, matrix, require_known, unwrapped
 
 OWN = ("q", "qd", "qdd")
-_OWN_POINT = ("t", *OWN)
-_OF_OURS = (
-    *("robot", "scene", "law", "duration", "limits", "interpolation", "joints", "proven", "proof", "points"),
-    "format_version",
-)
 _OF_A_MESSAGE = ("header", "joint_names", "points")
 _CLOCKS = (("sec", "nanosec"), ("secs", "nsecs"))  # of ROS 2 and of ROS 1
 _PER_SECOND = 1_000_000_000
@@ -53,9 +49,9 @@ def points_of(data: Any, where: str) -> Raw | None:
         return None
     if not all(timed):
         raise FileError(f"{where}: point {timed.index(False) + 1} has no {clock}, others have: give it for all.")
-    require_known(data, _OF_OURS if own else _OF_A_MESSAGE, where)
+    require_known(data, KEYS if own else _OF_A_MESSAGE, where)
     for k, point in enumerate(points, 1):
-        require_known(point, _OWN_POINT if own else OF_A_POINT, f"{where}: point {k}")
+        require_known(point, POINT_KEYS if own else OF_A_POINT, f"{where}: point {k}")
     times = np.array([_seconds(point[clock], f"{where}: point {k}") for k, point in enumerate(points, 1)])
     keys = OWN[: _given(data.get("interpolation"), where)] if own else OF_A_POINT[:3]
     names = joint_names(data, where)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +31,12 @@ def test_our_own_file_comes_back_as_it_was(tmp_path: Path) -> None:
     assert points.limits is not None
 
 
-FILE = {"law": "x", "interpolation": "cubics", "joints": [A], "points": [{"t": 0, "q": [1], "qd": [0], "qdd": [0]}] * 2}
+FILE: dict[str, Any] = {
+    "law": "x",
+    "interpolation": "cubics",
+    "joints": [A],
+    "points": [{"t": 0, "q": [1], "qd": [0], "qdd": [0]}] * 2,
+}
 
 
 BAD = [
@@ -40,6 +46,8 @@ BAD = [
     (json.dumps({**FILE, "points": [{"t": 0, "q": [1], "qd": [0]}] * 2}), "is missing"),
     (json.dumps({**FILE, "joints": [A, B]}), "one value for each of its 2 joints"),
     (json.dumps(FILE), "do not increase"),
+    (json.dumps({**FILE, "unit": "deg"}), "unknown key"),
+    (json.dumps({**FILE, "points": [{**FILE["points"][0], "w": 1}] * 2}), "unknown key"),
 ]
 
 
