@@ -25,9 +25,10 @@ from planner.costs.lower_bound import cost_lower_bound
 from planner.costs.manipulability_floor import LayeredNetwork, first_violation
 from planner.costs.network import PathCost
 from planner.kinematics.manipulability import manipulability
-from planner.motion.clearance import TOO_CLOSE, clearance_rows, nearest_in_motion, nearest_on_path
+from planner.motion.clearance import clearance_rows, nearest_in_motion, nearest_on_path
 from planner.motion.file import TRAJECTORY_NAME, save_trajectory
 from planner.motion.trajectory import Trajectory
+from planner.paths.clearance import TOO_CLOSE
 from planner.paths.measure import corners, measure_path, path_manipulability
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
@@ -102,7 +103,7 @@ class Plan:
         path = nearest_on_path(self.path, self.checker)
         motion = None if self.trajectory is None else nearest_in_motion(self.trajectory, self.checker)
         found = {"path": path, "motion": motion}
-        return {key: item and asdict(item) for key, item in found.items()} | {"kept": self.clearance_kept}
+        return {key: item and item.to_dict() for key, item in found.items()} | {"kept": self.clearance_kept}
 
     @property
     def network(self) -> gabf.Network | None:

@@ -6,7 +6,8 @@ and would wait for it longer than it takes itself.
 
 from __future__ import annotations
 
-from dataclasses import replace
+import logging
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from planner.costs.conditioning import judge_conditioning
 from planner.costs.extra_clearance import clearance_of_path
 from planner.costs.healing import HealingNetwork, warm_start
 from planner.costs.network import build_network, path_cost
+from planner.motion.check import looked_at
 from planner.motion.limits import MotionLimits
 from planner.motion.timing import time_path
 from planner.motion.trajectory import Trajectory
@@ -32,6 +34,8 @@ from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import path_waypoints
 from planner.tradeoff.alternatives import paths_for_every_beta
+
+_log = logging.getLogger(__name__)
 
 _EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 2  # betas refined too, else the one asked for would be best for all
 _NODES_FOR_REASON = 300
@@ -156,7 +160,15 @@ def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> T
     wanted = 0.0 if found.scene.limited else found.request.room  # until when these cannot touch is told for the margin
     clearance = clearance_of_path(found.path, found.checker, wanted)
     made = time_path(found.path, keeping(found.checker, clearance), limits, **how)
-    return made if made.proven or clearance <= 0 else time_path(found.path, found.checker, limits, **how)
+    if not made.proven and clearance > 0:
+        made = time_path(found.path, found.checker, limits, **how)
+    contact = looked_at(made, found.checker)
+    if contact is None:
+        return made
+    _log.warning(
+        "the motion touches at %.3f s (%s), against its proof: it is not to be run", contact.begin, contact.contact
+    )
+    return replace(made, proven=False, proof=made.proof | {"contact": asdict(contact.contact) | {"t": contact.begin}})
 
 
 def cost_in_motion(found: Plan) -> MotionCost:

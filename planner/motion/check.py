@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,13 +10,15 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import FileError
 from planner.base.polynomials import bernstein, evaluate
+from planner.base.products import product
 from planner.base.progress import QUIET, Progress
-from planner.base.resolutions import PROOF_OF_CHECK, RECHECK
+from planner.base.resolutions import PROOF_OF_CHECK, RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
 from planner.kinematics.manipulability import manipulability
+from planner.motion.clearance import Nearest, nearest_in_motion
 from planner.motion.in_time import first_touch_in_time
 from planner.motion.limits import MotionLimits
 from planner.motion.points import Points
@@ -27,6 +28,7 @@ from planner.query.resolve import looks_like_degrees
 
 _W_APART, _LOOKS = 0.01, 10_000  # s between two looks at w, and how many there are at most
 _FARTHEST = 1000.0  # rad (m)
+_AT_ONCE = 4096  # states
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +45,8 @@ class TrajectoryContact:
 class TrajectoryReport:
     """What was found on a trajectory; where its times are at ``fault`` or it looks like ``degrees`` nothing else.
 
-    ``contact`` is the first one, seen by the second checker every ``step`` metres of motion or by a proof. ``w`` (n,)
-    is sampled at ``w_times`` (n,).
+    ``contact`` is the first one, seen by coal every ``step`` metres of motion, by the checker at fewer states, or by a
+    proof. ``w`` (n,) is sampled at ``w_times`` (n,). ``nearest`` is the smallest clearance, None where there is none.
     """
 
     checker: CollisionChecker
@@ -58,6 +60,7 @@ class TrajectoryReport:
     contact: TrajectoryContact | None = None
     w: Floats | None = None
     w_times: Floats | None = None
+    nearest: Nearest | None = None
 
     @property
     def ok(self) -> bool:
@@ -87,7 +90,7 @@ def check_trajectory(
         return TrajectoryReport(checker, points, limits, step, None, True)
     pieces = len(trajectory.coefficients)
     seen = _earliest(
-        sampled_contact(trajectory, second_checker(checker), step, progress),
+        looked_at(trajectory, checker, step, progress),
         _contact_in_time(trajectory, checker, step),
     )
     proof = prove_motion(trajectory, EdgeProver(checker), limits, room=PROOF_OF_CHECK)
@@ -95,7 +98,8 @@ def check_trajectory(
     times = np.linspace(trajectory.times[0], trajectory.times[-1], min(int(trajectory.duration / _W_APART), _LOOKS) + 2)
     w = manipulability(checker.robot, trajectory.at(times))
     contact = seen or _proven_contact(trajectory, proof, checker)
-    return TrajectoryReport(checker, points, limits, step, None, False, trajectory, proof, contact, w, times)
+    nearest = nearest_in_motion(trajectory, checker)
+    return TrajectoryReport(checker, points, limits, step, None, False, trajectory, proof, contact, w, times, nearest)
 
 
 def _require_within_reason(trajectory: Trajectory) -> None:
@@ -109,20 +113,34 @@ def _require_within_reason(trajectory: Trajectory) -> None:
         )
 
 
+def looked_at(
+    trajectory: Trajectory, checker: CollisionChecker, step: float = RECHECK, progress: Progress = QUIET
+) -> TrajectoryContact | None:
+    """The first contact that the checker sees every ``RECHECK_BY_BACKEND`` of motion, or coal every ``step`` metres."""
+    steps = dict([(checker, max(step, RECHECK_BY_BACKEND)), (second_checker(checker), step)])  # one, where it is coal
+    return _earliest(*(sampled_contact(trajectory, judge, apart, progress) for judge, apart in steps.items()))
+
+
 def sampled_contact(
     trajectory: Trajectory, judge: CollisionChecker, step: float, progress: Progress = QUIET
 ) -> TrajectoryContact | None:
     """The first contact on a trajectory sampled every ``step`` metres of motion, without bounds or proofs."""
-    total = len(trajectory.coefficients)
-    for piece, u in enumerate(_samples(trajectory, judge, step)):
-        states = evaluate(np.repeat(trajectory.coefficients[piece][None], len(u), axis=0), u)
-        found = judge.first_contact(states)
+    fastest = trajectory.largest(1) * trajectory.seconds[:, None]
+    motion = judge.world.reach.motion(fastest).max(axis=1, initial=0.0)
+    counts = np.maximum(1, np.ceil(motion / step)).astype(int) + 1  # both ends of every piece
+    apart = np.max(product(fastest, judge.world.pair_reach.T) / (counts - 1)[:, None], axis=0, initial=0.0)
+    ends = np.cumsum(counts)
+    piece = np.repeat(np.arange(len(counts)), counts)
+    u = (np.arange(ends[-1]) - (ends - counts)[piece]) / (counts - 1)[piece]
+    for first in range(0, len(u), _AT_ONCE):
+        rows = slice(first, first + _AT_ONCE)
+        states = evaluate(trajectory.coefficients[piece[rows]], u[rows])
+        found = judge.first_contact_along(states, apart)
         if found is not None:
-            row, contact = found
-            begin, end = trajectory.times[piece : piece + 2]
-            t = float(begin + u[row] * (end - begin))
-            return TrajectoryContact(t, t, contact, states[row])
-        progress("contacts", piece + 1, total)
+            k = first + found[0]
+            t = float(trajectory.times[piece[k]] + u[k] * trajectory.seconds[piece[k]])
+            return TrajectoryContact(t, t, found[1], states[found[0]])
+        progress("contacts", int(piece[rows][-1]) + 1, len(counts))
     return None
 
 
@@ -134,14 +152,6 @@ def _contact_in_time(trajectory: Trajectory, checker: CollisionChecker, step: fl
 
 def _earliest(*contacts: TrajectoryContact | None) -> TrajectoryContact | None:
     return min((item for item in contacts if item is not None), key=lambda item: item.begin, default=None)
-
-
-def _samples(trajectory: Trajectory, judge: CollisionChecker, step: float) -> Iterator[Floats]:
-    """Places u (n,) in [0, 1] on each piece, both ends included, no point moving further than ``step`` between them."""
-    fastest = trajectory.largest(1) * trajectory.seconds[:, None]
-    motion = judge.world.reach.motion(fastest).max(axis=1, initial=0.0)
-    for count in np.maximum(1, np.ceil(motion / step)).astype(int):
-        yield np.linspace(0.0, 1.0, count + 1)
 
 
 def _proven_contact(trajectory: Trajectory, proof: MotionProof, checker: CollisionChecker) -> TrajectoryContact | None:

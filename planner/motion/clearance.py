@@ -11,9 +11,8 @@ from planner.base.arrays import Floats
 from planner.base.polynomials import bernstein, derivative, evaluate
 from planner.collision.checker import CollisionChecker
 from planner.motion.trajectory import Trajectory
-from planner.paths.clearance import clearance_text, nearest_pair, smallest_clearance
+from planner.paths.clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, clearance_text, nearest_pair, smallest_clearance
 
-CLOSE = 5e-3  # m: models of one robot differ by a millimetre, and calibrations by more
 _CHORD = 1e-5  # rad (m): how far a motion may be from the chords along which its clearance is looked for
 
 
@@ -27,6 +26,10 @@ class Nearest:
     min: float
     pair: tuple[str, str]
     at: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"min": self.min, "pair": list(self.pair), "at": self.at}
 
 
 def nearest_on_path(path: Floats, checker: CollisionChecker) -> Nearest | None:
@@ -68,14 +71,17 @@ def clearance_rows(clearance: dict[str, Any], asked: float) -> list[tuple[str, s
     if 0 < kept < asked:
         text += f". Refined paths keep {1000 * kept:.2g} of {1000 * asked:g} mm: start, goal or a passage leave no more"
     least = min(item["min"] for item in (path, motion) if item is not None)
-    return [("clearance", text), *([(TOO_CLOSE, _ADVICE)] if least < CLOSE else [])]
+    return [("clearance", text), *([(TOO_CLOSE, TOO_CLOSE_TEXT)] if least < CLOSE else [])]
 
 
-TOO_CLOSE = "close"  # the row of the summary that is there only where something comes closer than CLOSE
-_ADVICE = (
-    f"less than {1000 * CLOSE:g} mm, by which the robot's true shape or place may differ: --margin 0.005 keeps a "
-    "distance for certain, at start and goal too; --room 0.01 lets refined paths keep more where there is more"
-)
+def check_rows(nearest: Nearest | None, touches: bool, unit: str) -> list[tuple[str, str]]:
+    """What a check of somebody's motion says of its clearance; ``touches`` where a contact was found."""
+    if nearest is None:
+        return [("smallest clearance", "there is nothing to come near to")]
+    if touches and nearest.min <= 0.0:
+        return [("smallest clearance", f"none at {nearest.at:.3f} {unit}")]
+    close = [(TOO_CLOSE, TOO_CLOSE_TEXT)] if nearest.min < CLOSE else []
+    return [("smallest clearance", f"{_text(nearest.to_dict())} at {nearest.at:.3f} {unit}"), *close]
 
 
 def _text(item: dict[str, Any]) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from planner.base.errors import choices
 from planner.collision.edge_prover import Verdict
 from planner.motion.check import TrajectoryReport
+from planner.motion.clearance import check_rows
 from planner.motion.in_time import TimeProof
 from planner.motion.jumps import Jump
 from planner.motion.limits import KINDS, UNITS
@@ -65,6 +66,7 @@ def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
             text = f"infinite, as {_jump(report, report.proof.jump)}; not judged, as nobody gives a limit"
         rows.append((kind, excess_text(report, broken[kind]) if kind in broken else text))
     rows.append(("first contact", _contact(report)))
+    rows += check_rows(report.nearest, report.contact is not None, "s")
     proven = int((report.proof.verdict == Verdict.FREE).sum())
     rows.append(("proofs", f"{proven} of {counted(len(report.proof.verdict), 'piece')} proven free as a whole"))
     rows += _rows_in_time(report.proof.in_time)
@@ -119,6 +121,7 @@ def report_record(report: TrajectoryReport) -> dict[str, Any]:
         "jump": None if proof.jump is None else asdict(proof.jump),
         "not_judged": list(proof.unjudged),
         "contact": _contact_record(report),
+        "clearance": None if report.nearest is None else report.nearest.to_dict(),
         "pieces": {verdict.name.lower(): int((proof.verdict == verdict).sum()) for verdict in Verdict},
         "manipulability": {"min": float(report.w.min()), "mean": float(report.w.mean())},
         **proof.in_time.to_dict(),

@@ -16,6 +16,12 @@ from planner.collision.world import Contact
 from planner.kinematics.forward import joint_placements
 
 TOLERANCE, SHARE = 1e-3, 0.1  # m, and of the clearance itself: what is reported is too large by less than either
+CLOSE = 5e-3  # m: models of one robot differ by a millimetre, and calibrations by more
+TOO_CLOSE = "close"  # the row of the summary that is there only where something comes closer than CLOSE
+TOO_CLOSE_TEXT = (
+    f"less than {1000 * CLOSE:g} mm, by which the robot's true shape or place may differ: --margin 0.005 keeps a "
+    "distance for certain, at start and goal too; --room 0.01 lets refined paths keep more where there is more"
+)
 SHOWN = 1e-4  # m: the smallest clearance that is printed; proofs need about twice that
 
 

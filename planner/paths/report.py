@@ -10,7 +10,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import Verdict
 from planner.collision.world import Contact
 from planner.paths.check import Excess, PathReport
-from planner.paths.clearance import Place, clearance_text
+from planner.paths.clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, Place, clearance_text
 from planner.query.resolve import DEGREES
 from planner.world.robot import Robot
 
@@ -43,6 +43,7 @@ def report_rows(report: PathReport) -> list[tuple[str, str]]:
         ("joint limits", _limits(report)),
         ("first contact", _contact(report) + _configuration(report)),
         ("smallest clearance", _clearance(report)),
+        *([(TOO_CLOSE, TOO_CLOSE_TEXT)] if report.ok and report.clearance and report.clearance.value < CLOSE else []),
         ("proofs", _proofs(report)),
         ("manipulability w", f"{smallest}, frame {robot.tool}"),
     ]

@@ -8,9 +8,9 @@ import pytest
 from planner.base.request import PlanRequest, TimingRequest
 from planner.collision import make_checker
 from planner.collision.clearance import Clearance
-from planner.motion.clearance import CLOSE, TOO_CLOSE, clearance_rows, nearest_in_motion, nearest_on_path
+from planner.motion.clearance import Nearest, check_rows, clearance_rows, nearest_in_motion, nearest_on_path
 from planner.motion.timing import time_path
-from planner.paths.clearance import nearest_pair
+from planner.paths.clearance import CLOSE, TOO_CLOSE, nearest_pair
 from planner.planning import plan
 from planner.world.scene import Scene
 from tests.worlds import load
@@ -61,3 +61,13 @@ def test_what_is_too_close_is_said_with_the_remedy() -> None:
     assert TOO_CLOSE not in dict(clearance_rows({"path": far, "motion": None, "kept": 0.005}, 0.005))
     halved = dict(clearance_rows({"path": near, "motion": None, "kept": 0.0025}, 0.005))
     assert "keep 2.5 of 5 mm" in halved["clearance"]
+
+
+def test_a_check_of_somebodys_motion_tells_it_too() -> None:
+    near = Nearest(CLOSE - 1e-3, ("hand", "shelf"), 1.5)
+    rows = dict(check_rows(near, False, "s"))
+    assert rows["smallest clearance"] == "4.0 mm ('hand' and 'shelf') at 1.500 s"
+    assert "--margin" in rows[TOO_CLOSE]
+    assert check_rows(None, False, "s") == [("smallest clearance", "there is nothing to come near to")]
+    assert check_rows(Nearest(0.0, ("hand", "shelf"), 1.5), True, "s") == [("smallest clearance", "none at 1.500 s")]
+    assert TOO_CLOSE not in dict(check_rows(Nearest(2.0 * CLOSE, ("hand", "shelf"), 1.5), False, "s"))
