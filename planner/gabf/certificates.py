@@ -19,6 +19,9 @@ from planner.gabf.problem import reduce
 from planner.gabf.result import CostToGo
 from planner.gabf.structure import Structure, structure
 
+_NARROWER = (0.1, 0.01)
+"""Widths of the brackets of a settling tau that a bound is compared with, after the default one."""
+
 
 @dataclass(frozen=True)
 class Assumption:
@@ -33,8 +36,9 @@ class Assumption:
 class Certificate:
     """A bound of the paper, or one of ``ours``, beside the measured value; ``slack`` >= 0 where it holds.
 
-    A settling tau is ``measured`` by the run's steps and proved to lie between ``earliest`` and ``latest``:
-    ``slack`` is what the bound leaves to the earliest, so that no error of a step breaks a theorem.
+    A settling tau is proved to lie between ``earliest`` and ``latest``, and ``measured`` is the one of these that is
+    nearest to what the run's steps say. While the bound lies between the earliest and that, both are narrowed; where
+    they are 1 % apart and it still does, the law settles at the bound as far as is known: that is ``measured`` then.
 
     ``quantity`` says what both numbers are. A theorem whose ``assumptions`` fail promises nothing.
     ``proven`` is False for what the paper prints and we refute, kept for comparison.
@@ -136,10 +140,12 @@ def _facts(law: Law, result: CostToGo, optimum: Structure, rows: Any) -> Facts:
     premises = result.premises
     how = "sampled" if premises.sampled else "exact"
     left_out = optimum.unreachable.size
+    visible = bool((optimum.longest[rows] > 0).all())
+    lost = "" if visible else ", but an arc's cost vanishes beside x* in double precision"
     base = (
         Assumption("(main): a path to the sources", True, f"{left_out} nodes without one left out"),
         Assumption("(Lip): Lipschitz", math.isfinite(premises.L), f"L = {premises.L:.6g}, {how}"),
-        Assumption("progressive", premises.zeta > 0, f"zeta = {premises.zeta:.6g}, {how}"),
+        Assumption("progressive", premises.zeta > 0 and visible, f"zeta = {premises.zeta:.6g}, {how}{lost}"),
     )
     error = result.x0[rows] - optimum.x_star[rows]
     return Facts(law, result, optimum, error, premises.zeta, premises.L, base)
@@ -154,9 +160,8 @@ def _settling(
     ours: bool = False,
     proven: bool = True,
 ) -> Certificate:
-    measured = facts.result.settling_tau
-    earliest, latest = facts.result.settling_tau_bracket or (None, None)
-    slack = None if earliest is None else bound - earliest
+    measured, earliest, latest = _date(facts.result, bound)
+    slack = None if measured is None else bound - measured
     remaining = facts.law.clock.log10_remaining(bound) if math.isfinite(bound) else None
     return Certificate(
         name,
@@ -172,6 +177,18 @@ def _settling(
         earliest,
         latest,
     )
+
+
+def _date(result: CostToGo, bound: float) -> tuple[float, float, float] | tuple[None, None, None]:
+    """The settling tau beside a ``bound`` on it, and between what it is proved to lie, see :class:`Certificate`."""
+    date, bracket = result.settling_tau, result.settling_tau_bracket
+    for width in _NARROWER:
+        if date is None or bracket is None or not bracket[0] <= bound < date:
+            break
+        date, bracket = result.dated_within(width), result.settling_within(width)
+    if date is None or bracket is None:
+        return None, None, None
+    return (bound if bracket[0] <= bound < date else date), *bracket
 
 
 def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Certificate]:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.errors import AssumptionError
 from planner.gabf.assumptions import Premises, start_above
 from planner.gabf.flows import Flow
 from planner.gabf.problem import Problem
@@ -21,7 +22,9 @@ It takes about three times the work of a run, at 0.1 ten times.
 _STEPS = 64
 _ROUNDS = 6
 _MOST_STEPS = 40_000
-"""Steps of one side in one round: a rise over X at arcs of cost c takes X / c at least."""
+"""Steps of one side in one round, and of one in all rounds before the last: a rise over X at arcs of cost c takes X / c
+at least.
+"""
 
 _BLUR = 64 * np.finfo(float).eps
 """Rounding of a state, relative to max(1, |x*|), that counts for neither side of a band; 1e-5 of the default one."""
@@ -55,14 +58,15 @@ def bracket_settling(
     limits = [limit(problem, y0, y_star, upper) for upper in (True, False)]
     earliest, latest = 0.0, math.inf
     whole = guess or flow.pace
-    dtau = whole / _STEPS
+    dtau, spent = whole / _STEPS, 0
     for _ in range(_ROUNDS):
         sides = [Side(problem, flow, y0, bounds, upper, limits[not upper]) for upper in (True, False)]
         ramp = math.expm1(min(_RAMP * dtau / whole * flow.far_power, 30.0))
         dates = [_dates(side, y_star, tolerance, dtau, ramp) for side in sides]
         earliest = max(earliest, *(outside * (1.0 - _ROUNDING) for outside, _ in dates))
         latest = min(latest, max(inside * (1.0 + _ROUNDING) for _, inside in dates))
-        if math.isinf(latest) or latest - earliest <= width * latest:
+        spent += max(side.steps for side in sides)
+        if math.isinf(latest) or latest - earliest <= width * latest or spent >= _MOST_STEPS:
             break
         dtau *= min(0.5, max(0.125, 0.8 * width * latest / (latest - earliest)))
     return earliest, latest
@@ -71,11 +75,15 @@ def bracket_settling(
 def _optimum(problem: Problem) -> Floats:
     """x*, from above: as many sweeps of eq. (bellman-gabf) as there are rows suffice."""
     y = start_above(problem)
-    while True:
+    for _ in range(problem.n_rows + 1):
         swept = np.concatenate((problem.parent_values(y), problem.anchors))
         if np.array_equal(swept, y):
             return y
         y = swept
+    raise AssumptionError(
+        f"x* is not reached in as many sweeps as there are nodes: {type(problem.network.kernel).__name__} does not "
+        "increase, or is not progressive, somewhere between the values that it was probed at; mend it"
+    )
 
 
 def _dates(side: Side, y_star: Floats, tolerance: float, dtau: float, ramp: float) -> tuple[float, float]:

@@ -61,6 +61,11 @@ class Flow(ABC):
         return math.inf
 
     @property
+    def whole_time(self) -> float:
+        """tau in which nothing that a double holds is left of any s that a double holds."""
+        return self.total_time
+
+    @property
     def pace(self) -> float:
         """The unit of tau in which the law acts, s / phi(s) up to a factor of 2 where its two powers balance."""
         return 1.0
@@ -86,6 +91,10 @@ class LinearFlow(Flow):
     @property
     def coefficients(self) -> tuple[float, float, float, float]:
         return 0.0, 0.0, 0.0, 0.0
+
+    @property
+    def whole_time(self) -> float:
+        return 1500.0
 
     def speed(self, size: float) -> float:
         return size

@@ -47,11 +47,10 @@ class Trajectory:
 class CostToGo:
     """The field x (n,), +inf at nodes that reach no source, and the record of the run that computed it.
 
-    ``settling_tau``: the first tau after which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i for
-    ever after, as this run's steps date it, None if that was not reached; ``settling_time`` the same in t,
-    and ``log10_remaining`` log10(T_p - t) there (None for laws without T_p). What is proved of it, whatever
-    the solver and its steps, is :attr:`settling_tau_bracket`. ``error_bound`` bounds max |x - x*|, proved without an
-    oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
+    :attr:`settling_tau`: the first tau after which |x_i - x_i*| <= settle_tolerance max(1, |x_i*|) for all i for ever
+    after; ``dated_tau`` is what this run's steps alone say of it, None if it was not reached. What is proved of it,
+    whatever the solver and its steps, is :attr:`settling_tau_bracket`. ``error_bound`` bounds max |x - x*|, proved
+    without an oracle, 0 where x is the fixed point to the last bit; ``residual`` is max |x_i - min_j f_i(x_j, w_ij)|,
     and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
     non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
     that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
@@ -64,9 +63,7 @@ class CostToGo:
     problem: Problem
     premises: Premises
     outcome: Ending
-    settling_tau: float | None
-    settling_time: float | None
-    log10_remaining: float | None
+    dated_tau: float | None
     end_tau: float
     residual: float
     lowest: float
@@ -86,6 +83,21 @@ class CostToGo:
         return self.problem.network
 
     @cached_property
+    def settling_tau(self) -> float | None:
+        """The tau of :attr:`settling_tau_bracket` that is nearest to ``dated_tau``, so a few times a run's work."""
+        return self.dated_within()
+
+    @property
+    def settling_time(self) -> float | None:
+        """:attr:`settling_tau` in t, s."""
+        return None if self.settling_tau is None else float(self.law.clock.time(self.settling_tau))
+
+    @property
+    def log10_remaining(self) -> float | None:
+        """log10(T_p - t) at :attr:`settling_time`; None for laws without T_p."""
+        return None if self.settling_tau is None else self.law.clock.log10_remaining(self.settling_tau)
+
+    @property
     def settling_tau_bracket(self) -> tuple[float, float] | None:
         """:meth:`settling_within` of the default width: the latest is at most twice the earliest."""
         return self.settling_within()
@@ -96,9 +108,22 @@ class CostToGo:
         None for a run that did not settle. They are ``width`` of the latest apart, unless that took more work than
         :mod:`planner.gabf.enclosure` spends; half the width takes about twice the work.
         """
-        if self.settling_tau is None:
-            return None
-        problem, expected = self.problem, self.settling_tau
+        if self.dated_tau is not None and width not in self._brackets:
+            self._brackets[width] = self._bracket(self.dated_tau, width)
+        return self._brackets.get(width)
+
+    def dated_within(self, width: float = WIDTH) -> float | None:
+        """The tau of :meth:`settling_within` that is nearest to ``dated_tau``; None for a run that did not settle."""
+        bracket = self.settling_within(width)
+        return None if bracket is None or self.dated_tau is None else min(max(self.dated_tau, bracket[0]), bracket[1])
+
+    @cached_property
+    def _brackets(self) -> dict[float, tuple[float, float]]:
+        """Those that were asked for, by their width."""
+        return {}
+
+    def _bracket(self, expected: float, width: float) -> tuple[float, float]:
+        problem = self.problem
         y0 = problem.pack(self.x0)
         y_star = problem.pack(self.x) if self.error_bound == 0.0 else None
         return bracket_settling(

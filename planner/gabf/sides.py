@@ -51,7 +51,7 @@ class Side:
     """
 
     def __init__(self, problem: Problem, flow: Flow, y0: Floats, bounds: Premises, upper: bool, beyond: Floats):
-        self.tau, self.y, self.sign = 0.0, y0, 1.0 if upper else -1.0
+        self.tau, self.y, self.sign, self.steps = 0.0, y0, 1.0 if upper else -1.0, 0
         self._problem, self._rows = problem, slice(0, problem.n_rows)
         self._flow, self._values, self._upper = flow, parents_of(problem), upper
         self._speed = self._expected = np.zeros(problem.n_rows)
@@ -74,6 +74,7 @@ class Side:
         slowing = np.divide(speed, self._speed, out=np.ones_like(speed), where=speed < self._speed)
         self._speed, self._expected = speed, speed * slowing
         self.tau, self.y = self.tau + dtau, np.concatenate((there, self.y[there.size :]))
+        self.steps += 1
 
     def stays(self, y_star: Floats) -> bool:
         """Whether no state ever leaves max(y, y_star) (min on the lower side): it is an upper solution that rests."""

@@ -44,9 +44,10 @@ def solve(
     default :class:`Splitting`. ``save``: :class:`EverySteps` or :class:`AtTimes`; nothing is kept without.
     ``settle_tolerance`` defines settled, relative to max(1, |x_i*|); a larger one settles earlier and changes
     neither x nor the steps of the splitting solver, which ends at a residual of exactly 0. When it settled is
-    dated by the run's steps; ``result.settling_tau_bracket`` is what is proved of it. References end
-    where :func:`planner.gabf.settling.error_bound` proves the tolerance. ``max_steps`` and ``until_tau``
-    bound the work. ``partition``: cut into blocks, here or on a cluster; x and all else come out the same to the bit.
+    dated by the run's steps, within ``result.settling_tau_bracket``, which is proved. References end
+    where :func:`planner.gabf.settling.error_bound` proves the tolerance. ``max_steps``, rejected ones too, and
+    ``until_tau`` bound the work. ``partition``: cut into blocks, here or on a cluster; x and all else come out the
+    same to the bit.
 
     Raises AssumptionError, naming node and arc, where the kernel is not increasing and progressive on the
     interval that the run stays in, where a start lies outside the kernel's domain, and where the
@@ -83,8 +84,8 @@ class Limits:
         if not (self.tolerance > 0 and self.until_tau >= 0 and self.max_steps >= 0):
             raise OptionError("settle_tolerance must be positive, max_steps and until_tau not negative")
 
-    def reached(self, step: int, tau: float) -> bool:
-        return step >= self.max_steps or tau >= self.until_tau
+    def reached(self, tried: int, tau: float) -> bool:
+        return tried >= self.max_steps or tau >= self.until_tau
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +94,7 @@ class _Run:
     steps: int
     error_bound: float
     extremes: tuple[float, float, float]
-    settling_tau: float | None
+    dated_tau: float | None
     trajectory: Trajectory | None
     exchanged: Exchanged | None = None
 
@@ -136,7 +137,7 @@ def _run(
         extremes.add(state)
         recorder.offer(step, state)
         settled = _is_settled(problem, solver, bounds, state, limits)
-        if settled or limits.reached(step, state.tau):
+        if settled or limits.reached(step + state.rejected, state.tau):
             break
     proved = error_bound(problem, bounds, state)
     y_star = state.y if state.residual == 0.0 or not settled else problem.pack(oracle(problem.network))
@@ -155,17 +156,14 @@ def _is_settled(problem: Problem, solver: Solver, bounds: Premises, state: State
 def _result(
     problem: Problem, law: Law, solver: Solver, y0: Floats, bounds: Premises, run: _Run, tolerance: float
 ) -> CostToGo:
-    settled = run.settling_tau
     return CostToGo(
         x=_frozen(problem.unpack(run.last.y)),
         x0=_frozen(problem.unpack(y0)),
         law=law,
         problem=problem,
         premises=bounds,
-        outcome=Ending.BUDGET_SPENT if settled is None else Ending.SETTLED,
-        settling_tau=settled,
-        settling_time=None if settled is None else float(law.clock.time(settled)),
-        log10_remaining=None if settled is None else law.clock.log10_remaining(settled),
+        outcome=Ending.BUDGET_SPENT if run.dated_tau is None else Ending.SETTLED,
+        dated_tau=run.dated_tau,
         end_tau=run.last.tau,
         residual=run.last.residual,
         lowest=run.extremes[0],

@@ -18,13 +18,14 @@ from planner.gabf.problem import Problem, Standing
 class State:
     """The states at clock reading ``tau``, and how the rows stand there.
 
-    ``evaluations`` counts how often the parent values were computed so far. Arrays are not to be written to,
-    and are not changed after they were handed out.
+    ``evaluations`` counts how often the parent values were computed so far, ``rejected`` the steps that were tried in
+    vain. Arrays are not to be written to, and are not changed after they were handed out.
     """
 
     tau: float
     standing: Standing
     evaluations: int
+    rejected: int = 0
 
     @property
     def y(self) -> Floats:

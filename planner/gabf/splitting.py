@@ -16,10 +16,15 @@ from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem, Rows, Standing
 from planner.gabf.solvers import Solver, State, Targets, mean_cost
 
+_EPS, _TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
 SAFETY = 0.9
 _MOST = 2.5
 """Shares of ``tolerance`` that a step may err by of a disequilibrium that the law undoes in no time: without it, rises
 that step as fast as they may are 100 times too slow where exponents are far from 1.
+"""
+_FINEST = 1e-12
+"""What no double resolves: of the states, the disequilibrium that steps are measured by; of the time in which the law
+undoes the largest one, a step. Without it, steps shrink for ever where states are 1e13 times an arc's cost.
 """
 RETIRE_EVERY = 8
 """Steps between two looks for rows that rest for good."""
@@ -59,27 +64,28 @@ class Splitting(Solver):
     def steps(self, field: Field, flow: Flow, hop: float, targets: Floats) -> Iterator[State]:
         """The same for states wherever they are kept; ``hop`` is their :func:`planner.gabf.solvers.mean_cost`."""
         landing = Targets(targets)
-        tau, count, steps = 0.0, 1, 0
-        state = field.state(tau, count)
+        tau, count, steps, rejected = 0.0, 1, 0, 0
+        state = field.state(tau, count, rejected)
         dtau = self._first_step(flow, state.residual, hop)
         while True:
             yield state
             steps += 1
             if steps % RETIRE_EVERY == 0:
                 field.retire()
-            size = min(state.residual, hop)
-            allowed = self._allowed(flow, size)
-            dtau = min(dtau, self._longest_step(flow, state.residual))
-            while True:
+            size = _measured_by(state, hop)
+            allowed, shortest = self._allowed(flow, size), _shortest_step(flow, state)
+            dtau = min(max(dtau, shortest), self._longest_step(flow, state.residual))
+            while True:  # ends: a rejected step is a tenth shorter at least, and the shortest is accepted
                 step, reached = landing.clip(tau, dtau)
                 share = field.attempt(step, size)
                 count += 1
-                if share <= allowed:
+                if share <= allowed or step <= shortest:
                     break
-                dtau = step * max(0.2, SAFETY * allowed / share)
+                dtau = max(step * max(0.2, SAFETY * allowed / share), shortest)
+                rejected += 1
             field.accept()
             tau, count = reached, count + 1
-            state = field.state(tau, count)
+            state = field.state(tau, count, rejected)
             growth = SAFETY * allowed / share if share > 0.5 * SAFETY * allowed else 2.0
             dtau = max(dtau, step) * growth
 
@@ -92,22 +98,34 @@ class Splitting(Solver):
         return self.tolerance * min(flow.pace * flow.speed(size) / size, _MOST) if size else np.inf
 
     def _longest_step(self, flow: Flow, size: float) -> float:
-        """Strang's rule itself errs by about (dtau / longest)^3 longest in tau."""
+        """Strang's rule itself errs by about (dtau / longest)^3 longest in tau. At last, nothing is left to be done."""
         if np.isinf(self.tolerance):
             return self.max_step
-        return min(math.cbrt(self.tolerance) * flow.longest_step(size), self.max_step)
+        return min(math.cbrt(self.tolerance) * flow.longest_step(size), self.max_step, flow.whole_time)
 
     def _first_step(self, flow: Flow, residual: float, hop: float) -> float:
         if np.isinf(self.tolerance):
             return self.max_step
-        size = max(min(residual, hop), np.finfo(float).tiny)
+        size = max(min(residual, hop), _TINY)
         return size / flow.speed(size)
+
+
+def _measured_by(state: State, hop: float) -> float:
+    """The disequilibrium that an error of the next step is measured by, see :meth:`Stepper.advance`."""
+    largest = max(abs(state.standing.lowest), abs(state.standing.highest))
+    return max(min(state.residual, max(hop, _FINEST * largest)), 64 * _EPS * largest)
+
+
+def _shortest_step(flow: Flow, state: State) -> float:
+    """The step that is taken whatever it may err by: it is nothing beside tau, or beside what is left of it."""
+    left = state.residual / flow.speed(state.residual) if state.residual else 0.0
+    return max(_EPS * state.tau, _FINEST * left, _TINY)
 
 
 class Field(Protocol):
     """The states of a run, wherever they are kept, and one step of them."""
 
-    def state(self, tau: float, evaluations: int) -> State:
+    def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
         """The states as they are."""
         ...
 
@@ -131,8 +149,8 @@ class InOnePiece:
         self._stepper = Stepper(problem, flow)
         self._here = self._next = self._stepper.standing(y0)
 
-    def state(self, tau: float, evaluations: int) -> State:
-        return State(tau, self._here, evaluations)
+    def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
+        return State(tau, self._here, evaluations, rejected)
 
     def attempt(self, dtau: float, size: float) -> float:
         self._next, share = self._stepper.step(self._here, dtau, size)

@@ -11,7 +11,7 @@ from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce
 
-_TIES = 1e-12  # times max(1, |x*|): values this near count as equal, since paths of equal cost differ in rounding
+_TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: nearer values are equal, as paths of one cost are rounded
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,8 @@ class Structure:
 def structure(net: Network, x_star: Floats | None = None) -> Structure:
     """Everything about the optimum of any progressive increasing kernel.
 
-    ``x_star``: the oracle's unless given. Values that differ by at most 1e-12 max(1, |x*|) count as equal.
+    ``x_star``: the oracle's unless given. Values that differ by at most 1e-12 max(1, |x*|) count as equal, with the
+    largest |x*| in place of 1 where that is less.
     """
     x = oracle(net) if x_star is None else np.asarray(x_star, dtype=np.float64)
     problem = reduce(net)
@@ -71,7 +72,12 @@ def true_parents(net: Network, found: Structure, i: int) -> Ints:
 def _true_arcs(problem: Problem, y: Floats) -> Bools:
     """Arcs with f_i(x_j*, w_ij) = x_i*, and x_j* < x_i*, so that no cycle of ties is let in."""
     values, own, head = problem.arcs(y[problem.heads]), y[problem.owners], y[problem.heads]
-    return (values <= own + _TIES * np.maximum(1.0, np.abs(own))) & (head < own)
+    return (values <= own + _nearly(own, y)) & (head < own)
+
+
+def _nearly(own: Floats, y: Floats) -> Floats:
+    """By how much values may differ from ``own`` and count as equal, among the states ``y``."""
+    return _TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
 
 
 def _hops(problem: Problem, tight: Bools, longest: bool) -> Ints:
@@ -93,7 +99,7 @@ def _levels(problem: Problem, y: Floats) -> tuple[Ints, Floats]:
     rows = y[: problem.n_rows]
     order = np.argsort(rows, kind="stable")
     ascending = rows[order]
-    fresh = np.diff(ascending, prepend=-np.inf) > _TIES * np.maximum(1.0, np.abs(ascending))
+    fresh = np.diff(ascending, prepend=-np.inf) > _nearly(ascending, y)
     level = np.zeros(problem.nodes.size, dtype=np.int64)
     level[order] = np.cumsum(fresh)
     return level, np.concatenate(([problem.anchors.min()], ascending[fresh]))

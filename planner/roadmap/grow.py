@@ -101,7 +101,7 @@ def _add_shorter_paths(
     while longest > enough and checked < limit and len(forest) < _SHARE_OF_PATHS * nodes and not progress.stopped:
         within_limit = replace(join, motions=limit - checked)
         found, tried = shorter_path(motions, within_limit, starts, goals, longest, rng, progress)
-        checked += tried
+        checked += max(tried, 1)  # a search that could not even begin counts, so that this ends
         if found is not None:
             forest.add_path(found)
             longest = min(longest, _length(robot, found))

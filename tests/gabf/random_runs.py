@@ -20,6 +20,22 @@ def draw(seed, most_nodes=12):
     return law, net, _start(rng, net, law.needs_overestimate)
 
 
+def draw_extreme(seed):
+    """The same with costs and starts from 1e-30 to 1e30; what a run has to rise by is at most 100 of the least cost."""
+    rng = np.random.default_rng(seed)
+    powers = {"p": BELOW[rng.integers(len(BELOW))], "m": ABOVE[rng.integers(len(ABOVE))]}
+    law = [gabf.Nominal, gabf.FixedTime, gabf.SingularityFree][rng.integers(3)]
+    law = law() if law is gabf.Nominal else law(beta1=_scale(rng, 1e-6, 1e6), beta2=_scale(rng, 1e-6, 1e6), **powers)
+    n, cost = int(rng.integers(2, 9)), _scale(rng, 1e-30, 1e30)
+    ends = [(i, int(rng.integers(0, i))) for i in range(1, n)]
+    ends += [(int(i), int(j)) for i, j in zip(rng.integers(1, n, n), rng.integers(0, n, n), strict=True) if i != j]
+    kernel = [gabf.Additive(), gabf.TradeOff(), gabf.EdgeIntegral()][rng.integers(3)]
+    costs = {"node_cost": cost * rng.uniform(0.1, 1.0, n), "arc_cost": cost * rng.uniform(0.1, 1.0, len(ends))}
+    net = from_arcs(n, [(i, j, cost * rng.uniform(0.1, 1.0)) for i, j in ends], kernel=kernel, **costs)
+    above = _scale(rng, 1e-30, 1e30) * rng.random(n) * (rng.random(n) < 0.7)
+    return law, net, gabf.oracle(net) + above - 10.0 * cost * rng.random(n) * (rng.random() < 0.5)
+
+
 def _scale(rng, low, high):
     return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 

@@ -5,9 +5,11 @@ import pytest
 from scipy.special import betainc
 
 from planner import gabf
+from planner.base.errors import AssumptionError
 from planner.gabf import bounds, enclosure
 from planner.gabf.enclosure import bracket_settling
 from planner.gabf.problem import reduce
+from planner.gabf.sides import Side
 
 from . import judge
 from .networks import chain, from_arcs, scattered, solve
@@ -132,6 +134,25 @@ def test_runs_without_anything_to_enclose():
     net = scattered(40, seed=2)
     assert solve(net, max_steps=2).settling_tau_bracket is None
     assert solve(net, x0=gabf.oracle(net)).settling_tau_bracket == (0.0, 0.0)
+
+
+def test_a_bracket_that_cannot_be_narrowed_ends_after_its_steps(monkeypatch):
+    """A start inside the band settles at 0, which upper solutions that rise inside the band never prove."""
+    monkeypatch.setattr(enclosure, "_MOST_STEPS", 200)
+    steps, step = [], Side.step
+    monkeypatch.setattr(Side, "step", lambda side, dtau: (steps.append(dtau), step(side, dtau)))
+    net = chain(6, 1e15)
+    result = solve(net, x0=gabf.oracle(net) + np.array([0.0, 100.0, 500.0, 0.0, 400.0, 50.0]))
+    assert (result.settling_tau, result.settling_tau_bracket[0]) == (0.0, 0.0)
+    assert 0 < len(steps) <= 4 * 200
+
+
+def test_a_kernel_that_never_comes_to_rest_is_refused():
+    """A check by probes may pass one that falls between them: sweeps go to and fro for ever."""
+    falling = gabf.UserKernel(lambda i, a, b: 2.0 - 1.5 * a)
+    net = from_arcs(3, [(1, 2, 1.0), (2, 1, 1.0), (1, 0, 1.0)], kernel=falling)
+    with pytest.raises(AssumptionError, match="UserKernel does not increase"):
+        enclosure._optimum(reduce(net))
 
 
 def test_a_rise_that_takes_too_many_steps_has_no_latest(monkeypatch):

@@ -46,8 +46,9 @@ def test_error_bound_holds_wherever_the_run_is_stopped():
 
 
 def test_budgets_end_a_run():
-    result = solve(NET, max_steps=3)
+    result = solve(NET, max_steps=4)
     assert (result.steps, result.outcome) == (3, gabf.Ending.BUDGET_SPENT)
+    assert result.evaluations == 1 + 4 + 3, "4 steps were tried, of which 3 were taken"
     assert (result.settling_tau, result.settling_time, result.log10_remaining) == (None, None, None)
     assert solve(NET, until_tau=2.5).end_tau == 2.5
     assert solve(NET, max_steps=0).steps == 0

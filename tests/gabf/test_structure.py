@@ -30,6 +30,11 @@ def test_paths_that_tie_up_to_rounding_count_as_ties():
     assert (found.longest[3], found.fewest[3]) == (3, 1)
 
 
+def test_small_values_are_no_ties():
+    found = gabf.structure(chain(5, 1e-20))
+    assert (found.diameter, found.R) == (5, 4)
+
+
 def test_a_chain_is_one_path():
     found = gabf.structure(chain(5))
     assert (found.diameter, found.R) == (5, 4)

@@ -82,6 +82,15 @@ def test_first_paths_are_searched_where_a_shorter_one_may_pass(monkeypatch):
     assert several.sum() < 0.985 * first_only.sum()
 
 
+def test_searches_that_cannot_even_begin_end(post, monkeypatch):
+    calls = []
+    monkeypatch.setattr("planner.roadmap.grow.shorter_path", lambda *asked: (calls.append(asked), (None, 0))[1])
+    monkeypatch.setattr("planner.roadmap.grow._SHORTER", 7)
+    monkeypatch.setattr("planner.roadmap.grow._NEARLY_STRAIGHT", 0.0)
+    grown(post)
+    assert len(calls) == 7
+
+
 def test_more_nodes_is_not_another_first_path(post):
     few, many = grown(post, nodes=30), grown(post, nodes=90)
     spine = [q for q in few.nodes[2:8]]

@@ -84,13 +84,14 @@ class Cut:
 
     @staticmethod
     def of(problem: Problem, block: Ints, blocks: int) -> Cut:
-        """Cut where ``block`` (R,) says; blocks without rows are left out."""
+        """Cut where ``block`` (R,) says; blocks without rows are left out, all but one where no node has to move."""
         across = problem.heads < problem.n_rows
         across[across] = block[problem.owners[across]] != block[problem.heads[across]]
         is_told = np.zeros(problem.n_rows, dtype=bool)
         is_told[problem.heads[across]] = True
         members = [rows for k in range(blocks) if (rows := np.flatnonzero(block == k)).size]
-        boundary = np.concatenate([rows[is_told[rows]] for rows in members] or [np.empty(0, dtype=np.int64)])
+        members = members or [np.empty(0, dtype=np.int64)]
+        boundary = np.concatenate([rows[is_told[rows]] for rows in members])
         place = np.full(problem.n_rows, -1, dtype=np.int64)
         place[boundary] = np.arange(boundary.size)
         halos = []

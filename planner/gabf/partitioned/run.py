@@ -75,8 +75,8 @@ class PartitionedField:
     def exchanged(self) -> Exchanged:
         return Exchanged(len(self._cut.halos), self._cut.boundary.size, self._states, self._calls)
 
-    def state(self, tau: float, evaluations: int) -> State:
-        return GatheredState(self, self._steps, self._reports, tau, evaluations)
+    def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
+        return GatheredState(self, self._steps, self._reports, tau, evaluations, rejected)
 
     def attempt(self, dtau: float, size: float) -> float:
         """See :class:`planner.gabf.splitting.Field`."""
@@ -120,11 +120,19 @@ class GatheredState(State):
     Nobody asks for its xhat: on blocks no trajectory is kept.
     """
 
-    def __init__(self, field: PartitionedField, step: int, reports: list[Report], tau: float, evaluations: int) -> None:
+    def __init__(
+        self,
+        field: PartitionedField,
+        step: int,
+        reports: list[Report],
+        tau: float,
+        evaluations: int,
+        rejected: int,
+    ) -> None:
         residual, lowest, highest, moving = zip(*reports, strict=True)
         standing = Standing(np.empty(0), np.empty(0), max(residual), min(lowest), max(highest), min(moving))
-        own = {"tau": tau, "standing": standing, "evaluations": evaluations, "_field": field, "_step": step}
-        self.__dict__.update(own)  # as a frozen dataclass allows no assignment
+        super().__init__(tau, standing, evaluations, rejected)
+        self.__dict__.update(_field=field, _step=step)  # as a frozen dataclass allows no assignment
 
     @cached_property
     def y(self) -> Floats:  # type: ignore[override]

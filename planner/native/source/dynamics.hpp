@@ -109,6 +109,7 @@ inline double advance_rows(const Flow& flow, const Rows& rows, int64_t begin, in
         const int64_t at = begin + moving.at[k], row = rows[at];
         const double s = moving.before[k], left = moving.left[k], moved = m[at] - (y[row] - xhat[row]);
         next[row] = m[at] + left;
+        if (next[row] == y[row]) next[row] = std::nextafter(y[row], m[at]);  // or rounding would hold it there for ever
         const double scale = (size + std::abs(xhat[row])) * std::abs(s);
         if (scale > 0.0) largest = std::max(largest, std::abs(moved * (s - left)) / scale);
     }

@@ -86,14 +86,14 @@ def measure(network: gabf.Network, repeats: int, rk45_repeats: int) -> dict[str,
     }
     outcomes = {"dijkstra": (0.0, None), "gabf": (gabf.max_error(result, x_star), result.steps)}
     if rk45_repeats:
-        assert result.settling_tau is not None
-        methods |= _runge_kutta(network, TAU_SPARE * result.settling_tau, rk45_repeats)
+        assert result.dated_tau is not None
+        methods |= _runge_kutta(network, TAU_SPARE * result.dated_tau, rk45_repeats)
     seconds = _interleaved(methods, outcomes, x_star)
     timings = [Timing(name, statistics.median(s), len(s), *outcomes[name]) for name, s in seconds.items()]
     return {
         "nodes": network.n_nodes,
         "arcs": network.n_arcs,
-        "settling_tau": result.settling_tau,
+        "settling_tau": result.dated_tau,
         "settled": result.outcome is gabf.Ending.SETTLED,
         "memory_loaded_mib": loaded,
         "memory_peak_mib": peak,

@@ -72,9 +72,9 @@ class StaleField(PartitionedField):
         first = y0[cut.boundary]
         self._past: deque[Floats] = deque([first] * (delay + 1), maxlen=delay + 1)
 
-    def state(self, tau: float, evaluations: int) -> State:
+    def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
         """Also where the boundary is told."""
-        state = super().state(tau, evaluations)
+        state = super().state(tau, evaluations, rejected)
         passed = int(np.searchsorted(self._due, tau, side="right"))
         if not self._due.size or passed > self._renewed:
             self._renewed = passed

@@ -14,7 +14,7 @@ from planner.gabf.partitioned.run import partitioned_field
 from planner.gabf.problem import reduce
 from planner.gabf.solvers import disequilibrium
 from planner.studies.bench_gabf.case import geometric_network
-from tests.gabf.networks import scattered, solve
+from tests.gabf.networks import from_arcs, scattered, solve
 
 KERNELS = (gabf.TradeOff(0.5), gabf.Multiplicative(K=20.0), gabf.UserKernel(lambda i, a, b: a + b + 0.1 * (i % 3)))
 LAWS = (gabf.SingularityFree(T=4.0), gabf.FixedTime(p=(5, 7), m=(13, 7)), gabf.Nominal(), gabf.PrescribedTime())
@@ -52,6 +52,19 @@ def test_every_kernel_and_any_assignment_give_the_same_bits(kernel: gabf.Kernel)
     whole = solve(network)
     assert_same(whole, solve(network, partition=gabf.Partition(5, assignment=scrambled)))
     assert_same(whole, solve(network, partition=gabf.Partition(400)))
+
+
+@pytest.mark.parametrize("arcs", [[], [(1, 2), (2, 1)], [(0, 1), (0, 2)], [(1, 0)], [(1, 0), (2, 3), (3, 2)]], ids=str)
+@pytest.mark.parametrize("sources", [(0,), (0, 3), (0, 1, 2, 3)], ids=str)
+def test_nodes_that_reach_no_source_cost_infinity(arcs: list, sources: tuple[int, ...]) -> None:
+    """Nothing to move at all, nodes apart, sources only, more blocks than rows."""
+    network = from_arcs(4, [(i, j, 1.0) for i, j in arcs], sources)
+    whole = solve(network)
+    assert np.array_equal(whole.x, gabf.oracle(network))
+    for blocks in (1, 2, 9):
+        cut = solve(network, partition=gabf.Partition(blocks))
+        assert_same(whole, cut)
+        assert gabf.certify(network, cut.law, cut) == gabf.certify(network, whole.law, whole)
 
 
 def test_rows_that_rest_are_retired_and_the_bits_stay() -> None:
