@@ -1,5 +1,6 @@
 # make plan   plan the paper's manipulator scenario
 # make test   run every check: ruff, pyright, pytest, notebooks, the page in a browser; WORKERS=8 for more processes
+# make sanitize   run the tests of the compiled library once more, under the address and undefined-behaviour sanitizers
 # make docs   build the documentation into docs/_build/html, with warnings as errors, and check its links
 # make release   build sdist and wheel into dist, install the sdist on every Python from 3.11 to 3.13 that is here, and plan
 # make pythons   the same with the wheel, and without the Python of .venv
@@ -10,7 +11,7 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 BIN := .venv/bin
 WORKERS ?= 2
 
-.PHONY: plan test docs release pythons lock clean
+.PHONY: plan test sanitize docs release pythons lock clean
 plan: .venv/ready
 	$(BIN)/planner plan
 
@@ -19,6 +20,9 @@ test: .venv/ready
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal
+
+sanitize: .venv/ready
+	$(BIN)/python -m tests.native.sanitized
 
 docs: .venv/ready
 	$(BIN)/python -m sphinx -q -E -W --keep-going -b html docs docs/_build/html

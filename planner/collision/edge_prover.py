@@ -15,7 +15,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, numbers
+from planner.base.arrays import Bools, Floats, Ints, numbers, plain_numbers
 from planner.base.errors import ArrayError
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
@@ -118,7 +118,7 @@ class EdgeProver:
         ``room`` proves more of the tight segments, and takes longer on each of them. Without ``contacts`` all that are
         not free are undecided: nobody asks the checker whether they collide, which takes as long as the proofs.
         """
-        start, delta = np.atleast_2d(start), np.atleast_2d(delta)
+        start, delta = np.atleast_2d(plain_numbers("start", start)), np.atleast_2d(plain_numbers("delta", delta))
         if start.shape != delta.shape:
             raise ArrayError(f"start has shape {start.shape} and delta {delta.shape}: give as many motions as starts.")
         return self.prove_curves(np.stack([start, delta], axis=1), room, contacts)

@@ -184,7 +184,7 @@ def _points(joints: tuple[str, ...], times: Floats, *columns: Floats | None) -> 
         raise ArrayError("accelerations qdd say nothing without velocities: give qd too.")
     shape = len(times), len(joints) or "dof"  # parts of a motion have no names
     given = zip(("q", "qd", "qdd"), columns, strict=True)
-    return times, *(None if column is None else numbers(name, column, shape) for name, column in given)
+    return times, *(None if column is None and name != "q" else numbers(name, column, shape) for name, column in given)
 
 
 def whole_nanoseconds(times: Floats) -> Ints:

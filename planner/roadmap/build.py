@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, numbers
+from planner.base.arrays import Floats, Ints, numbers, plain_numbers
 from planner.base.errors import OptionError, StateError
 from planner.base.progress import QUIET, Progress
 from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes, require_seed
@@ -93,7 +93,7 @@ def _require_shares(floor: float, density: float, refined: float) -> None:
 
 def _ends(role: str, rows: Floats | Sequence[float], checker: CollisionChecker) -> Floats:
     """Starts or goals (k, dof) that are free."""
-    values = numbers(role, np.atleast_2d(rows), ("k", "dof"), StateError)
+    values = numbers(role, np.atleast_2d(plain_numbers(role, rows, StateError)), ("k", "dof"), StateError)
     if not len(values):
         raise StateError(f"there is no {role}: give at least one configuration.")
     return free_configurations([(role, q) for q in values], checker)

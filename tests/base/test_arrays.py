@@ -1,17 +1,20 @@
-"""Arrays that cannot be written to, and index arithmetic."""
+"""Arrays that cannot be written to, index arithmetic, and what is refused where arrays enter."""
+
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from planner.base.arrays import as_frozen, distinct_rows, frozen, ranges
+from planner.base.arrays import as_frozen, distinct_rows, frozen, indices, numbers, placement, ranges, rows
+from planner.base.errors import ArrayError, StateError
 
 
 def test_a_frozen_array_is_a_copy_that_nobody_changes() -> None:
-    rows = np.arange(6).reshape(2, 3).T
-    kept = frozen(rows)
+    own = np.arange(6).reshape(2, 3).T
+    kept = frozen(own)
     assert kept.dtype == np.float64
     assert kept.flags.c_contiguous
-    rows[0, 0] = 9
+    own[0, 0] = 9
     np.testing.assert_array_equal(kept, [[0, 3], [1, 4], [2, 5]])
     with pytest.raises(ValueError, match="read-only"):
         kept[0, 0] = 1.0
@@ -44,3 +47,51 @@ def test_distinct_rows_are_numpys(shape: tuple[int, int], dtype: type) -> None:
     found = distinct_rows(rows)
     assert found[0].tolist() == first.tolist()
     assert found[1].tolist() == which.ravel().tolist()
+
+
+def test_numbers_are_those_that_were_given() -> None:
+    own = np.arange(6.0).reshape(3, 2)
+    assert numbers("q", own, ("n", 2)) is own
+    assert numbers("q", [[1, 2]], (1, 2)).dtype == np.float64
+    assert numbers("q", np.zeros((0, 2)), ("n", 2)).shape == (0, 2)
+    assert numbers("t", 3, ()) == 3.0
+    huge = np.array([1e200, -1e308])
+    np.testing.assert_array_equal(numbers("q", huge, (2,)), huge)  # their squares overflow, they do not
+    np.testing.assert_array_equal(rows("q", own[0], 2), own[:1])
+    assert rows("q", own, 2) is own
+    np.testing.assert_array_equal(indices("k", [2.0, 0], ("m",), 3), [2, 0])
+    turned = np.array([[0.0, -1, 0, 3], [1, 0, 0, 4], [0, 0, 1, 5], [0, 0, 0, 1]])
+    assert placement("p", turned) is turned
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: numbers("q", np.zeros((3, 1)), ("n", 2)), "q has shape (3, 1): give an array of shape (n, 2)."),
+        (lambda: numbers("q", np.zeros(3), (2,)), "q has shape (3,): give an array of shape (2,)."),
+        (lambda: numbers("q", [[0, 1], [np.nan, 0]], ("n", 2)), "q[1, 0] is nan: every number has to be finite."),
+        (lambda: numbers("t", -np.inf, ()), "t is -inf: every number has to be finite."),
+        (
+            lambda: numbers("q", [0, 200.0], (2,), most=100),
+            "q[1] is 200: every number has to be finite, no farther than 100 from 0.",
+        ),
+        (lambda: numbers("q", ["a"], ("n",)), "q is no array of numbers: give one of shape (n,)."),
+        (lambda: numbers("q", 10**400, ()), "q is no array of numbers: give one of shape ()."),
+        (lambda: rows("q", [[1], [2, 3]], 2), "q is no array of numbers: give one of shape (n, 2)."),
+        (lambda: indices("k", [0, 3], ("m",), 3), "k[1] is 3: give whole numbers from 0 to 2."),
+        (lambda: indices("k", [0.5], ("m",), 3), "k[0] is 0.5: give whole numbers from 0 to 2."),
+        (lambda: indices("k", [np.nan], ("m",), 3), "k[0] is nan: give whole numbers from 0 to 2."),
+        (lambda: placement("p", 2 * np.eye(4)), "p is not rigid: give a (4, 4) placement, as planner.pose makes it."),
+    ],
+)
+def test_others_are_refused_in_one_sentence(call: Callable[[], object], words: str) -> None:
+    with pytest.raises(ArrayError) as caught:
+        call()
+    assert str(caught.value) == words
+    with pytest.raises(ValueError, match=r"\."):  # what reads files takes it for one
+        call()
+
+
+def test_the_error_is_the_callers() -> None:
+    with pytest.raises(StateError, match=r"^start has shape"):
+        numbers("start", np.zeros(3), (2,), StateError)

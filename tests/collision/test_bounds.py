@@ -8,11 +8,14 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.bounds import ClearanceBound
 from planner.collision.fcl import FclChecker
+from planner.collision.in_time import moving_world
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
+from planner.world.moving import KnownMotion
+from planner.world.poses import pose
 from planner.world.robot import Robot
 from planner.world.scene import Scene
-from planner.world.shapes import Sphere
+from planner.world.shapes import Obstacle, Sphere
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import KINDS, PRIMITIVES, random_pose, random_shape
 from tests.worlds import body, checker_of, load, random_q, scene_of
@@ -147,3 +150,22 @@ def test_a_robot_in_another_place_has_other_bounds():
     coarse = coarse_bounds(far, random_q(far.robot, 10))
     scene = len(far.bodies) * len(far.obstacles)
     assert coarse[:, :scene].min() > 2.5
+
+
+def test_what_is_known_of_another_world_moves_as_it_does_there_unless_it_is_said_again() -> None:
+    """An obstacle that comes to where the arm is: refused in every world that takes it over."""
+    far, near = pose([3.0, 0.0, 0.0]), pose([0.6, 0.0, 0.0])
+    coming, staying = KnownMotion([0.0, 4.0], [far, near]), KnownMotion([0.0, 4.0], [far, far])
+    world = moving_world(checker_of("planar_2r").world, (Obstacle("ball", Sphere(0.1), far),))
+    first = ClearanceBound(world, motions={"ball": coming})
+    taken = ClearanceBound(world, first)
+    said = ClearanceBound(world, first, {"ball": staying})
+    standing = ClearanceBound(world)
+    reach, body_reach = np.ascontiguousarray(world.pair_reach), world.reach.bodies
+    curves, spans = np.zeros((1, 2, 2)), np.array([[3.9, 0.1, 0.0]])
+
+    def verdict(bound: ClearanceBound) -> int:
+        left_out = np.zeros(len(reach), dtype=bool)
+        return int(bound.native.prove(reach, body_reach, left_out, curves, 1e-3, spans)[0][0])
+
+    assert [verdict(bound) for bound in (first, taken, said, standing)] == [2, 2, 0, 0]

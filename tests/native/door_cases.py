@@ -4,6 +4,7 @@ A case makes its input from a generator and a size, asks, looks at the answers, 
 in them: no rows and one, one joint and many, no obstacles, no pairs, one arc.
 """
 
+# pyright: reportArgumentType=false
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,5 +1,6 @@
 """Every function of the compiled library on valid input; none reads, writes or believes what is not there."""
 
+# pyright: reportArgumentType=false, reportCallIssue=false
 from __future__ import annotations
 
 import threading
@@ -282,9 +283,9 @@ def test_no_number_is_never_free(bad: float) -> None:
             curves = np.repeat(np.zeros((1, degree + 1, 3)), 3 * (degree + 1), axis=0)
             curves.reshape(len(curves), -1)[np.arange(len(curves)), np.arange(len(curves))] = bad
             assert (world.prove(*bounds, curves, 1e-3)[0] == 2).all()
-            ones, begin = np.ones((2, len(curves)), dtype=int), np.zeros(len(curves))
+            ones, begin = np.ones(len(curves), dtype=int), np.zeros(len(curves))
             if degree == 1:
-                assert (world.first_proven(*bounds, curves, *ones, begin, 1e-3)[0] == -1).all()
+                assert (world.first_proven(*bounds, curves, ones, ones, begin, 1e-3)[0] == -1).all()
     state = np.zeros((1, 3))
     state[0, 1] = bad
     assert WORLD.first_near(state) == 0

@@ -1,0 +1,224 @@
+"""Every public function that takes arrays refuses other shapes and what is no finite number, in one sentence.
+
+A table of facts, one for each place where arrays enter the package: none ends in a traceback of a library, none in an
+answer.
+"""
+
+# pyright: reportArgumentType=false
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+import pytest
+
+import planner
+from planner.base.errors import PlannerError
+from planner.collision.checker import CollisionChecker, contact_of, is_free
+from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.forward import tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.kinematics.manipulability_proof import prove_floor
+from planner.world.shapes import Carried
+from tests.worlds import load, make_post
+
+NAN, EYE = np.nan, np.eye(4)
+ROBOT = load("planar_2r")
+FINE = np.array([[-1.0, 0.8], [-1.1, 0.9], [-1.0, 1.0]])
+BAD_ROWS = {
+    "one column": FINE[:, :1],
+    "three columns": np.zeros((1000, 3)),
+    "a NaN": np.array([[-1.0, 0.8], [NAN, 0.9]]),
+    "infinite": np.array([[-1.0, np.inf]]),
+    "far beyond any joint": np.array([[-1.0, 1e9]]),
+    "three dimensions": FINE[None],
+    "a number": 3.0,
+    "text": [["a", "b"]],
+    "ragged": [[0.0, 0.0], [0.0]],
+    "complex": FINE * 1j,
+    "nothing": None,
+}
+
+
+def checker() -> CollisionChecker:
+    return make_post()
+
+
+def prover() -> EdgeProver:
+    return EdgeProver(make_post())
+
+
+ROWS: dict[str, Callable[[object], object]] = {
+    "first_contact": lambda q: checker().first_contact(q),
+    "first_contact_along": lambda q: checker().first_contact_along(q, np.ones(1)),
+    "contact_of": lambda q: contact_of(checker(), q),
+    "is_free": lambda q: is_free(checker(), q),
+    "time_path": lambda q: planner.time_path(q, checker()),
+    "prove, starts": lambda q: prover().prove(q, q),
+    "prove, motions": lambda q: prover().prove(FINE[:1], q),
+    "free": lambda q: prover().free(FINE[:1], q),
+    "first_free": lambda q: prover().first_free(FINE[:2], q, np.ones(2, dtype=int), np.ones(2, dtype=int)),
+    "cheapest_chain": lambda q: prover().cheapest_chain(q, np.ones((len(FINE), len(FINE)))),
+    "prove_curves": lambda q: prover().prove_curves(q),
+    "prove_floor": lambda q: prove_floor(ROBOT, q, 0.1),
+    "build_roadmap, start": lambda q: planner.build_roadmap(ROBOT, checker(), q, FINE[0], nodes=4),
+    "build_roadmap, goal": lambda q: planner.build_roadmap(ROBOT, checker(), FINE[0], q, nodes=4),
+    "plan": lambda q: planner.plan(robot="planar_2r", scene="empty", start=q, goal=FINE[0], nodes=4),
+    "Session.plan": lambda q: planner.Session("planar_2r", "empty", nodes=4).plan(q, FINE[0]),
+    "Trajectory.through": lambda q: planner.Trajectory.through(ROBOT.joints, [0.0, 1.0, 2.0], q),
+}
+THREE_DIMENSIONS_ARE_FINE = ("prove_curves", "prove_floor")
+
+
+@pytest.mark.parametrize("rows", BAD_ROWS)
+@pytest.mark.parametrize("name", ROWS)
+def test_rows_of_joint_values(name: str, rows: str) -> None:
+    if rows == "three dimensions" and name in THREE_DIMENSIONS_ARE_FINE:
+        return
+    require_sentence(partial(ROWS[name], BAD_ROWS[rows]))
+
+
+def require_sentence(call: Callable[[], object]) -> None:
+    with pytest.raises(PlannerError) as caught:
+        call()
+    text = str(caught.value)
+    assert 10 < len(text) < 400
+    assert "\n" not in text
+    assert any(mark in text for mark in ":;,"), "what is wrong, and the remedy"
+
+
+def network() -> planner.gabf.Network:
+    return planner.gabf.Network.from_arcs([1, 2, 2], [0, 0, 1], np.ones(3), [0], 3, node_cost=np.ones(3))
+
+
+def obstacle(**other: object) -> Callable[[], object]:
+    given = {"name": "x", "shape": planner.Sphere(0.1), "placement": EYE} | other
+    return lambda: planner.Obstacle(**given)
+
+
+def limits(**other: object) -> Callable[[], object]:
+    given = {kind: np.ones(2) for kind in ("velocity", "acceleration", "jerk")} | other
+    return lambda: planner.MotionLimits(ROBOT.joints, source=dict.fromkeys(given, "test"), **given)
+
+
+def through(times: object, *columns: object) -> Callable[[], object]:
+    return lambda: planner.Trajectory.through(ROBOT.joints, times, *columns)
+
+
+TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+SCENE = planner.Scene("x", (planner.Obstacle("box", planner.Box((0.1, 0.1, 0.1)), planner.pose([0, 0, 3])),))
+MOTION = planner.Trajectory.through(ROBOT.joints, np.array([0.0, 1.0]), FINE[:2], np.zeros((2, 2)))
+CALLS: dict[str, Callable[[], object]] = {
+    "a box with NaN": lambda: planner.Box((NAN, 1, 1)),
+    "a box of two": lambda: planner.Box((1, 1)),
+    "a negative box": lambda: planner.Box((-1, 1, 1)),
+    "a box of no height": lambda: planner.Box((1, 1, 0)),
+    "a box as wide as the world": lambda: planner.Box((1, 1, 1e9)),
+    "a sphere with NaN": lambda: planner.Sphere(NAN),
+    "a sphere of text": lambda: planner.Sphere("a"),
+    "a sphere of no size": lambda: planner.Sphere(0.0),
+    "a flat cylinder": lambda: planner.Cylinder(0.1, 0.0),
+    "a negative cylinder": lambda: planner.Cylinder(-0.1, 0.1),
+    "a capsule with NaN": lambda: planner.Capsule(0.1, NAN),
+    "a capsule of no radius": lambda: planner.Capsule(0.0, 1.0),
+    "a mesh of no triangle": lambda: planner.Mesh(TRIANGLE, np.zeros((0, 3), dtype=int)),
+    "a mesh of nothing": lambda: planner.Mesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=int)),
+    "a mesh with an index too large": lambda: planner.Mesh(TRIANGLE, np.array([[0, 1, 3]])),
+    "a mesh with a negative index": lambda: planner.Mesh(TRIANGLE, np.array([[0, 1, -1]])),
+    "a mesh with half an index": lambda: planner.Mesh(TRIANGLE, np.array([[0, 1, 1.5]])),
+    "a mesh with NaN": lambda: planner.Mesh(NAN * TRIANGLE, np.array([[0, 1, 2]])),
+    "a mesh in the plane": lambda: planner.Mesh(TRIANGLE[:, :2], np.array([[0, 1, 2]])),
+    "a mesh of squares": lambda: planner.Mesh(TRIANGLE, np.array([[0, 1, 2, 0]])),
+    "an obstacle nowhere": obstacle(placement=np.full((4, 4), NAN)),
+    "an obstacle of rotation alone": obstacle(placement=np.eye(3)),
+    "an obstacle that is stretched": obstacle(placement=np.diag([2.0, 2.0, 2.0, 1.0])),
+    "an obstacle that is mirrored": obstacle(placement=np.diag([-1.0, 1.0, 1.0, 1.0])),
+    "an obstacle with a wrong last row": obstacle(placement=EYE + np.eye(4, k=-1) * [[0], [0], [0], [1]]),
+    "an obstacle too far": obstacle(placement=planner.pose([1e9, 0, 0])),
+    "an obstacle with a NaN speed": obstacle(speed_limit=NAN),
+    "an obstacle with a negative speed": obstacle(speed_limit=-1.0),
+    "a load nowhere": lambda: Carried("link", "x", planner.Sphere(0.1), np.eye(3)),
+    "pose, position": lambda: planner.pose([NAN, 0, 0]),
+    "pose, two numbers": lambda: planner.pose([1, 2]),
+    "pose, rpy": lambda: planner.pose([1, 2, 3], rpy=[NAN, 0, 0]),
+    "pose, quaternion": lambda: planner.pose([1, 2, 3], quaternion=[0, 0, 1]),
+    "pose, no direction": lambda: planner.pose([1, 2, 3], quaternion=[0, 0, 0, 0]),
+    "a known motion, times": lambda: planner.KnownMotion([[0]], [EYE]),
+    "a known motion, NaN": lambda: planner.KnownMotion([0, NAN], [EYE, EYE]),
+    "a known motion, ragged": lambda: planner.KnownMotion([0, 1], [EYE, np.eye(3)]),
+    "a known motion, mirrored": lambda: planner.KnownMotion([0], [np.diag([-1.0, 1, 1, 1])]),
+    "a known motion, when": lambda: planner.KnownMotion([0], [EYE]).at(NAN),
+    "time_path, no waypoint": lambda: planner.time_path(np.zeros((0, 2)), checker()),
+    "time_path, floor": lambda: planner.time_path(FINE, checker(), floor=NAN),
+    "time_path, extra cost": lambda: planner.time_path(FINE, checker(), extra_cost=NAN),
+    "time_path, law": lambda: planner.time_path(FINE, checker(), law="quickly"),
+    "limits, one": limits(velocity=np.ones(1)),
+    "limits, NaN": limits(jerk=np.array([1.0, NAN])),
+    "limits, a number": limits(acceleration=1.0),
+    "through, NaN": through([0.0, NAN], FINE[:2]),
+    "through, equal times": through([0.0, 0.0], FINE[:2]),
+    "through, one point": through([0.0], FINE[:1]),
+    "through, rows": through([0.0, 1.0, 2.0], FINE[:2]),
+    "through, velocities": through([0.0, 1.0], FINE[:2], np.zeros((2, 1))),
+    "through, accelerations alone": through([0.0, 1.0], FINE[:2], None, np.zeros((2, 2))),
+    "at, NaN": lambda: MOTION.at(NAN),
+    "at, text": lambda: MOTION.at("now"),
+    "at, order": lambda: MOTION.at(0.5, -1),
+    "stop_at": lambda: planner.time_path(FINE, checker(), law="blended").stop_at(NAN),
+    "prove, unequal": lambda: prover().prove(FINE[:2], FINE[:1]),
+    "prove, room": lambda: prover().prove(FINE[:1], 0.1 * FINE[:1], room=NAN),
+    "prove, no room": lambda: prover().prove(FINE[:1], 0.1 * FINE[:1], room=-1.0),
+    "prove, degree": lambda: prover().prove_curves(np.zeros((1, 30, 2))),
+    "prove, some pairs": lambda: prover().only(np.zeros(100, dtype=bool)),
+    "first_free, motions": lambda: prover().first_free(FINE, FINE, np.array([7]), np.array([1])),
+    "cheapest_chain, prices": lambda: prover().cheapest_chain(FINE, np.ones((2, 2))),
+    "prove_floor, floor": lambda: prove_floor(ROBOT, np.zeros((1, 2, 2)), NAN),
+    "prove_floor, floors": lambda: prove_floor(ROBOT, np.zeros((2, 2, 2)), np.array([0.1, NAN])),
+    "roadmap, no start": lambda: planner.build_roadmap(ROBOT, checker(), np.zeros((0, 2)), FINE[0], 4),
+    "roadmap, floor": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, min_manipulability=NAN),
+    "roadmap, density": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, density=NAN),
+    "roadmap, refined": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, refined=2.0),
+    "checker, margin": lambda: planner.make_checker(ROBOT, SCENE, margin=NAN),
+    "session, move": lambda: planner.Session(ROBOT, SCENE, nodes=4).move("box", position=[NAN, 0, 0]),
+    "session, move to two": lambda: planner.Session(ROBOT, SCENE, nodes=4).move("box", position=[1, 0]),
+    "session, attach": lambda: planner.Session(ROBOT, SCENE, nodes=4).attach("box", ROBOT.tool, at=[NAN, 0]),
+    "session, beta": lambda: planner.Session(ROBOT, SCENE, nodes=4).plan(*FINE[:2], beta=NAN),
+    "kinematics, w": lambda: manipulability(ROBOT, np.zeros((1000, 1))),
+    "kinematics, tool": lambda: tool_positions(ROBOT, np.zeros((1000, 1))),
+    "network, weights of text": lambda: planner.gabf.Network.from_arcs([1], [0], ["a"], [0], 2),
+    "network, ragged": lambda: planner.gabf.Network.from_arcs([1], [0], [[1.0], 2], [0], 2),
+    "network, ragged tails": lambda: planner.gabf.Network.from_arcs([[1], 2], [0], [1.0], [0], 2),
+    "network, NaN": lambda: planner.gabf.Network.from_arcs([1], [0], [NAN], [0], 2),
+    "network, no nodes": lambda: planner.gabf.Network.from_arcs([], [], [], [0], -2),
+    "network, without arcs": lambda: network().without_arcs(np.array([3])),
+    "solve, x0": lambda: planner.gabf.solve(network(), x0=np.array([0.0, NAN, 1.0])),
+    "solve, x0 of two": lambda: planner.gabf.solve(network(), x0=np.ones(2)),
+    "solve, x0 of text": lambda: planner.gabf.solve(network(), x0="a"),
+    "solve, x0 complex": lambda: planner.gabf.solve(network(), x0=np.ones(3) * 1j),
+    "extract_path, field": lambda: planner.gabf.extract_path(network(), np.ones(2), 1),
+    "extract_path, start": lambda: planner.gabf.extract_path(network(), planner.gabf.solve(network()), 1.5),
+    "paths_from, field": lambda: planner.paths_from(network(), np.zeros(1), [1]),
+    "paths_from, start": lambda: planner.paths_from(network(), planner.gabf.solve(network()), [0.5]),
+    "bellman_operator": lambda: planner.gabf.bellman_operator(network(), np.array([0.0, NAN, 1.0])),
+    "value_iteration": lambda: planner.gabf.value_iteration(network(), np.ones(2)),
+    "residual": lambda: planner.gabf.residual(network(), np.ones(5)),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_other_arrays_and_numbers(name: str) -> None:
+    require_sentence(CALLS[name])
+
+
+@pytest.mark.parametrize("q", [[-1.0, 0.8], (-1.0, 0.8), FINE, FINE[:1].tolist(), np.asfortranarray(FINE), FINE[::2]])
+def test_what_is_meant_is_taken(q: object) -> None:
+    assert checker().first_contact(q) is None
+    assert planner.time_path(np.atleast_2d(np.asarray(q)), checker(), law="blended").proven
+
+
+def test_sizes_are_plain_numbers() -> None:
+    box = planner.Box(np.array([1, 2, 3]))
+    assert box == planner.Box((1.0, 2.0, 3.0))
+    assert hash(box) == hash(planner.Box([1, 2, 3]))
+    assert planner.Sphere(np.float32(0.5)) == planner.Sphere(0.5)
