@@ -27,7 +27,7 @@ BETA = 0.4
 @pytest.fixture(scope="module")
 def many():
     """A kept roadmap with six starts and two goals, and the one field of it."""
-    roadmap = attach(post_roadmap(), make_post(), STARTS, GOALS)
+    roadmap = attach(post_roadmap(seed=1), make_post(), STARTS, GOALS)
     network = build_network(roadmap, BETA, charge="nodes")
     return roadmap, network, gabf.solve(network, law=gabf.SingularityFree(T=4.0))
 

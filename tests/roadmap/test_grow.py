@@ -87,7 +87,7 @@ def test_searches_that_cannot_even_begin_end(post, monkeypatch):
     monkeypatch.setattr("planner.roadmap.grow.shorter_path", lambda *asked: (calls.append(asked), (None, 0))[1])
     monkeypatch.setattr("planner.roadmap.grow._SHORTER", 7)
     monkeypatch.setattr("planner.roadmap.grow._NEARLY_STRAIGHT", 0.0)
-    grown(post)
+    grown(post, nodes=300)
     assert len(calls) == 7
 
 
