@@ -49,7 +49,8 @@ def test_one_process_and_blocks_end_at_the_same_x(file: Path, solved: gabf.CostT
 
 def test_steps_are_bounded(file: Path, solved: gabf.CostToGo) -> None:
     facts = measure(file, HERE, 2, 3)
-    assert (facts["steps"], facts["settled"]) == (3, False)
+    assert 1 <= facts["steps"] <= 3  # those that are rejected count too
+    assert not facts["settled"]
     assert facts["x_sha256"] != digest(solved.x)
 
 
