@@ -27,6 +27,7 @@ from planner.costs.network import PathCost
 from planner.kinematics.manipulability import manipulability
 from planner.motion.clearance import clearance_rows, nearest_in_motion, nearest_on_path
 from planner.motion.file import TRAJECTORY_NAME, save_trajectory
+from planner.motion.report import floor_text
 from planner.motion.trajectory import Trajectory
 from planner.paths.clearance import TOO_CLOSE
 from planner.paths.measure import corners, measure_path, path_manipulability
@@ -226,7 +227,7 @@ def _motion(trajectory: Trajectory | None) -> dict[str, Any] | None:
     corners = {key: trajectory.proof[key] for key in _CORNERS if key in trajectory.proof}
     limits = "" if trajectory.limits is None else trajectory.limits.text()
     law = {"law": trajectory.law, "duration": trajectory.duration, "limits": limits}
-    return {**law, **corners, "proven": trajectory.proven}
+    return {**law, **corners, "proven": trajectory.proven, "floor": trajectory.proof.get("floor")}
 
 
 def _in_time(plan: Plan) -> dict[str, Any] | None:
@@ -324,7 +325,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
             ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
         )
     if record["trajectory"]:
-        rows.append(("motion", _motion_text(record["trajectory"])))
+        rows.append(("motion", _motion_text(record["trajectory"], bool(w and "floor" in w))))
     if record["in_time"]:
         rows += _rows_in_time(record["in_time"], record["trajectory"])
     if field:
@@ -346,14 +347,15 @@ def _quality_rows(quality: dict[str, Any], in_time: bool) -> list[tuple[str, str
     return rows
 
 
-def _motion_text(motion: dict[str, Any]) -> str:
+def _motion_text(motion: dict[str, Any], floored: bool) -> str:
     corners = "from rest to rest, the earliest through the roadmap"
     if "corners" in motion:
         corners = (
             f"{motion['corners_blended']} of {motion['corners']} corners rounded, shortcuts: {motion['shortcuts']}"
         )
     proof = "proven free and within limits" if motion["proven"] else "NOT proven as a whole"
-    return f"{motion['duration']:.3f} s, {corners}, {proof}; {motion['limits']}"
+    above = f"{floor_text(motion['floor'])}; " if floored and motion["floor"] else ""
+    return f"{motion['duration']:.3f} s, {corners}, {proof}; {above}{motion['limits']}"
 
 
 def _rows_in_time(in_time: dict[str, Any], motion: dict[str, Any]) -> list[tuple[str, str]]:

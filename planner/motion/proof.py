@@ -45,15 +45,17 @@ class Excess:
 class MotionProof:
     """The verdicts (k,) on a trajectory's pieces, the limits that it breaks, the floor under w, and what moves.
 
-    ``pair`` (k,) is what stopped a piece's proof. ``floor_holds`` (k,) says where w is proven to stay above ``floor``;
-    of the stretches from a start and to a goal below the floor nothing is asked. ``unjudged`` are kinds of limits that
-    are infinite by the ``jump`` of what they limit the change of, and that nobody gives: they are assumed.
+    ``pair`` (k,) is what stopped a piece's proof. ``floor_asked`` (k,) says which pieces are asked to keep w above
+    ``floor``, not those of the stretches from a start and to a goal below it, and ``floor_holds`` (k,) which of all do
+    that or are exempt. ``unjudged`` are kinds of limits that are infinite by the ``jump`` of what they limit the change
+    of, and that nobody gives: they are assumed.
     """
 
     verdict: Ints
     pair: Ints
     excesses: tuple[Excess, ...]
     floor: float
+    floor_asked: Bools
     floor_holds: Bools
     in_time: TimeProof
     jump: Jump | None = None
@@ -82,8 +84,15 @@ class MotionProof:
             "assumes": ASSUMES,
         }
         if self.floor > 0:
-            found["floor"] = {"asked": self.floor, "pieces_above": int(self.floor_holds.sum())}
+            found["floor"] = self._floor()
         return found | self.in_time.to_dict()
+
+    def _floor(self) -> dict[str, Any]:
+        """How many pieces are proven above the floor, exempt, or not proven; proven: something was asked, and holds."""
+        asked, above = int(self.floor_asked.sum()), int((self.floor_asked & self.floor_holds).sum())
+        pieces = {"above": above, "exempt": len(self.verdict) - asked, "below": asked - above}
+        counts = {f"pieces_{name}": count for name, count in pieces.items()}
+        return {"asked": self.floor, **counts, "proven": above == asked > 0}
 
 
 def prove_motion(
@@ -101,12 +110,15 @@ def prove_motion(
     Of the limits those of the first ``kinds`` are asked for; ``in_time`` is what is proven in time already.
     """
     verdict, pair = _free(trajectory, prover, room)
-    holds = floor_holds(trajectory, prover.robot, floor)
+    asked = _floor_asked(trajectory, prover.robot, floor)
+    holds = ~asked
+    if asked.any():
+        holds[asked] = prove_floor(prover.robot, trajectory.coefficients[asked], floor).holds
     excesses = limits_exceeded(trajectory, prover.robot, limits, kinds)
     in_time = in_time or prove_in_time(trajectory, prover.checker)
     jump = largest_jump(trajectory, limits)
     unjudged = tuple(kind for kind in kinds if jump and kind in jump.infinite and not limits.given(kind))
-    return MotionProof(verdict, pair, excesses, floor, holds, in_time, jump, unjudged)
+    return MotionProof(verdict, pair, excesses, floor, asked, holds, in_time, jump, unjudged)
 
 
 def _free(trajectory: Trajectory, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:
@@ -121,19 +133,18 @@ def _free(trajectory: Trajectory, prover: EdgeProver, room: float) -> tuple[Ints
     return verdict, pair
 
 
-def floor_holds(trajectory: Trajectory, robot: Robot, floor: float) -> Bools:
-    """(k,) where w is proven to stay at or above ``floor``, but for the ways up from the start and down to the end.
+def _floor_asked(trajectory: Trajectory, robot: Robot, floor: float) -> Bools:
+    """(k,) the pieces between the first and the last knot at which w reaches ``floor``; none for a floor of 0.
 
-    Those are the pieces before the first and behind the last knot at which w reaches the floor.
+    The others lead up from the start and down to the end.
     """
-    holds = np.ones(len(trajectory.coefficients), dtype=bool)
+    asked = np.zeros(len(trajectory.coefficients), dtype=bool)
     if floor <= 0:
-        return holds
+        return asked
     above = np.flatnonzero(manipulability(robot, trajectory.knots()) >= floor)
-    if len(above) > 1:
-        inner = slice(int(above[0]), int(above[-1]))
-        holds[inner] = prove_floor(robot, trajectory.coefficients[inner], floor).holds
-    return holds
+    if len(above):
+        asked[int(above[0]) : int(above[-1])] = True
+    return asked
 
 
 def limits_exceeded(

@@ -128,6 +128,18 @@ def report_record(report: TrajectoryReport) -> dict[str, Any]:
     }
 
 
+def floor_text(floor: dict[str, Any]) -> str:
+    """What ``proof.floor`` of a trajectory says of w in motion, as part of a sentence."""
+    above, exempt, below = (floor[f"pieces_{name}"] for name in ("above", "exempt", "below"))
+    pieces, asked = counted(above + exempt + below, "piece"), f"the floor of {floor['asked']:g}"
+    if below:
+        return f"w is NOT proven above {asked} in {below} of {pieces}"
+    if not above:
+        return f"nothing is proven of w: it never stays above {asked} from one of {pieces} to the next"
+    ways = f"; the other {exempt} lead up from its start or down to its goal" if exempt else ""
+    return f"w is proven above {asked} in {above} of {pieces}{ways}"
+
+
 def excess_text(report: TrajectoryReport, excess: Excess) -> str:
     """Which joint breaks which limit by how much and when, as part of a sentence."""
     robot = report.checker.robot

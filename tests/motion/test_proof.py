@@ -46,7 +46,21 @@ def test_a_floor_is_asked_of_what_lies_between_its_knots_only() -> None:
         )
         assert found.floor_holds[[0, 3]].all(), "nothing is asked of the ways up and down"
         assert bool(found.floor_holds[1:3].all()) == holds
-        assert found.to_dict(0.0, "fcl")["floor"]["pieces_above"] == int(found.floor_holds.sum())
+        below = int((~found.floor_holds).sum())
+        record = {"asked": 0.1, "pieces_above": 2 - below, "pieces_exempt": 2, "pieces_below": below, "proven": holds}
+        assert found.to_dict(0.0, "fcl")["floor"] == record
+        assert found.whole == holds
+
+
+@pytest.mark.parametrize("reaching", [0, 1])
+def test_of_a_floor_that_no_piece_reaches_nothing_is_proven(reaching: int) -> None:
+    """One knot above is no piece: 53 of 53 pieces were said to be above a floor that w never came near."""
+    q = np.array([[-1.0, 0.05], [-1.0, 1.0 if reaching else 0.06], [-1.0, 0.05]])
+    made = Trajectory.through(ARM.joints, np.array([0.0, 4.0, 8.0]), q, np.zeros_like(q))
+    found = prove_motion(made, EdgeProver(CHECKER), LIMITS, floor=0.1)
+    record = found.to_dict(0.0, "fcl")["floor"]
+    assert record == {"asked": 0.1, "pieces_above": 0, "pieces_exempt": 2, "pieces_below": 0, "proven": False}
+    assert found.whole, "what was asked is proven"
 
 
 def test_every_kind_of_limit_is_judged_by_exact_extrema() -> None:

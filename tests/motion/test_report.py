@@ -8,7 +8,7 @@ import pytest
 
 from planner.base.request import LimitsRequest
 from planner.motion.limits import MotionLimits
-from planner.motion.report import report_record, report_rows, verdict_sentence
+from planner.motion.report import floor_text, report_record, report_rows, verdict_sentence
 from tests.motion.test_check import ARM, report_of
 
 STILL = [[-0.3, 0.0], [-0.3, 0.0]]
@@ -44,6 +44,25 @@ def test_the_record_is_plain_data_that_says_the_same(name: str) -> None:
         "too quick": {"velocity"},
     }.get(name, set())
     assert dict(report_rows(report))["trajectory"].startswith("2 points")
+
+
+@pytest.mark.parametrize(
+    ("above", "exempt", "below", "text"),
+    [
+        (40, 0, 0, "w is proven above the floor of 0.15 in 40 of 40 pieces"),
+        (
+            40,
+            12,
+            0,
+            "above the floor of 0.15 in 40 of 52 pieces; the other 12 lead up from its start or down to its goal",
+        ),
+        (40, 12, 1, "w is NOT proven above the floor of 0.15 in 1 of 53 pieces"),
+        (0, 53, 0, "nothing is proven of w: it never stays above the floor of 0.15 from one of 53 pieces to the next"),
+    ],
+)
+def test_what_is_proven_of_a_floor_is_said_by_its_three_counts(above: int, exempt: int, below: int, text: str) -> None:
+    counts = {"pieces_above": above, "pieces_exempt": exempt, "pieces_below": below}
+    assert floor_text({"asked": 0.15, **counts}).endswith(text)
 
 
 def test_where_something_jumps_there_is_no_share() -> None:
