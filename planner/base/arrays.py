@@ -61,13 +61,7 @@ def numbers(
 
     Otherwise ``error``, in one sentence that names ``what`` they are. For arrays that enter a public function.
     """
-    found = _shaped(what, _read(what, values, shape, error), shape, error)
-    if not np.vdot(found, found) < min(most, 1e150) ** 2:  # a look at all of them at once takes a third of the time
-        fits = np.abs(found) <= most if most < np.inf else np.isfinite(found)
-        if not fits.all():
-            limit = "" if most == np.inf else f", no farther than {most:g} from 0"
-            _refuse(what, found, fits, f"every number has to be finite{limit}", error)
-    return found
+    return _fitting(what, _read(what, values, shape, error), shape, error, most)
 
 
 def plain_numbers(what: str, values: Any, error: type[PlannerError] = ArrayError) -> Floats:
@@ -79,7 +73,7 @@ def rows(what: str, values: Any, width: int, error: type[PlannerError] = ArrayEr
     """As :func:`numbers`, of shape (n, width); one row alone (width,) becomes (1, width)."""
     shape = ("n", width)
     found = _read(what, values, shape, error)
-    return numbers(what, found[None] if found.shape == (width,) else found, shape, error, most)
+    return _fitting(what, found[None] if found.shape == (width,) else found, shape, error, most)
 
 
 def indices(what: str, values: Any, shape: Shape, count: int, error: type[PlannerError] = ArrayError) -> Ints:
@@ -101,7 +95,12 @@ def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, mo
     return found
 
 
+_FLOAT = np.dtype(np.float64)
+
+
 def _read(what: str, values: Any, shape: Shape, error: type[PlannerError]) -> Floats:
+    if type(values) is np.ndarray and values.dtype is _FLOAT:
+        return values
     try:
         given = np.asarray(values)
         if given.dtype.kind in "fiubO":
@@ -112,10 +111,22 @@ def _read(what: str, values: Any, shape: Shape, error: type[PlannerError]) -> Fl
 
 
 def _shaped(what: str, found: Floats, shape: Shape, error: type[PlannerError]) -> Floats:
-    if found.shape != shape:
-        alike = all(isinstance(size, str) or size == there for size, there in zip(shape, found.shape, strict=False))
-        if found.ndim != len(shape) or not alike:
-            raise error(f"{what} has shape {found.shape}: give an array of shape {_text(shape)}.")
+    there = found.shape
+    alike = len(there) == len(shape)
+    for size, wanted in zip(there, shape, strict=False):
+        alike = alike and (size == wanted or type(wanted) is str)
+    if not alike:
+        raise error(f"{what} has shape {there}: give an array of shape {_text(shape)}.")
+    return found
+
+
+def _fitting(what: str, found: Floats, shape: Shape, error: type[PlannerError], most: float) -> Floats:
+    _shaped(what, found, shape, error)
+    if not np.vdot(found, found) < min(most, 1e150) ** 2:  # a look at all of them at once takes a third of the time
+        fits = np.abs(found) <= most if most < np.inf else np.isfinite(found)
+        if not fits.all():
+            limit = "" if most == np.inf else f", no farther than {most:g} from 0"
+            _refuse(what, found, fits, f"every number has to be finite{limit}", error)
     return found
 
 

@@ -88,6 +88,7 @@ class EdgeProver:
         self._reach = np.ascontiguousarray(self.world.pair_reach)
         self._is_static: Bools = ~np.any(self.world.pair_reach, axis=1)
         self._native = checker.bound.native
+        self._bounds = self._native.bounds(self._reach, self.world.reach.bodies, self._is_static)
         self.static_contact = checker.static_contact
 
     def only(self, pairs: Bools) -> EdgeProver:
@@ -98,12 +99,8 @@ class EdgeProver:
             )
         part = copy.copy(self)
         part._is_static = self._is_static | ~pairs
+        part._bounds = self._native.bounds(self._reach, self.world.reach.bodies, part._is_static)
         return part
-
-    @property
-    def _bounds(self) -> tuple[Floats, Floats, Bools]:
-        """How fast pairs and bodies move at most, and which pairs do not."""
-        return self._reach, self.world.reach.bodies, self._is_static
 
     def _touching(self, rotation: Floats, position: Floats, pairs: Ints) -> int | None:
         """The first of ``pairs`` that the checker finds within the margin at one placement of the joints."""
@@ -149,7 +146,7 @@ class EdgeProver:
         coefficients, item = np.stack([start, delta], axis=1), np.repeat(of, motions)
         while True:
             found, clearance, samples = self._native.first_proven(
-                *self._bounds, coefficients, motions, alternatives, begin, room
+                self._bounds, coefficients, motions, alternatives, begin, room
             )
             chosen = samples >= 0
             allowed = self._allowed(start[chosen], delta[chosen], allows)
@@ -174,7 +171,7 @@ class EdgeProver:
             return np.arange(len(points))
         price = price.copy()
         while True:
-            rows, clearance, samples = self._native.cheapest_chain(*self._bounds, points, price, room)
+            rows, clearance, samples = self._native.cheapest_chain(self._bounds, points, price, room)
             fresh = samples >= 0
             a, b = rows[:-1][fresh], rows[1:][fresh]
             allowed = self._allowed(points[a], points[b] - points[a], allows)
@@ -218,7 +215,7 @@ class EdgeProver:
 
     def _prove_batch(self, coefficients: Floats, room: float) -> tuple[Proofs, Floats]:
         """The proofs, and where those stopped that are undecided."""
-        verdict, pair, samples, clearance, where = self._native.prove(*self._bounds, coefficients, room)
+        verdict, pair, samples, clearance, where = self._native.prove(self._bounds, coefficients, room)
         return Proofs(verdict, pair, samples, clearance), where
 
     def _find_contacts(self, proofs: Proofs, coefficients: Floats, where: Floats) -> None:

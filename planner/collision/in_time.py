@@ -45,8 +45,9 @@ class TimedProver:
         self.motions: Mapping[str, KnownMotion] = motions
         self._bound = ClearanceBound(self.world, motions=motions)
         self._chain = checker.chain
-        self._reach = np.ascontiguousarray(self.world.pair_reach)
         self._left_out = ~self.world.checked.ravel()
+        native = self._bound.native
+        self._bounds = native.bounds(self.world.pair_reach, self.world.reach.bodies, self._left_out)
         self._inside = Inside(self.world, checker.chain)
 
     @property
@@ -67,9 +68,7 @@ class TimedProver:
 
     def prove(self, coefficients: Floats, spans: Floats, room: float = PROOF) -> tuple[Ints, Ints]:
         """Verdicts (m,), free or undecided, and the pairs (m,) that stopped them; as :meth:`free`."""
-        verdict, pair, *_ = self._bound.native.prove(
-            self._reach, self.world.reach.bodies, self._left_out, coefficients, room, spans
-        )
+        verdict, pair, *_ = self._bound.native.prove(self._bounds, coefficients, room, spans)
         return verdict, pair
 
     def starts(self, q: Floats) -> bool:

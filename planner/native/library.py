@@ -139,6 +139,14 @@ class NativeBoxes:
             room = found
 
 
+class NativeBounds:
+    """How fast pairs and bodies of one world move at most, as :meth:`NativeWorld.bounds` has looked at it."""
+
+    def __init__(self, arrays: tuple[Any, ...]) -> None:
+        self._arrays = arrays  # which have to stay where they are
+        self.addresses = tuple(map(_at, arrays))
+
+
 class NativeWorld:
     """Bodies of a robot and obstacles, added one after the other, bodies first; then the pairs that are checked.
 
@@ -229,10 +237,15 @@ class NativeWorld:
         frames, n = self.dof + 1, position.shape[1]
         return _floats(rotation, frames, n, 3, 3), _floats(position, frames, n, 3), n
 
-    def _bounds(self, reach: Floats, body_reach: Floats, is_static: Bools) -> tuple[Floats, Floats, Any]:
-        """What :meth:`prove` is told of pairs and bodies."""
-        dof = self.dof
-        return _floats(reach, self.pairs, dof), _floats(body_reach, self.bodies, dof), _bytes(is_static, self.pairs)
+    def bounds(self, reach: Floats, body_reach: Floats, is_static: Bools) -> NativeBounds:
+        """How fast things move at most, for proofs, which take no time to read it again.
+
+        ``reach`` (pairs, dof) bounds how fast a joint's motion changes a pair's distance, ``body_reach`` (bodies, dof)
+        how fast it moves a body's points, in any configuration; pairs that are ``is_static`` (pairs,) are left out.
+        """
+        dof, pairs = self.dof, self.pairs
+        arrays = _floats(reach, pairs, dof), _floats(body_reach, self.bodies, dof), _bytes(is_static, pairs)
+        return NativeBounds(arrays)
 
     def coarse(self, rotation: Floats, position: Floats) -> Floats:
         """Lower bounds (n, pairs) on distances by spheres, for placements; inf for pairs that are not checked."""
@@ -272,30 +285,22 @@ class NativeWorld:
         return bool(_library.world_motion_looks_free(self.handle, _at(start), _at(delta), _at(body_reach), step))
 
     def prove(
-        self,
-        reach: Floats,
-        body_reach: Floats,
-        is_static: Bools,
-        coefficients: Floats,
-        room: float,
-        spans: Floats | None = None,
+        self, bounds: NativeBounds, coefficients: Floats, room: float, spans: Floats | None = None
     ) -> tuple[Ints, Ints, Ints, Floats, Floats]:
         """Proofs of pieces q(s) = sum_k c_k s^k, ``coefficients`` (m, degree + 1, dof), s in [0, 1].
 
-        ``reach`` (pairs, dof) bounds how fast a joint's motion changes a pair's distance, ``body_reach`` (bodies, dof)
-        how fast it moves a body's points, in any configuration; pairs that are ``is_static`` (pairs,) are left out.
+        ``bounds`` are what :meth:`bounds` of this very world makes.
         ``spans`` (m, 3), where obstacles move: when a piece begins, how long it takes, and by how much it may begin
         sooner or later, s. Verdicts (m,), the pairs that stopped them, samples, clearances and where they stopped.
         Pieces that hold what is no finite number, or that move a point farther than a million metres, are undecided.
         """
-        reach, body_reach, is_static = self._bounds(reach, body_reach, is_static)
         m = len(coefficients)
         coefficients = _floats(coefficients, m, coefficients.shape[1], self.dof)
         spans = None if spans is None else _floats(spans, m, 3)
         verdict, pair, samples = (np.empty(m, dtype=np.int64) for _ in range(3))
         clearance, where = np.empty(m), np.empty(m)
         _library.world_prove(
-            self.handle, _at(reach), _at(body_reach), _at(is_static), _at(coefficients),
+            self.handle, *bounds.addresses, _at(coefficients),
             None if spans is None else _at(spans), m, coefficients.shape[1] - 1, room, threads(),
             *(_at(array) for array in (verdict, pair, samples, clearance, where)),
         )  # fmt: skip
@@ -303,9 +308,7 @@ class NativeWorld:
 
     def first_proven(
         self,
-        reach: Floats,
-        body_reach: Floats,
-        is_static: Bools,
+        bounds: NativeBounds,
         coefficients: Floats,
         motions: Ints,
         alternatives: Ints,
@@ -319,19 +322,18 @@ class NativeWorld:
         numbers (n,) clearances and samples (m,) of the motions that were chosen, -1 samples for the others. Otherwise
         as :meth:`prove`.
         """
-        reach, body_reach, is_static = self._bounds(reach, body_reach, is_static)
         n, m, count = len(alternatives), len(coefficients), len(motions)
         coefficients, chosen = _floats(coefficients, m, 2, self.dof), _ints(begin, n).copy()
         items, ends = (_ints(np.concatenate([[0], np.cumsum(counts)])) for counts in (alternatives, motions))
         clearance, samples = np.empty(m), np.empty(m, dtype=np.int64)
         _library.world_first_proven(
-            self.handle, _at(reach), _at(body_reach), _at(is_static), _at(coefficients), m, n, _at(items), count,
-            _at(ends), room, threads(), _at(chosen), _at(clearance), _at(samples),
+            self.handle, *bounds.addresses, _at(coefficients), m, n, _at(items), count, _at(ends), room,
+            threads(), _at(chosen), _at(clearance), _at(samples),
         )  # fmt: skip
         return chosen, clearance, samples
 
     def cheapest_chain(
-        self, reach: Floats, body_reach: Floats, is_static: Bools, points: Floats, price: Floats, room: float
+        self, bounds: NativeBounds, points: Floats, price: Floats, room: float
     ) -> tuple[Ints, Floats, Ints]:
         """The rows (r,) of the cheapest chain of proven straight motions from the first of ``points`` to the last one.
 
@@ -339,12 +341,11 @@ class NativeWorld:
         forward. With the rows clearances and samples (r - 1,) of the motions between them, -1 samples where these are
         consecutive. Otherwise as :meth:`prove`. All points where every chain has an infinite price.
         """
-        reach, body_reach, is_static = self._bounds(reach, body_reach, is_static)
         k = len(points)
         points, price = _floats(points, k, self.dof), _floats(price, k, k).copy()
         rows, clearance, samples = np.empty(k, dtype=np.int64), np.empty(k), np.empty(k, dtype=np.int64)
         count = _library.world_cheapest_chain(
-            self.handle, _at(reach), _at(body_reach), _at(is_static), k, _at(points), _at(price), room,
+            self.handle, *bounds.addresses, k, _at(points), _at(price), room,
             *(_at(array) for array in (rows, clearance, samples)),
         )  # fmt: skip
         return rows[:count], clearance[1:count], samples[1:count]

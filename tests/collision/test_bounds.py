@@ -161,11 +161,11 @@ def test_what_is_known_of_another_world_moves_as_it_does_there_unless_it_is_said
     taken = ClearanceBound(world, first)
     said = ClearanceBound(world, first, {"ball": staying})
     standing = ClearanceBound(world)
-    reach, body_reach = np.ascontiguousarray(world.pair_reach), world.reach.bodies
+    moves = np.zeros(len(world.pair_reach), dtype=bool)
     curves, spans = np.zeros((1, 2, 2)), np.array([[3.9, 0.1, 0.0]])
 
     def verdict(bound: ClearanceBound) -> int:
-        left_out = np.zeros(len(reach), dtype=bool)
-        return int(bound.native.prove(reach, body_reach, left_out, curves, 1e-3, spans)[0][0])
+        bounds = bound.native.bounds(world.pair_reach, world.reach.bodies, moves)
+        return int(bound.native.prove(bounds, curves, 1e-3, spans)[0][0])
 
     assert [verdict(bound) for bound in (first, taken, said, standing)] == [2, 2, 0, 0]

@@ -16,6 +16,7 @@ import numpy as np
 from planner.native import graphs
 from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeArcs, NativeFlow, hops_to_source
 from planner.native.library import (
+    NativeBounds,
     NativeBoxes,
     NativeChain,
     NativeWorld,
@@ -174,9 +175,13 @@ def set_pairs(rng: Rng, world: NativeWorld, size: Size) -> None:
     world.set_pairs(pairs, rng.random(len(pairs)) < 0.9)
 
 
-def bounds_of(world: NativeWorld) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def bounds_of(world: NativeWorld) -> NativeBounds:
     reach = np.full((world.pairs, world.dof), REACH)
-    return reach, np.full((world.bodies, world.dof), REACH), np.zeros(world.pairs, dtype=bool)
+    return world.bounds(reach, body_reach_of(world), np.zeros(world.pairs, dtype=bool))
+
+
+def body_reach_of(world: NativeWorld) -> np.ndarray:
+    return np.full((world.bodies, world.dof), REACH)
 
 
 def of_distances(rng: Rng, size: Size) -> list[Any]:
@@ -201,7 +206,7 @@ def of_glances(rng: Rng, size: Size) -> list[Any]:
     assert first == (near.index(True) if True in near else len(q))
     looks = []
     for a, by in zip(q[:20], delta[:20], strict=True):
-        looks.append(world.motion_looks_free(a, by, bounds_of(world)[1], 2.0))
+        looks.append(world.motion_looks_free(a, by, body_reach_of(world), 2.0))
         assert not looks[-1] or world.first_near(a + np.array([[0.5], [1.0]]) * by) == 2
     return [first, looks]
 
@@ -211,7 +216,7 @@ def of_proofs(rng: Rng, size: Size) -> list[Any]:
     found, few = [], replace(size, rows=min(size.rows, 40))
     for degree in (0, 1, 2, 5, 16):
         curves = np.stack([states(rng, few) * 0.02**k for k in range(degree + 1)], axis=1)
-        verdict, pair, samples, clearance, where = world.prove(*bounds_of(world), curves, 1e-3)
+        verdict, pair, samples, clearance, where = world.prove(bounds_of(world), curves, 1e-3)
         require_verdicts(world, verdict, pair, samples, where)
         free = verdict == 0
         assert (clearance[free] > -1e-9).all()
@@ -241,13 +246,13 @@ def of_proofs_in_time(rng: Rng, size: Size) -> list[Any]:
     few = replace(size, rows=min(size.rows, 40))
     curves = np.stack([states(rng, few), 0.02 * states(rng, few)], axis=1)
     spans = np.abs(rng.normal(size=(few.rows, 3))) * [1.0, 0.1, 0.01]
-    taken = again.prove(*bounds_of(again), curves, 1e-3, spans)
+    taken = again.prove(bounds_of(again), curves, 1e-3, spans)
     require_verdicts(again, taken[0], taken[1], taken[2], taken[4])
     once_more = NativeWorld(chain, 0.0)
     for item in range(size.bodies + size.obstacles):
         once_more.take(again, item)
     set_pairs(np.random.default_rng(seed), once_more, size)
-    for one, same in zip(taken, once_more.prove(*bounds_of(again), curves, 1e-3, spans), strict=True):
+    for one, same in zip(taken, once_more.prove(bounds_of(again), curves, 1e-3, spans), strict=True):
         np.testing.assert_array_equal(one, same)
     return list(taken)
 
@@ -260,13 +265,13 @@ def of_choices(rng: Rng, size: Size) -> list[Any]:
     some = replace(size, rows=int(motions.sum()))
     curves = np.stack([states(rng, some), 0.02 * states(rng, some)], axis=1)
     begin = rng.integers(0, 2, items)
-    chosen, clearance, samples = world.first_proven(*bounds_of(world), curves, motions, alternatives, begin, 1e-3)
+    chosen, clearance, samples = world.first_proven(bounds_of(world), curves, motions, alternatives, begin, 1e-3)
     assert ((chosen == -1) | ((chosen >= begin) & (chosen < alternatives))).all()
-    proven = world.prove(*bounds_of(world), curves, 1e-3)[0] == 0
+    proven = world.prove(bounds_of(world), curves, 1e-3)[0] == 0
     assert proven[samples >= 0].all()
     points = np.cumsum(0.02 * states(rng, replace(size, rows=max(1, items))), axis=0)
     price = np.where(rng.random((len(points), len(points))) < 0.1, np.inf, rng.uniform(0, 1, (len(points),) * 2))
-    rows, gaps, looks = world.cheapest_chain(*bounds_of(world), points, price, 1e-3)
+    rows, gaps, looks = world.cheapest_chain(bounds_of(world), points, price, 1e-3)
     assert rows[0] == 0
     assert rows[-1] == len(points) - 1
     assert (np.diff(rows) > 0).all()

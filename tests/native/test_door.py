@@ -14,7 +14,7 @@ from planner.base.errors import ArrayError
 from planner.native import dynamics, graphs, library, loading
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
 from planner.native.library import NativeBoxes, NativeChain, NativeWorld
-from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_world, bounds_of
+from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_world, body_reach_of, bounds_of
 
 SEED = 5
 
@@ -76,8 +76,8 @@ def test_several_threads_ask_at_once(same: bool) -> None:
             *placed,
             world.coarse(*placed),
             world.first_near(q),
-            *world.prove(*bounds_of(world), curves, 1e-3),
-            *world.first_proven(*bounds_of(world), curves, *np.ones((2, 60), dtype=int), np.zeros(60), 1e-3),
+            *world.prove(bounds_of(world), curves, 1e-3),
+            *world.first_proven(bounds_of(world), curves, *np.ones((2, 60), dtype=int), np.zeros(60), 1e-3),
             *chain.inverse(q, 3, np.eye(4), np.eye(4), True, limits, 10),
             chain.manipulability(q, 3, np.zeros(3), 3),
         ]
@@ -98,6 +98,7 @@ def test_several_threads_ask_at_once(same: bool) -> None:
 CHAIN, WORLD = a_world(np.random.default_rng(SEED), Size())
 ARCS, FLOW = NativeArcs(np.array([0, 1]), np.array([2, 0]), None, np.ones(2)), NativeFlow(1.0, 1.0, 0.4, 0.3)
 Q, BOUNDS, EYE, NO_INTS = np.zeros((4, 3)), bounds_of(WORLD), np.eye(4), np.zeros(0, dtype=np.int64)
+REACH, BODY_REACH, MOVING = np.ones((WORLD.pairs, 3)), body_reach_of(WORLD), np.zeros(WORLD.pairs, dtype=bool)
 CURVES, FREE = np.zeros((4, 2, 3)), (np.full(3, -1.0), np.ones(3), np.zeros(3, dtype=bool))
 
 
@@ -204,25 +205,27 @@ WRONG: dict[str, Callable[[], object]] = {
     "close: pair": lambda: WORLD.close(*CHAIN.placements(Q), np.array([0]), np.array([WORLD.pairs])),
     "close: lengths": lambda: WORLD.close(*CHAIN.placements(Q), np.zeros(2), np.zeros(1)),
     "first near: columns": lambda: WORLD.first_near(Q[:, :1]),
-    "looks: delta": lambda: WORLD.motion_looks_free(Q[0], Q[0, :2], BOUNDS[1], 0.1),
-    "looks: reach": lambda: WORLD.motion_looks_free(Q[0], Q[0], BOUNDS[1][:1], 0.1),
-    "looks: no step": lambda: WORLD.motion_looks_free(*_free_motion(), BOUNDS[1], 0.0),
-    "looks: a NaN step": lambda: WORLD.motion_looks_free(*_free_motion(), BOUNDS[1], NAN),
-    "prove: columns": lambda: WORLD.prove(*BOUNDS, CURVES[:, :, :1], 1e-3),
-    "prove: degree": lambda: WORLD.prove(*BOUNDS, np.zeros((1, 18, 3)), 1e-3),
-    "prove: no coefficients": lambda: WORLD.prove(*BOUNDS, np.zeros((1, 0, 3)), 1e-3),
-    "prove: reach": lambda: WORLD.prove(BOUNDS[0][1:], *BOUNDS[1:], CURVES, 1e-3),
-    "prove: a NaN reach": lambda: WORLD.prove(NAN * BOUNDS[0], *BOUNDS[1:], CURVES, 1e-3),
-    "prove: a NaN body reach": lambda: WORLD.prove(BOUNDS[0], NAN * BOUNDS[1], BOUNDS[2], CURVES, 1e-3),
-    "prove: no room": lambda: WORLD.prove(*BOUNDS, CURVES, 0.0),
-    "prove: a NaN room": lambda: WORLD.prove(*BOUNDS, CURVES, NAN),
-    "prove: spans": lambda: WORLD.prove(*BOUNDS, CURVES, 1e-3, np.zeros((3, 3))),
-    "first proven: too many motions": lambda: WORLD.first_proven(*BOUNDS, CURVES, [5], [1], [0], 1e-3),
-    "first proven: too many alternatives": lambda: WORLD.first_proven(*BOUNDS, CURVES, [4], [2], [0], 1e-3),
-    "first proven: negative ones": lambda: WORLD.first_proven(*BOUNDS, CURVES, [5, -1], [2], [0], 1e-3),
-    "first proven: begin": lambda: WORLD.first_proven(*BOUNDS, CURVES, [4], [1], [-1], 1e-3),
-    "chain of motions: price": lambda: WORLD.cheapest_chain(*BOUNDS, Q, np.ones((3, 3)), 1e-3),
-    "chain of motions: no points": lambda: WORLD.cheapest_chain(*BOUNDS, Q[:0], np.ones((0, 0)), 1e-3),
+    "looks: delta": lambda: WORLD.motion_looks_free(Q[0], Q[0, :2], BODY_REACH, 0.1),
+    "looks: reach": lambda: WORLD.motion_looks_free(Q[0], Q[0], BODY_REACH[:1], 0.1),
+    "looks: no step": lambda: WORLD.motion_looks_free(*_free_motion(), BODY_REACH, 0.0),
+    "looks: a NaN step": lambda: WORLD.motion_looks_free(*_free_motion(), BODY_REACH, NAN),
+    "prove: columns": lambda: WORLD.prove(BOUNDS, CURVES[:, :, :1], 1e-3),
+    "prove: degree": lambda: WORLD.prove(BOUNDS, np.zeros((1, 18, 3)), 1e-3),
+    "prove: no coefficients": lambda: WORLD.prove(BOUNDS, np.zeros((1, 0, 3)), 1e-3),
+    "bounds: body reach": lambda: WORLD.bounds(REACH, BODY_REACH[:, :1], MOVING),
+    "bounds: static pairs": lambda: WORLD.bounds(REACH, BODY_REACH, MOVING[1:]),
+    "bounds: reach": lambda: WORLD.bounds(REACH[1:], BODY_REACH, MOVING),
+    "prove: a NaN reach": lambda: WORLD.prove(WORLD.bounds(NAN * REACH, BODY_REACH, MOVING), CURVES, 1e-3),
+    "prove: a NaN body reach": lambda: WORLD.prove(WORLD.bounds(REACH, NAN * BODY_REACH, MOVING), CURVES, 1e-3),
+    "prove: no room": lambda: WORLD.prove(BOUNDS, CURVES, 0.0),
+    "prove: a NaN room": lambda: WORLD.prove(BOUNDS, CURVES, NAN),
+    "prove: spans": lambda: WORLD.prove(BOUNDS, CURVES, 1e-3, np.zeros((3, 3))),
+    "first proven: too many motions": lambda: WORLD.first_proven(BOUNDS, CURVES, [5], [1], [0], 1e-3),
+    "first proven: too many alternatives": lambda: WORLD.first_proven(BOUNDS, CURVES, [4], [2], [0], 1e-3),
+    "first proven: negative ones": lambda: WORLD.first_proven(BOUNDS, CURVES, [5, -1], [2], [0], 1e-3),
+    "first proven: begin": lambda: WORLD.first_proven(BOUNDS, CURVES, [4], [1], [-1], 1e-3),
+    "chain of motions: price": lambda: WORLD.cheapest_chain(BOUNDS, Q, np.ones((3, 3)), 1e-3),
+    "chain of motions: no points": lambda: WORLD.cheapest_chain(BOUNDS, Q[:0], np.ones((0, 0)), 1e-3),
     "costs: kind": lambda: library.manipulability_costs(ONE, 0.1, 0.5, 0.1, 3),
     "cost sums: weights": lambda: library.manipulability_cost_sums(np.ones((2, 3)), np.ones((1, 3)), 0.1, 0.5, 0.1, 1),
     "curve: piece": lambda: library.quickest_motion(np.ones((1, 3, 2)), [1], [[0.0, 1.0]], ONE, *np.ones((2, 2))),
@@ -282,23 +285,23 @@ def test_no_number_is_never_free(bad: float) -> None:
         for degree in (1, 5):
             curves = np.repeat(np.zeros((1, degree + 1, 3)), 3 * (degree + 1), axis=0)
             curves.reshape(len(curves), -1)[np.arange(len(curves)), np.arange(len(curves))] = bad
-            assert (world.prove(*bounds, curves, 1e-3)[0] == 2).all()
+            assert (world.prove(bounds, curves, 1e-3)[0] == 2).all()
             ones, begin = np.ones(len(curves), dtype=int), np.zeros(len(curves))
             if degree == 1:
-                assert (world.first_proven(*bounds, curves, ones, ones, begin, 1e-3)[0] == -1).all()
+                assert (world.first_proven(bounds, curves, ones, ones, begin, 1e-3)[0] == -1).all()
     state = np.zeros((1, 3))
     state[0, 1] = bad
     assert WORLD.first_near(state) == 0
-    assert not WORLD.motion_looks_free(state[0], Q[0], BOUNDS[1], 0.1)
-    assert not WORLD.motion_looks_free(Q[0], state[0], BOUNDS[1], 0.1)
+    assert not WORLD.motion_looks_free(state[0], Q[0], BODY_REACH, 0.1)
+    assert not WORLD.motion_looks_free(Q[0], state[0], BODY_REACH, 0.1)
     spans = np.zeros((3, 3))
     np.fill_diagonal(spans, bad)
-    assert (WORLD.prove(*BOUNDS, CURVES[:3], 1e-3, spans)[0] == 2).all()
+    assert (WORLD.prove(BOUNDS, CURVES[:3], 1e-3, spans)[0] == 2).all()
 
 
 def test_a_chain_with_a_price_that_is_no_number_is_not_taken() -> None:
     points, price = np.zeros((3, 3)), np.full((3, 3), np.nan)
-    assert WORLD.cheapest_chain(*BOUNDS, points, price, 1e-3)[0].tolist() == [0, 1, 2]
+    assert WORLD.cheapest_chain(BOUNDS, points, price, 1e-3)[0].tolist() == [0, 1, 2]
 
 
 def test_seeds_and_prices_in_another_order_are_read_as_they_stand() -> None:
@@ -311,8 +314,8 @@ def test_seeds_and_prices_in_another_order_are_read_as_they_stand() -> None:
         strict=True,
     ):
         np.testing.assert_array_equal(one, same)
-    first = WORLD.cheapest_chain(*BOUNDS, points, price, 1e-3)[0]
-    np.testing.assert_array_equal(first, WORLD.cheapest_chain(*BOUNDS, points, np.asfortranarray(price), 1e-3)[0])
+    first = WORLD.cheapest_chain(BOUNDS, points, price, 1e-3)[0]
+    np.testing.assert_array_equal(first, WORLD.cheapest_chain(BOUNDS, points, np.asfortranarray(price), 1e-3)[0])
 
 
 def test_what_is_taken_from_another_world_moves_as_it_did_there() -> None:
@@ -333,5 +336,6 @@ def test_what_is_taken_from_another_world_moves_as_it_did_there() -> None:
         here.take(there, item)
     spans = np.array([[0.0, 0.1, 0.0], [4.9, 0.1, 0.0]])
     for world in (finished(there), finished(here)):
-        verdict = world.prove(np.ones((1, 2)), np.ones((1, 2)), np.zeros(1), np.zeros((2, 2, 2)), 1e-3, spans)[0]
+        bounds = world.bounds(np.ones((1, 2)), np.ones((1, 2)), np.zeros(1, dtype=bool))
+        verdict = world.prove(bounds, np.zeros((2, 2, 2)), 1e-3, spans)[0]
         assert verdict.tolist() == [0, 2]
