@@ -68,8 +68,8 @@ def build_network(
 
     ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "nodes" omega is
     charged at the node that an edge leads to, as in the paper; with "edges" it is integrated along the edge over its
-    length, so that neither a singularity between two nodes goes unseen nor does the cost of a path depend on how many
-    nodes lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
+    length, as far as ``W_STATES_PER_EDGE`` states see it, so that the cost of a path does not depend on how many nodes
+    lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
     """
     require_share(beta)
     kept = roadmap.clearance >= clearance
