@@ -96,6 +96,7 @@ def test_several_threads_ask_at_once(same: bool) -> None:
 
 
 CHAIN, WORLD = a_world(np.random.default_rng(SEED), Size())
+_, ALONE = a_world(np.random.default_rng(SEED), Size(bodies=1, obstacles=0))
 ARCS, FLOW = NativeArcs(np.array([0, 1]), np.array([2, 0]), None, np.ones(2)), NativeFlow(1.0, 1.0, 0.4, 0.3)
 Q, BOUNDS, EYE, NO_INTS = np.zeros((4, 3)), bounds_of(WORLD), np.eye(4), np.zeros(0, dtype=np.int64)
 REACH, BODY_REACH, MOVING = np.ones((WORLD.pairs, 3)), body_reach_of(WORLD), np.zeros(WORLD.pairs, dtype=bool)
@@ -287,6 +288,9 @@ def test_no_number_is_never_free(bad: float) -> None:
             curves.reshape(len(curves), -1)[np.arange(len(curves)), np.arange(len(curves))] = bad
             assert (world.prove(bounds, curves, 1e-3)[0] == 2).all()
             ones, begin = np.ones(len(curves), dtype=int), np.zeros(len(curves))
+            spans = np.zeros((3, 3))
+            np.fill_diagonal(spans, bad)
+            assert (world.prove(bounds, np.zeros((3, degree + 1, 3)), 1e-3, spans)[0] == 2).all()
             if degree == 1:
                 assert (world.first_proven(bounds, curves, ones, ones, begin, 1e-3)[0] == -1).all()
     state = np.zeros((1, 3))
@@ -294,14 +298,19 @@ def test_no_number_is_never_free(bad: float) -> None:
     assert WORLD.first_near(state) == 0
     assert not WORLD.motion_looks_free(state[0], Q[0], BODY_REACH, 0.1)
     assert not WORLD.motion_looks_free(Q[0], state[0], BODY_REACH, 0.1)
-    spans = np.zeros((3, 3))
-    np.fill_diagonal(spans, bad)
-    assert (WORLD.prove(BOUNDS, CURVES[:3], 1e-3, spans)[0] == 2).all()
 
 
 def test_a_chain_with_a_price_that_is_no_number_is_not_taken() -> None:
-    points, price = np.zeros((3, 3)), np.full((3, 3), np.nan)
-    assert WORLD.cheapest_chain(BOUNDS, points, price, 1e-3)[0].tolist() == [0, 1, 2]
+    points, price = np.zeros((3, 3)), np.ones((3, 3))
+    bounds = ALONE.bounds(np.zeros((0, 3)), np.ones((1, 3)), np.zeros(0, dtype=bool))
+    assert ALONE.cheapest_chain(bounds, points, price, 1e-3)[0].tolist() == [0, 2]
+    assert ALONE.cheapest_chain(bounds, points, np.nan * price, 1e-3)[0].tolist() == [0, 1, 2]
+
+
+def test_a_motion_that_takes_too_many_samples_to_hold_is_undecided() -> None:
+    curves = np.stack([np.zeros((1, 3)), np.full((1, 3), 1e5)], axis=1)
+    verdict, _, samples, *_ = WORLD.prove(BOUNDS, curves, 1e-3)
+    assert (verdict.tolist(), samples.tolist()) == ([2], [0])
 
 
 def test_seeds_and_prices_in_another_order_are_read_as_they_stand() -> None:
