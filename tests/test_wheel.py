@@ -47,7 +47,8 @@ def test_the_source_distribution_can_be_built_from(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     with tarfile.open(tmp_path / done.stdout.split()[-1]) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
-    sources = {str(path.relative_to(ROOT)) for path in (ROOT / "planner" / "native" / "source").iterdir()}
+    inside = (ROOT / "planner" / "native" / "source").rglob("*.?pp")
+    sources = {str(path.relative_to(ROOT)) for path in inside}
     assert sources | {"hatch_build.py", "LICENSE", "LICENSES.md", "CITATION.cff", "robots/iiwa14/iiwa14.urdf"} <= names
     assert not any(name.endswith((".so", ".pyc")) for name in names), "compiled where it is installed"
 

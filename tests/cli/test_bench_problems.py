@@ -18,7 +18,8 @@ PLANAR = ("--robot", "planar_2r", "--collision", "coal", "--nodes", "30", "--see
 
 def test_a_problem_without_its_scene_is_a_refused_row(tmp_path: Path, run: Run) -> None:
     write_problem(tmp_path / "p", "0001", (-1.0, 0.8), (1.0, -0.8))
-    (tmp_path / "p" / "request0002.yaml").write_text("start_state: {}\n")
+    write_problem(tmp_path / "p", "0002", (-1.0, 0.8), (1.0, -0.8))
+    (tmp_path / "p" / "scene0002.yaml").unlink()
     code, text, _ = run("bench", "plan", str(tmp_path / "p"), *PLANAR, "--out", str(tmp_path / "o"))
     assert code == 0
     assert "| p | 2 | 1 | 1 | 100 % |" in text
