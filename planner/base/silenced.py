@@ -6,7 +6,7 @@ import contextlib
 import ctypes
 import logging
 import os
-import shutil
+import re
 import sys
 import tempfile
 import threading
@@ -17,6 +17,7 @@ from planner.base.process_lock import PROCESS
 
 _log = logging.getLogger(__name__)
 _MOST = 1 << 20  # bytes of text that are read back
+_OF_URDFDOM = re.compile(rb"(Error|Warning):   | +at line \d+ in ")  # what it said, and where in its source it was
 
 
 class Silenced:
@@ -27,8 +28,8 @@ class Silenced:
         printed.text
 
     File descriptors belong to the process: one thread at a time, around one call. Where other threads are alive, what
-    was printed is passed on afterwards, as it may be theirs. Where there is no room for a file to keep the text in, the
-    library prints as it likes.
+    was printed is passed on afterwards, as it may be theirs, but for lines in the form of urdfdom's. Where there is no
+    room for a file to keep the text in, the library prints as it likes.
     """
 
     def __init__(self) -> None:
@@ -64,7 +65,7 @@ class Silenced:
         if threading.active_count() > 1:
             kept.seek(0)
             with contextlib.suppress(OSError), open(os.dup(number), "wb") as out:  # nobody may read there any more
-                shutil.copyfileobj(kept, out)
+                out.writelines(line for line in kept if not _OF_URDFDOM.match(line))
 
     def complaint(self, start: str = "Error:") -> str:
         """The first line that begins with ``start``, without it, up to its first full stop; empty where there is none.

@@ -99,8 +99,9 @@ def test_what_another_thread_prints_meanwhile_is_passed_on(capfd: pytest.Capture
     thread.start()
     with Silenced() as printed:
         os.write(1, b"out\n")
-        os.write(2, b"error\n")
+        os.write(2, b"Error:   joint 'j' is not unique.\n         at line 7 in /urdfdom/model.cpp\nerror\n")
     done.set()
     thread.join()
-    assert printed.text == "error\nout\n"
+    assert printed.text.splitlines()[-2:] == ["error", "out"]
+    assert printed.complaint() == "joint 'j' is not unique"
     assert capfd.readouterr() == ("out\n", "error\n")

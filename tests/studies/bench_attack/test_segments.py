@@ -11,8 +11,8 @@ from planner.studies.bench_attack.segments import attack_segments
 
 
 def test_a_prover_that_looks_away_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    honest = NativeWorld.prove
-    monkeypatch.setattr(NativeWorld, "prove", lambda self, reach, *asked: honest(self, 0.3 * reach, *asked))
+    honest = NativeWorld.bounds
+    monkeypatch.setattr(NativeWorld, "bounds", lambda self, reach, *asked: honest(self, 0.3 * reach, *asked))
     proven = attack_segments(("box", "sphere"), "fcl", 24, np.random.default_rng(0), QUIET)
     assert proven is not None
     assert proven.false_free > 0
