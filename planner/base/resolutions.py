@@ -7,6 +7,7 @@
 W_ALONG_PATH = 0.01  # what is reported along a finished path
 W_AGAINST_FLOOR = 1e-3  # a finished path against the manipulability floor
 W_IN_GROWTH = 0.1  # a motion against the floor while a roadmap grows; growth keeps 2 % above it
+W_IN_COST = 0.1125  # the farthest apart that states are which a motion's cost is integrated over
 W_STATES_PER_EDGE = 9  # evenly spaced states, both ends included, that a roadmap keeps of every edge
 
 # lengths, rad of joint motion between the points that are summed over

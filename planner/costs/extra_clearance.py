@@ -50,9 +50,7 @@ def _judged(roadmap: Roadmap, checker: CollisionChecker, clearance: float, progr
     proofs = EdgeProver(wider, progress).prove(*segments(roadmap, checker.robot, rows), contacts=False)
     known, free = roadmap.clearance.copy(), proofs.free
     known[rows[free]] = clearance + np.maximum(proofs.clearance[free], 0.0)
-    judged = replace(roadmap, clearance=known)
-    judged.omega_is(roadmap.omega)
-    return judged
+    return replace(roadmap, clearance=known)
 
 
 def clearance_of_path(path: Floats, checker: CollisionChecker, wanted: float) -> float:

@@ -21,7 +21,7 @@ from planner.base.request import (
     require_share,
 )
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import manipulability_cost, mean_manipulability_cost
+from planner.roadmap.scale import cost_number, manipulability_cost
 
 METRICS: tuple[str, ...] = get_args(Metric)
 
@@ -50,10 +50,8 @@ def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
 
 
 def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCost = DEFAULT_COST) -> Floats:
-    """The mean of omega along every edge (m,), in [zeta, 1], by Simpson's rule over the states kept for it."""
-    if manipulability == DEFAULT_COST:
-        return roadmap.omega
-    return mean_manipulability_cost(roadmap.edge_manipulability, roadmap.scale, manipulability)
+    """The mean of omega along every edge (m,), in [zeta, 1], as :func:`mean_costs_along` has integrated it."""
+    return roadmap.edge_cost[:, cost_number(manipulability)]
 
 
 def build_network(
@@ -68,8 +66,8 @@ def build_network(
 
     ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "nodes" omega is
     charged at the node that an edge leads to, as in the paper; with "edges" it is integrated along the edge over its
-    length, as far as ``W_STATES_PER_EDGE`` states see it, so that the cost of a path does not depend on how many nodes
-    lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
+    length, over states ``W_IN_COST`` apart, so that the cost of a path does not depend on how many nodes lie on
+    it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
     """
     require_share(beta)
     kept = roadmap.clearance >= clearance

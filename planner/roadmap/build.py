@@ -13,17 +13,15 @@ from planner.base.progress import QUIET, Progress
 from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes, require_seed
 from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker
-from planner.kinematics.manipulability import node_manipulability
 from planner.query.resolve import free_configurations
 from planner.roadmap.best_paths import add_refined_paths
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.grow import ROADMAP, grow
 from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.links import connect
-from planner.roadmap.measure import measure_edges
+from planner.roadmap.measure import measure_anew
 from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.roadmap import Origin, Roadmap
-from planner.roadmap.scale import measure_scale
 from planner.roadmap.world_record import record_of
 from planner.world.robot import Robot
 
@@ -103,8 +101,7 @@ def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints,
     """The roadmap of proven ``edges`` (m, 2), sorted, with what its costs are made of, and its certificates."""
     robot = prover.robot
     edges = edges[np.lexsort((edges[:, 1], edges[:, 0]))]
-    w = node_manipulability(robot, nodes)
-    measures = measure_edges(robot, nodes, edges)
+    w, scale, measures = measure_anew(robot, nodes, edges)
     clearance, samples = prover.certificates(nodes, edges)
     roadmap = Roadmap(
         nodes=nodes,
@@ -117,7 +114,7 @@ def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints,
         clearance=clearance,
         samples=samples,
         checked_by=nobody(len(nodes)),
-        scale=measure_scale(w, measures["joint_length"], measures["tool_length"]),
+        scale=scale,
         origin=origin_of(prover.checker, seed),
     )
     return with_checked_nodes(roadmap, prover.checker)

@@ -14,7 +14,6 @@ from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.roadmap import EDGE_ARRAYS, Roadmap
-from planner.roadmap.scale import mean_manipulability_cost
 
 
 def enlarged(
@@ -33,7 +32,7 @@ def enlarged(
     fresh = {
         "edges": edges,
         "proven": np.ones(len(edges), dtype=bool),
-        **measure_edges(robot, everything, edges),
+        **measure_edges(robot, everything, edges, roadmap.scale),
         "clearance": clearance + (prover.world.margin - margin),
         "samples": samples,
     }
@@ -51,9 +50,6 @@ def enlarged(
         checked_by=np.concatenate([roadmap.checked_by, nobody(len(nodes))]),
         origin=replace(roadmap.origin, margin=margin),
         **{name: _merged(old[name], fresh[name], is_old) for name in EDGE_ARRAYS},
-    )
-    bigger.omega_is(
-        _merged(roadmap.omega, mean_manipulability_cost(fresh["edge_manipulability"], roadmap.scale), is_old)
     )
     return with_checked_nodes(bigger, prover.checker, first=len(roadmap.nodes))
 

@@ -8,15 +8,13 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.request import DEFAULT_COST, DEFAULT_METRIC, Charge, ManipulabilityCost, Metric
-from planner.base.resolutions import W_STATES_PER_EDGE
-from planner.kinematics.forward import tool_positions
-from planner.kinematics.manipulability import manipulability_along
+from planner.roadmap.integral import w_along
+from planner.roadmap.measure import tool_lengths
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import CostScale, manipulability_cost, mean_manipulability_cost
+from planner.roadmap.scale import CostScale, cost_number, manipulability_cost, mean_manipulability_cost
 from planner.world.robot import Robot
 
-LONGEST = 2.0  # rad: on longer motions W_STATES_PER_EDGE states do not tell the mean of omega
-_SHARES = np.linspace(0.0, 1.0, W_STATES_PER_EDGE)
+LONGEST = 2.0  # rad: longer motions take no part in refinement
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,46 +40,40 @@ class MotionCost:
         """(k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
         delta = b - a
         length = np.linalg.norm(delta, axis=1)
-        distance = np.maximum(self._distance(a, delta, length), self.scale.zeta)
-        far = (np.abs(delta[:, self.robot.continuous]) > np.pi).any(axis=1)
-        if self.beta == 1.0 and self.floor <= 0:
-            return np.where(far, np.inf, distance)
-        w = manipulability_along(self.robot, a, delta, _SHARES)
-        return np.where(far, np.inf, self._along(w, distance, length))
+        cost = self._distance(length, tool_lengths(self.robot, a, delta) if self.metric == "workspace" else length)
+        if self.beta < 1.0 or self.floor > 0:
+            for rows, w in w_along(self.robot, a, delta):
+                cost[rows] = self._traded_off(w, cost[rows], length[rows])
+        return np.where((np.abs(delta[:, self.robot.continuous]) > np.pi).any(axis=1), np.inf, cost)
 
     def of_edges(self, roadmap: Roadmap) -> Floats:
-        """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them."""
-        joint = self.metric == "joint"
-        length = (
-            roadmap.joint_length / self.scale.joint_length if joint else roadmap.tool_length / self.scale.tool_length
-        )
-        distance = np.maximum(length, self.scale.zeta)
-        known = (self.scale, self.manipulability, self.charge) == (roadmap.scale, DEFAULT_COST, "edges")
-        omega = roadmap.omega * distance if known and self.beta < 1.0 else None
-        return self._along(roadmap.edge_manipulability, distance, roadmap.joint_length, omega)
+        """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them.
 
-    def _along(self, w: Floats, distance: Floats, length: Floats, omega: Floats | None = None) -> Floats:
-        """(k,) costs of motions along which w (k, W_STATES_PER_EDGE) is known; infinite if too long or too singular.
+        ``roadmap`` is the one whose scale this is, or that grew from it.
+        """
+        assert self.scale == roadmap.scale
+        distance = self._distance(roadmap.joint_length, roadmap.tool_length)
+        mean = roadmap.edge_cost[:, cost_number(self.manipulability)]
+        return self._traded_off(roadmap.edge_manipulability, distance, roadmap.joint_length, mean)
 
-        ``omega`` (k,): the part of manipulability, where it is known.
+    def _traded_off(self, w: Floats, distance: Floats, length: Floats, mean: Floats | None = None) -> Floats:
+        """(k,) costs of motions along which w (k, states) is known; infinite if too long or too singular.
+
+        ``mean`` (k,): of omega along them, where it is known.
         """
         cost = distance
         if self.beta < 1.0:
-            omega = self._omega(w, distance) if omega is None else omega
-            cost = (1.0 - self.beta) * omega + self.beta * distance
+            cost = (1.0 - self.beta) * self._omega(w, distance, mean) + self.beta * distance
             if np.isfinite(self.longest):
                 cost = np.where(length > self.longest, np.inf, cost)
         return np.where(w.min(axis=1, initial=np.inf) < self.floor, np.inf, cost) if self.floor > 0 else cost
 
-    def _omega(self, w: Floats, distance: Floats) -> Floats:
+    def _omega(self, w: Floats, distance: Floats, mean: Floats | None) -> Floats:
         if self.charge == "nodes":
             return manipulability_cost(w[:, -1], self.scale, self.manipulability)
-        return mean_manipulability_cost(w, self.scale, self.manipulability) * distance
+        return (mean_manipulability_cost(w, self.scale, self.manipulability) if mean is None else mean) * distance
 
-    def _distance(self, a: Floats, delta: Floats, length: Floats) -> Floats:
-        if self.metric == "joint":
-            return length / self.scale.joint_length
-        states = a[:, None] + _SHARES[:, None] * delta[:, None]
-        tool = tool_positions(self.robot, states.reshape(-1, self.robot.dof))
-        steps = np.diff(tool.reshape(len(a), -1, 3), axis=1)
-        return np.linalg.norm(steps, axis=2).sum(axis=1) / self.scale.tool_length
+    def _distance(self, joint: Floats, tool: Floats) -> Floats:
+        """(k,) of motions of so much joint motion (k,) in rad and tool path (k,) in metres; the metric's one counts."""
+        length = joint / self.scale.joint_length if self.metric == "joint" else tool / self.scale.tool_length
+        return np.maximum(length, self.scale.zeta)

@@ -32,7 +32,6 @@ def with_checked_nodes(roadmap: Roadmap, checker: CollisionChecker, first: int =
     refused = open_[_refused(checker, roadmap.nodes[open_])]
     checked_by[open_] = library
     looked = replace(roadmap, checked_by=checked_by)
-    looked.omega_is(roadmap.omega)
     if not len(refused):
         return looked
     kept = np.ones(len(roadmap.nodes), dtype=bool)

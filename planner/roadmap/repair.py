@@ -22,10 +22,9 @@ from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
 from planner.kinematics.manipulability import node_manipulability
 from planner.roadmap.build import origin_of
-from planner.roadmap.measure import measure_edges
+from planner.roadmap.measure import measure_anew, measure_edges
 from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, segments
-from planner.roadmap.scale import measure_scale
 from planner.roadmap.storage import same_world
 from planner.roadmap.world_record import changes, unproven_pairs
 from planner.world.robot import Robot
@@ -203,8 +202,8 @@ class _Judge:
 
 def measures_hold(roadmap: Roadmap, robot: Robot) -> bool:
     """Whether manipulability and lengths, which the costs are made of, are those of the configurations."""
-    theirs = measure_edges(robot, roadmap.nodes, roadmap.edges)
-    theirs["manipulability"] = node_manipulability(robot, roadmap.nodes)
+    measured = measure_edges(robot, roadmap.nodes, roadmap.edges, roadmap.scale)
+    theirs = {**measured, "manipulability": node_manipulability(robot, roadmap.nodes)}
     return all(np.allclose(getattr(roadmap, name), value, rtol=1e-6, atol=1e-9) for name, value in theirs.items())
 
 
@@ -261,7 +260,5 @@ def _rewritten(judge: _Judge, checker: CollisionChecker, nodes: Bools, edges: Bo
     # measuring takes several times as long as finding out what one obstacle more touches
     if (robot.identity == old.origin.robot_identity and not measure) or measures_hold(part, robot):
         return part
-    w = node_manipulability(robot, part.nodes)
-    lengths = measure_edges(robot, part.nodes, part.edges)
-    scale = measure_scale(w, lengths["joint_length"], lengths["tool_length"])
-    return replace(part, manipulability=w, scale=scale, **lengths)
+    w, scale, measures = measure_anew(robot, part.nodes, part.edges)
+    return replace(part, manipulability=w, scale=scale, **measures)

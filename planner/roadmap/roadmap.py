@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
 from planner.base.hashing import content_hash
-from planner.roadmap.scale import CostScale, mean_manipulability_cost
+from planner.roadmap.scale import CostScale
 from planner.roadmap.world_record import WorldRecord
 from planner.world.robot import Robot
 
@@ -40,7 +40,8 @@ class Roadmap:
     ``nodes`` (n, dof) rad; ``edges`` (m, 2) node indices, first below second, sorted; ``proven`` (m,) whether a proof
     was found for the whole edge. Indices of starts and goals come first. Lengths and manipulability are what the
     costs are made of: w (n,), joint length (m,) rad, length of the tool's path (m,) metres, and
-    w at evenly spaced states of every edge (m, W_STATES_PER_EDGE). An edge's certificate:
+    w at evenly spaced states of every edge (m, W_STATES_PER_EDGE); ``edge_cost`` (m, 3) is what they come to on
+    ``scale``: the mean of each of the ``COSTS`` along every edge. An edge's certificate:
     ``clearance`` (m,) metres, a proven lower bound on every distance beyond the margin along it (0: no more is known,
     inf: there is nothing to touch), and ``samples`` (m,) configurations that its proof sampled. A
     piece of a motion that was proven as a whole has the certificate of that. ``checked_by`` (n,) is the number in
@@ -56,6 +57,7 @@ class Roadmap:
     joint_length: Floats
     tool_length: Floats
     edge_manipulability: Floats
+    edge_cost: Floats
     clearance: Floats
     samples: Ints
     checked_by: NDArray[np.int8]
@@ -95,15 +97,6 @@ class Roadmap:
         arrays = [self.nodes, self.edges, self.proven, self.starts, self.goals]
         return content_hash([*arrays, self.origin.joints, self.origin.tool])
 
-    @cached_property
-    def omega(self) -> Floats:
-        """(m,) the mean of the manipulability cost along every edge, of the default cost."""
-        return frozen(mean_manipulability_cost(self.edge_manipulability, self.scale))
-
-    def omega_is(self, known: Floats) -> None:
-        """Take :attr:`omega` from who knows it: a query on a large roadmap adds a few edges to many."""
-        self.__dict__["omega"] = known  # where cached_property looks first
-
     def edge_index(self, i: int, j: int) -> int:
         """The row of the edge between two nodes; KeyError if there is none."""
         low, high = min(i, j), max(i, j)
@@ -128,7 +121,10 @@ class Roadmap:
 
 LIBRARIES = ("none", "fcl", "coal")
 NODE_ARRAYS = ("nodes", "manipulability", "checked_by")
-EDGE_ARRAYS = ("edges", "proven", "joint_length", "tool_length", "edge_manipulability", "clearance", "samples")
+EDGE_ARRAYS = (
+    *("edges", "proven", "clearance", "samples"),
+    *("joint_length", "tool_length", "edge_manipulability", "edge_cost"),
+)
 DTYPES = {
     "nodes": np.float64,
     "edges": np.int64,
@@ -139,6 +135,7 @@ DTYPES = {
     "joint_length": np.float64,
     "tool_length": np.float64,
     "edge_manipulability": np.float64,
+    "edge_cost": np.float64,
     "clearance": np.float64,
     "samples": np.int64,
     "checked_by": np.int8,

@@ -56,16 +56,17 @@ def manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = 
     ``inverse`` 1/w punishes the neighbourhood of singularities most and tells good nodes apart least, ``linear`` -w
     the reverse, ``log`` -ln w stands between.
     """
-    return manipulability_costs(w, scale.w_low, scale.w_high, scale.zeta, _kind(name))
+    return manipulability_costs(w, scale.w_low, scale.w_high, scale.zeta, cost_number(name))
 
 
 def mean_manipulability_cost(w: Floats, scale: CostScale, name: ManipulabilityCost = DEFAULT_COST) -> Floats:
     """The mean (m,) of omega along motions, by Simpson's rule over w (m, k) at evenly spaced states, k odd."""
     weights = _simpson_weights(w.shape[1])
-    return manipulability_cost_sums(w, weights, scale.w_low, scale.w_high, scale.zeta, _kind(name))
+    return manipulability_cost_sums(w, weights, scale.w_low, scale.w_high, scale.zeta, cost_number(name))
 
 
-def _kind(name: ManipulabilityCost) -> int:
+def cost_number(name: ManipulabilityCost) -> int:
+    """The place of a cost in ``COSTS``; :class:`OptionError` for others."""
     if name not in COSTS:
         raise OptionError(f"manipulability cost '{name}' not found; costs are {choices(COSTS)}.")
     return COSTS.index(name)

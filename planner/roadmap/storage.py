@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import json
+import logging
 import math
 import tokenize
 import zipfile
@@ -28,16 +29,22 @@ from planner.base.yamlfile import Strict, shown, validate
 from planner.collision.checker import CollisionChecker
 from planner.roadmap.node_checks import nobody
 from planner.roadmap.roadmap import DTYPES, LIBRARIES, Origin, Roadmap
-from planner.roadmap.scale import CostScale
+from planner.roadmap.scale import COSTS, CostScale, mean_manipulability_cost
 from planner.roadmap.world_record import changes, holds_limits, unproven_pairs
 
+_log = logging.getLogger(__name__)
+
 FORMAT = "gabf-planner roadmap"
-VERSION = 3  # 2: what the world was made of, and a certificate for every edge; 3: who checked the nodes
-_ADDED = {2: ("checked_by",)}  # arrays that files of an earlier version lack: read as nothing known
+VERSION = 3  # 2: what the world was made of, a certificate for every edge; 3: who checked nodes, the cost along edges
+_ADDED = {2: ("checked_by", "edge_cost")}  # arrays that files of an earlier version lack
 _LEVEL = 1  # of compression: a seventh of the usual one's time, and a tenth more bytes
 _LARGEST = 4 << 30  # bytes unpacked: beyond any roadmap that fits this planner, so a hostile file
 _LARGEST_HEADER = 64 << 20  # bytes
 _MOST = 1e9  # of a number in the arrays: nodes in rad or m, lengths, manipulability, indices
+_AMOUNTS = (  # never negative
+    *("manipulability", "joint_length", "tool_length", "edge_manipulability", "edge_cost"),
+    *("clearance", "samples"),
+)
 _RATIO, _SLACK = 100, 1 << 20  # configurations hardly compress: unpacked to 100 times its size it is no roadmap
 
 
@@ -96,7 +103,7 @@ def load_roadmap(path: Path) -> Roadmap:
         raise FileError(f"roadmap {path} not found: 'planner roadmap build' makes one, 'planner plan' writes one too.")
     try:
         header, arrays, checksum = _read(path)
-        roadmap = _build(header, arrays)
+        roadmap = _build(header, _with_what_it_lacks(arrays, header.scale, path))
         if header.checksum != checksum or header.sha256 != roadmap.sha256:
             raise FileError(f"roadmap {path} is damaged: its content does not match its hash; build it again.")
     except FileError:
@@ -197,8 +204,21 @@ def _read(path: Path) -> tuple[_Header, dict[str, Any], str]:
             )
         arrays = {name: content[name] for name in names}
         checked, checksum = validate(_Header, header, f"roadmap {path} is damaged"), _checksum(header, arrays)
-        arrays.setdefault("checked_by", nobody(len(arrays["nodes"])))
         return checked, arrays, checksum
+
+
+def _with_what_it_lacks(arrays: dict[str, Any], scale: CostScale, path: Path) -> dict[str, Any]:
+    """The arrays of a file of an earlier version and those it lacks: nobody's checks, and costs over a few states."""
+    w = arrays["edge_manipulability"]
+    if "edge_cost" in arrays or w.shape != (len(arrays["edges"]), W_STATES_PER_EDGE):
+        return arrays
+    _log.warning(
+        "roadmap %s is of an earlier version, which took the cost along long edges from %d states of them: "
+        "'planner roadmap check --repair' measures it finer",
+        path, W_STATES_PER_EDGE,
+    )  # fmt: skip
+    costs = np.stack([mean_manipulability_cost(w, scale, name) for name in COSTS], axis=1)
+    return arrays | {"edge_cost": costs, "checked_by": nobody(len(arrays["nodes"]))}
 
 
 def _require_sane_sizes(archive: zipfile.ZipFile, path: Path) -> None:
@@ -242,6 +262,7 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
         "edges": (m, 2),
         "manipulability": (n,),
         "edge_manipulability": (m, W_STATES_PER_EDGE),
+        "edge_cost": (m, len(COSTS)),
     }
     shapes |= {name: arrays[name].shape[:1] for name in ("starts", "goals")} | {"checked_by": (n,)}
     for name, shape in shapes.items():
@@ -252,7 +273,7 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
             raise ValueError(f"array '{name}' holds values that are not finite")
         if array.size and name not in ("clearance", "samples") and not (np.abs(array) <= _MOST).all():
             raise ValueError(f"array '{name}' holds values beyond {_MOST:g}")
-    for name in ("manipulability", "joint_length", "tool_length", "edge_manipulability", "clearance", "samples"):
+    for name in _AMOUNTS:
         if (arrays[name] < 0).any():
             raise ValueError(f"array '{name}' holds negative values")
     if not np.isin(arrays["checked_by"], range(len(LIBRARIES))).all():

@@ -19,6 +19,7 @@ from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path
 from planner.planning import plan
 from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.scale import COSTS, mean_manipulability_cost
 from planner.roadmap.storage import save_roadmap
 from tests.worlds import load, small_plan
 
@@ -45,6 +46,7 @@ def invented(seed: int, n: int = 9, floor: float = 0.5) -> Roadmap:
         joint_length=rng.uniform(0.2, 1.0, m),
         tool_length=np.ones(m),
         edge_manipulability=along,
+        edge_cost=np.stack([mean_manipulability_cost(along, base.scale, name) for name in COSTS], axis=1),
         clearance=np.ones(m),
         samples=np.ones(m),
     )

@@ -199,7 +199,7 @@ def test_the_edge_charge_does_not_mind_where_nodes_lie() -> None:
                 clearance=np.ones(n - 1),
                 samples=np.ones(n - 1),
                 manipulability=manipulability(robot, nodes),
-                **measure_edges(robot, nodes, edges),
+                **measure_edges(robot, nodes, edges, base.scale),
             )
             network = build_network(made, 0.0, charge=charge)  # type: ignore[arg-type]
             costs[charge, n] = gabf.oracle(network)[0]

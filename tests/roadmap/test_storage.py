@@ -569,12 +569,14 @@ def test_a_loaded_roadmap_is_of_use(content, tmp_path):
     assert build_network(back).n_nodes > len(ROADMAP.nodes)
 
 
-def test_a_file_of_version_2_is_read_and_nobody_has_checked_its_nodes(tmp_path: Path) -> None:
-    """It lacks ``checked_by``, and its checksum leaves that out."""
+def test_a_file_of_version_2_is_read_and_nobody_has_checked_its_nodes(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It lacks ``checked_by`` and ``edge_cost``, and its checksum leaves them out."""
     kept = post_roadmap()
     save_roadmap(kept, tmp_path / "new.npz")
     with np.load(tmp_path / "new.npz") as content:
-        arrays = {name: content[name] for name in content.files if name not in ("header", "checked_by")}
+        arrays = {name: content[name] for name in content.files if name not in ("header", "checked_by", "edge_cost")}
         header = json.loads(str(content["header"])) | {"version": 2}
     del header["checksum"]
     header["checksum"] = content_hash(
@@ -584,4 +586,7 @@ def test_a_file_of_version_2_is_read_and_nobody_has_checked_its_nodes(tmp_path: 
     old = load_roadmap(tmp_path / "old.npz")
     assert old.sha256 == kept.sha256
     assert not old.checked_by.any()
+    np.testing.assert_allclose(old.edge_cost, kept.edge_cost, rtol=0.1)
+    assert (old.edge_cost != kept.edge_cost).any()
+    assert "'planner roadmap check --repair' measures it finer" in caplog.text
     assert load_roadmap(tmp_path / "new.npz").checked_by.all()
