@@ -33,7 +33,7 @@ class _Run:
     def blank(self) -> Row:
         """The row before anything was measured."""
         request = self.request
-        asked = request.seed, str(request.robot), request.collision, self.seconds, self.problem.content
+        asked = request.seed, str(request.robot), request.collision, self.seconds, self.problem.content(request)
         return Row(self.problem.name, self.method, *asked, software(versions()), CRASHED)
 
 

@@ -44,7 +44,7 @@ def bench_motion(
         "motion",
         Row,
         find_problems(folder),
-        lambda table, problem: table.find(_row(problem, asked, outcome="", message="").key),
+        lambda table, problem: table.find(_row(problem, plain, asked, outcome="", message="").key),
         partial(_measured, plain=plain, motion=motion, asked=asked, python=python),
         to_markdown,
         "problems",
@@ -65,8 +65,8 @@ def _measured(
     """The row of a problem; none where stopped."""
     request = problem.asked(plain)
     columns = measure(request, motion, progress.renamed(lambda stage, done, total: None), python)
-    return [] if progress.stopped else [_row(problem, asked, **columns)]
+    return [] if progress.stopped else [_row(problem, plain, asked, **columns)]
 
 
-def _row(problem: Problem, asked: dict[str, Any], **columns: Any) -> Row:
-    return Row(problem=problem.name, kind=problem.kind, content=problem.content, **asked, **columns)
+def _row(problem: Problem, plain: PlanRequest, asked: dict[str, Any], **columns: Any) -> Row:
+    return Row(problem=problem.name, kind=problem.kind, content=problem.content(plain), **asked, **columns)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import FileError
 from planner.base.request import PlanRequest
+from planner.query.sources import sources_hash
 
 _SCENES, _REQUESTS = (".yaml", ".yml", ".scene"), (".yaml", ".yml")
 
@@ -21,17 +21,13 @@ class Problem:
     scene: Path
     request: Path
 
-    @property
-    def content(self) -> str:
-        """Eight digits of a hash of both files, empty where one is missing."""
-        try:
-            return hashlib.sha256(self.scene.read_bytes() + b"\0" + self.request.read_bytes()).hexdigest()[:8]
-        except OSError:
-            return ""
-
     def asked(self, plain: PlanRequest) -> PlanRequest:
         """``plain`` with this problem's scene and request."""
         return replace(plain, scene=str(self.scene), motion_plan_request=self.request)
+
+    def content(self, plain: PlanRequest) -> str:
+        """Eight digits of a hash of both files and of all others that ``plain`` reads, the robot's and its meshes."""
+        return sources_hash(self.asked(plain))[:8]
 
 
 def find_problems(folder: Path) -> list[Problem]:

@@ -113,7 +113,7 @@ def _blank(problem: Problem, request: PlanRequest, time_limit: float) -> Row:
         widen_limits=request.widen_limits,
         options=", ".join(f"{name} {value}" for name, value in more.items()),
         time_limit_s=time_limit,
-        content=problem.content,
+        content=problem.content(request),
         software=software(versions()),
         outcome=CRASHED,
         message="",

@@ -35,7 +35,7 @@ class _Run:
     @property
     def blank(self) -> Row:
         """The row before anything was measured."""
-        asked = self.request.seed, self.request.collision, self.seconds, self.problem.content
+        asked = self.request.seed, self.request.collision, self.seconds, self.problem.content(self.request)
         return Row(self.problem.name, self.method, self.settings, *asked, software(versions()), CRASHED)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PAPER_NODES, SERIAL, Backend, WorkersRequest, require_nodes, require_seed
+from planner.base.request import PAPER_NODES, SERIAL, Backend, PlanRequest, WorkersRequest, require_nodes, require_seed
 from planner.base.versions import versions
 from planner.studies.bench_plan.problems import Problem, find_problems
 from planner.studies.bench_replan.report import Row, to_markdown
@@ -44,9 +44,13 @@ def bench_replan(
     problems = find_problems(folder)
 
     asked = robot, collision, nodes, seed, changes, simulations
+    plain = PlanRequest(robot, collision=collision, nodes=nodes, seed=seed, widen_limits=widen_limits)
     blanks = [
         Row(
-            problem.name, *asked, problem.content, software(versions()), 0, "none", "crashed", widen_limits=widen_limits
+            problem.name,
+            *(*asked, problem.content(plain), software(versions())),
+            *(0, "none", "crashed"),
+            widen_limits=widen_limits,
         )
         for problem in problems
     ]

@@ -51,7 +51,7 @@ def bench_tables(
     plain = replace(plain, robot="panda", widen_limits=True)
     for problem in [] if folder is None else find_problems(folder):
         for method, request in asked_by(problem.asked(plain), betas, kept=False).items():
-            runs.append(_run(MBM, method, request, (("", ""),), problem.name, problem.content))
+            runs.append(_run(MBM, method, request, (("", ""),), problem.name, problem.content(plain)))
     return run_bench(
         out,
         "tables",
