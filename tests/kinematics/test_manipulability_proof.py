@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.base.arrays import ArrayError
 from planner.base.polynomials import evaluate
 from planner.kinematics.manipulability import jacobian, manipulability
 from planner.kinematics.manipulability_proof import ManipulabilityBound, column_rates, prove_floor
@@ -81,3 +82,16 @@ def test_floors_hold_or_break_as_dense_samples_say(name: str) -> None:
     assert (under.lowest >= 0.9 * lowest).all()
     assert over.broken.all()
     assert not over.holds.any()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_what_is_no_number_is_refused(bad: float) -> None:
+    robot = load("iiwa14")
+    pieces = np.zeros((2, 2, 7))
+    pieces[:, 0] = [0.3, 0.9, -0.4, -1.2, 0.5, 0.8, 0.1]
+    pieces[1, 1, 3] = bad
+    assert prove_floor(robot, pieces[:1], 0.01).holds.all()
+    with pytest.raises(ArrayError, match="every number has to be finite"):
+        prove_floor(robot, pieces, 0.01)
+    with pytest.raises(ArrayError, match="every number has to be finite"):
+        prove_floor(robot, pieces[:1], bad)
