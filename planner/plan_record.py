@@ -259,9 +259,7 @@ def _quality(plan: Plan) -> dict[str, Any] | None:
     if plan.cost is None:
         return None
     request = plan.request
-    bound = cost_lower_bound(
-        plan.roadmap, plan.robot, request.beta, request.manipulability_cost, request.metric, request.charge
-    )
+    bound = cost_lower_bound(plan.roadmap, plan.robot, request.objective)
     w = path_manipulability(plan.robot, plan.path)
     return {
         "effort": request.rounds,

@@ -28,9 +28,9 @@ from planner.motion.check import looked_at
 from planner.motion.limits import MotionLimits
 from planner.motion.timing import time_path
 from planner.motion.trajectory import Trajectory
+from planner.objective.motion_cost import MotionCost
 from planner.plan_record import Plan
 from planner.query.open import make_query
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.obtain import obtain_roadmap
 from planner.roadmap.roadmap import path_waypoints
 from planner.tradeoff.alternatives import paths_for_every_beta
@@ -100,8 +100,7 @@ def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
     """The path on the edges that keep the plan's clearance; on all, should second checks leave none of those."""
     request = improved.request
     with clock("costs"):
-        costs = request.manipulability_cost, request.metric, request.charge
-        network = build_network(improved.roadmap, request.beta, *costs, clearance=improved.clearance_kept)
+        network = build_network(improved.roadmap, request.objective, improved.clearance_kept)
     if progress.stopped:
         return improved
     solved = _solve_and_heal(improved, network, clock)
@@ -173,9 +172,8 @@ def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> T
 
 def cost_in_motion(found: Plan) -> MotionCost:
     """The objective along motions of any length, charged along them whatever the roadmap charges."""
-    request, scale = found.request, found.roadmap.scale
-    kinds = request.manipulability_cost, request.metric
-    return MotionCost(found.robot, scale, request.beta, 0.0, *kinds, longest=np.inf)
+    objective = replace(found.request.objective, charge="edges", floor=0.0)
+    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf)
 
 
 def _improve(draft: Plan, progress: Progress) -> Plan:

@@ -18,7 +18,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("native",),
     ("world", "gabf", "schemas"),  # gabf sees base and what is compiled of dynamics and graphs: it knows no robot
     ("kinematics",),
-    ("collision",),
+    ("collision", "objective"),
     ("query",),
     ("paths", "roadmap"),
     ("motion",),

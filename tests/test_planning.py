@@ -26,11 +26,11 @@ from planner.costs.network import build_network, distance_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.motion.file import load_trajectory
+from planner.objective.scale import COSTS
 from planner.paths.measure import dense_path, path_manipulability, tool_path_length
 from planner.planning import plan, with_alternatives
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import path_waypoints
-from planner.roadmap.scale import COSTS
 from planner.roadmap.storage import save_roadmap
 from planner.schemas.plan import PlanRecord
 from planner.world.scene import Scene

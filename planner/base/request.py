@@ -9,6 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
 from planner.base.errors import OptionError, PlannerError, choices
+from planner.base.objective import (
+    DEFAULT_BETA,
+    DEFAULT_CHARGE,
+    DEFAULT_COST,
+    DEFAULT_METRIC,
+    Charge,
+    ManipulabilityCost,
+    Metric,
+    Objective,
+    require_floor,
+    require_share,
+)
 from planner.base.targets import joints_text, parse_base, parse_target, parse_targets
 
 
@@ -28,17 +40,11 @@ else:  # what the command line gives; from Python a robot, a scene, joint values
 
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Backend = Literal["fcl", "coal"]
-Metric = Literal["joint", "workspace"]
-Charge = Literal["nodes", "edges"]
-ManipulabilityCost = Literal["inverse", "log", "linear"]
 TimeLaw = Literal["shortcuts", "blended", "stop-at-corners"]
 DEFAULT_TIME_LAW: TimeLaw = "shortcuts"
 WorkersBackend = Literal["processes", "dask"]
 
 PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
-DEFAULT_COST: ManipulabilityCost = "log"
-DEFAULT_METRIC: Metric = "joint"
-DEFAULT_CHARGE: Charge = "edges"
 DEFAULT_EFFORT = 12  # rounds
 DEFAULT_ROOM = 5e-3  # m
 
@@ -125,10 +131,7 @@ class RoadmapRequest(WorldRequest):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0.0 <= self.min_manipulability <= 1e9:
-            raise OptionError(
-                f"min manipulability {self.min_manipulability:g} is not usable: give a number from 0 to 1e9."
-            )
+        require_floor(self.min_manipulability)
         for role, parse in (("start", parse_target), ("goal", parse_targets)):
             value = getattr(self, role)
             if not isinstance(value, str):
@@ -216,12 +219,16 @@ class SweepRequest(RoadmapRequest):
             return self.effort
         return DEFAULT_EFFORT if self.roadmap is None else 0
 
+    def objective_at(self, beta: float) -> Objective:
+        """What a path at ``beta`` is to be good for."""
+        return Objective(beta, self.manipulability_cost, self.metric, self.charge, self.min_manipulability)
+
 
 @dataclass(frozen=True)
 class PlanRequest(SweepRequest):
     """One plan. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles."""
 
-    beta: float = 0.5
+    beta: float = DEFAULT_BETA
     """Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only."""
     above_ends: bool = False
     """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost."""
@@ -234,6 +241,11 @@ class PlanRequest(SweepRequest):
         require_share(self.beta)
         if self.path_only and (self.nodes != PAPER_NODES or self.roadmap is not None):
             raise OptionError("a path only has no roadmap around it: leave out nodes and roadmap, or path-only.")
+
+    @property
+    def objective(self) -> Objective:
+        """What the path is to be good for."""
+        return self.objective_at(self.beta)
 
     @property
     def rounds(self) -> int:
@@ -354,12 +366,6 @@ def require_one_choice(group: str | None, joints: object) -> None:
     """Raise :class:`OptionError` where both a group and joints say what is planned."""
     if group is not None and joints is not None:
         raise OptionError("--group and --joints both say which joints are planned: give one of them.")
-
-
-def require_share(beta: float) -> None:
-    """Raise :class:`OptionError` unless beta lies in [0, 1]."""
-    if not 0.0 <= beta <= 1.0:
-        raise OptionError(f"beta {beta:g} is outside [0, 1]: 0 optimises manipulability only, 1 distance only.")
 
 
 def require_scale(kind: str, scale: float, error: type[PlannerError] = OptionError) -> None:

@@ -28,8 +28,7 @@ def highest_floor(roadmap: Roadmap, checker: CollisionChecker, request: PlanRequ
 
     Tried from above, as a lower floor may forbid what a higher one allows: a path that never reaches the higher one.
     """
-    costs = request.manipulability_cost, request.metric, request.charge
-    network = build_network(roadmap, request.beta, *costs)
+    network = build_network(roadmap, request.objective)
     floors = _floors(request.min_manipulability, _LOWER)
     return next((floor for floor in floors if _keeps_to(floor, roadmap, network, checker.robot)), 0.0)
 
@@ -39,13 +38,12 @@ def highest_grown_floor(
 ) -> float:
     """As :func:`highest_floor`, of roadmaps that grow above the floors; ``free`` is one that grew without."""
     ends = free.nodes[free.starts], free.nodes[free.goals]
-    costs = request.manipulability_cost, request.metric, request.charge
     bound, nodes = highest_floor(free, checker, request), min(request.nodes, _NODES)
     for floor in (bound, *_floors(bound, _LOWER_GROWN)):
         if floor <= 0 or progress.stopped:
             break
         grown = build_roadmap(checker.robot, checker, *ends, nodes, request.seed, progress, floor, growth=_QUICK)
-        network = build_network(grown, request.beta, *costs)
+        network = build_network(grown, request.objective)
         if _keeps_to(floor, grown, network, checker.robot):
             return floor
     return 0.0

@@ -15,9 +15,9 @@ from planner.costs.manipulability_floor import LayeredNetwork, layered_network
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import cheapest_nodes
+from planner.objective.motion_cost import MotionCost
 from planner.paths.measure import path_manipulability
 from planner.roadmap.improve import Improvement, improve, without_last_grown
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
 _ROUNDS_WITHOUT_DIP = 2  # where nothing but the cost decides
@@ -88,7 +88,7 @@ def without_dip(
         return roadmap, 0.0
     cost = motion_cost(roadmap, checker, request, request.beta)
     limit = (2.0 - request.beta) * float(cost(path[:-1], path[1:]).sum())
-    cost = replace(cost, floor=level)
+    cost = cost.above(level)
     wider = keeping(checker, clearance)
     found = improve(roadmap, wider, cost, None, rounds, request.seed, progress, path, clearance)
     if not request.above_ends:
@@ -98,8 +98,7 @@ def without_dip(
 
 def motion_cost(roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, beta: float) -> MotionCost:
     """What motions cost at ``beta`` on the network of ``roadmap`` that the request asks for."""
-    options = request.min_manipulability, request.manipulability_cost, request.metric, request.charge
-    return MotionCost(checker.robot, roadmap.scale, beta, *options)
+    return MotionCost(checker.robot, roadmap.scale, request.objective_at(beta))
 
 
 def of_size_asked(roadmap: Roadmap, grown: int, request: PlanRequest, clearance: float = 0.0) -> Roadmap:
@@ -110,8 +109,7 @@ def of_size_asked(roadmap: Roadmap, grown: int, request: PlanRequest, clearance:
 
 def _best_nodes(roadmap: Roadmap, request: SweepRequest, beta: float, clearance: float) -> Ints:
     """The nodes (k,) of the best path at ``beta`` that keeps ``clearance`` (m), and the floor that is asked for."""
-    costs = request.manipulability_cost, request.metric, request.charge
-    network = build_network(roadmap, beta, *costs, clearance=clearance)
+    network = build_network(roadmap, request.objective_at(beta), clearance)
     return best_nodes(layered_network(roadmap, network, request.min_manipulability))
 
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.request import Charge, ManipulabilityCost, Metric
+from planner.base.objective import Metric, Objective
 from planner.kinematics.forward import tool_positions
+from planner.objective.scale import manipulability_cost
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import manipulability_cost
 from planner.world.robot import Robot
 
 
-def cost_lower_bound(
-    roadmap: Roadmap, robot: Robot, beta: float, name: ManipulabilityCost, metric: Metric, charge: Charge
-) -> float:
+def cost_lower_bound(roadmap: Roadmap, robot: Robot, objective: Objective) -> float:
     """A lower bound on the cost, as the network of ``roadmap`` charges it, of every path from a start to a goal.
 
     No path is shorter than the straight line between its ends, in joint space or (metric "workspace") from tool to
@@ -22,16 +20,15 @@ def cost_lower_bound(
     nodes, the goal's own omega is all that every path pays. The least of all pairs of a start and a goal counts.
     """
     starts, goals = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
-    distance = _straight(robot, starts, goals, metric)
-    distance /= roadmap.scale.joint_length if metric == "joint" else roadmap.scale.tool_length
+    distance = _straight(robot, starts, goals, objective.metric)
+    distance /= roadmap.scale.joint_length if objective.metric == "joint" else roadmap.scale.tool_length
     moves = (robot.difference(starts[:, None], goals[None]) != 0).any(axis=2)
-    if charge == "edges":
+    if objective.charge == "edges":
         omega = roadmap.scale.zeta * distance
     else:
-        omega = np.broadcast_to(
-            manipulability_cost(roadmap.manipulability[roadmap.goals], roadmap.scale, name), moves.shape
-        )
-    return float(np.where(moves, (1.0 - beta) * omega + beta * distance, 0.0).min())
+        name, w = objective.manipulability_cost, roadmap.manipulability[roadmap.goals]
+        omega = np.broadcast_to(manipulability_cost(w, roadmap.scale, name), moves.shape)
+    return float(np.where(moves, objective.total(omega, distance), 0.0).min())
 
 
 def _straight(robot: Robot, starts: Floats, goals: Floats, metric: Metric) -> Floats:

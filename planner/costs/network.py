@@ -4,26 +4,17 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, replace
-from typing import get_args
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import AssumptionError, OptionError, choices
-from planner.base.request import (
-    DEFAULT_CHARGE,
-    DEFAULT_COST,
-    DEFAULT_METRIC,
-    Charge,
-    ManipulabilityCost,
-    Metric,
-    require_share,
-)
+from planner.base.errors import AssumptionError
+from planner.base.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective, traded_off
+from planner.objective.scale import cost_number, manipulability_cost
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import cost_number, manipulability_cost
 
-METRICS: tuple[str, ...] = get_args(Metric)
+_PLAIN = Objective()
 
 
 @dataclass(frozen=True)
@@ -41,8 +32,6 @@ def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
 
     ``joint`` is the Euclidean joint motion, ``workspace`` the length of the tool's path.
     """
-    if metric not in METRICS:
-        raise OptionError(f"metric '{metric}' not found; metrics are {choices(METRICS)}.")
     joint = metric == "joint"
     length = roadmap.joint_length if joint else roadmap.tool_length
     unit = roadmap.scale.joint_length if joint else roadmap.scale.tool_length
@@ -54,33 +43,27 @@ def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCos
     return roadmap.edge_cost[:, cost_number(manipulability)]
 
 
-def build_network(
-    roadmap: Roadmap,
-    beta: float = 0.5,
-    manipulability: ManipulabilityCost = DEFAULT_COST,
-    metric: Metric = DEFAULT_METRIC,
-    charge: Charge = DEFAULT_CHARGE,
-    clearance: float = 0.0,
-) -> gabf.Network:
+def build_network(roadmap: Roadmap, objective: Objective | float = _PLAIN, clearance: float = 0.0) -> gabf.Network:
     """The network whose cost-to-go GABF computes: two arcs per edge, the goals as sources, the kernel of eq. (finew).
 
-    ``beta`` in [0, 1]: larger values weigh distance more and manipulability less. With ``charge`` "nodes" omega is
-    charged at the node that an edge leads to, as in the paper; with "edges" it is integrated along the edge over its
-    length, over states ``W_IN_COST`` apart, so that the cost of a path does not depend on how many nodes lie on
-    it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
+    ``objective`` may be beta alone: larger values weigh distance more and manipulability less. With its ``charge``
+    "nodes" omega is that of the node that an edge leads to, as in the paper; with "edges" it is integrated along the
+    edge over its length, over states ``W_IN_COST`` apart, so that the cost of a path does not depend on how many nodes
+    lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
     """
-    require_share(beta)
+    objective = objective if isinstance(objective, Objective) else Objective(objective)
+    name, beta = objective.manipulability_cost, objective.beta
     kept = roadmap.clearance >= clearance
-    weight = np.tile(distance_cost(roadmap, metric)[kept], 2)
-    along = charge == "edges"
-    omega = edge_manipulability_cost(roadmap, manipulability)[kept] if along else None
+    weight = np.tile(distance_cost(roadmap, objective.metric)[kept], 2)
+    along = objective.charge == "edges"
+    omega = edge_manipulability_cost(roadmap, name)[kept] if along else None
     return gabf.Network.from_arcs(
         tails=roadmap.edges[kept].T.ravel(),
         heads=roadmap.edges[kept, ::-1].T.ravel(),
         weight=weight,
         sources=roadmap.goals,
         n_nodes=len(roadmap.nodes),
-        node_cost=manipulability_cost(roadmap.manipulability, roadmap.scale, manipulability),
+        node_cost=manipulability_cost(roadmap.manipulability, roadmap.scale, name),
         arc_cost=None if omega is None else np.tile(omega, 2) * weight,
         kernel=gabf.EdgeIntegral(beta=beta) if along else gabf.TradeOff(beta=beta),
     )
@@ -104,4 +87,4 @@ def path_cost(network: gabf.Network, nodes: Ints) -> PathCost:
     arcs = np.array([network.arcs_between(i, j)[0] for i, j in itertools.pairwise(nodes)], dtype=np.int64)
     manipulability, distance = (float(total) for total in arc_costs(network)[arcs].sum(axis=0))
     beta: float = network.kernel.beta  # type: ignore[attr-defined]  (arc_costs refused any other kernel)
-    return PathCost((1.0 - beta) * manipulability + beta * distance, manipulability, distance, beta)
+    return PathCost(traded_off(beta, manipulability, distance), manipulability, distance, beta)

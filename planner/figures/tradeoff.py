@@ -12,6 +12,7 @@ from matplotlib.ticker import StrMethodFormatter
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
+from planner.base.objective import traded_off
 from planner.figures.strokes import SHADES, marked, stroke
 from planner.tradeoff.sweep import Interval, Tradeoff, reached_by_beta
 
@@ -124,4 +125,4 @@ def _intervals(tradeoff: Tradeoff) -> tuple[Interval, ...]:
 
 
 def _total(interval: Interval, beta: Any) -> Any:
-    return (1.0 - beta) * interval.manipulability_cost + beta * interval.distance_cost
+    return traded_off(beta, interval.manipulability_cost, interval.distance_cost)

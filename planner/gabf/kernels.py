@@ -11,6 +11,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import AssumptionError, OptionError
+from planner.base.objective import require_share, traded_off
 from planner.gabf.arcmaps import AffineArcs, ArcMap, FunctionArcs, UserFunction
 
 if TYPE_CHECKING:
@@ -69,11 +70,11 @@ class TradeOff(Kernel):
     beta: float = 0.5
 
     def __post_init__(self) -> None:
-        _require_share(self.beta)
+        require_share(self.beta)
 
     def bind(self, net: Network) -> AffineArcs:
         omega = _required(net.node_cost, "TradeOff", "node_cost")
-        return AffineArcs(None, (1.0 - self.beta) * omega[net.indices] + self.beta * net.weight)
+        return AffineArcs(None, traded_off(self.beta, omega[net.indices], net.weight))
 
 
 @dataclass(frozen=True)
@@ -87,11 +88,11 @@ class EdgeIntegral(Kernel):
     beta: float = 0.5
 
     def __post_init__(self) -> None:
-        _require_share(self.beta)
+        require_share(self.beta)
 
     def bind(self, net: Network) -> AffineArcs:
         cost = _required(net.arc_cost, "EdgeIntegral", "arc_cost")
-        return AffineArcs(None, (1.0 - self.beta) * cost + self.beta * net.weight)
+        return AffineArcs(None, traded_off(self.beta, cost, net.weight))
 
 
 @dataclass(frozen=True)
@@ -162,11 +163,6 @@ class UserKernel(Kernel):
 
     def bind(self, net: Network) -> FunctionArcs:
         return FunctionArcs(self.f, net.tails, net.weight)
-
-
-def _require_share(beta: float) -> None:
-    if not 0.0 <= beta <= 1.0:
-        raise OptionError(f"beta must lie in [0, 1], not {beta}: 0 is manipulability only, 1 distance only")
 
 
 def _required(array: Floats | None, kernel: str, name: str) -> Floats:

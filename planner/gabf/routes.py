@@ -21,7 +21,7 @@ def paths_from(
     what its path costs. :func:`planner.roadmap.roadmap.path_waypoints` turns nodes into configurations:
 
         roadmap = attach(load_roadmap(file), checker, starts, goals)      # nodes for all of them, linked by proofs
-        network = planner.build_network(roadmap, beta=0.5)
+        network = planner.build_network(roadmap, 0.5)
         paths = paths_from(network, gabf.solve(network, law), roadmap.starts)
 
     Raises :class:`StateError` for a start that is no node.

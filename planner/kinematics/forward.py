@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.resolutions import TOOL_ALONG_EDGE
 from planner.native.library import NativeChain
 from planner.world.robot import Robot
 
@@ -71,11 +72,12 @@ def tool_positions(robot: Robot, q: Floats) -> Floats:
     return Chain.of(robot).native.points(np.atleast_2d(q), int(frame.parentJoint), frame.placement.translation)
 
 
-def tool_path_lengths(robot: Robot, start: Floats, delta: Floats, pieces: Ints) -> Floats:
+def tool_path_lengths(robot: Robot, start: Floats, delta: Floats) -> Floats:
     """Lengths (n,) of the tool's paths (m) along straight joint motions from ``start`` by ``delta``, (n, dof).
 
-    They are measured as chords between ``pieces`` (n,) + 1 evenly spaced states.
+    They are measured as chords between states that are ``TOOL_ALONG_EDGE`` apart.
     """
+    pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
     frame = robot.model.frames[robot.tool_id]
     point = frame.placement.translation
     return Chain.of(robot).native.path_lengths(start, delta, pieces, int(frame.parentJoint), point)

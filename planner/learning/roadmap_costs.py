@@ -16,8 +16,8 @@ from planner.base.resolutions import COST_ALONG_EDGE
 from planner.costs.network import distance_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
+from planner.objective.scale import manipulability_cost
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import manipulability_cost
 from planner.world.robot import Robot
 
 

@@ -8,20 +8,19 @@ size, so fewer are left for the rest of the space.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.objective import Objective
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import EXTRA_CLEARANCE
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.native.graphs import cheapest_nodes
+from planner.objective.motion_cost import MotionCost
+from planner.objective.scale import measure_scale
 from planner.roadmap.forest import Forest
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.refine import PathRefiner, cut
-from planner.roadmap.scale import measure_scale
 from planner.world.robot import Robot
 
 BETAS = (0.0, 0.25, 1.0)  # with a refined path: both extremes, and where much w is gained for little length
@@ -52,7 +51,7 @@ def add_refined_paths(
     scale = measure_scale(manipulability(robot, nodes), np.linalg.norm(robot.difference(a, b), axis=1), np.zeros(0))
     forest = Forest(nodes, edges)
     for beta in BETAS:
-        cost = MotionCost(robot, scale, beta, longest=np.inf)
+        cost = MotionCost(robot, scale, Objective(beta), longest=np.inf)
         path = best_path(nodes, edges, cost(a, a + robot.difference(a, b)), starts, goals)
         if path is None or progress.stopped:
             break
@@ -60,7 +59,7 @@ def add_refined_paths(
         if len(above) < 3:
             continue
         ends = path[[above[0], above[-1]]]
-        refiner = PathRefiner(prover, replace(cost, floor=floor), EXTRA_CLEARANCE, seed, progress, _TRIES)
+        refiner = PathRefiner(prover, cost.above(floor), EXTRA_CLEARANCE, seed, progress, _TRIES)
         refined = robot.unwound(path[above[0] : above[-1] + 1])
         if not np.isfinite(refiner.total(refined)):  # links may dip below the floor
             continue

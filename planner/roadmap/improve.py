@@ -17,6 +17,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
+from planner.objective.motion_cost import MotionCost
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.enlarge import enlarged
 from planner.roadmap.first_path import shorter_path
@@ -24,7 +25,6 @@ from planner.roadmap.forest import Forest
 from planner.roadmap.grow import join_settings
 from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.informed import LazyRoadmap, informed_samples
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.motions import Motions
 from planner.roadmap.refine import PathRefiner, cut
 from planner.roadmap.roadmap import Roadmap
@@ -81,10 +81,11 @@ class _Search:
         whole = replace(refiner, cost=replace(cost, longest=np.inf))  # edges of any length stand in the roadmap
         edges = roadmap.edges[roadmap.clearance >= clearance]
         self.graph = LazyRoadmap(whole, roadmap.nodes, edges, starts, goals)
-        unit = cost.scale.joint_length if cost.metric == "joint" else np.inf
-        least = cost.scale.zeta if cost.charge == "edges" else 0.0
-        self._rate = ((1.0 - cost.beta) * least + cost.beta) / unit
-        self._every = _EXPLORED_EVERY if cost.beta == 1.0 else _EXPLORED_EVERY_FOR_W
+        objective = cost.objective
+        unit = cost.scale.joint_length if objective.metric == "joint" else np.inf
+        least = cost.scale.zeta if objective.charge == "edges" else 0.0
+        self._rate = objective.total(least, 1.0) / unit
+        self._every = _EXPLORED_EVERY if objective.beta == 1.0 else _EXPLORED_EVERY_FOR_W
         self.candidates: list[_Candidate] = []
         self._rounds = self._explored = 0
 
@@ -151,13 +152,13 @@ class _Search:
         if best is not None and self._rate > 0:
             longest = min(longest, best.cost / self._rate)
         rng = np.random.default_rng([refiner.seed, self._explored])
-        motions = Motions(refiner.prover, cost.floor)
+        motions = Motions(refiner.prover, cost.objective.floor)
         settings = join_settings(GrowthSettings(join_motions=_JOIN_MOTIONS), motions.robot)
         ends = self.graph.starts, self.graph.goals
         return shorter_path(motions, settings, *ends, longest, rng, refiner.progress)[0]
 
     def _cut(self, path: Floats) -> Floats:
-        return cut(path, self.refiner.cost.longest) if self.refiner.cost.beta < 1.0 else path
+        return cut(path, self.refiner.cost.longest) if self.refiner.cost.objective.beta < 1.0 else path
 
 
 def improve(
@@ -181,7 +182,7 @@ def improve(
     prover = RecordingProver(checker, progress)
     refiner = PathRefiner(prover, cost, PROOF, seed, progress)
     starts, goals = roadmap.starts, roadmap.goals
-    if path is not None and cost.floor > 0:  # it may be part of one only
+    if path is not None and cost.objective.floor > 0:  # it may be part of one only
         starts, goals = (np.array([_nearest(checker.robot, roadmap.nodes, q)]) for q in path[[0, -1]])
     search = _Search(roadmap, refiner, starts, goals, around, clearance)
     first = search.graph.cheapest_path() if path is None else checker.robot.unwound(path)

@@ -42,7 +42,7 @@ class LazyRoadmap:
 
     def add(self, samples: Floats) -> None:
         """Take up the ``samples`` (k, dof) that are free, each with links to its nearest nodes."""
-        samples = samples[manipulability(self._robot, samples) >= self._refiner.cost.floor]
+        samples = samples[manipulability(self._robot, samples) >= self._refiner.cost.objective.floor]
         free = samples[[self._bound.looks_free(q[None]) for q in samples]] if len(samples) else samples
         first = len(self.nodes)
         self.nodes = np.vstack([self.nodes, free])
@@ -123,9 +123,9 @@ def informed_samples(
     longest = refiner.total(path) / rate if rate > 0 else np.inf
     drawn = _in_ellipsoid(robot, path[0], path[-1], longest, _DRAWS * quarter, rng)
     samples = np.concatenate([tube, balls, drawn[_within(robot, drawn)][:quarter]])
-    if refiner.cost.floor > 0:
+    if refiner.cost.objective.floor > 0:
         samples = _lifted(robot, samples, rng)
-    elif refiner.cost.beta < 1.0:
+    elif refiner.cost.objective.beta < 1.0:
         samples[::2] = _lifted(robot, samples[::2], rng)
     return robot.normalise(samples[_within(robot, samples)])
 

@@ -7,11 +7,11 @@ from typing import TypedDict
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.resolutions import TOOL_ALONG_EDGE, W_STATES_PER_EDGE
+from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import manipulability_along, node_manipulability
-from planner.roadmap.integral import mean_costs_along
-from planner.roadmap.scale import CostScale, measure_scale
+from planner.objective.integral import mean_costs_along
+from planner.objective.scale import CostScale, measure_scale
 from planner.world.robot import Robot
 
 
@@ -51,13 +51,7 @@ def _measures(
 def edge_lengths(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floats]:
     """Joint motion (m,) rad and length of the tool's path (m,) metres of every edge."""
     start, delta = _motions(robot, nodes, edges)
-    return np.linalg.norm(delta, axis=1), tool_lengths(robot, start, delta)
-
-
-def tool_lengths(robot: Robot, start: Floats, delta: Floats) -> Floats:
-    """Length (k,) in metres of the tool's path on straight motions from ``start`` by ``delta`` (k, dof)."""
-    pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
-    return tool_path_lengths(robot, start, delta, pieces)
+    return np.linalg.norm(delta, axis=1), tool_path_lengths(robot, start, delta)
 
 
 def edge_costs(robot: Robot, nodes: Floats, edges: Ints, scale: CostScale) -> Floats:

@@ -19,7 +19,7 @@ from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_ALONG_PATH
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.motion_cost import MotionCost
+from planner.objective.motion_cost import MotionCost
 
 _CORNER, _ROUNDS_PER_CORNER = 0.004, 6  # of the cost: what a waypoint must gain, a third of it after so many rounds
 _ROUNDING = (0.02, 0.6)  # rad: how far from a corner points are tried that cut it
@@ -42,7 +42,7 @@ _EPS = 1e-3  # rad, finite differences
 class PathRefiner:
     """Makes paths of proven motions cheaper under ``cost``; a motion is proven with ``room`` (m) beyond the margin.
 
-        refiner = PathRefiner(prover, MotionCost(robot, scale, beta=0.5))
+        refiner = PathRefiner(prover, MotionCost(robot, scale, Objective()))
         path = refiner.round(path)                     # again and again, until it gains nothing
 
     Paths are (k, dof), angles unwound, their ends stay. Under the cost's floor w, sampled ``W_ALONG_PATH`` apart, does
@@ -113,11 +113,11 @@ class PathRefiner:
     def _above_floor(self, start: Floats, delta: Floats) -> Bools:
         """(k,) whether w is above the floor along the motions from ``start`` by ``delta`` (k, dof)."""
         above = np.ones(len(start), dtype=bool)
-        if self.cost.floor > 0:
+        if self.cost.objective.floor > 0:
             for row in range(len(start)):
                 count = max(1, int(np.ceil(np.abs(delta[row]).max() / W_ALONG_PATH)))
                 states = start[row] + np.linspace(0.0, 1.0, count + 1)[:, None] * delta[row]
-                above[row] = (manipulability(self.prover.robot, states) >= self.cost.floor).all()
+                above[row] = (manipulability(self.prover.robot, states) >= self.cost.objective.floor).all()
         return above
 
     def _cornered(self, path: Floats) -> Floats:

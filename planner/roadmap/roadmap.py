@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
 from planner.base.hashing import content_hash
-from planner.roadmap.scale import CostScale
+from planner.objective.scale import CostScale
 from planner.roadmap.world_record import WorldRecord
 from planner.world.robot import Robot
 

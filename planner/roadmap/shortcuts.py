@@ -9,15 +9,16 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
+from planner.base.objective import Objective, traded_off
 from planner.base.polylines import cut, parts_of
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
 from planner.collision.edge_prover import EdgeProver
 from planner.native.graphs import cheapest_nodes
+from planner.objective.motion_cost import MotionCost
 from planner.roadmap.best_paths import BETAS
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.forest import Forest
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.motions import Motions
 from planner.roadmap.roadmap import Roadmap
 from planner.world.robot import Robot
@@ -92,7 +93,7 @@ def shortcuts(linked: Linked, prover: RecordingProver, longest: float, progress:
     The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
     """
     robot, found = prover.robot, dict[tuple[int, int], None]()
-    ends = [MotionCost(robot, linked.roadmap.scale, beta, longest=np.inf) for beta in (0.0, 1.0)]
+    ends = [MotionCost(robot, linked.roadmap.scale, Objective(beta), longest=np.inf) for beta in (0.0, 1.0)]
     edges = [linked.costs(cost) for cost in ends]
     between: dict[bytes, list[Floats]] = {}  # betas often have one best path
     for beta in BETAS:
@@ -115,7 +116,7 @@ def _traded_off(beta: float, omega: Floats, distance: Floats) -> Floats:
     """Costs at ``beta`` from those at 0 and at 1, where one is infinite also the other."""
     if beta in (0.0, 1.0):
         return distance if beta else omega
-    return (1.0 - beta) * omega + beta * distance
+    return traded_off(beta, omega, distance)
 
 
 @lru_cache

@@ -27,9 +27,9 @@ from planner.base.hashing import content_hash
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.yamlfile import Strict, shown, validate
 from planner.collision.checker import CollisionChecker
+from planner.objective.scale import COSTS, CostScale, mean_manipulability_cost
 from planner.roadmap.node_checks import nobody
 from planner.roadmap.roadmap import DTYPES, LIBRARIES, Origin, Roadmap
-from planner.roadmap.scale import COSTS, CostScale, mean_manipulability_cost
 from planner.roadmap.world_record import changes, holds_limits, unproven_pairs
 
 _log = logging.getLogger(__name__)

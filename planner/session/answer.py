@@ -9,8 +9,8 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, frozen
+from planner.base.objective import Objective
 from planner.base.outcome import Outcome
-from planner.base.request import Charge, ManipulabilityCost, Metric
 from planner.costs.network import build_network, path_cost
 from planner.query.open import Query
 from planner.roadmap.attach import attach
@@ -28,23 +28,11 @@ _GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: b
 
 
 @dataclass(frozen=True)
-class Costs:
-    """What a network's costs are made of, see :func:`planner.costs.network.build_network`."""
-
-    manipulability: ManipulabilityCost
-    metric: Metric
-    charge: Charge
-
-    def network(self, roadmap: Roadmap, beta: float) -> gabf.Network:
-        return build_network(roadmap, beta, self.manipulability, self.metric, self.charge)
-
-
-@dataclass(frozen=True)
 class Planning:
     """How a session plans: the law of its field, its costs, the size of its first roadmap, its growth."""
 
     law: gabf.Law
-    costs: Costs
+    objective: Objective  # at another beta every query
     nodes: int
     seed: int
     growth: GrowthSettings
@@ -140,5 +128,5 @@ def _linked_already(roadmap: Roadmap, query: Query) -> bool:
 
 def _search(moment: Moment, beta: float, planning: Planning) -> Found:
     live, n = moment.live, len(moment.live.roadmap.nodes)
-    network = RoadmapNetwork(live.roadmap, lambda roadmap: planning.costs.network(roadmap, beta))
+    network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, planning.objective.at(beta)))
     return search(live, network, np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)]), planning.law)

@@ -14,6 +14,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError, PlannerError, StateError
+from planner.base.objective import DEFAULT_BETA, Objective
 from planner.base.request import (
     DEFAULT_CHARGE,
     DEFAULT_COST,
@@ -40,7 +41,7 @@ from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.separation import why_apart
 from planner.roadmap.storage import load_roadmap
-from planner.session.answer import Costs, Moment, Planning, adopted, answered
+from planner.session.answer import Moment, Planning, adopted, answered
 from planner.session.in_time import TimedAnswer, timed_answer
 from planner.session.live_world import LiveWorld
 from planner.session.report import Answer, Change, Edges
@@ -104,8 +105,8 @@ class Session:
         dynamics = gabf.named_law(law, prescribed_time)
         if dynamics.needs_overestimate:
             raise OptionError(f"the {law} law needs strict overestimates, so its field cannot heal: take another law.")
-        costs = Costs(manipulability_cost, metric, charge)
-        self._planning = Planning(dynamics, costs, nodes, seed, GrowthSettings(join_motions=join_motions))
+        objective = Objective(DEFAULT_BETA, manipulability_cost, metric, charge)
+        self._planning = Planning(dynamics, objective, nodes, seed, GrowthSettings(join_motions=join_motions))
         self._busy = threading.Lock()
         live = LiveWorld.of(WorldRequest(robot=robot, scene=scene, tool=tool, collision=collision, margin=margin))
         if roadmap is not None:

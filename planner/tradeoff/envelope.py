@@ -16,6 +16,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import StateError
+from planner.base.objective import traded_off
 from planner.costs.network import at_beta, path_cost
 
 TOLERANCE = 1e-12  # relative to max(1, cost): far above the rounding of a sum of costs, far below any difference
@@ -37,7 +38,7 @@ class Support:
 
     def at(self, beta: float) -> float:
         """The path's cost at another beta."""
-        return (1.0 - beta) * self.manipulability + beta * self.distance
+        return traded_off(beta, self.manipulability, self.distance)
 
 
 @dataclass(frozen=True, eq=False)

@@ -176,8 +176,7 @@ def sweep(
     run = _Run(clock, progress, max_labels if front else 0, earlier.where)
     with clock("costs"):
         roadmap, clearance = _roomy(request, query, roadmap, progress)
-        costs = request.manipulability_cost, request.metric, request.charge
-        network = build_network(roadmap, 0.5, *costs, clearance=clearance)
+        network = build_network(roadmap, request.objective_at(0.5), clearance)
         draft = replace(draft, roadmap=roadmap, clearance=clearance)
         healing = HealingNetwork(checker, roadmap, network, request.min_manipulability, earlier.barred)
     while True:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
+from planner.base.objective import Objective
 from planner.base.request import PlanRequest
 from planner.costs.improvement import improved_roadmap, motion_cost, of_size_asked, without_dip
 from planner.costs.manipulability_floor import layered_network
@@ -96,5 +97,4 @@ def test_a_dip_that_no_path_avoids_stays() -> None:
 def test_motions_cost_what_the_request_asks_for() -> None:
     request = replace(REQUEST, min_manipulability=0.02, metric="workspace", charge="nodes", manipulability_cost="log")
     cost = motion_cost(post_roadmap(), make_post(), request, 0.3)
-    asked = (cost.beta, cost.floor, cost.metric, cost.charge, cost.manipulability)
-    assert asked == (0.3, 0.02, "workspace", "nodes", "log")
+    assert cost.objective == Objective(0.3, "log", "workspace", "nodes", 0.02)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
+from planner.base.objective import Objective
 from planner.base.request import Charge, Metric
 from planner.costs.lower_bound import cost_lower_bound
 from planner.costs.network import build_network
@@ -20,7 +21,7 @@ ROBOT = load("planar_2r")
 
 
 def least(roadmap: Roadmap, beta: float, metric: Metric, charge: Charge) -> float:
-    network = build_network(roadmap, beta, "log", metric, charge)
+    network = build_network(roadmap, Objective(beta, "log", metric, charge))
     return float(gabf.oracle(network)[roadmap.starts].min())
 
 
@@ -31,17 +32,17 @@ def test_no_roadmap_has_a_cheaper_path(metric: Metric, charge: Charge) -> None:
         for _ in range(5):
             starts, goals = np.split(rng.choice(len(post_roadmap().nodes), 5, replace=False), [2])
             roadmap = replace(post_roadmap(), starts=starts, goals=goals)
-            bound = cost_lower_bound(roadmap, ROBOT, beta, "log", metric, charge)
+            bound = cost_lower_bound(roadmap, ROBOT, Objective(beta, "log", metric, charge))
             assert 0 < bound <= least(roadmap, beta, metric, charge) + 1e-12
 
 
 def test_by_length_alone_an_edge_meets_it() -> None:
     i, j = post_roadmap().edges[3]
     roadmap = replace(post_roadmap(), starts=np.array([i]), goals=np.array([j]))
-    bound = cost_lower_bound(roadmap, ROBOT, 1.0, "log", "joint", "edges")
+    bound = cost_lower_bound(roadmap, ROBOT, Objective(1.0))
     assert bound == pytest.approx(least(roadmap, 1.0, "joint", "edges"), rel=1e-12)
 
 
 def test_who_stands_at_the_goal_pays_nothing() -> None:
     roadmap = replace(post_roadmap(), starts=np.array([4]), goals=np.array([4, 9]))
-    assert cost_lower_bound(roadmap, ROBOT, 0.5, "log", "joint", "nodes") == 0.0
+    assert cost_lower_bound(roadmap, ROBOT, Objective(charge="nodes")) == 0.0

@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 
 from planner import gabf
+from planner.base.objective import Objective
 from planner.base.outcome import Outcome
 from planner.base.request import PlanRequest
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.costs.manipulability_floor import first_violation, layered_network, rounded_down
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
+from planner.objective.scale import COSTS, mean_manipulability_cost
 from planner.paths.measure import dense_path
 from planner.planning import plan
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import COSTS, mean_manipulability_cost
 from planner.roadmap.storage import save_roadmap
 from tests.worlds import load, small_plan
 
@@ -88,7 +89,7 @@ def ways(roadmap: Roadmap) -> list[tuple[int, ...]]:
 @pytest.mark.parametrize("seed", range(25))
 def test_the_best_way_above_a_floor_is_what_brute_force_finds(seed: int) -> None:
     roadmap, floor = invented(seed), 0.5
-    network = build_network(roadmap, 0.5, charge="nodes")
+    network = build_network(roadmap, Objective(charge="nodes"))
     layered = layered_network(roadmap, network, floor)
     omega, weight = network.node_cost, network.weight
 

@@ -12,11 +12,12 @@ from scipy.sparse.csgraph import dijkstra
 import planner
 from planner import gabf
 from planner.base.errors import StateError
+from planner.base.objective import Objective
 from planner.costs.network import build_network, distance_cost, path_cost
 from planner.gabf.routes import paths_from
+from planner.objective.scale import manipulability_cost
 from planner.roadmap.attach import attach
 from planner.roadmap.roadmap import path_waypoints
-from planner.roadmap.scale import manipulability_cost
 from tests.worlds import load, make_post, post_roadmap
 
 STARTS = np.array([[-0.9, 1.2], [-1.0, 0.8], [0.4, 2.2], [2.0, 1.0], [-2.4, -0.7], [0.9, 0.1]])
@@ -28,7 +29,7 @@ BETA = 0.4
 def many():
     """A kept roadmap with six starts and two goals, and the one field of it."""
     roadmap = attach(post_roadmap(seed=1), make_post(), STARTS, GOALS)
-    network = build_network(roadmap, BETA, charge="nodes")
+    network = build_network(roadmap, Objective(BETA, charge="nodes"))
     return roadmap, network, gabf.solve(network, law=gabf.SingularityFree(T=4.0))
 
 
@@ -66,7 +67,7 @@ def test_paths_are_those_that_one_start_alone_gets(many):
 def test_a_start_without_a_way_has_an_empty_path(many):
     roadmap, _, _ = many
     lonely = roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), (roadmap.edges != roadmap.starts[2]).all(axis=1))
-    network = build_network(lonely, BETA, charge="nodes")
+    network = build_network(lonely, Objective(BETA, charge="nodes"))
     paths = paths_from(network, gabf.solve(network, law=gabf.SingularityFree(T=4.0)), lonely.starts)
     assert [len(path) > 0 for path in paths] == [True, True, False, True, True, True]
 

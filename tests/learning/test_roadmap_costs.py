@@ -10,8 +10,8 @@ from scipy.integrate import trapezoid
 from planner import build_network
 from planner.base.errors import OptionError
 from planner.learning.roadmap_costs import SlowZone, edge_of_arc, execution_costs, greatest_costs, least_costs
+from planner.objective.scale import manipulability_cost
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.scale import manipulability_cost
 from tests.worlds import load
 
 IIWA = "iiwa14"
@@ -52,7 +52,7 @@ def test_an_edge_costs_its_integral(roadmap: Roadmap) -> None:
 
 def test_a_slow_zone_counts_where_the_tool_is_inside(roadmap: Roadmap) -> None:
     row = int(np.argmax(roadmap.joint_length))
-    zone = SlowZone(middle_of(roadmap, row), radius=0.3, factor=5.0)
+    zone = SlowZone(middle_of(roadmap, row), radius=0.15, factor=5.0)
     plain, slow = (execution_costs(load(IIWA), roadmap, BETA, zones) for zones in ((), (zone,)))
     assert slow[row] == pytest.approx(quadrature(roadmap, row, zone), rel=2e-2)
     assert plain[row] * 1.05 < slow[row] < plain[row] * 5.0

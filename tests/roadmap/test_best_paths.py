@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.base.objective import Objective
 from planner.base.request import PlanRequest
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
+from planner.objective.motion_cost import MotionCost
 from planner.planning import plan
 from planner.roadmap.best_paths import _with_dips, add_refined_paths, best_path
 from planner.roadmap.build import DENSITY, build_roadmap
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.roadmap import component_labels
 from tests.worlds import load, make_post
 
@@ -55,7 +56,7 @@ def test_refined_paths_make_better_paths() -> None:
             refined=0.0,
         )
         nodes, edges = without.nodes, without.edges
-        cost = MotionCost(found.robot, found.roadmap.scale, beta, longest=np.inf)
+        cost = MotionCost(found.robot, found.roadmap.scale, Objective(beta), longest=np.inf)
         best = best_path(nodes, edges, cost(nodes[edges[:, 0]], nodes[edges[:, 1]]), without.starts, without.goals)
         assert best is not None
         ratios.append(total(cost, found.path) / total(cost, best))

@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.base.objective import Objective
 from planner.base.request import PlanRequest
 from planner.kinematics.manipulability import manipulability
+from planner.objective.motion_cost import MotionCost
 from planner.paths.measure import corners, joint_path_length, path_manipulability
 from planner.planning import plan
 from planner.roadmap.improve import improve, without_last_grown
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.simplify import TOLERANCE
 from planner.world.poses import pose
 from planner.world.scene import Obstacle, Scene
@@ -36,7 +37,7 @@ def test_the_effort_converges_to_the_shortest_path() -> None:
 
 def test_improvement_keeps_the_roadmap_and_repeats() -> None:
     made = small_plan()
-    cost = MotionCost(made.robot, made.roadmap.scale, 0.5, charge="edges")
+    cost = MotionCost(made.robot, made.roadmap.scale, Objective())
     one, two = (improve(made.roadmap, made.checker, cost, made.path, 2, seed=4) for _ in range(2))
     assert one.roadmap.sha256 == two.roadmap.sha256
     assert one.curve == two.curve

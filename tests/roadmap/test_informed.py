@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.base.objective import Objective
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
+from planner.objective.motion_cost import MotionCost
 from planner.roadmap.informed import LazyRoadmap, _in_ellipsoid, _lifted
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.refine import PathRefiner
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
@@ -37,7 +38,7 @@ def test_lifted_states_rise_in_w_within_limits() -> None:
 def test_a_path_that_is_taken_up_is_proven_once_it_is_cheapest() -> None:
     """Without its edges the roadmap has no path; one through the post is refused."""
     roadmap, prover = post_roadmap(), EdgeProver(make_post())
-    refiner = PathRefiner(prover, MotionCost(load("planar_2r"), roadmap.scale, 1.0))
+    refiner = PathRefiner(prover, MotionCost(load("planar_2r"), roadmap.scale, Objective(1.0)))
     graph = LazyRoadmap(refiner, roadmap.nodes, roadmap.edges[:0], roadmap.starts, roadmap.goals)
     graph.add_path(np.array([POST_START, 0.5 * (POST_START + POST_GOAL), POST_GOAL]))
     assert graph.cheapest_path() is None

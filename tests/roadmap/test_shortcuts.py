@@ -9,12 +9,13 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from planner import gabf
+from planner.base.objective import Objective
 from planner.collision.edge_prover import recheck
 from planner.costs.network import build_network
+from planner.objective.motion_cost import MotionCost
 from planner.roadmap.best_paths import BETAS
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.enlarge import enlarged
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.motions import Motions
 from planner.roadmap.shortcuts import (
     Linked,
@@ -49,7 +50,7 @@ def pairs():
 @pytest.mark.parametrize("beta", [0.0, 0.25, 1.0])
 def test_paths_become_cheaper_and_none_dearer(pairs, beta):
     def cost(roadmap):
-        return float(gabf.oracle(build_network(roadmap, beta, charge="edges"))[roadmap.starts[0]])
+        return float(gabf.oracle(build_network(roadmap, beta))[roadmap.starts[0]])
 
     before, after = (np.array([cost(pair[k]) for pair in pairs]) for k in (0, 1))
     assert (after <= before * (1 + 1e-3)).all()  # an edge is integrated anew in its pieces
@@ -95,7 +96,7 @@ def test_the_way_is_the_cheapest_of_all_that_is_proven(beta):
         rng = np.random.default_rng(seed)
         roadmap, prover = post_roadmap(), RecordingProver(make_post())
         start, goal = rng.choice(len(roadmap.nodes), 2, replace=False)
-        cost = MotionCost(prover.robot, roadmap.scale, beta, longest=np.inf)
+        cost = MotionCost(prover.robot, roadmap.scale, Objective(beta), longest=np.inf)
         here = replace(roadmap, starts=np.array([start]), goals=np.array([goal]))
         (nodes,) = _best_paths(linked(here), linked(here).costs(cost))
         path = roadmap.nodes[nodes]

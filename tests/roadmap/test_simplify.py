@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.base.objective import Objective
 from planner.collision.edge_prover import EdgeProver
+from planner.objective.motion_cost import MotionCost
 from planner.paths.measure import corners, path_contact
-from planner.roadmap.motion_cost import MotionCost
 from planner.roadmap.refine import PathRefiner, cut
 from planner.roadmap.simplify import TOLERANCE, _meeting, simplified
 from tests.roadmap.test_refine import unrefined
@@ -16,7 +17,7 @@ from tests.roadmap.test_refine import unrefined
 @pytest.mark.parametrize(("beta", "fewer"), [(0.0, 2), (1.0, 1)])
 def test_corners_become_fewer_at_a_bounded_price(beta: float, fewer: int) -> None:
     made = unrefined()
-    refiner = PathRefiner(EdgeProver(made.checker), MotionCost(made.robot, made.roadmap.scale, beta))
+    refiner = PathRefiner(EdgeProver(made.checker), MotionCost(made.robot, made.roadmap.scale, Objective(beta)))
     path = refiner.descend(cut(made.path, 0.5))
     simple = simplified(refiner, path, np.random.default_rng(0))
     np.testing.assert_array_equal(simple[[0, -1]], path[[0, -1]])

@@ -8,18 +8,19 @@ import numpy as np
 import pytest
 
 from planner import gabf
+from planner.base.objective import Objective
 from planner.base.request import WorldRequest
 from planner.base.targets import Joints
 from planner.query.open import Query, resolve_query
 from planner.roadmap.growth_settings import GrowthSettings
-from planner.session.answer import Costs, Moment, Planning, adopted, answered
+from planner.session.answer import Moment, Planning, adopted, answered
 from planner.session.live_world import LiveWorld
 from planner.world.poses import pose
 from planner.world.scene import Scene
 from planner.world.shapes import Obstacle, Sphere
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
-PLANNING = Planning(gabf.SingularityFree(), Costs("log", "joint", "edges"), 60, 0, GrowthSettings())
+PLANNING = Planning(gabf.SingularityFree(), Objective(), 60, 0, GrowthSettings())
 
 
 def bare(scene: Scene | None = None) -> LiveWorld:

@@ -34,7 +34,7 @@ from tests.tradeoff.posts import asked
 def least(tradeoff: Tradeoff, beta: float) -> float:
     """The least cost from a start by the oracle."""
     request, roadmap = tradeoff.request, tradeoff.roadmap
-    network = build_network(roadmap, beta, request.manipulability_cost, request.metric)
+    network = build_network(roadmap, request.objective_at(beta))
     return float(gabf.oracle(network)[roadmap.starts].min())
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.files import write_whole
 from planner.base.request import Thing
-from planner.roadmap.scale import CostScale
+from planner.objective.scale import CostScale
 from planner.world.poses import pose
 from planner.world.scene import Obstacle, Scene
 from planner.world.shapes import Box

@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.roadmap.scale import CostScale
+from planner.objective.scale import CostScale
 from planner.studies.bench_optimum.arms import PlanarArm
 
 _COARSE = {2: 0.015, 3: 0.1}  # rad: the first grid's step, by the number of joints

@@ -10,6 +10,7 @@ import numpy as np
 from planner import gabf, learning
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, StateError
+from planner.base.objective import Objective
 from planner.base.progress import QUIET, Progress
 from planner.base.request import SERIAL, RoadmapRequest, WorkersRequest
 from planner.costs.network import build_network, distance_cost
@@ -163,7 +164,7 @@ def make_case(query: Query, nodes: int, seed: int, number: int, progress: Progre
         return None
     if not roadmap.connected:
         raise StateError(f"roadmap {number} joins no start to a goal within {nodes} nodes: raise --nodes.")
-    plain = build_network(roadmap, beta=1.0, charge="nodes")
+    plain = build_network(roadmap, Objective(1.0, charge="nodes"))
     zone = slow_zone(query, roadmap, plain)
     edge = edge_of_arc(roadmap, plain)
     costs = execution_costs(query.robot, roadmap, BETA, [zone])

@@ -8,6 +8,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
+from planner.base.objective import traded_off
 from planner.base.progress import QUIET, Progress
 from planner.base.request import SweepRequest
 from planner.costs.network import PathCost, build_network, path_cost
@@ -57,7 +58,7 @@ class MeasuredPath:
 
     def total(self, beta: float) -> float:
         """(1 - beta) Omega + beta D."""
-        return (1.0 - beta) * self.manipulability_cost + beta * self.distance_cost
+        return traded_off(beta, self.manipulability_cost, self.distance_cost)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +126,7 @@ def _solve(
     query: Query, roadmap: Roadmap, request: SweepRequest, beta: float
 ) -> tuple[SolveFacts, MeasuredPath | None]:
     """The field of one beta and its path from the start, None where there is none."""
-    network = build_network(roadmap, beta, request.manipulability_cost, request.metric, charge="nodes")
+    network = build_network(roadmap, replace(request.objective_at(beta), charge="nodes"))
     result = gabf.solve(network, law=gabf.named_law(request.law, request.prescribed_time))
     error = gabf.max_error(result, gabf.oracle(network))
     field = SolveFacts(beta, result.settling_time, error, result.premises.zeta, result.premises.L)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from planner.roadmap.scale import CostScale
+from planner.objective.scale import CostScale
 from planner.studies.bench_optimum import grid
 from planner.studies.bench_optimum.arms import TWO_JOINTS
 from planner.studies.bench_optimum.grid import grid_optimum, path_cost

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from planner.kinematics.manipulability import manipulability
+from planner.objective.scale import manipulability_cost
 from planner.query.open import Query
 from planner.roadmap.ompl_planners import JointSpace, TreePlanners
-from planner.roadmap.scale import manipulability_cost
 from planner.studies.manipulator.case import (
     BETAS,
     RRT,

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import simpson
 
 from planner.base.errors import OptionError
-from planner.roadmap.scale import COSTS, ZETA, CostScale, manipulability_cost, mean_manipulability_cost, measure_scale
+from planner.objective.scale import COSTS, ZETA, CostScale, manipulability_cost, mean_manipulability_cost, measure_scale
 
 W = np.array([0.0, 0.01, 0.02, 0.04, 0.08, 0.2])
 SCALE = CostScale(w_low=0.01, w_high=0.08, joint_length=1.0, tool_length=1.0, zeta=ZETA)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.base.objective import Objective
 from planner.base.request import Charge, Metric
 from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.motion_cost import MotionCost
-from planner.roadmap.scale import manipulability_cost
+from planner.objective.motion_cost import MotionCost
+from planner.objective.scale import manipulability_cost
 from tests.worlds import small_plan
 
 
@@ -19,8 +20,9 @@ from tests.worlds import small_plan
 def test_motions_cost_what_the_network_charges(beta: float, charge: Charge, metric: Metric) -> None:
     made = small_plan()
     roadmap = made.roadmap
-    network = build_network(roadmap, beta, metric=metric, charge=charge)
-    cost = MotionCost(made.robot, roadmap.scale, beta, metric=metric, charge=charge, longest=np.inf)
+    objective = Objective(beta, metric=metric, charge=charge)
+    network = build_network(roadmap, objective)
+    cost = MotionCost(made.robot, roadmap.scale, objective, np.inf)
     a, b = roadmap.nodes[network.tails], roadmap.nodes[network.indices]
     theirs = network.arcs(np.zeros(network.n_arcs))
     np.testing.assert_allclose(cost(a, b), theirs, rtol=1e-9)
@@ -31,7 +33,7 @@ def test_motions_cost_what_the_network_charges(beta: float, charge: Charge, metr
 def test_edges_cost_what_their_motions_cost(beta: float, floor: float, longest: float, charge: Charge) -> None:
     made = small_plan()
     roadmap = made.roadmap
-    cost = MotionCost(made.robot, roadmap.scale, beta, floor, charge=charge, longest=longest)
+    cost = MotionCost(made.robot, roadmap.scale, Objective(beta, floor=floor, charge=charge), longest)
     a, b = roadmap.nodes[roadmap.edges].swapaxes(0, 1)
     motions = cost(a, a + made.robot.difference(a, b))
     assert np.isfinite(motions).any()
@@ -48,7 +50,7 @@ def test_motion_cost_is_the_integral(length: float) -> None:
     b = a + length * towards / np.linalg.norm(towards, axis=1)[:, None]
     scale = made.roadmap.scale
     off = []
-    for p, q, value in zip(a, b, MotionCost(made.robot, scale, 0.3, longest=np.inf)(a, b), strict=True):
+    for p, q, value in zip(a, b, MotionCost(made.robot, scale, Objective(0.3), np.inf)(a, b), strict=True):
         fine = p + np.linspace(0, 1, 2001)[:, None] * (q - p)
         omega = manipulability_cost(manipulability(made.robot, fine), scale)
         exact = length / scale.joint_length * (0.7 * np.trapezoid(omega, dx=1 / 2000) + 0.3)

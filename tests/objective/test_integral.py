@@ -1,0 +1,45 @@
+"""States that a motion's cost is integrated over."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.base.resolutions import W_IN_COST, W_STATES_PER_EDGE
+from planner.kinematics.manipulability import manipulability
+from planner.objective.integral import mean_costs_along, states_along, w_along
+from planner.objective.scale import COSTS, manipulability_cost
+from tests.worlds import load, random_q, small_plan
+
+
+def test_states_lie_close_enough() -> None:
+    length = np.concatenate([[0.0, 0.9, np.nextafter(0.9, 1.0)], np.random.default_rng(0).uniform(0, 100, 500)])
+    states = states_along(length)
+    assert states[:3].tolist() == [9, 9, 17]
+    assert (length / (states - 1) <= W_IN_COST * (1 + 1e-12)).all()
+    assert ((states - 1) % (W_STATES_PER_EDGE - 1) == 0).all()
+    assert states_along(np.array([1e6])) == states_along(np.array([114.0]))
+
+
+def test_every_motion_is_looked_at_once_from_end_to_end() -> None:
+    robot = load("iiwa14")
+    start = random_q(robot, 40, seed=1)
+    delta = np.random.default_rng(2).uniform(-1, 1, start.shape) * np.linspace(0, 3, 40)[:, None]
+    seen = np.zeros(40, dtype=int)
+    for rows, w in w_along(robot, start, delta):
+        seen[rows] += 1
+        assert (states_along(np.linalg.norm(delta[rows], axis=1)) == w.shape[1]).all()
+        np.testing.assert_allclose(w[:, 0], manipulability(robot, start[rows]), rtol=1e-9)
+        np.testing.assert_allclose(w[:, -1], manipulability(robot, (start + delta)[rows]), rtol=1e-9)
+    assert (seen == 1).all()
+
+
+def test_means_of_all_costs_against_a_fine_sum() -> None:
+    made = small_plan()
+    robot, scale = made.robot, made.roadmap.scale
+    start, delta = random_q(robot, 20, seed=3), 0.4 * np.random.default_rng(4).normal(size=(20, robot.dof))
+    found = mean_costs_along(robot, start, delta, scale)
+    for k, name in enumerate(COSTS):
+        for q, way, mean in zip(start, delta, found[:, k], strict=True):
+            w = manipulability(robot, q + (np.arange(4000)[:, None] + 0.5) / 4000 * way)
+            assert abs(mean / manipulability_cost(w, scale, name).mean() - 1) < 0.06
+    assert mean_costs_along(robot, start[:0], delta[:0], scale).shape == (0, len(COSTS))
