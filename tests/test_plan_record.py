@@ -1,5 +1,6 @@
 """plan.json and the table: the contract's keys, from plans of every outcome."""
 
+import itertools
 import json
 from dataclasses import replace
 
@@ -76,9 +77,9 @@ def test_the_bound_and_the_curve(solved):
     assert quality["gap"] == pytest.approx(cost.total / quality["lower_bound"] - 1.0)
     costs = [point["cost"] for point in quality["curve"]]
     assert len(costs) == 1 + quality["effort"] == 1 + solved.request.rounds
-    assert costs[:-1] == sorted(costs[:-1], reverse=True)
-    assert costs[-1] <= (1.0 + TOLERANCE) * costs[-2]  # fewer corners may cost a bit
-    assert cost.total <= costs[0]
+    # fewer corners may cost a bit
+    assert all(later <= (1.0 + TOLERANCE) * before for before, later in itertools.pairwise(costs))
+    assert cost.total < 0.9 * costs[0]
 
 
 def test_the_files(solved, tmp_path):
