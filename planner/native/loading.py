@@ -18,7 +18,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 
-_VERSION = 14  # of the functions' arguments: what planner_version() says
+_VERSION = 15  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -43,7 +43,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
     "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
     "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
-    "world_set_motion": (_Pointer, _int, _int, *6 * [_Pointer]),
+    "world_set_motion": (_Pointer, _int, _int, *6 * [_Pointer], _double),
     "world_set_speed_limit": (_Pointer, _int, _double),
     "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
