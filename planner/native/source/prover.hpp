@@ -22,6 +22,7 @@
 namespace planner {
 
 constexpr double first_motion = 0.5;     // m: first intervals move no point further than this
+constexpr double first_journey = 32.0;   // m: of obstacles that go farther by themselves it is found out where it matters
 constexpr double longest_motion = 1e6;   // m: the first intervals of longer ones would take too much memory
 constexpr double always_close = 0.03;    // m: pairs that a coarse bound puts nearer get a closer look where it is short
 constexpr int close_looks = 8;           // per sample, for pairs that are farther apart: more cost more than halving
@@ -168,7 +169,8 @@ class Prover {
         bool held = within(pieces.of(piece), (pieces.degree + size_t{1}) * pieces.dof, farthest) && (!span || span->holds());
         for (size_t k = 0; k < every_.size(); ++k) {
             const double moved = std::min(rate_[k], flat_rate_[k] + 2.0 * extra_[k]);
-            motion = std::max(motion, moved), held = held && moved <= longest_motion;
+            held = held && moved <= longest_motion;
+            motion = std::max(motion, span ? std::min(moved, flat_rate_[k] + first_journey) : moved);
         }
         if (!held) {  // no finite numbers: nothing is known of such a piece
             attempt.proof.verdict = undecided;
