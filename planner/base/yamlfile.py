@@ -22,7 +22,6 @@ FARTHEST = (
 SMALLEST = 1e-6  # m: what is thinner than the libraries' own tolerance has no size
 
 
-
 def _no_bool(value: Any) -> Any:
     if isinstance(value, bool):
         raise ValueError(f"{str(value).lower()} is no number (yes, no, on and off are none either)")

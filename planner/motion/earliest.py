@@ -24,6 +24,7 @@ from planner.paths.measure import path_contact
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.world.moving import MovingObstacle
 
+
 @dataclass(frozen=True, eq=False)
 class TimedMotion:
     """A route in time and its trajectory, whose ``proof`` holds what is proven.

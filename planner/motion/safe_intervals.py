@@ -207,7 +207,7 @@ class _Search:
         return None
 
     def _moves(self, state: _State, now: float, end: float) -> Iterator[tuple[_State, float, float]]:
-        """What is reached from a state at ``now`` over one edge, left by ``end``; departure and arrival, the earliest."""
+        """What is reached from a state at ``now`` over one edge, left by ``end``; when it is left and reached first."""
         for other, edge in self.timed.neighbours[state.node]:
             if np.isinf(self.left[other]):
                 continue
@@ -223,7 +223,7 @@ class _Search:
 
 
 def _departures(windows: Floats, stays: Floats, takes: float, now: float, latest: float) -> Iterator[tuple[int, float]]:
-    """Which of ``stays`` (k, 2) are reached by leaving in a window from ``now`` to ``latest``, and the earliest time."""
+    """Which of ``stays`` (k, 2) are reached by leaving in a window from ``now`` to ``latest``, and when at first."""
     needed = np.maximum(now, stays[:, 0] - takes)
     first = np.searchsorted(windows[:, 1], needed)  # the first window that has not closed by then
     there = first < len(windows)

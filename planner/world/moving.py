@@ -39,8 +39,8 @@ class KnownMotion:
     """Poses (k, 4, 4) at ``times`` (k,) s, which begin at 0 and increase strictly.
 
     Between two of them the frame's origin runs along a line and the frame turns about one axis, the shorter way, both
-    at one speed; after the last it stands still. Two times are at least a microsecond apart: what vanishes leaves within
-    a millisecond, say. Raises :class:`SceneError` for times or poses that are none.
+    at one speed; after the last it stands still. Two times are at least a microsecond apart: what vanishes
+    leaves within a millisecond, say. Raises :class:`SceneError` for times or poses that are none.
 
         KnownMotion([0, 4], [pose([1, -1, 0.5]), pose([1, 1, 0.5])])
     """

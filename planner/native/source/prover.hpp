@@ -121,7 +121,10 @@ class Prover {
     Proof prove(const Pieces& pieces, int piece, double room, const Span* span = nullptr) {
         Attempt attempt;
         begin(attempt, pieces, piece, span);
-        while (!attempt.done()) go_on(attempt, room);
+        while (!attempt.done()) {
+            if (heed() == Told::finish) return attempt.left_open();
+            go_on(attempt, room);
+        }
         return attempt.proof;
     }
 
@@ -150,6 +153,10 @@ class Prover {
 
         bool done() const { return open.empty() || proof.verdict != proven_free; }
         double next_gap() const { return open.front().gap; }
+        const Proof& left_open() {
+            proof.verdict = undecided;
+            return proof;
+        }
         void push(Interval interval) {
             open.push_back(interval);
             std::push_heap(open.begin(), open.end());

@@ -184,6 +184,7 @@ int world_coarse(const World* world, int n, const double* rotation, const double
     return answered([&] {
         Scratch scratch = world->scratch();
         for (int k = 0; k < n; ++k) {
+            heed();
             for (int j = 0; j <= world->chain.dof(); ++j) {
                 const size_t row = static_cast<size_t>(j) * n + k;
                 scratch.frames[j] = {mat_at(rotation + 9 * row), vec_at(position + 3 * row)};
@@ -204,6 +205,7 @@ int world_close(const World* world, int n, const double* rotation, const double*
         world->place_moving(0.0, frames.data());
         int64_t placed = -1;
         for (int k = 0; k < count; ++k) {
+            heed();
             if (rows[k] != placed) {
                 placed = rows[k];
                 for (int j = 0; j <= world->chain.dof(); ++j) {
@@ -289,7 +291,7 @@ int world_cheapest_chain(const World* world, const double* reach, const double* 
 int world_first_near(const World* world, int n, const double* q) {
     return answered([&] {
         Glance glance(*world);
-        for (int k = 0; k < n; ++k)
+        for (int k = 0; k < n; ++k, heed())
             if (glance.finds_near(q + static_cast<size_t>(k) * world->chain.dof())) return k;
         return n;
     });
@@ -305,6 +307,7 @@ int world_motion_looks_free(const World* world, const double* start, const doubl
         Glance glance(*world);
         std::vector<double> q(dof);
         auto is_near = [&](double share) {
+            heed();
             for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
             return glance.finds_near(q.data());
         };
