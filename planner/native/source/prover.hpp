@@ -336,16 +336,17 @@ class Prover {
         own = Own{intervals_};
         const Motion* motion = world_.motion_of(item);
         if (!motion) return own;
-        const double first = span.at(low) - span.slack, last = span.at(high) + span.slack;
+        const double soonest = span.at(low) - span.slack, latest = span.at(high) + span.slack;
+        const double tick = 4e-16 * std::max(std::fabs(soonest), std::fabs(latest));  // s to which these are rounded
+        const double first = soonest - tick, last = latest + tick;
         own.fastest = motion->fastest(first, last), own.keep = own.fastest * span.slack;
-        const double unsure = own.fastest * 4e-16 * std::max(std::fabs(first), std::fabs(last));  // when that is
-        if (unsure > rounding) own.keep += unsure;
+        if (own.fastest * tick > rounding) own.keep += own.fastest * tick;
         if (motion->is_even(first, last)) return own;
         const double middle = span.at(0.5 * (low + high)), far = own.fastest * 0.5 * (high - low) * span.duration;
-        const double whole = motion->excursion(middle, first, last) + unsure;
+        const double whole = motion->excursion(middle, first, last);
         if (!(whole < (far + own.keep) * (1.0 - 1e-9))) return own;
-        if (span.slack > 0.0)
-            own.keep = std::min(own.keep, motion->excursion(middle, middle - span.slack, middle + span.slack) + unsure);
+        const double early = middle - span.slack - tick, late = middle + span.slack + tick;
+        if (own.keep > 0.0) own.keep = std::min(own.keep, motion->excursion(middle, early, late));
         own.extra = std::max(0.0, whole - own.keep);
         return own;
     }
