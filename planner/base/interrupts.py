@@ -6,12 +6,14 @@ import contextlib
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 INTERRUPTED = 130  # the exit code, as shells have it
 NOTHING_TO_SAVE = "stopping; there is nothing to save."
+stop_requests: list[Callable[[], bool]] = []
+"""Who can tell whether SIGINT has asked for a stop: those that take it for a request at the moment."""
 
 
 def tell_at_once(sentence: str, lines: int = 1) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType, TracebackType
 
-from planner.base.interrupts import leave, tell_at_once
+from planner.base.interrupts import leave, stop_requests, tell_at_once
 
 Report = Callable[[str, int, int], None]
 
@@ -68,6 +68,7 @@ class StopRequest:
     def __enter__(self) -> StopRequest:
         if threading.current_thread() is threading.main_thread():
             self._previous = signal.signal(signal.SIGINT, self._handle)
+            stop_requests.append(self._pressed)
         return self
 
     def __exit__(
@@ -75,6 +76,10 @@ class StopRequest:
     ) -> None:
         if self._previous is not None:
             signal.signal(signal.SIGINT, self._previous)
+            stop_requests.remove(self._pressed)
+
+    def _pressed(self) -> bool:
+        return self._presses > 0
 
     def _handle(self, signum: int, frame: FrameType | None) -> None:
         if not self._called and callable(self._previous):

@@ -152,7 +152,7 @@ class BlockedInTime(Reason):
     """Start and goal are joined, but no motion in time keeps clear of ``obstacles``, which move along known motions.
 
     ``place``: "start", where the arm is not clear of them at time 0; "goal", where it cannot stay for good; "route",
-    where without them there is a motion, as far as that was found.
+    where without them there is a motion, as far as that was found. None of them can be put back.
     """
 
     place: str

@@ -21,8 +21,16 @@ FARTHEST = (
 )
 SMALLEST = 1e-6  # m: what is thinner than the libraries' own tolerance has no size
 
-Coordinate = Annotated[float, pydantic.Field(ge=-FARTHEST, le=FARTHEST)]
-Size = Annotated[float, pydantic.Field(ge=SMALLEST, le=FARTHEST)]
+
+def _no_bool(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise ValueError(f"{str(value).lower()} is no number (yes, no, on and off are none either)")
+    return value
+
+
+Number = Annotated[float, pydantic.BeforeValidator(_no_bool)]
+Coordinate = Annotated[Number, pydantic.Field(ge=-FARTHEST, le=FARTHEST)]
+Size = Annotated[Number, pydantic.Field(ge=SMALLEST, le=FARTHEST)]
 Name = Annotated[str, pydantic.Field(max_length=1000)]
 
 

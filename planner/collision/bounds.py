@@ -22,7 +22,7 @@ from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.native.library import NativeWorld
 from planner.world.moving import KnownMotion
-from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners
+from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
 
 _NONE: Mapping[str, KnownMotion] = MappingProxyType({})
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)
@@ -100,7 +100,8 @@ def _add_obstacle(native: NativeWorld, item: Obstacle, motion: KnownMotion | Non
         angles = np.linalg.norm(motion.turns, axis=1)
         axes = np.divide(motion.turns, angles[:, None], out=np.zeros_like(motion.turns), where=angles[:, None] > 0)
         turn, shift, rates = motion.poses[:, :3, :3], motion.poses[:, :3, 3], angles / np.diff(motion.times)
-        native.set_motion(number, motion.times, turn, shift, axes, rates, motion.speeds(item.shape))
+        size = farthest(item.shape, np.eye(4))
+        native.set_motion(number, motion.times, turn, shift, axes, rates, motion.speeds(item.shape), size)
 
 
 def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> int:

@@ -264,26 +264,40 @@ class CoalInTime:
         )
         self._data, self._kinematics = pin.GeometryData(geometry), self._model.createData()
         _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
+        self._margin = world.margin  # of the pool
 
     def first_touch(self, q: Floats, t: Floats) -> tuple[int, Contact] | None:
         """The first of the configurations (n, dof) at times (n,) s that touches a moving obstacle, and which."""
-        whole = np.hstack([q, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
-        if not len(self._numbers):
-            return None
-        with self._alone:
-            return self._first_touch(whole)
-
-    def _first_touch(self, whole: Floats) -> tuple[int, Contact] | None:
-        hits = np.flatnonzero(
-            np.asarray(pin.computeCollisionsInParallel(1, self._pool, np.asfortranarray(whole.T), True, False)).ravel()
-        )
+        hits = np.flatnonzero(self.touching(q, t))
         if not len(hits):
             return None
-        row = int(hits[0])
-        pin.computeCollisions(self._model, self._kinematics, self._geometry, self._data, whole[row], False)
-        touching = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
+        row = hits[:1]
+        with self._alone:
+            whole = self._whole(q[row], t[row])[0]
+            pin.computeCollisions(self._model, self._kinematics, self._geometry, self._data, whole, False)
+            touching = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
         body, obstacle = self._numbers[touching[0]]
-        return row, Contact(self.world.bodies[body].link, self.world.obstacles[obstacle].name)
+        return int(row[0]), Contact(self.world.bodies[body].link, self.world.obstacles[obstacle].name)
+
+    def touching(self, q: Floats, t: Floats, extra: float = 0.0) -> Bools:
+        """(n,) which configurations at times (n,) s touch a moving obstacle.
+
+        Or come as near as the margin and ``extra`` m: where they do not, they are farther away for certain.
+        """
+        if not len(self._numbers):
+            return np.zeros(len(q), dtype=bool)
+        margin, whole = self.world.margin + float(_with_error(np.array(extra))), self._whole(q, t)
+        with self._alone:
+            if margin != self._margin:
+                for data in self._pool.getGeometryDatas():
+                    for request in data.collisionRequests:
+                        request.security_margin = margin
+                self._margin = margin
+            hits = pin.computeCollisionsInParallel(1, self._pool, np.asfortranarray(whole.T), True, False)
+            return np.asarray(hits).ravel().astype(bool)
+
+    def _whole(self, q: Floats, t: Floats) -> Floats:
+        return np.hstack([q, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
 
 
 def _free_flyer(poses: Floats) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,8 +23,6 @@ from planner.motion.trajectory import Trajectory
 from planner.paths.measure import path_contact
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.world.moving import MovingObstacle
-
-_TRIED = 8  # obstacles without which a search is made to find out which are in the way
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,26 +66,36 @@ def why_not_in_time(
 ) -> BlockedInTime:
     """Which moving obstacles keep the arm at the start, from the goal, or on the way, as far as that is found.
 
-    ``roadmap`` joins a start and a goal.
+    Without those that are named it could; with any one of them put back it could not. ``roadmap`` joins a start and a
+    goal. Where ``progress`` is asked to stop, more may be named.
     """
     moving = checker.world.scene.moving
 
     def timed(among: Sequence[MovingObstacle]) -> RoadmapInTime:
         return RoadmapInTime(roadmap, TimedProver(checker, among), limits)
 
-    def blocking(place: str) -> tuple[str, ...]:
-        found = [item for item in moving if not _can_stand(timed([item]), place)]
-        return tuple(item.name for item in found or moving)
+    def passes(among: Sequence[MovingObstacle]) -> bool:
+        there = timed(among)
+        starts = _usable_starts(roadmap, there.prover)
+        return earliest_route(there, starts, roadmap.goals, progress) is not None
 
     for place in ("start", "goal"):
         if not _can_stand(timed(moving), place):
-            return BlockedInTime(place, blocking(place))
-    for item in moving[:_TRIED]:
-        others = timed([other for other in moving if other is not item])
-        starts = _usable_starts(roadmap, others.prover)
-        if not progress.stopped and earliest_route(others, starts, roadmap.goals, progress) is not None:
-            return BlockedInTime("route", (item.name,))
-    return BlockedInTime("route", tuple(item.name for item in moving))
+            return BlockedInTime(place, _fewest(moving, lambda among, place=place: _can_stand(timed(among), place)))
+    return BlockedInTime("route", _fewest(moving, passes))
+
+
+def _fewest(moving: Sequence[MovingObstacle], works: Callable[[Sequence[MovingObstacle]], bool]) -> tuple[str, ...]:
+    """The names of some without which it ``works``, none of which can be put back; all where it never does.
+
+    They are put back one after the other, as :mod:`planner.roadmap.separation` does with obstacles that stand.
+    """
+    kept: list[MovingObstacle] = []
+    for item in moving:
+        if works([*kept, item]):
+            kept.append(item)
+    left = tuple(item.name for item in moving if item not in kept)
+    return left if works(kept) else tuple(item.name for item in moving)
 
 
 def _usable_starts(roadmap: Roadmap, prover: TimedProver) -> Ints:
@@ -99,9 +107,9 @@ def _can_stand(timed: RoadmapInTime, place: str) -> bool:
     """Whether some start can be stood at from time 0 on, or some goal for good."""
     roadmap = timed.roadmap
     if place == "start":
-        stays = [timed.stays(int(node)) for node in _usable_starts(roadmap, timed.prover)]
+        stays = [timed.stays(int(node), 0.0) for node in _usable_starts(roadmap, timed.prover)]
         return any(len(spans) and spans[0, 0] == 0.0 for spans in stays)
-    return any(map(timed.stays_for_good, roadmap.goals.tolist()))
+    return any(np.isfinite(timed.stays_for_good_from(node)) for node in roadmap.goals.tolist())
 
 
 def _touching_edge(

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
-from planner.base.polynomials import evaluate, part
+from planner.base.polynomials import part
 from planner.collision import coal_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
@@ -20,6 +20,8 @@ from planner.motion.trajectory import NANOSECOND, Trajectory
 from planner.world.moving import MovingObstacle
 
 _HALVINGS = 12  # of the piece in which a horizon ends
+_CUT = 7  # parts of a stretch that is looked at more closely
+_BATCH = 2048  # moments that are asked for at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,18 +140,34 @@ def first_touch_in_time(
 ) -> tuple[float, Contact, Floats] | None:
     """When (s), with what and in which configuration coal first sees one of ``moving`` touch the robot; else None.
 
-    No point of the robot or of an obstacle moves farther than ``step`` (m) between two looks. No proofs, no bounds.
+    No point of the robot or of an obstacle moves farther than ``step`` (m) between two looks. Where they are farther
+    apart, by coal's own word, than they move from there to the ends of a stretch, no more is looked at on it.
     """
     if not moving:
         return None
     motions = {item.name: item.motion for item in moving}
     judge = CoalInTime(moving_world(checker.world, [item.standing() for item in moving]), motions)
-    fastest = max(float(item.motion.speeds(item.shape).max(initial=0.0)) for item in moving)
-    for q, t in _moments(trajectory, checker, fastest, step):
-        found = judge.first_touch(q, t)
-        if found is not None:
-            return float(t[found[0]]), found[1], q[found[0]]
-    return None
+    times, moved = _moved(trajectory, checker, moving)
+    last = max(1, int(np.ceil(moved[-1] / step)))
+    stride, width, starts = moved[-1] / last, 1, np.zeros(1, dtype=np.int64)
+    while width <= last:
+        width *= _CUT
+    while True:
+        t = np.interp(np.minimum(starts + width // 2, last) * stride, moved, times)
+        near = _touching(judge, trajectory, t, (width // 2) * stride)
+        if width == 1 or not near.any():
+            break
+        starts = (starts[near][:, None] + np.arange(0, width, width // _CUT)).ravel()
+        starts, width = starts[starts <= last], width // _CUT
+    t = t[near][:1]
+    found = judge.first_touch(trajectory.at(t), t) if len(t) else None
+    return None if found is None else (float(t[0]), found[1], trajectory.at(t)[0])
+
+
+def _touching(judge: CoalInTime, trajectory: Trajectory, t: Floats, extra: float) -> Bools:
+    """At which of many times (n,) s something is nearer than ``extra`` (m)."""
+    batches = np.split(t, range(_BATCH, len(t), _BATCH))
+    return np.concatenate([judge.touching(trajectory.at(some), some, extra) for some in batches])
 
 
 def clearance_in_time(trajectory: Trajectory, checker: CollisionChecker, times: Floats) -> Floats:
@@ -165,14 +183,18 @@ def clearance_in_time(trajectory: Trajectory, checker: CollisionChecker, times: 
     return found
 
 
-def _moments(
-    trajectory: Trajectory, checker: CollisionChecker, fastest: float, step: float
-) -> Iterator[tuple[Floats, Floats]]:
-    """Configurations (n, dof) and times (n,) of each piece, no point moving farther than ``step`` between two."""
-    seconds = trajectory.seconds
-    motion = checker.world.reach.motion(trajectory.largest(1) * seconds[:, None]).max(axis=1, initial=0.0)
-    counts = np.maximum(1, np.ceil((motion + fastest * seconds) / step)).astype(int)
-    for piece, count in enumerate(counts):
-        u = np.linspace(0.0, 1.0, count + 1)
-        coefficients = np.repeat(trajectory.coefficients[piece][None], len(u), axis=0)
-        yield evaluate(coefficients, u), trajectory.times[piece] + u * seconds[piece]
+def _moved(
+    trajectory: Trajectory, checker: CollisionChecker, moving: Sequence[MovingObstacle]
+) -> tuple[Floats, Floats]:
+    """Times (k,) s of a trajectory, and by how much (m) the robot and any obstacle have moved apart at most till then.
+
+    Between two of the times that grows evenly.
+    """
+    last = trajectory.times[-1]
+    changes = [item.motion.times[item.motion.times < last] for item in moving]
+    times = np.unique(np.concatenate([trajectory.times, *changes]))
+    middle = 0.5 * (times[1:] + times[:-1])
+    piece = np.clip(np.searchsorted(trajectory.times, middle) - 1, 0, len(trajectory.seconds) - 1)
+    speed = checker.world.reach.motion(trajectory.largest(1)).max(axis=1, initial=0.0)[piece]
+    speed = speed + np.max([item.motion.speeds_at(middle, item.shape) for item in moving], axis=0)
+    return times, np.concatenate([[0.0], np.cumsum(speed * np.diff(times))])

@@ -191,17 +191,26 @@ class NativeWorld:
         return number
 
     def set_motion(
-        self, item: int, times: Floats, turns: Floats, shifts: Floats, axes: Floats, rates: Floats, speeds: Floats
+        self,
+        item: int,
+        times: Floats,
+        turns: Floats,
+        shifts: Floats,
+        axes: Floats,
+        rates: Floats,
+        speeds: Floats,
+        size: float,
     ) -> None:
         """Obstacle ``item``, in its own frame, is at ``turns`` (n, 3, 3), ``shifts`` (n, 3) at ``times`` (n,) s.
 
         Between two of them it turns about ``axes`` (n - 1, 3), in its own frame, at ``rates`` (n - 1,) rad/s; no point
-        of it exceeds ``speeds`` (n - 1,) m/s. It counts as at time 0 wherever no time is given.
+        of it exceeds ``speeds`` (n - 1,) m/s, nor is farther than ``size`` (m) from the frame's origin. It counts as at
+        time 0 wherever no time is given.
         """
         n, between = len(times), max(len(times) - 1, 0)
         poses = _floats(times, n), _floats(turns, n, 3, 3), _floats(shifts, n, 3)
         stretches = _floats(axes, between, 3), _floats(rates, between), _floats(speeds, between)
-        _library.world_set_motion(self.handle, item, n, *map(_at, poses), *map(_at, stretches))
+        _library.world_set_motion(self.handle, item, n, *map(_at, poses), *map(_at, stretches), size)
 
     def set_speed_limit(self, item: int, limit: float) -> None:
         """From time 0 on no point of obstacle ``item`` is farther than ``limit`` (m/s) times t from where it was."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -17,8 +18,9 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
+from planner.base.interrupts import stop_requests
 
-_VERSION = 14  # of the functions' arguments: what planner_version() says
+_VERSION = 15  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -43,7 +45,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
     "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
     "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
-    "world_set_motion": (_Pointer, _int, _int, *6 * [_Pointer]),
+    "world_set_motion": (_Pointer, _int, _int, *6 * [_Pointer], _double),
     "world_set_speed_limit": (_Pointer, _int, _double),
     "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
@@ -103,6 +105,8 @@ def load(path: Path) -> ctypes.CDLL:
     if library.planner_version() != _VERSION:
         raise InstallationError(f"the compiled library {path} is of another version of the planner: {remedy}")
     library.planner_refusal.restype = ctypes.c_char_p
+    library.planner_ask.argtypes, library.planner_ask.restype = (type(_ask), ctypes.c_uint64), None
+    library.planner_ask(_ask, threading.main_thread().ident)
     for name in _FREED:
         function = getattr(library, f"{name}_free")
         function.argtypes, function.restype = (_Pointer,), None
@@ -113,9 +117,38 @@ def load(path: Path) -> ctypes.CDLL:
     return library
 
 
+_GO_ON, _FINISH, _LEAVE = 0, 1, 2  # what a long call is told, see source/interrupts.hpp
+_raised: list[BaseException] = []  # by a handler of a signal, in the call that the main thread is in
+
+
+def _asked() -> Iterator[int]:
+    """What a long call on the main thread is told each time it asks.
+
+    Python runs the handlers of signals as it comes back here, within the ``try``: a function's first instruction,
+    where they would run otherwise, is in none, and ctypes drops what is raised there.
+    """
+    told = _GO_ON
+    while True:
+        try:
+            yield told
+            told = _FINISH if any(request() for request in stop_requests) else _GO_ON
+        except GeneratorExit:
+            raise
+        except BaseException as error:  # KeyboardInterrupt is one
+            _raised.append(error)
+            told = _LEAVE
+
+
+_asking = _asked()
+next(_asking)
+_ask = ctypes.CFUNCTYPE(_int)(_asking.__next__)
+
+
 def _refusing(library: ctypes.CDLL) -> Callable[[Any, Any, Any], Any]:
     def checked(result: Any, function: Any, arguments: Any) -> Any:
         if result is None or result < 0:  # no pointer, or -1
+            if _raised and threading.current_thread() is threading.main_thread():
+                raise _raised.pop()
             why = library.planner_refusal().decode()
             raise ArrayError(f"the compiled {function.__name__} refuses what it was given: {why}.")
         return result

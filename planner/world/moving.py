@@ -16,6 +16,23 @@ from planner.base.yamlfile import FARTHEST
 from planner.world.shapes import Obstacle, Shape, farthest
 
 LONGEST = 1e5  # s: a motion that takes more than a day is none that an arm waits for
+SHORTEST = 1e-6  # s: nothing that is planned for changes its place sooner
+
+
+def wrong_times(times: Sequence[float] | Floats) -> str | None:
+    """What is wrong with the times (k,) s of a motion, as the end of a sentence; None where nothing is."""
+    if not len(times):
+        return "are none: give at least the pose at 0 s"
+    if times[0] != 0:
+        return "have to begin at 0 s"
+    steps = np.diff(times)
+    if not (steps > 0).all():
+        return "have to increase strictly"
+    short = steps < 0.999 * SHORTEST  # sums of times are rounded
+    if short.any():
+        k = int(np.argmax(short))
+        return f"have to be at least {SHORTEST:g} s apart, and {times[k]:.12g} s and {times[k + 1]:.12g} s are not"
+    return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +40,8 @@ class KnownMotion:
     """Poses (k, 4, 4) at ``times`` (k,) s, which begin at 0 and increase strictly.
 
     Between two of them the frame's origin runs along a line and the frame turns about one axis, the shorter way, both
-    at one speed; after the last it stands still. Raises :class:`SceneError` for times or poses that are none.
+    at one speed; after the last it stands still. Two times are at least a microsecond apart: what vanishes
+    leaves within a millisecond, say. Raises :class:`SceneError` for times or poses that are none.
 
         KnownMotion([0, 4], [pose([1, -1, 0.5]), pose([1, 1, 0.5])])
     """
@@ -32,10 +50,12 @@ class KnownMotion:
     poses: Floats
 
     def __init__(self, times: Sequence[float] | Floats, poses: Sequence[Floats] | Floats) -> None:
+        if any(isinstance(time, bool | np.bool_) for time in np.ravel(np.asarray(times, dtype=object))):
+            raise SceneError("KnownMotion.times holds true or false: give seconds.")
         object.__setattr__(self, "times", frozen(numbers("KnownMotion.times", times, ("k",), SceneError, LONGEST)))
         k = len(self.times)
-        if not k or self.times[0] != 0 or not (np.diff(self.times) > 0).all():
-            raise SceneError("the times of a motion have to begin at 0 s and to increase strictly; mend them.")
+        if why := wrong_times(self.times):
+            raise SceneError(f"the times of a motion {why}; mend them.")
         found = numbers("KnownMotion.poses", poses, (k, 4, 4), SceneError, FARTHEST)
         for row, pose in enumerate(found):
             placement(f"KnownMotion.poses[{row}]", pose, SceneError)
@@ -74,6 +94,10 @@ class KnownMotion:
         seconds = np.diff(self.times)
         line = np.linalg.norm(np.diff(self.poses[:, :3, 3], axis=0), axis=1)
         return (line + np.linalg.norm(self.turns, axis=1) * farthest(shape, np.eye(4))) / seconds
+
+    def speeds_at(self, t: Floats, shape: Shape) -> Floats:
+        """(n,) the same at times ``t`` (n,) s, none of which is among the motion's own; 0 where it stands."""
+        return np.concatenate([[0.0], self.speeds(shape), [0.0]])[np.searchsorted(self.times, t)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,9 +16,9 @@ from planner.base.hashing import content_hash
 from planner.base.notes import Note
 from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.targets import TURN
-from planner.base.yamlfile import FARTHEST, Coordinate, Name, Size, Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size, Strict, parse_yaml, read_text, validate
 from planner.world.meshes import read_mesh
-from planner.world.moving import LONGEST, KnownMotion, MovingObstacle
+from planner.world.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
 from planner.world.poses import pose
 from planner.world.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
 
@@ -56,14 +55,14 @@ class _Named(PoseFile):
 class TimedPoseFile(PoseFile):
     """Where an obstacle that moves is at ``t`` s."""
 
-    t: Annotated[float, pydantic.Field(ge=0, le=LONGEST)]
+    t: Annotated[Number, pydantic.Field(ge=0, le=LONGEST)]
 
 
 class _Standing(_Named):
     """An obstacle: it stands, or goes along a ``motion``, or may go anywhere within its ``speed_limit`` (m/s)."""
 
     motion: tuple[TimedPoseFile, ...] = ()
-    speed_limit: Annotated[float, pydantic.Field(ge=0, le=FARTHEST)] = 0.0
+    speed_limit: Annotated[Number, pydantic.Field(ge=0, le=FARTHEST)] = 0.0
 
     @pydantic.model_validator(mode="after")
     def _one_place(self) -> _Standing:
@@ -72,9 +71,8 @@ class _Standing(_Named):
             raise ValueError(f"give a motion or a {min(placed)}, not both: the motion's poses are where it is")
         if self.motion and self.speed_limit:
             raise ValueError("give a motion, which is known, or a speed_limit of one that is not, not both")
-        times = [pose.t for pose in self.motion]
-        if self.motion and (times[0] != 0 or any(a >= b for a, b in itertools.pairwise(times))):
-            raise ValueError("the times of a motion have to begin at 0 s and to increase strictly")
+        if "motion" in self.model_fields_set and (why := wrong_times([pose.t for pose in self.motion])):
+            raise ValueError(f"the times of a motion {why}")
         return self
 
     def known_motion(self) -> KnownMotion:
@@ -118,7 +116,7 @@ class _Capsule(_Named):
 class _Mesh(_Named):
     type: Literal["mesh"]
     file: str
-    scale: Annotated[float, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
+    scale: Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
 
     def shape(self, folder: Path) -> Shape:
         return read_mesh(folder / self.file, self.scale)

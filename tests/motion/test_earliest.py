@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from planner.base.progress import Progress
 from planner.base.reasons import BlockedInTime
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
+from planner.collision.in_time import TimedProver
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.motion.earliest import earliest_motion, why_not_in_time
@@ -63,6 +65,71 @@ def test_what_is_in_the_way_is_named(moving: list[MovingObstacle], place: str, n
     assert why_not_in_time(roadmap, checker, LIMITS) == BlockedInTime(place, names)
     kept = [item for item in moving if item.name not in names]
     assert earliest_motion(roadmap, among(*kept), LIMITS) is not None
+
+
+def test_those_that_are_in_nobodys_way_are_not_named() -> None:
+    far = [ball(f"far {k}", pose([50.0 + k, 0, 0]), pose([50.0 + k, 5, 0])) for k in range(8)]
+    for blocking, place in ((ON_START, "start"), (ON_GOAL, "goal"), (WALLS[0], "route")):
+        checker = among(*far[:4], blocking, *far[4:])
+        assert why_not_in_time(post_roadmap(), checker, LIMITS) == BlockedInTime(place, (blocking.name,))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_without_those_that_are_named_there_is_a_motion_and_none_of_them_can_be_put_back(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    spots = rng.uniform([-0.4, -0.9], [1.0, 0.9], (10, 2))
+    still = [ball(f"{k}", pose([*spot, 0.0]), radius=0.12) for k, spot in enumerate(spots)]
+    checker, roadmap = among(*still), post_roadmap()
+    assert earliest_motion(roadmap, checker, LIMITS) is None
+    reason = why_not_in_time(roadmap, checker, LIMITS)
+    for name in (None, *reason.obstacles):
+        kept = [item for item in still if item.name not in reason.obstacles or item.name == name]
+        why = None
+        if earliest_motion(roadmap, among(*kept), LIMITS) is None:
+            why = why_not_in_time(roadmap, among(*kept), LIMITS)
+        if name is None:
+            assert why is None or why.place != reason.place
+        else:
+            assert why is not None
+            assert why.place == reason.place
+
+
+def test_what_stands_on_the_goal_and_vanishes_is_waited_for() -> None:
+    gone = 6.001
+    for where in ([3.0, 3.0, 0.0], [0.0, 0.0, -9999.0]):
+        there = at_tool(POST_GOAL)
+        vanishing = MovingObstacle("gone", Box((0.1, 0.1, 0.1)), KnownMotion([0, 6, gone], [there, there, pose(where)]))
+        found = earliest_motion(post_roadmap(), among(vanishing), LIMITS)
+        assert found is not None
+        assert found.trajectory.proven
+        assert 6.0 < found.route.arrivals[-1] < 7.0
+
+
+def wandering(poses: int, until: float) -> MovingObstacle:
+    """What crosses the route, and wanders about beyond the arm's reach of the goal from 9 s on."""
+    rng, places = np.random.default_rng(0), [[1.2, 0.9, 0], [0.3, -0.5, 0], [0.3, -0.5, 0], [-0.9, -0.9, 0]]
+    later = [[*(np.array([-0.9, -0.9]) + rng.uniform(-0.3, 0.3, 2)), 0.0] for _ in range(poses)]
+    times = [0, 3, 6, 9, *np.linspace(9, until, poses + 1)[1:]]
+    return MovingObstacle("cart", Box((0.2, 0.2, 0.2)), KnownMotion(times, [pose(p) for p in places + later]))
+
+
+def test_what_moves_after_the_arrival_is_hardly_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    proofs, prove = [], TimedProver.prove
+
+    def counting(self: TimedProver, coefficients: np.ndarray, *rest: Any) -> Any:
+        proofs.append(len(coefficients))
+        return prove(self, coefficients, *rest)
+
+    monkeypatch.setattr(TimedProver, "prove", counting)
+    counts, arrivals = [], []
+    for poses, until in ((0, 9.0), (591, 600.0), (591, 60_000.0)):
+        proofs.clear()
+        found = earliest_motion(post_roadmap(), among(wandering(poses, until)), LIMITS)
+        assert found is not None
+        counts.append(sum(proofs))
+        arrivals.append(found.route.arrivals[-1])
+    assert max(counts) < 1.3 * counts[0]
+    np.testing.assert_allclose(arrivals, arrivals[0], atol=1 / 32)
 
 
 def test_for_goals_that_nobody_can_stay_at_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""Safe-interval search against a search of every moment, and certified stretches against what they are made of."""
+"""Safe-interval search against a search of every moment, and what it takes for free against FCL."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
 from planner.collision.in_time import TimedProver, moving_world
 from planner.motion.limits import MotionLimits
-from planner.motion.safe_intervals import RoadmapInTime, certified_stretches, earliest_route, rest_to_rest
+from planner.motion.safe_intervals import RoadmapInTime, earliest_route, rest_to_rest
 from planner.motion.trajectory import Trajectory
 from planner.world.moving import KnownMotion, MovingObstacle
 from planner.world.poses import pose
@@ -46,14 +46,22 @@ class Drawn:
         found[-1, 1] = np.inf
         return found
 
-    def stays(self, node: int) -> np.ndarray:
-        return self._stays[node]
+    def stays(self, node: int, until: float = np.inf) -> np.ndarray:
+        found = self._stays[node]
+        return np.minimum(found[found[:, 0] < until], until)
 
-    def departures(self, i: int, j: int, edge: int) -> np.ndarray:
-        return self._windows[i, edge]
+    def stays_for_good_from(self, node: int) -> float:
+        return self._stays[node][-1, 0]
+
+    def departures(self, i: int, j: int, edge: int, low: float = 0.0, high: float = np.inf) -> np.ndarray:
+        """Those of [low, high] and no others: a search has to ask for what it needs."""
+        found = self._windows[i, edge]
+        return np.clip(found[(found[:, 1] >= low) & (found[:, 0] <= high)], low, high)
+
+    def horizons(self, least: float) -> list[float]:
+        return [until for until in (2.0, 4.0, 8.0, 16.0, np.inf) if until >= least]
 
     seconds_to_go = RoadmapInTime.seconds_to_go
-    stays_for_good = RoadmapInTime.stays_for_good
 
     @property
     def roadmap(self):
@@ -103,20 +111,6 @@ def test_some_drawn_routes_wait_and_some_are_none() -> None:
     assert any(route is not None and route.waits.any() for route in routes)
 
 
-def test_stretches_are_what_is_proven_and_no_more() -> None:
-    blocked = np.array([[1.1, 1.3], [4.0, 4.01], [9.0, 12.0]])
-
-    def proven(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        return np.asarray(~((low[:, None] <= blocked[:, 1]) & (blocked[:, 0] <= high[:, None])).any(axis=1))
-
-    found = certified_stretches(proven, 10.0)
-    assert proven(found[:, 0], found[:, 1]).all()
-    assert len(found) == 3
-    assert found[0, 0] == 0.0
-    np.testing.assert_allclose(found[:, 1], blocked[:, 0], atol=1 / 32)
-    np.testing.assert_allclose(found[1:, 0], blocked[:2, 1], atol=1 / 32)
-
-
 def test_a_motion_of_least_jerk_reaches_one_limit_and_exceeds_none() -> None:
     robot = load("iiwa14")
     limits = MotionLimits.of(robot)
@@ -137,7 +131,7 @@ def test_edges_and_stays_are_free_whenever_their_stretches_say_so() -> None:
     rng, partly = np.random.default_rng(0), 0
     for edge in rng.choice(len(roadmap.edges), 8, replace=False):
         i, j = roadmap.edges[edge].tolist()
-        windows, takes = timed.departures(i, j, int(edge)), float(timed.seconds[edge])
+        windows, takes = timed.departures(i, j, int(edge), 0.0, np.inf), float(timed.seconds[edge])
         a, b, rest = roadmap.nodes[i], roadmap.nodes[j], np.zeros((2, 2))
         partly += len(windows) > 1
         for low, high in windows:
@@ -148,7 +142,7 @@ def test_edges_and_stays_are_free_whenever_their_stretches_say_so() -> None:
                 standing = prover.world.obstacles[0]
                 placed = prover.motions["cart"].at(begin + when)[0]
                 assert clear(checker, standing.shape, placed, q)
-        for low, high in timed.stays(i):
+        for low, high in timed.stays(i, np.inf):
             placed = prover.motions["cart"].at(rng.uniform(low, min(high, 6.0)))[0]
             assert clear(checker, prover.world.obstacles[0].shape, placed, a)
     assert partly > 0

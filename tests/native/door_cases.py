@@ -153,7 +153,8 @@ def add_obstacle(rng: Rng, world: NativeWorld, moves: bool) -> None:
         turns = np.array([np.eye(3)] * n)
         shifts, times = rng.uniform(-1, 1, (n, 3)), np.arange(n, dtype=float)
         speeds = np.linalg.norm(np.diff(shifts, axis=0), axis=1)
-        world.set_motion(number, times, turns, shifts, np.zeros((n - 1, 3)), np.zeros(n - 1), speeds)
+        size = float(np.linalg.norm(points, axis=1).max()) + radius
+        world.set_motion(number, times, turns, shifts, np.zeros((n - 1, 3)), np.zeros(n - 1), speeds, size)
     world.set_speed_limit(number, 0.01 if rng.random() < 0.5 else 0.0)
 
 

@@ -116,11 +116,11 @@ def with_obstacle() -> NativeWorld:
     return world
 
 
-def moving(times: list[float], **other: np.ndarray) -> Callable[[], object]:
+def moving(times: list[float], size: float = 0.1, **other: np.ndarray) -> Callable[[], object]:
     n = len(times)
     given = {"turns": np.array([np.eye(3)] * n), "shifts": np.zeros((n, 3)), "axes": np.zeros((n - 1, 3))}
     given |= {"rates": np.zeros(n - 1), "speeds": np.ones(n - 1)} | other
-    return lambda: with_obstacle().set_motion(1, np.array(times), **given)
+    return lambda: with_obstacle().set_motion(1, np.array(times), **given, size=size)
 
 
 def chain_with(**other: np.ndarray) -> Callable[[], object]:
@@ -193,8 +193,9 @@ WRONG: dict[str, Callable[[], object]] = {
     "motion: NaN": moving([0.0, NAN]),
     "motion: turns": moving([0.0, 1.0], turns=np.zeros((1, 3, 3))),
     "motion: a NaN speed": moving([0.0, 1.0], speeds=np.full(1, NAN)),
+    "motion: a NaN size": moving([0.0, 1.0], size=NAN),
     "motion: of a body": lambda: fresh().set_motion(
-        0, np.zeros(1), np.eye(3)[None], np.zeros((1, 3)), *np.zeros((2, 0, 3)), np.zeros(0)
+        0, np.zeros(1), np.eye(3)[None], np.zeros((1, 3)), *np.zeros((2, 0, 3)), np.zeros(0), 0.1
     ),
     "pairs: too few": lambda: with_obstacle().set_pairs(np.zeros((0, 2)), np.zeros(0)),
     "pairs: no such": lambda: with_obstacle().set_pairs(np.array([[0, 1], [0, 3]]), np.ones(2)),
@@ -340,7 +341,7 @@ def test_what_is_taken_from_another_world_moves_as_it_did_there() -> None:
     there.add_spheres(there.add_hull(1, np.zeros((1, 3)), 0.1), np.zeros((1, 3)), np.full(1, 0.1))
     there.add_target(there.add_hull(-1, np.zeros((1, 3)), 0.1), np.eye(3), np.zeros(3), np.zeros(3), 0.1, False)
     poses = np.array([np.eye(3)] * 2), np.array([[5.0, 0, 0], [0.0, 0, 0]])
-    there.set_motion(1, np.array([0.0, 5.0]), *poses, np.zeros((1, 3)), np.zeros(1), np.ones(1))
+    there.set_motion(1, np.array([0.0, 5.0]), *poses, np.zeros((1, 3)), np.zeros(1), np.ones(1), 0.1)
     for item in range(2):
         here.take(there, item)
     spans = np.array([[0.0, 0.1, 0.0], [4.9, 0.1, 0.0]])

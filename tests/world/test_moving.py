@@ -52,6 +52,12 @@ def test_no_point_is_quicker_than_the_speed_says(kind: str) -> None:
 BAD = {
     "no beginning": ([0.5, 1.0], [pose(), pose()], "begin at 0"),
     "no increase": ([0.0, 0.0], [pose(), pose()], "increase"),
+    "no time in between": ([0.0, 1e-300], [pose(), pose([1, 0, 0])], "at least 1e-06 s apart, and 0 s and 1e-300 s"),
+    "a jump": ([0.0, 1.0, 1.0 + 1e-9], [pose(), pose(), pose([1, 0, 0])], "at least 1e-06 s apart"),
+    "true for a time": ([False, True], [pose(), pose()], "true or false"),
+    "true among times": ([0.0, True], [pose(), pose()], "true or false"),
+    "no times": ([], [], "are none"),
+    "a reflection": ([0.0], [np.diag([1.0, 1, -1, 1])], "rigid"),
     "a NaN": ([0.0, np.nan], [pose(), pose()], "times"),
     "too few poses": ([0.0, 1.0], [pose()], "poses"),
     "a pose that stretches": ([0.0], [np.diag([2.0, 1, 1, 1])], "rigid"),
@@ -61,8 +67,16 @@ BAD = {
 @pytest.mark.parametrize("name", BAD)
 def test_a_motion_that_is_none(name: str) -> None:
     times, poses, words = BAD[name]
-    with pytest.raises(SceneError, match=words):
+    with pytest.raises(SceneError, match=words) as caught:
         KnownMotion(times, poses)
+    assert "\n" not in str(caught.value)
+
+
+def test_what_vanishes_within_a_microsecond_is_a_motion() -> None:
+    motion = KnownMotion([0.0, 5.0, 5.0 + 2e-6], [pose(), pose(), pose([0, 0, 9])])
+    np.testing.assert_allclose(motion.at(np.array([5.0, 6.0]))[:, 2, 3], [0, 9])
+    speeds = motion.speeds_at(np.array([1.0, 5.0 + 1e-6, 7.0]), Box((0.1, 0.1, 0.1)))
+    np.testing.assert_allclose(speeds, [0, 9 / 2e-6, 0], rtol=1e-6)
 
 
 FILE = """
@@ -97,6 +111,13 @@ def test_a_scene_file_says_what_moves(tmp_path: Path) -> None:
     [
         ("motion: [{t: 1, position: [0, 0, 0]}]", "begin at 0"),
         ("motion: [{t: 0}, {t: 2}, {t: 2}]", "increase"),
+        ("motion: [{t: 0}, {t: 1.0e-300}]", "at least 1e-06 s apart"),
+        ("motion: [{t: 0}, {t: 1.0e-9, position: [1, 0, 0]}]", "at least 1e-06 s apart"),
+        ("motion: [{t: false}, {t: true}]", "false is no number"),
+        ("motion: [{t: 0, position: [yes, 0, 0]}]", "true is no number"),
+        ("motion: []", "are none"),
+        ("motion: [], position: [0, 0, 1]", "not both|are none"),
+        ("speed_limit: true", "true is no number"),
         ("motion: [{t: 0, position: [0, 0, .nan]}]", "motion.0.position"),
         ("motion: [{t: 0, where: [0, 0, 0]}]", "where"),
         ("position: [0, 0, 0], motion: [{t: 0}]", "not both"),

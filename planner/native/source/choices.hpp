@@ -20,6 +20,7 @@ inline int first_refused(Prover& prover, const std::vector<Prover::Attempt*>& at
             if (next < 0 || attempts[k]->next_gap() < attempts[next]->next_gap()) next = static_cast<int>(k);
         }
         if (next < 0) return -1;
+        if (heed() == Told::finish) return attempts[next]->left_open(), next;
         prover.go_on(*attempts[next], room);
     }
 }
@@ -48,7 +49,7 @@ inline std::vector<int> cheapest_chain(const double* price, int k) {
     std::vector<double> total(k, infinity);
     std::vector<int> back(k, 0), rows{k - 1};
     total[0] = 0.0;
-    for (int row = 1; row < k; ++row)
+    for (int row = 1; row < k; ++row, heed())
         for (int from = 0; from < row; ++from) {
             const double reached = total[from] + price[static_cast<size_t>(from) * k + row];
             if (reached < total[row]) total[row] = reached, back[row] = from;
@@ -72,7 +73,7 @@ class ChainSearch {
     std::vector<int> search(double room) {
         for (;;) {
             std::vector<int> rows = cheapest_chain(price_, count_);
-            if (!finite(rows)) {
+            if (!finite(rows) || heed() == Told::finish) {
                 rows.resize(count_);
                 std::iota(rows.begin(), rows.end(), 0);
                 return rows;

@@ -62,6 +62,7 @@ inline void hops_to_source(int64_t count, const int64_t* first, const int64_t* h
     for (int64_t source : reached) hops[source] = 0;
     reached.reserve(count);
     for (size_t k = 0; k < reached.size(); ++k) {
+        heed_at(static_cast<int64_t>(k));
         const int64_t node = reached[k];
         for (int64_t r = node ? end[node - 1] : 0; r < end[node]; ++r)
             if (hops[reader[r]] < 0) hops[reader[r]] = hops[node] + 1, reached.push_back(reader[r]);

@@ -44,6 +44,7 @@ class DetourSearch {
             const double first = sides_[0].open.top().first, second = sides_[1].open.top().first;
             if (first + second >= best || first + second > limit) break;
             Side &here = sides_[first <= second ? 0 : 1], &other = sides_[first <= second ? 1 : 0];
+            heed_at(++rounds_);
             const auto [away, node] = here.open.top();
             here.open.pop();
             if (away > here.away[node]) continue;
@@ -80,6 +81,7 @@ class DetourSearch {
 
     const Graph& graph_;
     Side sides_[2];
+    int64_t rounds_ = 0;
 };
 
 inline void require_arcs(int nodes, int arcs, const int64_t* ends, const double* costs) {
@@ -111,7 +113,8 @@ class CostSearch {
             cost[goals[k]] = values ? values[k] : 0.0, is_goal[goals[k]] = 1;
             open.push({cost[goals[k]], goals[k]});
         }
-        while (!open.empty()) {
+        for (int64_t round = 0; !open.empty(); ++round) {
+            heed_at(round);
             const auto [here, node] = open.top();
             open.pop();
             if (here > cost[node]) continue;

@@ -75,6 +75,7 @@ class Descent {
         double error[6], error_there[6], damping = 1e-3;
         double size = look(q, error, jacobian_.data());
         for (int round = 0; round < iterations && size >= near * near && damping <= hopeless; ++round) {
+            heed_at(round);
             double square[36], step[6], most = 1e-12;
             for (int i = 0; i < rows_; ++i)
                 for (int k = 0; k < rows_; ++k) {

@@ -191,6 +191,7 @@ struct PointsInBoxes {
     void find(int n, const double* q, Found found) const {
         std::vector<Frame> frames(chain.dof() + 1);
         for (int row = 0; row < n; ++row) {
+            heed();
             chain.place(q + static_cast<size_t>(row) * chain.dof(), frames.data());
             for (size_t k = 0; k < boxes.size(); ++k) {
                 const PointAndBox& one = boxes[k];

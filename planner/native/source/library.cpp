@@ -8,7 +8,13 @@
 
 extern "C" {
 
-int planner_version() { return 14; }
+int planner_version() { return 15; }
+
+// Whom to ask whether a long call is to go on, see interrupts.hpp, and on which thread; nobody where that is null.
+void planner_ask(int (*asked)(), uint64_t thread) {
+    planner::main_thread = thread;
+    planner::ask = asked;
+}
 
 // Why the last call of this thread was refused.
 const char* planner_refusal() { return planner::refusal; }

@@ -22,6 +22,7 @@
 namespace planner {
 
 constexpr double first_motion = 0.5;     // m: first intervals move no point further than this
+constexpr double first_journey = 32.0;   // m: of obstacles that go farther by themselves it is found out where it matters
 constexpr double longest_motion = 1e6;   // m: the first intervals of longer ones would take too much memory
 constexpr double always_close = 0.03;    // m: pairs that a coarse bound puts nearer get a closer look where it is short
 constexpr int close_looks = 8;           // per sample, for pairs that are farther apart: more cost more than halving
@@ -111,6 +112,8 @@ class Prover {
         for (int j = 0; j < dof; ++j)
             for (int k = 0; k < count; ++k) reach_by_joint_[j * count + k] = reach[every_[k].pair * dof + j];
         gap_.resize(count), rate_.resize(count), own_rate_.resize(count), keep_.resize(count, world.margin);
+        limited_rate_.resize(count), flat_rate_.resize(count), extra_.resize(count, infinity);
+        own_.resize(world.obstacles());
     }
 
     // Sample until every interval is cleared, or a pair is left with less than `room` (m) of clearance. With a `span`
@@ -118,7 +121,10 @@ class Prover {
     Proof prove(const Pieces& pieces, int piece, double room, const Span* span = nullptr) {
         Attempt attempt;
         begin(attempt, pieces, piece, span);
-        while (!attempt.done()) go_on(attempt, room);
+        while (!attempt.done()) {
+            if (heed() == Told::finish) return attempt.left_open();
+            go_on(attempt, room);
+        }
         return attempt.proof;
     }
 
@@ -147,6 +153,10 @@ class Prover {
 
         bool done() const { return open.empty() || proof.verdict != proven_free; }
         double next_gap() const { return open.front().gap; }
+        const Proof& left_open() {
+            proof.verdict = undecided;
+            return proof;
+        }
         void push(Interval interval) {
             open.push_back(interval);
             std::push_heap(open.begin(), open.end());
@@ -164,8 +174,11 @@ class Prover {
         rates_of_all(attempt, 0.0, 1.0);
         double motion = 0.0;
         bool held = within(pieces.of(piece), (pieces.degree + size_t{1}) * pieces.dof, farthest) && (!span || span->holds());
-        for (size_t k = 0; k < every_.size(); ++k)
-            motion = std::max(motion, rate_[k]), held = held && rate_[k] <= longest_motion;
+        for (size_t k = 0; k < every_.size(); ++k) {
+            const double moved = std::min(rate_[k], flat_rate_[k] + 2.0 * extra_[k]);
+            held = held && moved <= longest_motion;
+            motion = std::max(motion, span ? std::min(moved, flat_rate_[k] + first_journey) : moved);
+        }
         if (!held) {  // no finite numbers: nothing is known of such a piece
             attempt.proof.verdict = undecided;
             return;
@@ -189,7 +202,7 @@ class Prover {
         if (here.last == 0) {
             tasks_ = every_;
             rates_of_all(attempt, here.low, here.high);
-            for (size_t k = 0; k < tasks_.size(); ++k) enough_[tasks_[k].pair] = keep_[k] + rate_[k] * need + always_close;
+            for (size_t k = 0; k < tasks_.size(); ++k) enough_[tasks_[k].pair] = keep_[k] + needed(k, need) + always_close;
             world_.coarse(scratch_.frames.data(), scratch_, coarse_.data(), static_, enough_.data());
             for (size_t k = 0; k < tasks_.size(); ++k) gap_[k] = coarse_[tasks_[k].pair] - keep_[k];
         } else {
@@ -210,8 +223,8 @@ class Prover {
         const double reach = limit < 0 ? infinity : covered(limit), clear = std::min(reach, need);
         const int first = static_cast<int>(attempt.tasks.size());
         for (size_t k = 0; k < tasks_.size(); ++k) {
-            const bool done = gap_[k] >= rate_[k] * need && gap_[k] > 0.0;
-            proof.clearance = std::min(proof.clearance, gap_[k] - rate_[k] * (done ? need : clear));
+            const bool done = gap_[k] >= needed(k, need) && gap_[k] > 0.0;
+            proof.clearance = std::min(proof.clearance, gap_[k] - needed(k, done ? need : clear));
             if (!done && reach < need) attempt.tasks.push_back(tasks_[k]);
         }
         if (reach >= need) return;
@@ -224,11 +237,16 @@ class Prover {
         attempt.push({middle + reach, here.high, gap_[limit], first, last});
     }
 
+    // By how much the distance of task k changes at most within x (in s, up to the half width) of the sample: at its rate,
+    // or while the obstacle goes all that it can on the interval.
+    double needed(size_t k, double x) const { return std::min(rate_[k] * x, flat_rate_[k] * x + extra_[k]); }
+
     // How far (in s) from the sample task k is clear; nowhere if nothing in the piece moves what touches, or where one of
     // the two is no number.
     double covered(int k) const {
         if (rate_[k] == 0.0) return gap_[k] > 0.0 ? infinity : -1.0;
         const double reach = gap_[k] / rate_[k];
+        if (gap_[k] > extra_[k]) return std::max(reach, (gap_[k] - extra_[k]) / flat_rate_[k]);
         return reach == reach ? reach : -infinity;
     }
 
@@ -236,15 +254,15 @@ class Prover {
     int look_closer(double need) {
         short_.clear();
         for (int k = 0; k < static_cast<int>(tasks_.size()); ++k) {
-            if (!(gap_[k] >= rate_[k] * need)) rate_here(k, need);
-            if (!(gap_[k] >= rate_[k] * need && gap_[k] > 0.0)) short_.push_back({covered(k), k});
+            if (!(gap_[k] >= needed(k, need))) rate_here(k, need);
+            if (!(gap_[k] >= needed(k, need) && gap_[k] > 0.0)) short_.push_back({covered(k), k});
         }
         std::sort(short_.begin(), short_.end());
         const bool all = static_cast<int>(short_.size()) <= close_looks;
         double least = infinity;
         int limit = -1;
         for (const auto& [bound, k] : short_) {
-            const double wanted = rate_[k] * std::min(need, least);
+            const double wanted = needed(k, std::min(need, least));
             if (!(gap_[k] >= wanted && gap_[k] > 0.0))
                 if (all || gap_[k] < std::max(always_close, 0.25 * wanted)) look_at(k, wanted);
             const double reach = covered(k);
@@ -286,20 +304,51 @@ class Prover {
         if (attempt.span) add_obstacles_rates(tasks_, *attempt.span, low, high);
     }
 
-    // What an obstacle's own motion adds: to the rate, and to the distance to keep as it may be early, late or elsewhere.
+    // What an obstacle's own motion adds to what its pairs need.
+    struct Own {
+        int64_t of = -1;                  // number of the interval that this is of
+        double keep = 0.0, fastest = 0.0;  // m that it may be early or late, m/s
+        double extra = infinity;          // m beyond `keep` that it moves away from the sample on the interval
+    };
+
+    // What obstacles' own motions add: to the rates, and to the distance to keep as they may be early, late or elsewhere.
     void add_obstacles_rates(const std::vector<Task>& tasks, const Span& span, double low, double high) {
-        const double first = span.at(low) - span.slack, last = span.at(high) + span.slack;
         const double latest = std::max(0.0, span.at(0.5 * (low + high)) + span.slack);
+        ++intervals_;
         for (size_t k = 0; k < tasks.size(); ++k) {
             const int item = world_.pairs[tasks[k].pair].second;
-            own_rate_[k] = 0.0, keep_[k] = world_.margin;
+            own_rate_[k] = limited_rate_[k] = 0.0, keep_[k] = world_.margin, extra_[k] = infinity;
             if (item < world_.bodies) continue;
-            const Motion* motion = world_.motion_of(item);
-            const double known = motion ? motion->fastest(first, last) : 0.0, limit = world_.items[item].speed_limit;
-            own_rate_[k] = (known + limit) * span.duration;
+            const double limit = world_.items[item].speed_limit;
+            const Own& own = own_of(item, span, low, high);
+            own_rate_[k] = (own.fastest + limit) * span.duration, limited_rate_[k] = limit * span.duration;
+            flat_rate_[k] = rate_[k] + limited_rate_[k], extra_[k] = own.extra;
             rate_[k] += own_rate_[k];
-            keep_[k] = world_.margin + known * span.slack + limit * latest;
+            keep_[k] = world_.margin + own.keep + limit * latest;
         }
+    }
+
+    // Of an obstacle that moves, looked up once for all of its pairs. Where its speed changes meanwhile it may stay nearer
+    // to where it is at the sample than the fastest stretch would take it.
+    const Own& own_of(int item, const Span& span, double low, double high) {
+        Own& own = own_[item - world_.bodies];
+        if (own.of == intervals_) return own;
+        own = Own{intervals_};
+        const Motion* motion = world_.motion_of(item);
+        if (!motion) return own;
+        const double soonest = span.at(low) - span.slack, latest = span.at(high) + span.slack;
+        const double tick = 4e-16 * std::max(std::fabs(soonest), std::fabs(latest));  // s to which these are rounded
+        const double first = soonest - tick, last = latest + tick;
+        own.fastest = motion->fastest(first, last), own.keep = own.fastest * span.slack;
+        if (own.fastest * tick > rounding) own.keep += own.fastest * tick;
+        if (motion->is_even(first, last)) return own;
+        const double middle = span.at(0.5 * (low + high)), far = own.fastest * 0.5 * (high - low) * span.duration;
+        const double whole = motion->excursion(middle, first, last);
+        if (!(whole < (far + own.keep) * (1.0 - 1e-9))) return own;
+        const double early = middle - span.slack - tick, late = middle + span.slack + tick;
+        if (own.keep > 0.0) own.keep = std::min(own.keep, motion->excursion(middle, early, late));
+        own.extra = std::max(0.0, whole - own.keep);
+        return own;
     }
 
     // The rate of task k within `need` (in s) of the sample.
@@ -309,13 +358,13 @@ class Prover {
         const double* anywhere = reach_ + static_cast<size_t>(tasks_[k].pair) * dof;
         const double* first = reach_here(pair.first, need);
         const double* second = pair.second < world_.bodies ? reach_here(pair.second, need) : nullptr;
-        double rate = own_rate_[k];
+        double rate = own_rate_[k], flat = limited_rate_[k];
         for (int j = 0; j < dof; ++j) {
             double reach = std::min(anywhere[j], first[j]);
             if (second) reach = std::min(reach, second[j]);
-            rate += reach * joint_rate_[j];
+            rate += reach * joint_rate_[j], flat += reach * joint_rate_[j];
         }
-        rate_[k] = std::min(rate_[k], rate);
+        rate_[k] = std::min(rate_[k], rate), flat_rate_[k] = std::min(flat_rate_[k], flat);
     }
 
     // How far a body's points are from the axes of the joints that carry it, on average over an interval of `need` from
@@ -356,6 +405,9 @@ class Prover {
     std::vector<double> coarse_, enough_;             // (pairs,) bounds, and how large they have to be
     std::vector<double> gap_, rate_, own_rate_, keep_;  // per task; own_rate_: an obstacle's; keep_: m, the margin and
                                                         // what is unknown of an obstacle
+    std::vector<double> limited_rate_, flat_rate_, extra_;  // per task, see needed(); limited_rate_: of speed limits
+    std::vector<Own> own_;                                  // (obstacles,)
+    int64_t intervals_ = 0;
     std::vector<double> joint_rate_, q_;
     std::vector<double> here_;  // (bodies, dof) reach_here, of those that is_here_
     std::vector<char> is_here_;

@@ -8,6 +8,7 @@
 #include <new>
 #include <type_traits>
 
+#include "interrupts.hpp"
 #include "vector.hpp"
 
 namespace planner {
@@ -29,25 +30,28 @@ inline thread_local const char* refusal = "";
 template <class Work>
 auto answered(Work work) noexcept {
     using Result = decltype(work());
-    using Told = std::conditional_t<std::is_void_v<Result>, int, Result>;
+    using Answer = std::conditional_t<std::is_void_v<Result>, int, Result>;
     try {
+        const Working working;
         if constexpr (std::is_void_v<Result>) {
             work();
-            return Told{0};
+            return Answer{0};
         } else {
             return work();
         }
     } catch (const Refused& refused) {
         refusal = refused.why;
+    } catch (const Interrupted&) {
+        refusal = "it was interrupted";
     } catch (const std::bad_alloc&) {
         refusal = "it takes more memory than there is";
     } catch (const std::exception&) {
         refusal = "it takes more than the library can hold";
     }
-    if constexpr (std::is_pointer_v<Told>)
-        return Told{nullptr};
+    if constexpr (std::is_pointer_v<Answer>)
+        return Answer{nullptr};
     else
-        return Told(-1);
+        return Answer(-1);
 }
 
 // Whether `count` numbers lie in [low, high]; no NaN does.

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "flows.hpp"
+#include "interrupts.hpp"
 
 namespace planner {
 
@@ -26,17 +27,21 @@ struct Shares {
 template <class Make, class Work>
 void share_out(int count, int threads, int least, Make make, Work work) {
     const auto shares = std::make_shared<Shares>();
-    const auto help = [shares, count, &make, &work] {
+    const auto fail = [shares, count] {
+        if (!shares->failed.exchange(true)) shares->failure = std::current_exception();
+        shares->next = count;  // nothing is left to do
+    };
+    const auto help = [shares, count, fail, call = current_call, &make, &work] {
         ++shares->busy;
         try {
             int k = shares->next++;
             if (k < count) {
+                const Working working(call);
                 auto worker = make();
-                for (; k < count; k = shares->next++) work(k, worker);
+                for (; k < count; k = shares->next++) heed(), work(k, worker);
             }
         } catch (...) {
-            if (!shares->failed.exchange(true)) shares->failure = std::current_exception();
-            shares->next = count;  // nothing is left to do
+            fail();
         }
         --shares->busy;
     };
@@ -46,7 +51,14 @@ void share_out(int count, int threads, int least, Make make, Work work) {
         // no more threads are to be had: those that there are do it
     }
     help();
-    while (shares->busy > 0) std::this_thread::yield();
+    while (shares->busy > 0) {
+        try {
+            heed();
+        } catch (...) {
+            fail();
+        }
+        std::this_thread::yield();
+    }
     if (shares->failed) std::rethrow_exception(shares->failure);
 }
 

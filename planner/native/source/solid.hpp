@@ -130,6 +130,7 @@ struct Solid {
 
     // Add the part of these triangles, cut at the median along the axis on which their middles are spread most.
     int grow(const double* triangles, int* order, int count) {
+        heed_at(static_cast<int64_t>(parts.size()));
         std::vector<double> corners;
         for (int k = 0; k < count; ++k)
             corners.insert(corners.end(), triangles + 9 * order[k], triangles + 9 * order[k] + 9);

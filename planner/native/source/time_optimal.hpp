@@ -120,6 +120,7 @@ inline void quickest_motion(const std::vector<Stretch>& stretches, double* found
     const size_t count = stretches.size();
     std::vector<double> most(count + 1);
     for (size_t k = count; k-- > 0;) {
+        heed_at(static_cast<int64_t>(k));
         const double joint = stretches[k].joint;
         most[k] = stretches[k].controllable(joint > 0.0 ? most[k + 1] / joint : 0.0);
     }

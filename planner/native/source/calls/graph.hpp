@@ -71,6 +71,7 @@ int curve_quickest(int count, int dof, int all, const double* pieces, const int6
         std::vector<Stretch> stretches;
         stretches.reserve(count);
         for (int k = 0; k < count; ++k) {
+            heed_at(k);
             const double* coefficients = pieces + 3 * dof * piece[k];
             stretches.emplace_back(dof, coefficients, parts[2 * k], parts[2 * k + 1], velocity, acceleration);
             stretches.back().joint = joint[k];

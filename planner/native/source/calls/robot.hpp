@@ -49,6 +49,7 @@ int manipulability_cost_sums(int64_t n, int states, const double* w, const doubl
         std::vector<double> costs(at_a_time * states);
         require(kind >= 0 && kind <= 2, "there is no such kind of cost");
         for (int64_t first = 0; first < n; first += at_a_time) {
+            heed();
             const int64_t count = std::min(at_a_time, n - first);
             manipulability_costs(count * states, w + first * states, low, high, zeta, kind, costs.data());
             for (int64_t k = 0; k < count; ++k) {
@@ -88,6 +89,7 @@ int chain_placements(const Chain* chain, int n, const double* q, double* rotatio
     return answered([&] {
         std::vector<Frame> frames(chain->dof() + 1);
         for (int k = 0; k < n; ++k) {
+            heed_at(k);
             chain->place(q + static_cast<size_t>(k) * chain->dof(), frames.data());
             for (int j = 0; j <= chain->dof(); ++j) {
                 const size_t row = static_cast<size_t>(j) * n + k;
@@ -107,6 +109,7 @@ int chain_points(const Chain* chain, int n, const double* q, int last, const dou
         FourScratch scratch(dof);
         Vec found[4];
         for (int first = 0; first < n; first += 4) {
+            heed_at(first);
             const int count = std::min(4, n - first);
             for (int l = 0; l < 4; ++l) {  // the last one again where there are fewer
                 const double* own = q + static_cast<size_t>(first + std::min(l, count - 1)) * dof;
@@ -134,6 +137,7 @@ int chain_path_lengths(const Chain* chain, int n, const double* start, const dou
             double sum = 0.0;
             Vec before, here[4];
             for (int64_t first = 0; first <= pieces[k]; first += 4) {
+                heed_at(first);
                 for (int l = 0; l < 4; ++l) {
                     const double s = static_cast<double>(first + l) / static_cast<double>(pieces[k]);
                     for (int j = 0; j < dof; ++j) scratch.q[j][l] = from[j] + s * by[j];

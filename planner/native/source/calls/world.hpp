@@ -107,27 +107,29 @@ int world_take(World* world, const World* other, int item) {
 }
 
 // Obstacle `item`, given in its own frame, is at poses (n, 3, 3) and (n, 3) at times (n,); between two of them it turns
-// about an axis (n - 1, 3) in its own frame at rates (n - 1,), and no point of it exceeds speeds (n - 1,).
+// about an axis (n - 1, 3) in its own frame at rates (n - 1,), and no point of it exceeds speeds (n - 1,) nor is farther
+// than `size` from that frame's origin.
 int world_set_motion(World* world, int item, int n, const double* times, const double* turns, const double* shifts,
-                     const double* axes, const double* rates, const double* speeds) {
+                     const double* axes, const double* rates, const double* speeds, double size) {
     return answered([&] {
         Item& obstacle = item_of(*world, item, false);
         require(n >= 1 && obstacle.frame < 0, "a motion has at least one pose, and an obstacle one motion");
         const size_t poses = n, between_them = poses - 1;
         require(within(times, poses, farthest) && within(turns, 9 * poses, farthest) &&
                     within(shifts, 3 * poses, farthest) && within(axes, 3 * between_them, farthest) &&
-                    within(rates, between_them, infinity) && not_negative(speeds, between_them, infinity),
+                    within(rates, between_them, infinity) && not_negative(speeds, between_them, infinity) &&
+                    not_negative(&size, 1, farthest),
                 "a motion holds what is no finite number");
-        Motion motion;
-        motion.last = {mat_at(turns + 9 * (n - 1)), vec_at(shifts + 3 * (n - 1))};
+        std::vector<Motion::Stretch> stretches;
         for (int k = 0; k + 1 < n; ++k) {
             require(times[k] < times[k + 1], "the times of a motion do not increase");
             const Vec from = vec_at(shifts + 3 * k), to = vec_at(shifts + 3 * (k + 1));
-            motion.stretches.push_back({times[k], times[k + 1], {mat_at(turns + 9 * k), from},
+            stretches.push_back({times[k], times[k + 1], {mat_at(turns + 9 * k), from},
                                         (1.0 / (times[k + 1] - times[k])) * (to - from), vec_at(axes + 3 * k),
                                         rates[k], speeds[k]});
         }
-        world->let_move(obstacle, std::move(motion));
+        const Frame last{mat_at(turns + 9 * (n - 1)), vec_at(shifts + 3 * (n - 1))};
+        world->let_move(obstacle, Motion(std::move(stretches), last, size));
     });
 }
 
@@ -182,6 +184,7 @@ int world_coarse(const World* world, int n, const double* rotation, const double
     return answered([&] {
         Scratch scratch = world->scratch();
         for (int k = 0; k < n; ++k) {
+            heed();
             for (int j = 0; j <= world->chain.dof(); ++j) {
                 const size_t row = static_cast<size_t>(j) * n + k;
                 scratch.frames[j] = {mat_at(rotation + 9 * row), vec_at(position + 3 * row)};
@@ -202,6 +205,7 @@ int world_close(const World* world, int n, const double* rotation, const double*
         world->place_moving(0.0, frames.data());
         int64_t placed = -1;
         for (int k = 0; k < count; ++k) {
+            heed();
             if (rows[k] != placed) {
                 placed = rows[k];
                 for (int j = 0; j <= world->chain.dof(); ++j) {
@@ -287,7 +291,7 @@ int world_cheapest_chain(const World* world, const double* reach, const double* 
 int world_first_near(const World* world, int n, const double* q) {
     return answered([&] {
         Glance glance(*world);
-        for (int k = 0; k < n; ++k)
+        for (int k = 0; k < n; ++k, heed())
             if (glance.finds_near(q + static_cast<size_t>(k) * world->chain.dof())) return k;
         return n;
     });
@@ -303,6 +307,7 @@ int world_motion_looks_free(const World* world, const double* start, const doubl
         Glance glance(*world);
         std::vector<double> q(dof);
         auto is_near = [&](double share) {
+            heed();
             for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
             return glance.finds_near(q.data());
         };

@@ -1,0 +1,172 @@
+"""Signals are heard while the compiled library works: every call that can be long ends soon, or comes to an end."""
+
+# pyright: reportArgumentType=false
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from planner.base.progress import StopRequest
+from planner.native import graphs
+from planner.native.library import NativeBoxes, NativeChain, NativeWorld, quickest_motion
+
+SOON = 1.0  # s
+TURNS = np.eye(3)
+
+
+class Rung(Exception):
+    pass
+
+
+def ring(*_: object) -> None:
+    raise Rung
+
+
+@contextmanager
+def alarm(seconds: float, handler: Callable[..., None] = ring) -> Iterator[None]:
+    before = signal.signal(signal.SIGALRM, handler)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def slider() -> NativeChain:
+    """One joint that slides along x."""
+    turns = np.stack([TURNS, 0 * TURNS, 0 * TURNS])[None]
+    x = np.array([[1.0, 0, 0]])
+    return NativeChain(np.zeros(1), np.ones(1), turns, np.zeros((1, 3)), x, x)
+
+
+def rail(chain: NativeChain) -> NativeWorld:
+    """A ball on the slider, 2 cm from a rail ten kilometres long."""
+    world = NativeWorld(chain, 0.0)
+    world.add_spheres(world.add_hull(1, np.zeros((1, 3)), 0.01), np.zeros((1, 3)), np.full(1, 0.01))
+    ends, half = np.array([[-1e4, 0, 0.03], [1e4, 0, 0.03]]), np.array([1e4, 0, 0])
+    world.add_target(world.add_hull(-1, ends, 0.0), TURNS, np.array([0, 0, 0.03]), half, 0.0, False)
+    world.set_pairs(np.array([[0, 1]]), np.ones(1))
+    return world
+
+
+CHAIN = slider()
+WORLD = rail(CHAIN)
+BOUNDS = WORLD.bounds(np.ones((1, 1)), np.ones((1, 1)), np.zeros(1, dtype=bool))
+ALONG = np.array([[[-9000.0], [18_000.0]]])  # a hundred thousand samples and more
+ONE, POINT = np.ones(1, dtype=np.int64), np.zeros(3)
+MANY = 1_000_000
+
+
+def boxes(k: int) -> NativeBoxes:
+    frames = np.array([TURNS] * k), np.zeros((k, 3))
+    return NativeBoxes(CHAIN, np.ones(k), np.ones((k, 3)), np.zeros(k), *frames, np.full((k, 3), 5), np.full((k, 3), 6))
+
+
+def far_away() -> tuple[object, ...]:
+    limits, goal = (np.full(1, -9.0), np.full(1, 9.0), np.zeros(1)), np.eye(4)
+    goal[1, 3] = 1.0
+    return np.linspace(-9, 9, 3 * MANY)[:, None], 1, np.eye(4), goal, True, limits, 1000
+
+
+def curve() -> tuple[np.ndarray, ...]:
+    pieces, parts = np.array([[[0.0] * 9, [1.0] * 9, [0.1] * 9]]), np.tile([0.0, 1.0], (2 * MANY, 1))
+    return pieces, np.zeros(len(parts)), parts, np.ones(len(parts)), np.ones(9), np.ones(9)
+
+
+def circle(ways: int, *ends: object) -> tuple[object, ...]:
+    """A graph of many nodes, each joined to the ``ways`` next ones, and what is asked of it."""
+    k = np.arange(MANY)
+    arcs = np.vstack([np.column_stack([k, (k + step) % MANY]) for step in range(1, ways + 1)])
+    return MANY, arcs, np.random.default_rng(0).uniform(1, 2, len(arcs)), *ends
+
+
+ZERO, HALF = np.zeros(1), np.full(1, MANY // 2)
+# what is called, and with what
+LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] = {
+    "path_lengths": (
+        CHAIN.path_lengths,
+        lambda: (np.zeros((1, 1)), np.ones((1, 1)), 2_000_000_000 * ONE, 1, POINT),
+    ),
+    "manipulability": (
+        CHAIN.manipulability_along,
+        lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**24), 1, POINT, 6),
+    ),
+    "inverse": (CHAIN.inverse, far_away),
+    "boxes": (boxes(200).hits, lambda: (np.zeros((MANY, 1)),)),
+    "close": (
+        WORLD.close,
+        lambda: (*CHAIN.placements(np.zeros((1, 1))), *np.zeros((2, 6 * MANY), dtype=np.int64)),
+    ),
+    "first_near": (WORLD.first_near, lambda: (np.zeros((9 * MANY, 1)),)),
+    "motion_looks_free": (WORLD.motion_looks_free, lambda: (np.zeros(1), np.full(1, 9.0), np.ones((1, 1)), 1e-7)),
+    "prove": (WORLD.prove, lambda: (BOUNDS, np.tile(ALONG, (2, 1, 1)), 1e-4)),
+    "first_proven": (WORLD.first_proven, lambda: (BOUNDS, ALONG, ONE, ONE, 0 * ONE, 1e-4)),
+    "cheapest_chain": (
+        WORLD.cheapest_chain,
+        lambda: (BOUNDS, np.array([[-9e3], [0], [9e3]]), np.triu(np.ones((3, 3))), 1e-4),
+    ),
+    "quickest_motion": (quickest_motion, curve),
+    "cheapest_costs": (graphs.cheapest_costs, lambda: circle(4, ZERO, ZERO)),
+    "cheapest_nodes": (graphs.cheapest_nodes, lambda: circle(4, HALF, ZERO)),
+    "detours": (graphs.detours, lambda: circle(1, np.tile([0, MANY // 2], (9, 1)), np.full(9, np.inf))),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_what_a_handler_raises_ends_a_long_call(name: str) -> None:
+    call, arguments = LONG[name]
+    given, begin = arguments(), time.process_time()
+    with alarm(0.15), pytest.raises(Rung) as caught:
+        call(*given)
+    assert time.process_time() - begin < 2 * (0.15 + SOON)  # on two processors
+    assert any("loading" in str(entry.path) for entry in caught.traceback)  # while the library was at work
+    assert WORLD.first_near(np.zeros((1, 1))) == 1  # and nothing is left of it
+
+
+@pytest.mark.parametrize("name", ["prove", "first_proven", "cheapest_chain"])
+def test_where_a_stop_is_asked_for_what_is_not_proven_is_undecided(name: str) -> None:
+    with StopRequest() as stop, alarm(0.2, lambda *_: signal.raise_signal(signal.SIGINT)):
+        stop()
+        begin, (call, arguments) = time.process_time(), LONG[name]
+        found = call(*arguments())
+        assert stop()
+    assert time.process_time() - begin < 2 * (0.2 + SOON)
+    assert isinstance(found, tuple)
+    assert np.asarray(found[0]).tolist() == {"prove": [2, 2], "first_proven": [-1], "cheapest_chain": [0, 1, 2]}[name]
+
+
+def test_a_thread_that_is_not_the_main_one_is_left_alone() -> None:
+    found = []
+    worker = threading.Thread(target=lambda: found.append(WORLD.first_near(np.zeros((MANY, 1)))))
+    worker.start()
+    with alarm(0.05), pytest.raises(Rung):
+        time.sleep(30)
+    while worker.is_alive():
+        time.sleep(0.01)
+    assert found == [MANY]
+
+
+def test_ctrl_c_is_heard_by_a_program_that_knows_nothing_of_it() -> None:
+    code = "from tests.native.test_interrupts import LONG; call, given = LONG['path_lengths']; print('go', flush=True)"
+    code += "; call(*given())"
+    with subprocess.Popen(
+        [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
+        assert run.stdout is not None
+        assert run.stdout.readline() == "go\n"
+        time.sleep(0.3)
+        begin = time.perf_counter()
+        os.kill(run.pid, signal.SIGINT)
+        error = run.communicate(timeout=30)[1]
+    assert "KeyboardInterrupt" in error
+    assert time.perf_counter() - begin < 10  # a busy machine; alone it takes 0.2 s
