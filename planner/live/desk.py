@@ -53,6 +53,10 @@ class Desk:
         self._report = report_of("opened", self._state, None, clock.seconds)
         self._past: deque[State] = deque(maxlen=_MOST_UNDO)
 
+    def stop(self) -> None:
+        """End what is being answered; every later request gets an error."""
+        self._session.close()
+
     @property
     def message(self) -> str:
         """The outcome of the current question, as a sentence."""

@@ -14,6 +14,8 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import PlannerError
+from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
@@ -60,10 +62,20 @@ class RoadmapNetwork:
         return np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
 
 
-def search(live: LiveWorld, network: RoadmapNetwork, x: Floats, law: gabf.Law) -> Found:
-    """The cheapest path over edges that are proven now and hold a second check, from the field ``x`` (n,) on."""
+def go_on(progress: Progress) -> None:
+    """Raise :class:`PlannerError` where somebody has closed the session meanwhile."""
+    if progress.stopped:
+        raise PlannerError("the session is closed: make a new one.")
+
+
+def search(live: LiveWorld, network: RoadmapNetwork, x: Floats, law: gabf.Law, progress: Progress = QUIET) -> Found:
+    """The cheapest path over edges that are proven now and hold a second check, from the field ``x`` (n,) on.
+
+    Raises :class:`PlannerError` once ``progress`` is asked to stop.
+    """
     rounds = raised = updates = 0
     while True:
+        go_on(progress)
         healing = gabf.heal(network.without(live.proofs.blocked), x, law)
         field, x = healing.cost_to_go, healing.cost_to_go.x
         rounds, raised, updates = rounds + 1, raised + len(healing.raised), updates + healing.updates

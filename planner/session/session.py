@@ -14,6 +14,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError, PlannerError, StateError
+from planner.base.progress import Progress
 from planner.base.request import (
     DEFAULT_CHARGE,
     DEFAULT_COST,
@@ -44,6 +45,7 @@ from planner.session.answer import Costs, Moment, Planning, adopted, answered
 from planner.session.in_time import TimedAnswer, timed_answer
 from planner.session.live_world import LiveWorld
 from planner.session.report import Answer, Change, Edges
+from planner.session.search import go_on
 from planner.world.moving import MovingObstacle
 from planner.world.robot import Robot
 from planner.world.scene import Scene
@@ -105,8 +107,9 @@ class Session:
         if dynamics.needs_overestimate:
             raise OptionError(f"the {law} law needs strict overestimates, so its field cannot heal: take another law.")
         costs = Costs(manipulability_cost, metric, charge)
-        self._planning = Planning(dynamics, costs, nodes, seed, GrowthSettings(join_motions=join_motions))
-        self._busy = threading.Lock()
+        self._busy, self._closed = threading.Lock(), threading.Event()
+        growth, progress = GrowthSettings(join_motions=join_motions), Progress(stop=self._closed.is_set)
+        self._planning = Planning(dynamics, costs, nodes, seed, growth, progress)
         live = LiveWorld.of(WorldRequest(robot=robot, scene=scene, tool=tool, collision=collision, margin=margin))
         if roadmap is not None:
             live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(Path(roadmap)))
@@ -137,6 +140,10 @@ class Session:
     def live(self) -> LiveWorld:
         """The world as it is now, with what is known of every edge, blocked ones included."""
         return self._now.live
+
+    def close(self) -> None:
+        """End what is under way in another thread, as soon as can be: that call, and every later one, raises."""
+        self._closed.set()
 
     def snapshot(self) -> Snapshot:
         """What the session knows now, for :meth:`restore`; it costs nothing, as nothing in it ever changes."""
@@ -240,7 +247,9 @@ class Session:
         now, answer = answered(self._now, query, beta, self._planning)
         if not answer.solved:
             live = now.live
-            answer = replace(answer, reason=why_apart(live.held(live.proofs.free), live.checker))
+            reason = why_apart(live.held(live.proofs.free), live.checker, self._planning.progress)
+            go_on(self._planning.progress)
+            answer = replace(answer, reason=reason)
         self._now = replace(now, live=replace(now.live, stands=query.starts))
         self._asked = start, goal, beta, query
         self._end = answer.path[-1] if answer.solved else None
@@ -248,6 +257,7 @@ class Session:
 
     def _change(self, what: str, apply: Callable[[LiveWorld], LiveWorld]) -> Change:
         with self._alone():
+            go_on(self._planning.progress)
             begin, before = time.perf_counter(), self._now.live
             after = apply(before)
             self._now = replace(self._now, live=after)

@@ -287,3 +287,14 @@ def test_worlds_of_before_are_let_go_and_the_field_is_dijkstras_after_every_chan
             objects.append(len(gc.get_objects()))
     assert sum(world() is not None for world in worlds) <= 10  # second_checker keeps eight
     assert objects[1] - objects[0] < 500
+
+
+def test_a_closed_session_ends_what_is_under_way() -> None:
+    session = fresh()
+    session.plan(POST_START, POST_GOAL)
+    before = session.live
+    session.close()
+    for call in (lambda: session.plan(POST_START, POST_GOAL), session.replan, lambda: session.remove("post")):
+        with pytest.raises(PlannerError, match="session is closed"):
+            call()
+        assert session.live is before
