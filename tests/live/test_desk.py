@@ -172,3 +172,13 @@ def test_requests_wait_for_each_other(desk: Desk) -> None:
     for thread in threads:
         thread.join()
     assert sorted(answer["live"]["undo"] for answer in answers) == [1, 2, 3, 4, 5, 6]
+
+
+def test_states_to_go_back_to_share_what_is_equal(tmp_path: Path) -> None:
+    desk = make_desk(tmp_path)
+    for k in range(8):
+        assert "error" not in move(desk, "post", 0.75, 0.01 * k, 0.0)
+    worlds = [state.snapshot.now.live for state in [*desk._past, desk._state]]
+    assert len({id(live.checker) for live in worlds}) == 8  # the first move went nowhere
+    assert len({id(vars(live.checker)["_broadphase"]) for live in worlds}) == 1  # most of a world's memory
+    assert len({id(live.bare) for live in worlds}) == 1
