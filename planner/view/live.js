@@ -68,13 +68,15 @@ function commit(k, pose) {
 
 function hitOf(event) {
   const pointer = pointerRay(event);
-  const [onHandle] = ray.intersectObjects(grips.filter((part) => part.parent.visible), false);
-  if (onHandle) return { k: chosen, kind: onHandle.object.userData.kind, pointer };
+  const hit = (parts) => ray.intersectObjects(parts.filter((part) => part.parent.visible), false);
+  const [onGrip] = hit(grips), onHandle = hit(handles).length > 0;
   const things = [group("goal"), ...live.obstacles.map((_, k) => group(`obstacles/${k}`))];
   const links = objectsToPick().filter((object) => named.has(object)); // what stands behind the robot is not meant
   const [onThing] = ray.intersectObjects([...new Set([...things, ...links])], true);
   let object = onThing?.object;
   while (object && !things.includes(object)) object = object.parent;
+  // what is seen under the pointer: a handle as it is drawn, in front of all, then another thing, then a handle's margin
+  if (onGrip && (onHandle || !object || things.indexOf(object) === chosen)) return { k: chosen, kind: onGrip.object.userData.kind, pointer };
   if (!object) return null;
   return { k: things.indexOf(object), kind: "free", pointer, place: viewer.scene.worldToLocal(onThing.point.clone()) };
 }
