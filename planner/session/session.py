@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, PlannerError, StateError
 from planner.base.progress import Progress
 from planner.base.request import (
@@ -45,7 +45,7 @@ from planner.session.answer import Costs, Moment, Planning, adopted, answered
 from planner.session.in_time import TimedAnswer, timed_answer
 from planner.session.live_world import LiveWorld
 from planner.session.report import Answer, Change, Edges
-from planner.session.search import go_on
+from planner.session.search import go_on, prove_path
 from planner.world.moving import MovingObstacle
 from planner.world.robot import Robot
 from planner.world.scene import Scene
@@ -61,6 +61,7 @@ class Snapshot:
     now: Moment
     asked: tuple[State, State, float, Query] | None
     end: Floats | None
+    steps: Ints
 
 
 class Session:
@@ -116,6 +117,7 @@ class Session:
         self._now = Moment(live, np.zeros(0))
         self._asked: tuple[State, State, float, Query] | None = None
         self._end: Floats | None = None  # where the last path ends
+        self._steps: Ints = np.zeros(0, dtype=np.int64)  # and the nodes it goes over
 
     def __repr__(self) -> str:
         world, kept = self._now.live.world, self._now.live.kept
@@ -147,12 +149,13 @@ class Session:
 
     def snapshot(self) -> Snapshot:
         """What the session knows now, for :meth:`restore`; it costs nothing, as nothing in it ever changes."""
-        return Snapshot(self._now, self._asked, self._end)
+        return Snapshot(self._now, self._asked, self._end, self._steps)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to an earlier moment of this session: its world, its roadmap, its field and its last question."""
         with self._alone():
-            self._now, self._asked, self._end = snapshot.now, snapshot.asked, snapshot.end
+            self._now, self._asked = snapshot.now, snapshot.asked
+            self._end, self._steps = snapshot.end, snapshot.steps
 
     @property
     def roadmap(self) -> Roadmap:
@@ -226,6 +229,18 @@ class Session:
             query = _still_free(self._now.live, query) or _resolved(self._now.live, start, goal)
             return self._answer(start, goal, beta, query)
 
+    def holds(self) -> bool:
+        """Whether the last answer's path is free in the world as it is now, proven as it was then; quicker than a plan.
+
+        False where there is none.
+        """
+        with self._alone():
+            if not len(self._steps):
+                return False
+            live, holds = prove_path(self._now.live, self._steps, around_too=False)
+            self._now = replace(self._now, live=live)
+            return holds
+
     def plan_in_time(
         self, start: State = "start", goal: State = "goal", limits: MotionLimits | None = None
     ) -> TimedAnswer:
@@ -240,7 +255,7 @@ class Session:
             now, answer = answered(self._now, query, 1.0, self._planning)
             live, timed = timed_answer(now.live, answer, limits or MotionLimits.of(self.robot))
             self._now = replace(now, live=replace(live, stands=query.starts))
-            self._end = timed.path[-1] if timed.solved else None
+            self._end, self._steps = timed.path[-1] if timed.solved else None, timed.path_nodes
             return timed
 
     def _answer(self, start: State, goal: State, beta: float, query: Query) -> Answer:
@@ -252,7 +267,7 @@ class Session:
             answer = replace(answer, reason=reason)
         self._now = replace(now, live=replace(now.live, stands=query.starts))
         self._asked = start, goal, beta, query
-        self._end = answer.path[-1] if answer.solved else None
+        self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
     def _change(self, what: str, apply: Callable[[LiveWorld], LiveWorld]) -> Change:

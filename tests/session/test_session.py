@@ -298,3 +298,38 @@ def test_a_closed_session_ends_what_is_under_way() -> None:
         with pytest.raises(PlannerError, match="session is closed"):
             call()
         assert session.live is before
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whether_the_path_holds_is_what_a_check_of_it_says(seed: int) -> None:
+    rng, session = np.random.default_rng(seed), fresh()
+    assert not session.holds()
+    answer, said = session.plan(POST_START, POST_GOAL), set()
+    assert session.holds()
+    session.add(Obstacle("box", Box((0.1, 0.1, 0.2)), pose([3.0, 0.0, 0.0])))
+    before = session.snapshot()
+    for _ in range(25):
+        session.restore(before)
+        try:
+            session.move("box", [*rng.uniform(-1, 1, 2), 0.0])
+        except SceneError:
+            continue
+        holds = session.holds()
+        said.add(holds)
+        assert session.holds() is holds
+        contact = path_contact(make_checker(session.robot, session.scene), answer.path)
+        if holds:
+            assert contact is None
+            require_true(session)
+        rows = np.array(
+            [
+                np.flatnonzero((live(session).roadmap.edges == sorted(e)).all(axis=1))[0]
+                for e in zip(answer.path_nodes, answer.path_nodes[1:], strict=False)
+            ]
+        )
+        assert bool(everything_decided(session).proofs.free[rows].all()) is holds
+        try:
+            assert session.replan().error < 1e-9
+        except StateError:  # the start or the goal is in collision
+            assert not holds
+    assert said == {True, False}
