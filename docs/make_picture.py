@@ -27,7 +27,7 @@ def frame(tab: Tab, share: float) -> Image.Image:
 def main() -> None:
     """Write the picture."""
     with tempfile.TemporaryDirectory() as folder, browser() as tab:
-        planner.with_alternatives(planner.plan(PlanRequest())).save(folder)
+        planner.with_alternatives(planner.plan(PlanRequest(), timing=planner.TimingRequest())).save(folder)
         assert tab.open(Path(folder) / "plan.html")
         forth = [frame(tab, share) for share in np.linspace(0, 1, FRAMES)]
     frames = [*forth, *[forth[-1]] * 6]

@@ -41,7 +41,10 @@ def second_checker(checker: CollisionChecker) -> CollisionChecker:
         return checker
     from planner.collision.coal import CoalChecker
 
-    return CoalChecker(checker.world, bound=checker.bound)
+    known = checker.second[-1] if checker.second else None
+    made = CoalChecker(checker.world, known if isinstance(known, CoalChecker) else None, checker.bound)
+    checker.second[:] = [made]
+    return made
 
 
 def coal_checker(world: World, known: CollisionChecker | None = None) -> CollisionChecker:

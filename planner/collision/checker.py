@@ -29,6 +29,7 @@ class CollisionChecker(Protocol):
     bound: ClearanceBound  # cheap lower bounds on the same pairs
     name: str
     queries: int  # exact pair distances and state checks asked so far
+    second: list[CollisionChecker]  # the latest by coal in a world of the same arm, of the checkers known to each other
 
     def __init__(self, world: World, known: Self | None = None) -> None:
         """``known``: a checker in another world of the same arm; shapes that are in both are shared with it."""

@@ -41,54 +41,28 @@ class CoalChecker(CollisionChecker):
 
     def __init__(self, world: World, known: CoalChecker | None = None, bound: ClearanceBound | None = None) -> None:
         """``bound``: that of another checker in this world."""
-        self.world, self._alone = world, threading.RLock()
+        self.world = world
         self.chain = Chain.of(world.robot)
         self.bound = bound or ClearanceBound(world, known.bound if known else None)
-        self.queries = 0
+        self.queries, self.second = 0, []
         self._geometries = [_geometry(item.shape) for item in world.items]
         self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]
         self._fixed = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.obstacles]
         self._request = coal.DistanceRequest()
-        self._model, self._pairs = self._geometry_model()
-        self._data = pin.GeometryData(self._model)
-        self._kinematics = world.robot.model.createData()
-        self._threads = os.cpu_count() or 1
-        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(
-            world.robot.model, self._model, self._threads
-        )
-        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
-        self._margins = np.full(len(self._pairs), world.margin)  # of the pool
-
-    def _geometry_model(self) -> tuple[pin.GeometryModel, list[int]]:
-        """Pinocchio's geometry of the world, and our number of each of its pairs."""
-        world, model = self.world, pin.GeometryModel()
-        joints = [body.joint for body in world.bodies] + [0] * len(world.obstacles)
-        for k, (item, joint) in enumerate(zip(world.items, joints, strict=True)):
-            model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), self._geometries[k]))
-        numbers = []
-        for pair in range(len(world.pair_reach)):
-            first, second = world.members(pair)
-            if not world.is_scene_pair(pair):
-                model.addCollisionPair(pin.CollisionPair(first, second))
-            elif world.checked[first, second]:
-                model.addCollisionPair(pin.CollisionPair(first, len(world.bodies) + second))
-            else:
-                continue
-            numbers.append(pair)
-        return model, numbers
+        shared = known is not None and _differ_in_places_only(known.world, world)
+        self._broadphase = known._broadphase if known is not None and shared else _BroadPhase(world, self._geometries)
 
     @property
     def geometry_model(self) -> pin.GeometryModel:
         """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
-        return self._model
+        return _geometry_model(self.world, self._geometries)[0]
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
-        with self._alone:
-            self.queries += len(q)
-            hits = np.nonzero(self._touching(q))[0]
-            return (int(hits[0]), self.world.contact(self._touching_pair(q[hits[0]]))) if len(hits) else None
+        self.queries += len(q)
+        found = self._broadphase.first_touch(self.world, q)
+        return None if found is None else (found[0], self.world.contact(found[1]))
 
     def first_contact_along(self, q: Floats, motion: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`.
@@ -100,7 +74,7 @@ class CoalChecker(CollisionChecker):
         starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
         for width, finer in zip(_STRETCHES, (*_STRETCHES[1:], 1), strict=True):
             middle = np.minimum(starts + width // 2, len(q) - 1)
-            near = self._touching(q[middle], (width // 2) * motion)
+            near = self._broadphase.touching(self.world, q[middle], (width // 2) * motion)
             enclosed = ~near & (self.inside.pairs(q[middle]) >= 0)
             first = min(first, int(starts[enclosed].min(initial=first)))
             if width == 1:
@@ -109,32 +83,6 @@ class CoalChecker(CollisionChecker):
             starts = starts[starts < first]
         found = self.first_contact(q[first : first + 1]) if first < len(q) else None
         return None if found is None else (first, found[1])
-
-    def _touching(self, q: Floats, extra: Floats | None = None) -> Bools:
-        """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
-        if not self._pairs:
-            return np.zeros(len(q), dtype=bool)
-        threads = self._threads if len(q) >= _WORTH_THREADS else 1
-        with self._alone:
-            self._keep(self.world.margin if extra is None else self.world.margin + _with_error(extra)[self._pairs])
-            hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
-            return np.asarray(hits).ravel().astype(bool)
-
-    def _keep(self, margins: Floats | float) -> None:
-        """Let the pool call closer than these ``margins`` (our pairs,) m a contact."""
-        wanted = np.broadcast_to(margins, len(self._pairs))
-        if np.array_equal(wanted, self._margins):
-            return
-        for data in self._pool.getGeometryDatas():
-            for request, margin in zip(data.collisionRequests, wanted.tolist(), strict=True):
-                request.security_margin = margin
-        self._margins = np.array(wanted)
-
-    def _touching_pair(self, q: Floats) -> int:
-        """The first pair that touches at a configuration known to touch."""
-        pin.computeCollisions(self.world.robot.model, self._kinematics, self._model, self._data, q, True)
-        hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
-        return self._pairs[hits[0]]
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`."""
@@ -149,6 +97,90 @@ class CoalChecker(CollisionChecker):
 
     def error(self, distance: float) -> float:
         return _ERROR
+
+
+class _BroadPhase:
+    """Pinocchio's managers of a world, which worlds share whose obstacles differ in their places only.
+
+    What takes time is every pair, not where it stands: with a thousand obstacles half a second. Threads ask one after
+    the other.
+    """
+
+    def __init__(self, world: World, geometries: list[coal.CollisionGeometry]) -> None:
+        self._alone, self._threads = threading.RLock(), os.cpu_count() or 1
+        self._robot, self._placed = world.robot.model, list(world.items)
+        self._model, self._pairs = _geometry_model(world, geometries)
+        self._data, self._kinematics = pin.GeometryData(self._model), self._robot.createData()
+        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._robot, self._model, self._threads)
+        self._models = [self._model, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
+        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
+        self._margins = np.full(len(self._pairs), world.margin)  # of the pool
+
+    def first_touch(self, world: World, q: Floats) -> tuple[int, int] | None:
+        """The first of the configurations (n, dof) that touches something in ``world``, and the first such pair."""
+        with self._alone:
+            hits = np.flatnonzero(self.touching(world, q))
+            return (int(hits[0]), self._touching_pair(q[hits[0]])) if len(hits) else None
+
+    def touching(self, world: World, q: Floats, extra: Floats | None = None) -> Bools:
+        """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
+        if not self._pairs:
+            return np.zeros(len(q), dtype=bool)
+        threads = self._threads if len(q) >= _WORTH_THREADS else 1
+        with self._alone:
+            self._place(world)
+            self._keep(world.margin if extra is None else world.margin + _with_error(extra)[self._pairs])
+            hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
+            return np.asarray(hits).ravel().astype(bool)
+
+    def _place(self, world: World) -> None:
+        """Let obstacles stand where they stand in ``world``."""
+        for k, item in enumerate(world.items):
+            if item is not self._placed[k]:
+                for model in self._models:
+                    model.geometryObjects[k].placement = se3(item.placement)
+                self._placed[k] = item
+
+    def _keep(self, margins: Floats | float) -> None:
+        """Let the pool call closer than these ``margins`` (our pairs,) m a contact."""
+        wanted = np.broadcast_to(margins, len(self._pairs))
+        if np.array_equal(wanted, self._margins):
+            return
+        for data in self._pool.getGeometryDatas():
+            for request, margin in zip(data.collisionRequests, wanted.tolist(), strict=True):
+                request.security_margin = margin
+        self._margins = np.array(wanted)
+
+    def _touching_pair(self, q: Floats) -> int:
+        """The first pair that touches at a configuration known to touch."""
+        pin.computeCollisions(self._robot, self._kinematics, self._model, self._data, q, True)
+        hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
+        return self._pairs[hits[0]]
+
+
+def _geometry_model(world: World, geometries: list[coal.CollisionGeometry]) -> tuple[pin.GeometryModel, list[int]]:
+    """Pinocchio's geometry of a world, and our number of each of its pairs."""
+    model, bodies = pin.GeometryModel(), len(world.bodies)
+    joints = [body.joint for body in world.bodies] + [0] * len(world.obstacles)
+    for k, (item, joint) in enumerate(zip(world.items, joints, strict=True)):
+        model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), geometries[k]))
+    scene = np.argwhere(world.checked) + np.array([0, bodies])
+    numbers = [*np.flatnonzero(world.checked).tolist(), *range(world.checked.size, len(world.pair_reach))]
+    for first, second in [*scene.tolist(), *world.self_pairs.tolist()]:
+        model.addCollisionPair(pin.CollisionPair(first, second))
+    return model, numbers
+
+
+def _differ_in_places_only(one: World, other: World) -> bool:
+    """Whether all is the same in two worlds but where obstacles stand."""
+    return (
+        one.margin == other.margin
+        and one.robot.model is other.robot.model
+        and one.bodies == other.bodies
+        and [item.shape for item in one.obstacles] == [item.shape for item in other.obstacles]
+        and np.array_equal(one.checked, other.checked)
+        and np.array_equal(one.self_pairs, other.self_pairs)
+    )
 
 
 def _with_error(extra: Floats) -> Floats:

@@ -67,6 +67,7 @@ class FclChecker(CollisionChecker):
         self.chain = Chain.of(world.robot)
         self.bound = ClearanceBound(world, known.bound if known else None)
         self.queries = 0
+        self.second = known.second if known else []
         made = known.geometries if known else {}
         shapes = [made[item] if item in made else _geometry(item.shape) for item in world.items]
         self._index = {id(shape): k for k, shape in enumerate(shapes)}

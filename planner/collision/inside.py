@@ -8,7 +8,6 @@ a motion along which no surfaces touch.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -16,19 +15,8 @@ from planner.base.arrays import Floats, Ints
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.native.library import NativeBoxes
-from planner.world.shapes import Body, Mesh, Obstacle, Shape
-from planner.world.solids import Solid, may_hold, points_of_pieces, solid_of
-
-
-@dataclass(frozen=True, eq=False)
-class _Question:
-    """Whether the ``point`` (3,) of the item ``inner``, in its frame, lies in the ``solid`` of the item ``outer``."""
-
-    pair: int
-    outer: int
-    inner: int
-    solid: Solid
-    point: Floats
+from planner.world.shapes import Body, Mesh, Shape
+from planner.world.solids import Solid, may_hold, measures_of, points_of_pieces, solid_of
 
 
 class Inside:
@@ -42,34 +30,32 @@ class Inside:
     """
 
     def __init__(self, world: World, chain: Chain) -> None:
-        items: list[Body | Obstacle] = [*world.bodies, *world.obstacles]
-        self._questions = [one for pair in _checked_pairs(world) for one in _questions(world, pair, items)]
-        joints = np.array([item.joint if isinstance(item, Body) else 0 for item in items], dtype=np.int64)
-        placements = np.array([item.placement for item in items]).reshape(-1, 4, 4)
-        inner = placements[[one.inner for one in self._questions]]
-        outer = placements[[one.outer for one in self._questions]]
-        points = np.array([one.point for one in self._questions]).reshape(-1, 3)
+        asked = _Questions.of(world)
+        self._pair, self._solids = asked.pair, asked.solids
+        joints = np.array([item.joint if isinstance(item, Body) else 0 for item in world.items], dtype=np.int64)
+        placements = np.array([item.placement for item in world.items]).reshape(-1, 4, 4)
+        inner, outer = placements[asked.inner], placements[asked.outer]
         self._boxes = NativeBoxes(
             chain.native,
-            joints[[one.inner for one in self._questions]],
-            _apply(inner[:, :3, :3], points) + inner[:, :3, 3],
-            joints[[one.outer for one in self._questions]],
+            joints[asked.inner],
+            _apply(inner[:, :3, :3], asked.points) + inner[:, :3, 3],
+            joints[asked.outer],
             outer[:, :3, :3],
             outer[:, :3, 3],
-            np.array([one.solid.low for one in self._questions]).reshape(-1, 3),
-            np.array([one.solid.high for one in self._questions]).reshape(-1, 3),
+            np.array([solid.low for solid in asked.solids]).reshape(-1, 3),
+            np.array([solid.high for solid in asked.solids]).reshape(-1, 3),
         )
 
     def pairs(self, q: Floats) -> Ints:
         """The number of a pair (n,) of which one lies inside the other, for configurations (n, dof); -1 for none."""
         result = np.full(len(q), -1, dtype=np.int64)
-        if not (self._questions and len(q)):
+        if not (self._solids and len(q)):
             return result
         hits, local = self._boxes.hits(q)
         for k in np.unique(hits[:, 1]) if len(hits) else ():
             near = np.flatnonzero((hits[:, 1] == k) & (result[hits[:, 0]] < 0))
-            held = near[self._questions[k].solid.contains(local[near])]
-            result[hits[held, 0]] = self._questions[k].pair
+            held = near[self._solids[k].contains(local[near])]
+            result[hits[held, 0]] = self._pair[k]
         return result
 
 
@@ -78,25 +64,64 @@ def _apply(turn: Floats, vectors: Floats) -> Floats:
     return (turn @ vectors[..., None])[..., 0]
 
 
-def _questions(world: World, pair: int, items: list[Body | Obstacle]) -> list[_Question]:
-    first, second = world.members(pair)
-    if world.is_scene_pair(pair):
-        second += len(world.bodies)
-    found = []
-    for outer, inner in ((first, second), (second, first)):
-        solid, points = _holder(items[outer].shape, items[inner].shape)
-        if solid is not None:
-            found += [_Question(pair, outer, inner, solid, point) for point in points]
-    return found
+@dataclass(frozen=True, eq=False)
+class _Questions:
+    """Whether ``points`` (k, 3) of the items ``inner`` (k,), in their frames, lie in the ``solids`` of ``outer`` (k,).
+
+    In the order of the pairs (k,) that are checked; their shapes are compared kind by kind, as pairs are many.
+    """
+
+    pair: Ints
+    outer: Ints
+    inner: Ints
+    points: Floats
+    solids: list[Solid]
+
+    @staticmethod
+    def of(world: World) -> _Questions:
+        numbers: dict[Shape, int] = {}
+        kind = np.array([numbers.setdefault(item.shape, len(numbers)) for item in world.items], dtype=np.int64)
+        shapes = list(numbers)
+        known = {k: solid_of(shape) for k, shape in enumerate(shapes) if isinstance(shape, Mesh)}
+        solids = {k: solid for k, solid in known.items() if solid is not None}
+        measures = measures_of(shapes)
+        pair, first, second = _checked_pairs(world)
+        rows, outer, inner = [np.zeros(0, dtype=np.int64)], [], []
+        for k, solid in solids.items():
+            holds = may_hold(solid, measures)
+            for one, other in ((first, second), (second, first)):
+                found = np.flatnonzero((kind[one] == k) & holds[kind[other]])
+                rows.append(found)
+                outer.append(one[found])
+                inner.append(other[found])
+        row = np.concatenate(rows)
+        outside, held = (np.concatenate([rows[0], *part]) for part in (outer, inner))
+        order = np.lexsort((outside != first[row], row))
+        points = [points_of_pieces(shape) for shape in shapes]
+        count = np.array([len(each) for each in points], dtype=np.int64)
+        order = np.repeat(order, count[kind[held[order]]])
+        return _Questions(
+            pair[row[order]],
+            outside[order],
+            held[order],
+            np.concatenate([np.zeros((0, 3)), *(points[k] for k in kind[held[_once(order)]])]),
+            [solids[k] for k in kind[outside[order]]],
+        )
 
 
-@lru_cache(maxsize=4096)
-def _holder(shape: Shape, held: Shape) -> tuple[Solid | None, Floats]:
-    """The inside of ``shape`` where it may have ``held`` in it, and a point (k, 3) of each piece of that."""
-    solid = solid_of(shape) if isinstance(shape, Mesh) else None
-    return (solid, points_of_pieces(held)) if solid is not None and may_hold(solid, held) else (None, np.zeros((0, 3)))
+def _once(order: Ints) -> Ints:
+    """What is repeated in ``order`` (k,), once each."""
+    return order[np.flatnonzero(np.diff(order, prepend=-1))]
 
 
-def _checked_pairs(world: World) -> list[int]:
-    scene = np.flatnonzero(world.checked.ravel())
-    return [*scene.tolist(), *range(world.checked.size, world.checked.size + len(world.self_pairs))]
+def _checked_pairs(world: World) -> tuple[Ints, Ints, Ints]:
+    """The numbers of the pairs (k,) that are checked, and of their items (k,) each."""
+    scene = np.flatnonzero(world.checked)
+    first, second = np.unravel_index(scene, world.checked.shape)
+    own = world.checked.size + np.arange(len(world.self_pairs))
+    bodies = len(world.bodies)
+    return (
+        np.concatenate([scene, own]),
+        np.concatenate([first, world.self_pairs[:, 0]]),
+        np.concatenate([second + bodies, world.self_pairs[:, 1]]),
+    )

@@ -19,7 +19,7 @@ from planner.base.hashing import content_hash
 from planner.base.progress import Stopwatch
 from planner.base.targets import HOME, Named, Pose, Target, joints_text, parse_target, parse_targets
 from planner.base.yamlfile import validate
-from planner.live.orders import Change, MoveGoal, MoveObstacle, Reload, Request, Save, SetBeta, SetStart, Undo
+from planner.live.orders import Change, Look, MoveGoal, MoveObstacle, Reload, Request, Save, SetBeta, SetStart, Undo
 from planner.live.state import Question, Report, State, page_of, report_of, update_of
 from planner.query.open import states_of
 from planner.session.report import Change as WorldChange
@@ -53,6 +53,10 @@ class Desk:
         self._report = report_of("opened", self._state, None, clock.seconds)
         self._past: deque[State] = deque(maxlen=_MOST_UNDO)
 
+    def stop(self) -> None:
+        """End what is being answered; every later request gets an error."""
+        self._session.close()
+
     @property
     def message(self) -> str:
         """The outcome of the current question, as a sentence."""
@@ -84,6 +88,11 @@ class Desk:
                 return {"saved": f"Written: {', '.join(map(str, written))}"}
             case Undo():
                 return self._undo()
+            case Look(name=name, position=position, quaternion=quaternion):
+                self._session.move(name, position, quaternion=quaternion)
+                holds = self._session.holds()
+                self._session.restore(self._state.snapshot)
+                return {"holds": holds}
             case change:
                 return self._change(change)
 

@@ -11,13 +11,22 @@ from planner.base.yamlfile import Coordinate, Name, Strict
 Triple = tuple[Coordinate, Coordinate, Coordinate]
 
 
-class MoveObstacle(Strict):
-    """Put an obstacle to a place: metres, and a quaternion [x, y, z, w]."""
-
-    do: Literal["move"]
+class _Placed(Strict):
     name: Name
     position: Triple
     quaternion: tuple[Coordinate, Coordinate, Coordinate, Coordinate]
+
+
+class Look(_Placed):
+    """Say whether the path would hold with an obstacle at a place, and change nothing: that takes a moment only."""
+
+    do: Literal["look"]
+
+
+class MoveObstacle(_Placed):
+    """Put an obstacle to a place: metres, and a quaternion [x, y, z, w]."""
+
+    do: Literal["move"]
 
     @property
     def what(self) -> str:
@@ -68,7 +77,7 @@ class Reload(Strict):
 
 
 Change = MoveObstacle | MoveGoal | SetStart | SetBeta | Reload
-Order = Annotated[Change | Undo | Save, pydantic.Field(discriminator="do")]
+Order = Annotated[Change | Look | Undo | Save, pydantic.Field(discriminator="do")]
 
 
 class Request(Strict):

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.progress import QUIET, Progress
 from planner.base.reasons import BudgetSpent, Gap, NoWay, Separated
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
@@ -47,19 +48,21 @@ class _Links:
         return _Links(self.pairs[rows], self.length[rows])
 
 
-def why_apart(roadmap: Roadmap, checker: CollisionChecker) -> NoWay:
+def why_apart(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = QUIET) -> NoWay:
     """What keeps the starts of a roadmap from its goals, which lie in other parts of it, as far as it is found.
 
     The obstacles that are named do suffice: without them every motion of a path from a start to a goal is proven. That
-    fewer would do is not excluded: only some motions between the parts are looked at.
+    fewer would do is not excluded: only some motions between the parts are looked at. Once ``progress`` is asked to
+    stop, the answer is of no use.
     """
     links = _links(roadmap, checker)
     gap = _gap(roadmap, checker)
-    blockers = _blockers(roadmap, checker, links)
+    blockers = _blockers(roadmap, checker, links, progress)
     fewest = _fewest(roadmap, links, blockers)
-    if fewest is None or len(fewest) > 1:
+    if (fewest is None or len(fewest) > 1) and not progress.stopped:
         often = Counter(obstacle for found in blockers if found is not None for obstacle in found)
-        fewest = _fewer(roadmap, checker, fewest, [obstacle for obstacle, _ in often.most_common()])
+        suspects = [obstacle for obstacle, _ in often.most_common()]
+        fewest = _fewer(_Without(roadmap, checker, progress), fewest, suspects)
     if not fewest:
         return BudgetSpent(len(roadmap.nodes), gap)
     return Separated(tuple(checker.world.obstacles[k].name for k in sorted(fewest)), gap)
@@ -103,13 +106,15 @@ def _gap(roadmap: Roadmap, checker: CollisionChecker) -> Gap:
     return Gap(float(nearest.length[0]), tuple(start.tolist()), tuple((start + delta).tolist()), between)
 
 
-def _blockers(roadmap: Roadmap, checker: CollisionChecker, links: _Links) -> list[Blockers | None]:
+def _blockers(roadmap: Roadmap, checker: CollisionChecker, links: _Links, progress: Progress) -> list[Blockers | None]:
     """Of each link the obstacles that keep it from being proven free; None where the robot itself does."""
     world = checker.world
     motions = _motions(roadmap, checker, links.pairs)
     alone = _prover(checker, np.zeros(len(world.obstacles), dtype=bool), own=True).free(*motions)
     blocked = np.zeros((len(links.pairs), len(world.obstacles)), dtype=bool)
     for k in np.flatnonzero(world.checked.any(axis=0)):
+        if progress.stopped:
+            break
         prover = _prover(checker, np.arange(len(world.obstacles)) == k, own=False)
         blocked[alone, k] = ~prover.free(motions[0][alone], motions[1][alone])
     return [frozenset(np.flatnonzero(row).tolist()) if ok else None for row, ok in zip(blocked, alone, strict=True)]
@@ -153,35 +158,44 @@ def _keep_least(sets: list[Blockers], new: Blockers) -> bool:
     return True
 
 
-def _fewer(roadmap: Roadmap, checker: CollisionChecker, known: Blockers | None, suspects: list[int]) -> Blockers | None:
+@dataclass(frozen=True)
+class _Without:
+    """The question whether RRTConnect joins a start and a goal of a roadmap in the world that lacks some obstacles."""
+
+    roadmap: Roadmap
+    checker: CollisionChecker
+    progress: Progress
+
+    def joins(self, obstacles: Iterable[int]) -> bool:
+        roadmap, count = self.roadmap, len(self.checker.world.obstacles)
+        if self.progress.stopped:
+            return False
+        prover = _prover(self.checker, ~np.isin(np.arange(count), list(obstacles)), own=True)
+        pairs = _across(roadmap, self.checker, *_sides(roadmap)).pairs
+        first, last = (np.array(list(dict.fromkeys(column))[:_ENDS]) for column in pairs.T.tolist())
+        rng = np.random.default_rng(roadmap.origin.seed)
+        search = FirstPathSearch(Motions(prover), JoinSettings(_STEP, _MOTIONS, 0), rng, self.progress)
+        starts, goals = roadmap.nodes[first], roadmap.nodes[last]
+        return bool(search.straight(starts[:1], goals[:1])) or search.join(starts, goals) is not None
+
+
+def _fewer(without: _Without, known: Blockers | None, suspects: list[int]) -> Blockers | None:
     """Fewer obstacles than ``known`` (None: all) without which RRTConnect joins a start and a goal; else ``known``."""
     for suspect in suspects[:_TRIES]:
-        if _joins_without(roadmap, checker, (suspect,)):
+        if without.joins((suspect,)):
             return frozenset((suspect,))
-    everything = frozenset(range(len(checker.world.obstacles)))
-    if known is None and _joins_without(roadmap, checker, everything):
-        return _shrunk(roadmap, checker, everything)
+    everything = frozenset(range(len(without.checker.world.obstacles)))
+    if known is None and without.joins(everything):
+        return _shrunk(without, everything)
     return known
 
 
-def _shrunk(roadmap: Roadmap, checker: CollisionChecker, enough: Blockers) -> Blockers:
+def _shrunk(without: _Without, enough: Blockers) -> Blockers:
     """A subset of ``enough`` that is enough as well, with obstacles left out one after the other."""
     for obstacle in sorted(enough)[:_TRIES]:
-        if _joins_without(roadmap, checker, enough - {obstacle}):
+        if without.joins(enough - {obstacle}):
             enough -= {obstacle}
     return enough
-
-
-def _joins_without(roadmap: Roadmap, checker: CollisionChecker, obstacles: Iterable[int]) -> bool:
-    """Whether RRTConnect joins a start and a goal in the world that lacks some obstacles."""
-    kept = ~np.isin(np.arange(len(checker.world.obstacles)), list(obstacles))
-    prover = _prover(checker, kept, own=True)
-    pairs = _across(roadmap, checker, *_sides(roadmap)).pairs
-    first, last = (np.array(list(dict.fromkeys(column))[:_ENDS]) for column in pairs.T.tolist())
-    rng = np.random.default_rng(roadmap.origin.seed)
-    search = FirstPathSearch(Motions(prover), JoinSettings(_STEP, _MOTIONS, 0), rng)
-    starts, goals = roadmap.nodes[first], roadmap.nodes[last]
-    return bool(search.straight(starts[:1], goals[:1])) or search.join(starts, goals) is not None
 
 
 def _prover(checker: CollisionChecker, obstacles: Bools, own: bool) -> EdgeProver:

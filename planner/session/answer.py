@@ -11,6 +11,7 @@ from planner import gabf
 from planner.base.arrays import Floats, frozen
 from planner.base.objective import Objective
 from planner.base.outcome import Outcome
+from planner.base.progress import QUIET, Progress
 from planner.costs.network import build_network, path_cost
 from planner.query.open import Query
 from planner.roadmap.attach import attach
@@ -22,20 +23,24 @@ from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.roadmap.storage import same_world
 from planner.session.live_world import LiveWorld
 from planner.session.report import Answer, Edges
-from planner.session.search import Found, RoadmapNetwork, search
+from planner.session.search import Found, RoadmapNetwork, go_on, search
 
 _GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: beyond it the oldest ones go
 
 
 @dataclass(frozen=True)
 class Planning:
-    """How a session plans: the law of its field, its costs, the size of its first roadmap, its growth."""
+    """How a session plans: the law of its field, its costs, the size of its first roadmap, its growth.
+
+    Once ``progress`` is asked to stop, whatever is under way raises :class:`PlannerError`.
+    """
 
     law: gabf.Law
     objective: Objective  # at another beta every query
     nodes: int
     seed: int
     growth: GrowthSettings
+    progress: Progress = QUIET
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +62,7 @@ def adopted(live: LiveWorld, roadmap: Roadmap) -> LiveWorld:
 
 def answered(moment: Moment, query: Query, beta: float, planning: Planning) -> tuple[Moment, Answer]:
     """The moment after a query, and the query's answer."""
+    go_on(planning.progress)
     begin, may_grow = time.perf_counter(), moment.live.kept is not None
     moment = _without_old_guests(moment if may_grow else _with_first_roadmap(moment, query, planning))
     live, linked = _attached(moment.live, query, planning, join=False)
@@ -94,7 +100,9 @@ def answered(moment: Moment, query: Query, beta: float, planning: Planning) -> t
 
 def _with_first_roadmap(moment: Moment, query: Query, planning: Planning) -> Moment:
     checker = moment.live.checker
-    roadmap = build_roadmap(checker.robot, checker, query.starts, query.goals, planning.nodes, planning.seed)
+    ends = query.starts, query.goals
+    roadmap = build_roadmap(checker.robot, checker, *ends, planning.nodes, planning.seed, planning.progress)
+    go_on(planning.progress)
     return replace(moment, live=moment.live.with_roadmap(roadmap))
 
 
@@ -116,7 +124,9 @@ def _attached(live: LiveWorld, query: Query, planning: Planning, join: bool) -> 
     if not join and _linked_already(live.roadmap, query):
         return live, Edges()
     before = live.held(~live.proofs.blocked)
-    after = attach(before, live.checker, query.starts, query.goals, planning.seed, planning.growth, join=join)
+    how = planning.seed, planning.growth, planning.progress
+    after = attach(before, live.checker, query.starts, query.goals, *how, join=join)
+    go_on(planning.progress)  # what is not proven in an attempt that was ended is not blocked
     return live.enlarged(after), Edges(proven=len(after.edges) - len(before.edges))
 
 
@@ -129,4 +139,5 @@ def _linked_already(roadmap: Roadmap, query: Query) -> bool:
 def _search(moment: Moment, beta: float, planning: Planning) -> Found:
     live, n = moment.live, len(moment.live.roadmap.nodes)
     network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, planning.objective.at(beta)))
-    return search(live, network, np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)]), planning.law)
+    x = np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)])
+    return search(live, network, x, planning.law, planning.progress)

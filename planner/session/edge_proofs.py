@@ -8,6 +8,7 @@ it goes, only its clauses go, and what it alone had blocked is proven again with
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -53,22 +54,22 @@ class EdgeProofs:
         known = np.repeat(clearance[:, None], len(clauses), axis=1)
         return EdgeProofs(clauses, known, np.zeros(len(known), dtype=bool), np.zeros(known.shape, dtype=bool))
 
-    @property
+    @cached_property
     def clearance(self) -> Floats:
         """(m,) the least that is known of an edge, metres; NaN for open ones, -inf for blocked ones."""
         return np.where(self.blocked, _BLOCKED, self.known.min(axis=1, initial=np.inf))
 
-    @property
+    @cached_property
     def free(self) -> Bools:
         """(m,) which edges are proven."""
         return np.all(self.known >= 0, axis=1)
 
-    @property
+    @cached_property
     def blocked(self) -> Bools:
         """(m,) which edges have a clause whose proof failed."""
         return np.any(self.known == _BLOCKED, axis=1)
 
-    @property
+    @cached_property
     def open(self) -> Bools:
         """(m,) which edges are neither."""
         return ~self.free & ~self.blocked
@@ -88,6 +89,8 @@ class EdgeProofs:
         ``other``: the part that was something else before, whose clauses are new although they are called as before.
         """
         clauses = clauses_of(world)[0]
+        if clauses == self.clauses and other is None:
+            return self
         known = np.full((len(self.known), len(clauses)), np.nan)
         seen = np.zeros(known.shape, dtype=bool)
         place = {clause: k for k, clause in enumerate(self.clauses)}
@@ -142,6 +145,7 @@ def displacement(shape: Shape, before: Floats, after: Floats) -> float:
     return float(farthest + radius * np.linalg.norm(change[:3, :3], 2))
 
 
+@lru_cache(maxsize=8)
 def clauses_of(world: World) -> tuple[tuple[Clause, ...], Ints]:
     """The clauses of a world, and for each of its pairs (pairs,) the number of its clause."""
     carried = {body.name for body in world.robot.carried}

@@ -14,6 +14,8 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import PlannerError
+from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
@@ -53,31 +55,47 @@ class RoadmapNetwork:
         """The network that lacks some ``edges`` (m,) of the roadmap."""
         return self.whole.without_arcs(np.flatnonzero(edges[self._edge]))
 
-    def edges_of(self, steps: Ints) -> Ints:
-        """The edges (k - 1,) between consecutive nodes ``steps`` (k,)."""
-        n, edges = len(self.roadmap.nodes), self.roadmap.edges
-        low, high = np.minimum(steps[:-1], steps[1:]), np.maximum(steps[:-1], steps[1:])
-        return np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
+
+def edges_of(roadmap: Roadmap, steps: Ints) -> Ints:
+    """The edges (k - 1,) between consecutive nodes ``steps`` (k,)."""
+    n, edges = len(roadmap.nodes), roadmap.edges
+    low, high = np.minimum(steps[:-1], steps[1:]), np.maximum(steps[:-1], steps[1:])
+    return np.searchsorted(edges[:, 0] * n + edges[:, 1], low * n + high)
 
 
-def search(live: LiveWorld, network: RoadmapNetwork, x: Floats, law: gabf.Law) -> Found:
-    """The cheapest path over edges that are proven now and hold a second check, from the field ``x`` (n,) on."""
+def go_on(progress: Progress) -> None:
+    """Raise :class:`PlannerError` where somebody has closed the session meanwhile."""
+    if progress.stopped:
+        raise PlannerError("the session is closed: make a new one.")
+
+
+def search(live: LiveWorld, network: RoadmapNetwork, x: Floats, law: gabf.Law, progress: Progress = QUIET) -> Found:
+    """The cheapest path over edges that are proven now and hold a second check, from the field ``x`` (n,) on.
+
+    Raises :class:`PlannerError` once ``progress`` is asked to stop.
+    """
     rounds = raised = updates = 0
     while True:
+        go_on(progress)
         healing = gabf.heal(network.without(live.proofs.blocked), x, law)
         field, x = healing.cost_to_go, healing.cost_to_go.x
         rounds, raised, updates = rounds + 1, raised + len(healing.raised), updates + healing.updates
         steps = gabf.cheapest_path(field, live.roadmap.starts)
-        live, holds = _prove_path(live, network, steps)
+        live, holds = prove_path(live, steps)
         if holds:
             return Found(live, field, steps, rounds, raised, updates)
 
 
-def _prove_path(live: LiveWorld, network: RoadmapNetwork, steps: Ints) -> tuple[LiveWorld, bool]:
-    """The world after what was open of a path over nodes ``steps`` (k,) was proven, and whether all of it holds."""
-    rows = network.edges_of(steps)
+def prove_path(live: LiveWorld, steps: Ints, around_too: bool = True) -> tuple[LiveWorld, bool]:
+    """The world after what was open of a path over nodes ``steps`` (k,) was proven, and whether all of it holds.
+
+    Where it does not the edges around it are proven, too, unless nothing is to be found in its place.
+    """
+    rows = edges_of(live.roadmap, steps)
     live = live.proven(rows[live.proofs.open[rows]])
     if live.proofs.blocked[rows].any():
+        if not around_too:
+            return live, False
         around = np.isin(live.roadmap.edges, steps).any(axis=1)
         return live.proven(np.flatnonzero(around & live.proofs.open)), False
     unseen = ~live.proofs.seen[rows]

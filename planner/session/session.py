@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, PlannerError, StateError
 from planner.base.objective import DEFAULT_BETA, Objective
+from planner.base.progress import Progress
 from planner.base.request import (
     DEFAULT_CHARGE,
     DEFAULT_COST,
@@ -45,6 +46,7 @@ from planner.session.answer import Moment, Planning, adopted, answered
 from planner.session.in_time import TimedAnswer, timed_answer
 from planner.session.live_world import LiveWorld
 from planner.session.report import Answer, Change, Edges
+from planner.session.search import go_on, prove_path
 from planner.world.moving import MovingObstacle
 from planner.world.robot import Robot
 from planner.world.scene import Scene
@@ -60,6 +62,7 @@ class Snapshot:
     now: Moment
     asked: tuple[State, State, float, Query] | None
     end: Floats | None
+    steps: Ints
 
 
 class Session:
@@ -106,14 +109,16 @@ class Session:
         if dynamics.needs_overestimate:
             raise OptionError(f"the {law} law needs strict overestimates, so its field cannot heal: take another law.")
         objective = Objective(DEFAULT_BETA, manipulability_cost, metric, charge)
-        self._planning = Planning(dynamics, objective, nodes, seed, GrowthSettings(join_motions=join_motions))
-        self._busy = threading.Lock()
+        self._busy, self._closed = threading.Lock(), threading.Event()
+        growth, progress = GrowthSettings(join_motions=join_motions), Progress(stop=self._closed.is_set)
+        self._planning = Planning(dynamics, objective, nodes, seed, growth, progress)
         live = LiveWorld.of(WorldRequest(robot=robot, scene=scene, tool=tool, collision=collision, margin=margin))
         if roadmap is not None:
             live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(Path(roadmap)))
         self._now = Moment(live, np.zeros(0))
         self._asked: tuple[State, State, float, Query] | None = None
         self._end: Floats | None = None  # where the last path ends
+        self._steps: Ints = np.zeros(0, dtype=np.int64)  # and the nodes it goes over
 
     def __repr__(self) -> str:
         world, kept = self._now.live.world, self._now.live.kept
@@ -139,14 +144,19 @@ class Session:
         """The world as it is now, with what is known of every edge, blocked ones included."""
         return self._now.live
 
+    def close(self) -> None:
+        """End what is under way in another thread, as soon as can be: that call, and every later one, raises."""
+        self._closed.set()
+
     def snapshot(self) -> Snapshot:
         """What the session knows now, for :meth:`restore`; it costs nothing, as nothing in it ever changes."""
-        return Snapshot(self._now, self._asked, self._end)
+        return Snapshot(self._now, self._asked, self._end, self._steps)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go back to an earlier moment of this session: its world, its roadmap, its field and its last question."""
         with self._alone():
-            self._now, self._asked, self._end = snapshot.now, snapshot.asked, snapshot.end
+            self._now, self._asked = snapshot.now, snapshot.asked
+            self._end, self._steps = snapshot.end, snapshot.steps
 
     @property
     def roadmap(self) -> Roadmap:
@@ -220,6 +230,18 @@ class Session:
             query = _still_free(self._now.live, query) or _resolved(self._now.live, start, goal)
             return self._answer(start, goal, beta, query)
 
+    def holds(self) -> bool:
+        """Whether the last answer's path is free in the world as it is now, proven as it was then; quicker than a plan.
+
+        False where there is none.
+        """
+        with self._alone():
+            if not len(self._steps):
+                return False
+            live, holds = prove_path(self._now.live, self._steps, around_too=False)
+            self._now = replace(self._now, live=live)
+            return holds
+
     def plan_in_time(
         self, start: State = "start", goal: State = "goal", limits: MotionLimits | None = None
     ) -> TimedAnswer:
@@ -234,21 +256,24 @@ class Session:
             now, answer = answered(self._now, query, 1.0, self._planning)
             live, timed = timed_answer(now.live, answer, limits or MotionLimits.of(self.robot))
             self._now = replace(now, live=replace(live, stands=query.starts))
-            self._end = timed.path[-1] if timed.solved else None
+            self._end, self._steps = timed.path[-1] if timed.solved else None, timed.path_nodes
             return timed
 
     def _answer(self, start: State, goal: State, beta: float, query: Query) -> Answer:
         now, answer = answered(self._now, query, beta, self._planning)
         if not answer.solved:
             live = now.live
-            answer = replace(answer, reason=why_apart(live.held(live.proofs.free), live.checker))
+            reason = why_apart(live.held(live.proofs.free), live.checker, self._planning.progress)
+            go_on(self._planning.progress)
+            answer = replace(answer, reason=reason)
         self._now = replace(now, live=replace(now.live, stands=query.starts))
         self._asked = start, goal, beta, query
-        self._end = answer.path[-1] if answer.solved else None
+        self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
     def _change(self, what: str, apply: Callable[[LiveWorld], LiveWorld]) -> Change:
         with self._alone():
+            go_on(self._planning.progress)
             begin, before = time.perf_counter(), self._now.live
             after = apply(before)
             self._now = replace(self._now, live=after)

@@ -21,7 +21,15 @@ from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _SCRIPTS = (  # one script, in this order, the last one after those of a live page
     *("page_robot.js", "page_roadmap.js", "page_pointer.js"),
-    *("page_joints.js", "page_choice.js", "page_effort.js", "page_curve.js", "page_motion.js", "page_moving.js"),
+    *(
+        "page_joints.js",
+        "page_choice.js",
+        "page_effort.js",
+        "page_curve.js",
+        "page_motion.js",
+        "page_moving.js",
+        "page_camera.js",
+    ),
 )
 _LIVE_SCRIPTS = ("live_gizmo.js", "live.js")
 _LINES_OPACITY = 0.3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,16 @@ from planner.world.robot import Robot
 from planner.world.scene import Scene
 from planner.world.shapes import Body, Box, Shape, Sphere, corners
 
-_OBSTACLE = (0.55, 0.60, 0.68, 0.85)
+_OBSTACLES = (  # one after another: neighbours in the list are told apart, and none looks like a path or red
+    (0.55, 0.60, 0.68, 0.85),
+    (0.82, 0.72, 0.46, 0.85),
+    (0.40, 0.63, 0.66, 0.85),
+    (0.66, 0.55, 0.75, 0.85),
+    (0.60, 0.66, 0.42, 0.85),
+    (0.42, 0.53, 0.76, 0.85),
+    (0.63, 0.51, 0.43, 0.85),
+    (0.80, 0.62, 0.70, 0.85),
+)
 _WAY = (0.70, 0.74, 0.78, 0.6)
 _COLLISION = (0.10, 0.55, 0.90, 0.6)
 TOUCHING = (0.90, 0.12, 0.12, 0.9)
@@ -71,15 +81,18 @@ def _links(bodies: Mapping[str, Body]) -> dict[str, str]:
 def draw_scene(canvas: Canvas, scene: Scene, touching: Collection[str] = ()) -> dict[str, str]:
     """The obstacles, those in ``touching`` red, and a calm background; returns the obstacles' names by path.
 
+    Each object has a colour, in the order of the scene; there are eight of them, then they begin anew.
     What moves is where it is at time 0, under a frame of its own, with the way of that frame.
     """
     names: dict[str, str] = {}
+    objects = dict.fromkeys([*(item.object for item in scene.obstacles), *(item.name for item in scene.moving)])
+    colours = dict(zip(objects, cycle(_OBSTACLES), strict=False))
     for k, obstacle in enumerate(scene.obstacles):
-        rgba = TOUCHING if obstacle.name in touching else _OBSTACLE
+        rgba = TOUCHING if obstacle.name in touching else colours[obstacle.object]
         canvas.shape(f"obstacles/{k}", smoothed(obstacle.shape), obstacle.placement, rgba)
         names[f"obstacles/{k}"] = obstacle.name
     for k, item in enumerate(scene.moving):
-        rgba = TOUCHING if item.name in touching else _OBSTACLE
+        rgba = TOUCHING if item.name in touching else colours[item.name]
         canvas.shape(f"moving/{k}/shape", smoothed(item.shape), np.eye(4), rgba)
         canvas.transform(f"moving/{k}", item.motion.poses[0])
         names[f"moving/{k}/shape"] = item.name

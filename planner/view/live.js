@@ -68,13 +68,15 @@ function commit(k, pose) {
 
 function hitOf(event) {
   const pointer = pointerRay(event);
-  const [onHandle] = ray.intersectObjects(grips.filter((part) => part.parent.visible), false);
-  if (onHandle) return { k: chosen, kind: onHandle.object.userData.kind, pointer };
+  const hit = (parts) => ray.intersectObjects(parts.filter((part) => part.parent.visible), false);
+  const [onGrip] = hit(grips), onHandle = hit(handles).length > 0;
   const things = [group("goal"), ...live.obstacles.map((_, k) => group(`obstacles/${k}`))];
   const links = objectsToPick().filter((object) => named.has(object)); // what stands behind the robot is not meant
   const [onThing] = ray.intersectObjects([...new Set([...things, ...links])], true);
   let object = onThing?.object;
   while (object && !things.includes(object)) object = object.parent;
+  // what is seen under the pointer: a handle as it is drawn, in front of all, then another thing, then a handle's margin
+  if (onGrip && (onHandle || !object || things.indexOf(object) === chosen)) return { k: chosen, kind: onGrip.object.userData.kind, pointer };
   if (!object) return null;
   return { k: things.indexOf(object), kind: "free", pointer, place: viewer.scene.worldToLocal(onThing.point.clone()) };
 }
@@ -125,13 +127,26 @@ function send(order) {
   });
 }
 
-async function ask(order) {
-  const began = performance.now();
-  root.dataset.busy = "true";
+async function post(order) {
   const headers = { "Content-Type": "application/json", "X-Planner-Token": live.fixed.token };
   const answer = await fetch("/act", { method: "POST", headers, body: JSON.stringify({ order }) });
   if (!answer.ok) throw new Error(await answer.text());
-  const result = await answer.json();
+  return answer.json();
+}
+
+// Of a move the page first says whether the path that is shown still holds, which takes a moment; planning may take more.
+async function look(order) {
+  const { holds, error } = await post({ ...order, do: "look" });
+  if (error || data.paths[0].waypoints.length < 2) return; // the move itself is refused with this sentence
+  tell(holds ? "The path shown holds in the new place; looking for the best one." : "The path shown is blocked now; looking for another one.", !holds);
+  root.dataset.holds = String(holds);
+}
+
+async function ask(order) {
+  const began = performance.now();
+  root.dataset.busy = "true";
+  if (order.do === "move") await look(order);
+  const result = await post(order);
   if (result.reload) location.reload();
   else if (result.error) refuse(result);
   else if (result.saved) element("live-said").textContent = result.saved;

@@ -4,12 +4,14 @@
 const HANDLES = [["x", 0xd32f2f], ["y", 0x2e7d32], ["z", 0x1565c0]];
 const LEVEL_VIEW = 0.25; // sine of the angle to the ground below which a thing is moved across the view
 const gizmo = new THREE.Group();
+const handles = []; // what is drawn
 const grips = []; // what is hit: wider than what is drawn, and not seen
 
 function handlePart(geometry, colour) {
   const look = new THREE.MeshBasicMaterial({ color: colour, depthTest: false, transparent: true, opacity: 0.85 });
   const part = new THREE.Mesh(geometry, look);
   part.renderOrder = 10; // in front of everything
+  handles.push(part);
   return part;
 }
 

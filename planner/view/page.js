@@ -28,40 +28,6 @@ async function replay(scene) {
   }
 }
 
-const narrow = () => innerWidth <= 760; // as the style sheet has it
-
-// The free part of the window, beside the panel (on a phone below its head) and above the player, in pixels.
-function freeArea() {
-  const folded = root.dataset.folded === "true";
-  const x = narrow() || folded ? 0 : element("panel").getBoundingClientRect().right;
-  const y = narrow() ? element("message").getBoundingClientRect().bottom : 0;
-  const bottom = element("player").hidden ? innerHeight : element("player").getBoundingClientRect().top;
-  return { x, y, width: innerWidth - x, height: bottom - y };
-}
-
-// Seen from the front right; the ball around everything fills the free part of the window.
-function lookAtAll() {
-  const free = freeArea(), camera = viewer.camera;
-  camera.fov = 36; // a longer lens than the viewer's own: less distortion
-  const focal = innerHeight / 2 / Math.tan((camera.fov * Math.PI) / 360);
-  // seen from here the ball is as wide as a disc of r / sqrt(1 - (r / distance)²)
-  const distance = data.radius * Math.hypot(1, focal / (0.5 * Math.min(free.width, free.height)));
-  const [x, y, z] = data.centre;
-  const ahead = new THREE.Vector3(0.53, -0.78, 0.33).normalize().multiplyScalar(distance);
-  // meshcat turns z-up into three.js's y-up
-  camera.position.set(x + ahead.x, z + ahead.z, -y - ahead.y);
-  viewer.controls.target.set(x, z, -y);
-  viewer.controls.update();
-  centreView();
-}
-
-function centreView() {
-  const free = freeArea();
-  const x = innerWidth / 2 - (free.x + free.width / 2), y = innerHeight / 2 - (free.y + free.height / 2);
-  viewer.camera.setViewOffset(innerWidth, innerHeight, x, y, innerWidth, innerHeight);
-  viewer.set_dirty();
-}
-
 // Lights that stay with the scene. Together they reach 1 on the brightest side, so that white is not overexposed.
 function lightAll() {
   const lights = [new THREE.AmbientLight(0xffffff, 0.38)];
@@ -133,7 +99,7 @@ function fillNumbers(path, other) {
 const dots = new THREE.Group();
 viewer.scene.add(dots);
 
-function markWorst(path) {
+function markWorst(path, other) {
   dots.clear();
   element("marks").replaceChildren();
   element("worst-list").replaceChildren();
@@ -155,6 +121,7 @@ function markWorst(path) {
     element("worst-list").append(line);
     element("marks").append(mark);
   }
+  if (other) element("worst-list").append(`beside it at least ${short(other.worst[0].w)} ${data.unit}`);
 }
 
 function placeMarks() {
@@ -245,7 +212,7 @@ function showPath(k) {
   root.dataset.path = String(k);
   root.dataset.compared = other ? String(compared) : "";
   fillNumbers(path, other);
-  markWorst(path);
+  markWorst(path, other);
   drawCurve(path, other);
   drawMotion(path);
   makeRoom();
@@ -337,7 +304,11 @@ function startPanel() {
   element("about-section").hidden = !data.about.length;
   drawEffort();
   element("joints-section").open = !narrow();
-  element("fold").onclick = () => { fold(root.dataset.folded !== "true"); centreView(); };
+  element("fold").onclick = () => {
+    fold(root.dataset.folded !== "true");
+    if (narrow()) lookAtAll(viewer.camera.position.clone().sub(viewer.controls.target).normalize()); // what is left is small
+    else centreView();
+  };
   element("collision").onchange = showCollision;
   element("ellipsoid").onchange = () => {
     ellipsoid.visible = element("ellipsoid").checked;

@@ -6,15 +6,25 @@ const JOINT_COLOURS = ["#1f5fbf", "#d9401a", "#1a8f4a", "#7a1fa2", "#b8860b", "#
 // Of a motion in time the moment, of a path the share of the way.
 const moment = (path, part) => (path.motion ? `${(part * path.motion.duration).toFixed(2)} s` : percent(part));
 
-function chart(title, low, high, series, colours, levels) {
-  const place = (value) => (100 * (high - value)) / (high - low);
+// From low to high on a scale of its own, where that is not even; `ticks` are the levels that are named.
+function chart(title, low, high, series, colours, levels, { scaled = (value) => value, ticks = [] } = {}) {
+  const place = (value) => (100 * (scaled(high) - scaled(value))) / (scaled(high) - scaled(low));
   const line = (values) => "M" + values.map((value, k) => `${((1000 * k) / (values.length - 1)).toFixed(1)} ${place(value).toFixed(2)}`).join("L");
   const drawn = series.map((values, k) => vector("path", { class: "way", style: `stroke:${colours[k % colours.length]}`, d: line(values) }));
   const grid = vector("path", { class: "level", d: levels.map((level) => `M0 ${place(level)}H1000`).join("") });
   const frame = vector("svg", { viewBox: "0 0 1000 100", preserveAspectRatio: "none" }, grid, ...drawn, vector("path", { class: "here", d: "" }));
   const plot = document.createElement("div"), name = document.createElement("span");
   name.textContent = title;
-  plot.append(name, frame);
+  name.className = "name";
+  plot.append(name, frame, ...ticks.map((value) => label(`${1000 * value}`, place(value), "top", "tick")));
+  return plot;
+}
+
+// Millimetres matter where little is left: 1 mm of 133 is a seventh of the height.
+function clearanceChart(clearance) {
+  const most = Math.max(...clearance, 1e-3), ticks = [1e-3, 1e-2, 1e-1, 1].filter((level) => level <= most);
+  const plot = chart("clearance, mm", 0, most, [clearance], ["#33528c"], [0, ...ticks], { scaled: (c) => Math.log1p(c / 1e-3), ticks });
+  plot.className = "clearance";
   return plot;
 }
 
@@ -37,10 +47,7 @@ function drawMotion(path) {
     chart("velocity / limit", -1, 1, motion.velocity, JOINT_COLOURS, [-1, 0, 1]),
     chart("acceleration / limit", -1, 1, motion.acceleration, JOINT_COLOURS, [-1, 0, 1]),
   ];
-  if (motion.clearance) {
-    const most = Math.max(...motion.clearance, 1e-3);
-    plots.push(chart(`clearance, 0 to ${(1000 * most).toFixed(0)} mm`, 0, most, [motion.clearance], ["#33528c"], [0, most]));
-  }
+  if (motion.clearance) plots.push(clearanceChart(motion.clearance));
   element("plots").append(...plots);
 }
 

@@ -69,7 +69,9 @@ function listObstacles() {
   data.obstacles.forEach((name, k) => {
     const item = document.createElement("li");
     const button = document.createElement("button");
-    button.textContent = name;
+    const colour = swatch("");
+    colour.style.background = `#${drawn(obstaclePath(k)).material.color.getHexString()}`;
+    button.append(colour, name);
     button.setAttribute("aria-pressed", "false");
     button.onclick = () => markObstacle(k, button);
     item.append(button);

@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import math
 import os
 import secrets
 import signal
+import socket
 import sys
 import threading
+import time
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Protocol
+from types import FrameType
+from typing import Any, Protocol
 from urllib.parse import parse_qs, urlsplit
 
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.files import is_file
+from planner.base.interrupts import leave
 
 HOST = "127.0.0.1"
 TOKEN_HEADER = "X-Planner-Token"
 _LARGEST = 1 << 20  # bytes of a request
+_DEADLINE = 10.0  # s in which a request has to be here whole, however its bytes trickle in
+_MOST_CONNECTIONS = 32  # at once: a browser opens six
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -38,6 +45,10 @@ class Desk(Protocol):
         """The answer (JSON) to a request of the page; never raises for what a request may hold."""
         ...
 
+    def stop(self) -> None:
+        """End what is being answered as soon as can be, and take nothing up any more."""
+        ...
+
 
 def serve(
     page: Path | str | Desk,
@@ -46,6 +57,9 @@ def serve(
     announce: Callable[[str], None] = lambda sentence: None,
 ) -> None:
     """Serve a page until SIGINT or SIGTERM, then free the port and return; from the main thread only.
+
+    It returns once every thread that answers has ended, as one that is in compiled code while Python is taken down
+    crashes the process; a second signal ends the process at once.
 
     ``page`` is the HTML text itself, or a file, which is read again for every request: a reload shows a newer plan; or
     a :class:`Desk`, whose page may change things: only who knows its token sees it, and only the page itself, by its
@@ -112,22 +126,70 @@ def _server(content: Callable[[], bytes], port: int, desk: Desk | None = None) -
         yield f"http://{HOST}:{server.server_port}/"
     finally:
         server.shutdown()
+        if desk is not None:
+            desk.stop()
+        server.hang_up()
         server.server_close()
         thread.join()
 
 
 class _Server(ThreadingHTTPServer):
-    daemon_threads = True
+    """A thread for each connection, which brings one request; who says nothing, or too slowly, is hung up on."""
+
+    daemon_threads = False
     allow_reuse_address = os.name == "posix"  # on other systems it would let two servers share a port
 
     def __init__(self, content: Callable[[], bytes], port: int, desk: Desk | None) -> None:
-        super().__init__((HOST, port), _Handler if desk is None else _LiveHandler)
         self.content, self.desk = content, desk
+        self._known = threading.Lock()
+        self._open: dict[socket.socket, float] = {}  # until when its request has to be here; inf once it is
+        super().__init__((HOST, port), _Handler if desk is None else _LiveHandler)
+
+    def verify_request(self, request: Any, client_address: Any) -> bool:
+        """Whether a new connection is taken: where there are too many, in the place of the oldest one that waits."""
+        with self._known:
+            if len(self._open) >= _MOST_CONNECTIONS:
+                oldest, until = min(self._open.items(), key=lambda item: item[1])
+                if until == math.inf:
+                    return False
+                del self._open[oldest]
+                _hang_up(oldest)
+            self._open[request] = time.monotonic() + _DEADLINE
+            return True
+
+    def has_asked(self, connection: socket.socket) -> None:
+        """The request of a connection is here: it has no deadline any more."""
+        with self._known:
+            if connection in self._open:
+                self._open[connection] = math.inf
+
+    def service_actions(self) -> None:
+        """Hang up on those whose time is over; called twice a second."""
+        self.hang_up(time.monotonic())
+
+    def hang_up(self, now: float = math.inf) -> None:
+        """Hang up on connections whose deadline has passed; left out: on all."""
+        with self._known:
+            for connection in [one for one, until in self._open.items() if until <= now]:
+                del self._open[connection]
+                _hang_up(connection)
+
+    def shutdown_request(self, request: Any) -> None:
+        """Forget a connection that has ended."""
+        with self._known:
+            self._open.pop(request, None)
+        super().shutdown_request(request)
+
+
+def _hang_up(connection: socket.socket) -> None:
+    """End a connection that another thread reads from or writes to; that thread closes it."""
+    with suppress(OSError):
+        connection.shutdown(socket.SHUT_RDWR)
 
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Server  # pyright: ignore[reportIncompatibleVariableOverride]
-    timeout = 30  # s that a silent connection may hold its thread
+    timeout = 30  # s that one who takes no answer may hold its thread
 
     def handle(self) -> None:
         # a browser that leaves the page closes the connection early: there is nothing to answer
@@ -135,6 +197,7 @@ class _Handler(BaseHTTPRequestHandler):
             super().handle()
 
     def do_GET(self) -> None:
+        self.server.has_asked(self.connection)
         self._send(*self._answer(), kind="text/html; charset=utf-8")
 
     do_HEAD = do_GET
@@ -203,6 +266,7 @@ class _LiveHandler(_Handler):
         request = self.rfile.read(int(length))
         if len(request) < int(length):
             raise ConnectionAbortedError  # it hung up in the middle: nothing is done
+        self.server.has_asked(self.connection)
         return HTTPStatus.OK, self._desk.answer(request)
 
     def _knows_token(self, given: str) -> bool:
@@ -211,8 +275,14 @@ class _LiveHandler(_Handler):
 
 @contextmanager
 def _until_signal(asked: threading.Event) -> Iterator[None]:
-    """SIGINT and SIGTERM set ``asked`` instead of ending the process."""
-    before = {number: signal.signal(number, lambda *_: asked.set()) for number in _SIGNALS}
+    """SIGINT and SIGTERM set ``asked`` instead of ending the process; where it is set already they end it."""
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        if asked.is_set():
+            leave("left without waiting for what was being answered.")
+        asked.set()
+
+    before = {number: signal.signal(number, handle) for number in _SIGNALS}
     try:
         yield
     finally:

@@ -52,12 +52,11 @@ class ShownPath:
 
 
 def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows:
-    """What the page says about a path: its two costs, w along it, its lengths."""
+    """What the page says about a path: its two costs, its mean w, its lengths; the smallest w is among the lowest."""
     measures, unit = measure_path(robot, path), W_UNIT[robot.manipulability]
     return [
         ("manipulability cost Ω", f"{omega:.4f}"),
         ("distance cost D", f"{distance:.4f}"),
-        (f"w smallest ({unit})", f"{measures.w_min:.3g}"),
         (f"w mean ({unit})", f"{measures.w_mean:.3g}"),
         ("joint motion", f"{measures.joint_length:.3f} rad"),
         ("tool's path", f"{measures.workspace_length:.3f} m"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -94,11 +95,16 @@ def points_of_pieces(shape: Shape) -> Floats:
     return frozen(shape.vertices[triangles[first, 0]])
 
 
-def may_hold(solid: Solid, shape: Shape) -> bool:
-    """Whether ``shape`` is small enough to lie in the solid's bounding box at all; never wrongly False."""
+def may_hold(solid: Solid, measures: Floats) -> Bools:
+    """Which shapes of some ``measures`` (k, 2) are small enough for the solid's bounding box; never wrongly False."""
     size = np.asarray(solid.high - solid.low)
-    longest, thickest = _measures(shape)
-    return bool(longest <= np.linalg.norm(size) and thickest <= size.min())
+    fits: Bools = np.all(measures <= [np.linalg.norm(size), size.min()], axis=1)
+    return fits
+
+
+def measures_of(shapes: Sequence[Shape]) -> Floats:
+    """(k, 2) m, of each shape a distance of two of its points, and the diameter of a ball that it holds."""
+    return np.array([_measures(shape) for shape in shapes]).reshape(-1, 2)
 
 
 def _measures(shape: Shape) -> tuple[float, float]:

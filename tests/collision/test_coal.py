@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.collision import make_checker
+from planner.collision import make_checker, second_checker
 from planner.collision.checker import contact_of, is_free
+from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import dense_states
+from planner.collision.fcl import FclChecker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.world.poses import pose
@@ -114,3 +116,57 @@ def test_a_checker_that_shares_shapes_says_what_one_from_nothing_says(backend: s
     np.testing.assert_array_equal(shared.bound.coarse(*placed), fresh.bound.coarse(*placed))
     for row in q:
         assert str(contact_of(shared, row)) == str(contact_of(fresh, row))
+
+
+def moved(world: World, name: str, place: np.ndarray) -> World:
+    obstacles = tuple(replace(o, placement=pose(place.tolist())) if o.name == name else o for o in world.obstacles)
+    return replace(world, scene=replace(world.scene, obstacles=obstacles))
+
+
+def test_worlds_that_differ_in_places_share_their_broadphase_and_answer_alike() -> None:
+    rng = np.random.default_rng(0)
+    first = make_checker(load("panda"), Scene.load("shelf"), "coal")
+    assert isinstance(first, CoalChecker)
+    q = rng.uniform(first.robot.lower, first.robot.upper, (150, 7))
+    alone, shared = [first], [first]
+    for _ in range(4):
+        world = moved(first.world, "divider", rng.uniform([-0.5, -0.5, 0], [0.8, 0.8, 1]))
+        shared.append(CoalChecker(world, shared[-1]))
+        alone.append(CoalChecker(world))
+        assert shared[-1]._broadphase is first._broadphase
+        assert alone[-1]._broadphase is not first._broadphase
+    firsts = set()
+    for k in (4, 0, 2, 1, 3, 0):  # as undo goes back to any of them
+        for rows in (slice(None), slice(0, 1), slice(70, 90)):
+            assert shared[k].first_contact(q[rows]) == alone[k].first_contact(q[rows])
+        verdicts = [shared[k].first_contact(one[None]) for one in q]
+        assert verdicts == [alone[k].first_contact(one[None]) for one in q]
+        firsts.add(str(verdicts))
+    assert len(firsts) > 3  # where the obstacle stands matters
+
+
+def test_other_worlds_share_nothing() -> None:
+    first = make_checker(load("panda"), Scene.load("shelf"), "coal")
+    assert isinstance(first, CoalChecker)
+    world = first.world
+    fewer = replace(world.scene, obstacles=world.obstacles[1:])
+    others = [
+        World.of(world.robot, fewer, frozenset()),
+        replace(world, margin=0.01),
+        world.keeping(0.01),
+        replace(world, checked=~world.checked),
+        replace(world, self_pairs=world.self_pairs[1:]),
+    ]
+    for other in others:
+        assert CoalChecker(other, first)._broadphase is not first._broadphase
+
+
+def test_second_checkers_of_one_arm_share_too() -> None:
+    first = make_checker(load("panda"), Scene.load("shelf"))
+    assert isinstance(first, FclChecker)
+    second = second_checker(first)
+    after = FclChecker(moved(first.world, "divider", np.array([0.1, 0.62, 0.8])), first)
+    assert isinstance(second, CoalChecker)
+    again = second_checker(after)
+    assert isinstance(again, CoalChecker)
+    assert again._broadphase is second._broadphase

@@ -172,3 +172,28 @@ def test_requests_wait_for_each_other(desk: Desk) -> None:
     for thread in threads:
         thread.join()
     assert sorted(answer["live"]["undo"] for answer in answers) == [1, 2, 3, 4, 5, 6]
+
+
+def test_states_to_go_back_to_share_what_is_equal(tmp_path: Path) -> None:
+    desk = make_desk(tmp_path)
+    for k in range(8):
+        assert "error" not in move(desk, "post", 0.75, 0.01 * k, 0.0)
+    worlds = [state.snapshot.now.live for state in [*desk._past, desk._state]]
+    assert len({id(live.checker) for live in worlds}) == 8  # the first move went nowhere
+    assert len({id(vars(live.checker)["_broadphase"]) for live in worlds}) == 1  # most of a world's memory
+    assert len({id(live.bare) for live in worlds}) == 1
+
+
+def test_a_look_says_whether_the_path_holds_and_changes_nothing(tmp_path: Path) -> None:
+    desk = make_desk(tmp_path)
+    before, path = desk._session.live, desk._state.answer.path
+
+    def look(*position: float) -> dict:
+        return ask(desk, do="look", name="post", position=position, quaternion=[0, 0, 0, 1])
+
+    assert look(-0.9, 0.9, 0.0) == {"holds": True}
+    middle = tool_positions(desk._session.robot, 0.5 * (path[len(path) // 2 - 1] + path[len(path) // 2]))[0]
+    assert look(*middle.tolist()) == {"holds": False}
+    assert "touch" in look(0.0, 0.0, 0.0)["error"]  # the base
+    assert desk._session.live is before
+    assert not desk._past

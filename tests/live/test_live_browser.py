@@ -91,6 +91,7 @@ def test_an_obstacle_is_dragged_and_the_path_is_new(opened: tuple[Tab, Desk]) ->
     drag(tab, seen(tab, first), seen(tab, last))
     np.testing.assert_allclose(place(desk, "post")[:3, 3], [0.7, -0.3, 0.0], atol=0.01)
     assert place(desk, "post")[2, 3] == 0.0
+    assert tab.run("document.documentElement.dataset.holds") in ("true", "false")  # it was said before the answer
     assert desk._state.answer.solved
     assert not np.array_equal(waypoints(tab), path)
     np.testing.assert_allclose(waypoints(tab)[[0, -1]], desk._state.answer.path[[0, -1]], atol=1e-8)
@@ -111,6 +112,27 @@ def test_what_the_pointer_is_told_of_a_node_goes_with_the_old_field(opened: tupl
     tab.run("(s => { s.value = 0.9; s.oninput(); s.onchange(); })(element('live-beta'))")
     answered(tab, count)
     assert tab.run("element('tip').hidden") is True
+
+
+def test_what_is_under_the_pointer_is_dragged_not_the_margin_of_anothers_arrow(opened: tuple[Tab, Desk]) -> None:
+    """The gizmo of the post lies over the drum: where no arrow is drawn, the drum is meant."""
+    tab, desk = opened
+    drum = place(desk, "drum")[:3, 3]
+    top, there = drum + np.array([0.0, 0.0, 0.1]), drum + np.array([0.0, -0.1, 0.0])
+    tab.run("choose(1)")
+    # the post's x-arrow, moved beside the middle of the drum's top: its margin covers that, what is drawn does not
+    size = tab.run("gizmo.scale.x")
+    tab.run(f"gizmo.position.set(...{(top + np.array([-0.42, 0.05, 0.0]) * size).tolist()}); viewer.set_dirty()")
+    first = seen(tab, top)
+    kinds = tab.run(
+        f"(e => {{ pointerRay(e); return [grips, handles].map(p => ray.intersectObjects(p, false).length > 0); }})"
+        f"({{clientX: {first[0]}, clientY: {first[1]}}})"
+    )
+    assert kinds == [True, False]
+    before = place(desk, "post").copy()
+    drag(tab, first, seen(tab, there + top - drum))
+    np.testing.assert_array_equal(place(desk, "post"), before)
+    np.testing.assert_allclose(place(desk, "drum")[:3, 3], there, atol=0.02)
 
 
 def test_an_arrow_moves_along_its_axis_and_the_ring_turns(opened: tuple[Tab, Desk]) -> None:

@@ -6,6 +6,8 @@ import http.client
 import json
 import socket
 import struct
+import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -13,6 +15,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from planner.live.desk import Desk
+from planner.view import serve
 from planner.view.serve import TOKEN_HEADER, running
 from tests.live.desks import make_desk
 
@@ -120,3 +123,69 @@ def test_who_hangs_up_changes_nothing_and_is_no_news(
         client.sendall(question)
     assert ask(port, "POST", "/act", ORDER, **own(desk, port))[0] == 200
     assert capfd.readouterr().err == ""
+
+
+def half_open(port: int, said: bytes = b"GET / HT") -> socket.socket:
+    client = socket.create_connection(("127.0.0.1", port), timeout=PATIENCE)
+    client.sendall(said)
+    return client
+
+
+def is_hung_up_on(client: socket.socket) -> bool:
+    """Whether the server ends the connection."""
+    try:
+        return client.recv(1) == b""
+    except ConnectionError:
+        return True
+
+
+def test_who_trickles_is_hung_up_on(served: tuple[Desk, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    desk, port = served
+    monkeypatch.setattr(serve, "_DEADLINE", 0.5)
+    begin = time.monotonic()
+    lines = [f"{name}: {value}" for name, value in own(desk, port).items()]
+    head = "\r\n".join(["POST /act HTTP/1.1", f"Host: 127.0.0.1:{port}", "Content-Length: 1000", *lines])
+    with half_open(port) as silent, half_open(port) as trickling, half_open(port, f"{head}\r\n\r\n".encode()) as body:
+        for client in (trickling, body):
+            client.settimeout(0.05)
+            while True:  # a byte at a time, for ever
+                try:
+                    client.sendall(b"x")
+                    if client.recv(1) == b"":
+                        break
+                except TimeoutError:
+                    pass
+                except ConnectionError:
+                    break
+                assert time.monotonic() - begin < 20
+        assert is_hung_up_on(silent)
+    assert ask(port, "GET", f"/?token={desk.token}")[0] == 200
+
+
+def test_many_half_open_connections_keep_nobody_out(served: tuple[Desk, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    desk, port = served
+    monkeypatch.setattr(serve, "_MOST_CONNECTIONS", 8)
+    before = threading.active_count()
+    clients = [half_open(port) for _ in range(60)]
+    try:
+        assert ask(port, "GET", f"/?token={desk.token}")[0] == 200
+        assert ask(port, "POST", "/act", ORDER, **own(desk, port))[0] == 200
+        assert all(is_hung_up_on(client) for client in clients[:50])  # the oldest
+        assert threading.active_count() - before <= 16
+    finally:
+        for client in clients:
+            client.close()
+
+
+def test_it_ends_while_connections_are_half_open(tmp_path: Path) -> None:
+    desk, before = make_desk(tmp_path), threading.active_count()
+    with running(desk) as (address, _):
+        port = urlsplit(address).port
+        assert port is not None
+        client = half_open(port)
+        while threading.active_count() < before + 2:
+            time.sleep(0.01)
+        begin = time.monotonic()
+    assert time.monotonic() - begin < 5
+    assert threading.active_count() == before  # no thread is left that Python's end would find in native code
+    client.close()

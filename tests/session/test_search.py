@@ -13,7 +13,7 @@ from planner.costs.network import build_network
 from planner.paths.measure import path_contact
 from planner.roadmap.roadmap import path_waypoints
 from planner.session.live_world import LiveWorld
-from planner.session.search import RoadmapNetwork, search
+from planner.session.search import RoadmapNetwork, edges_of, search
 from planner.world.poses import pose
 from planner.world.shapes import Obstacle, Sphere
 from tests.worlds import load, make_post, post_roadmap
@@ -44,7 +44,7 @@ def test_the_network_without_edges_is_that_of_the_smaller_roadmap() -> None:
     assert mine.indices.tolist() == theirs.indices.tolist()
     np.testing.assert_allclose(gabf.oracle(mine), gabf.oracle(theirs), rtol=1e-12)
     steps = np.concatenate([roadmap.edges[5], roadmap.edges[5, :1]])
-    assert network_of(live()).edges_of(steps).tolist() == [5, 5]
+    assert edges_of(live().roadmap, steps).tolist() == [5, 5]
 
 
 def test_it_finds_the_cheapest_proven_path_and_leaves_most_edges_open() -> None:
@@ -56,7 +56,7 @@ def test_it_finds_the_cheapest_proven_path_and_leaves_most_edges_open() -> None:
     path = path_waypoints(world.roadmap, ROBOT, found.steps)
     assert path_contact(make_checker(ROBOT, world.scene, "coal"), path) is None
     assert found.field.x[found.steps[0]] <= cost_over_proven_edges(world) + 1e-9
-    rows = network_of(world).edges_of(found.steps)
+    rows = edges_of(world.roadmap, found.steps)
     assert found.live.proofs.free[rows].all()
     assert found.live.proofs.seen[rows].all()
 

@@ -287,3 +287,49 @@ def test_worlds_of_before_are_let_go_and_the_field_is_dijkstras_after_every_chan
             objects.append(len(gc.get_objects()))
     assert sum(world() is not None for world in worlds) <= 10  # second_checker keeps eight
     assert objects[1] - objects[0] < 500
+
+
+def test_a_closed_session_ends_what_is_under_way() -> None:
+    session = fresh()
+    session.plan(POST_START, POST_GOAL)
+    before = session.live
+    session.close()
+    for call in (lambda: session.plan(POST_START, POST_GOAL), session.replan, lambda: session.remove("post")):
+        with pytest.raises(PlannerError, match="session is closed"):
+            call()
+        assert session.live is before
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_whether_the_path_holds_is_what_a_check_of_it_says(seed: int) -> None:
+    rng, session = np.random.default_rng(seed), fresh()
+    assert not session.holds()
+    answer, said = session.plan(POST_START, POST_GOAL), set()
+    assert session.holds()
+    session.add(Obstacle("box", Box((0.1, 0.1, 0.2)), pose([3.0, 0.0, 0.0])))
+    before = session.snapshot()
+    for _ in range(25):
+        session.restore(before)
+        try:
+            session.move("box", [*rng.uniform(-1, 1, 2), 0.0])
+        except SceneError:
+            continue
+        holds = session.holds()
+        said.add(holds)
+        assert session.holds() is holds
+        contact = path_contact(make_checker(session.robot, session.scene), answer.path)
+        if holds:
+            assert contact is None
+            require_true(session)
+        rows = np.array(
+            [
+                np.flatnonzero((live(session).roadmap.edges == sorted(e)).all(axis=1))[0]
+                for e in zip(answer.path_nodes, answer.path_nodes[1:], strict=False)
+            ]
+        )
+        assert bool(everything_decided(session).proofs.free[rows].all()) is holds
+        try:
+            assert session.replan().error < 1e-9
+        except StateError:  # the start or the goal is in collision
+            assert not holds
+    assert said == {True, False}

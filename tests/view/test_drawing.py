@@ -27,7 +27,8 @@ from planner.view.drawing import (
 from planner.world.moving import KnownMotion, MovingObstacle
 from planner.world.poses import pose
 from planner.world.robot import load_visuals
-from planner.world.shapes import Box
+from planner.world.scene import Scene
+from planner.world.shapes import Box, Obstacle, Sphere
 from tests.worlds import load, make_post, post_roadmap, random_q, scene_of
 
 ROBOT = load("planar_2r")
@@ -133,3 +134,30 @@ def test_all_that_is_near_lies_in_the_ball() -> None:
     swept = np.vstack([points, swept_corners(ROBOT, ROBOT.bodies, q), [[0.85, 0.05, 0.05]]])
     assert (np.linalg.norm(swept - centre, axis=1) <= radius + 1e-9).all()
     assert radius < 3.0, "the floor does not count"
+
+
+def test_obstacles_are_told_apart_by_colour() -> None:
+    canvas, here = Canvas(), np.eye(4)
+    parts = [Obstacle(f"jug/{k}", Sphere(0.1), here, part_of="jug") for k in range(2)]
+    moving = MovingObstacle("cart", Sphere(0.1), KnownMotion([0, 1], [here, here]))
+    scene = Scene("many", (*(Obstacle(f"o{k}", Sphere(0.1), here) for k in range(6)), *parts), moving=(moving,))
+    names = draw_scene(canvas, scene, {"o0"})
+    colours = {names[path]: colour for path, colour in obstacle_colours(canvas).items()}
+    assert colours["jug/0"] == colours["jug/1"]
+    others = [np.array(rgb(colours[name])) for name in ("o0", "o1", "o2", "o3", "o4", "o5", "jug/0", "cart")]
+    apart = [np.abs(a - b).max() for k, a in enumerate(others) for b in others[:k]]
+    assert min(apart) >= 20  # of 255
+    assert others[0][0] > 200 > 60 > others[0][2]  # what touches is red, as always
+
+
+def rgb(colour: int) -> list[int]:
+    return [colour >> 16, colour >> 8 & 0xFF, colour & 0xFF]
+
+
+def obstacle_colours(canvas: Canvas) -> dict[str, int]:
+    """The colour of every obstacle by its path."""
+    return {
+        command["path"].removeprefix("/meshcat/"): command["object"]["materials"][0]["color"]
+        for command in canvas.commands
+        if command["type"] == "set_object" and "/ways" not in command["path"]
+    }

@@ -34,7 +34,7 @@ def test_a_plan_and_a_sweep_show_the_same_paths(made: Plan, tradeoff: Tradeoff) 
     assert mine[current].path is made.path
     for interval, shown in zip(tradeoff.intervals, theirs, strict=True):
         rows = dict(shown.numbers)
-        assert rows["w smallest (m²)"] == f"{interval.w_min:.3g}"
+        assert rows["w mean (m²)"] == f"{interval.w_mean:.3g}"
         assert rows["tool's path"] == f"{interval.workspace_length:.3f} m"
 
 

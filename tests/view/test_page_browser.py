@@ -32,7 +32,7 @@ from planner.world.moving import KnownMotion, MovingObstacle
 from planner.world.poses import pose
 from planner.world.robot import Robot, load_visuals
 from planner.world.scene import Scene
-from planner.world.shapes import Cylinder, Obstacle, Sphere
+from planner.world.shapes import Box, Cylinder, Obstacle, Sphere
 from tests.browser import Tab, browser
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap, random_q
 
@@ -235,7 +235,9 @@ def test_a_motion_is_shown_in_time_with_plots(window: Tab, made: Plan, tmp_path:
     assert text(window, "now").endswith(f"{0.25 * trajectory.duration:.2f} s")
     lowest = path_manipulability(made.robot, trajectory.at(np.linspace(0, trajectory.duration, 1001))).min()
     assert window.run("shownPath().worst[0].w") == pytest.approx(lowest, rel=1e-3)
-    assert "lowest manipulability of the motion" in text(window, "worst")  # the numbers above it are of the path
+    assert "lowest manipulability of the motion" in text(window, "worst")
+    assert "smallest" not in text(window, "panel")  # it is said once
+    assert text(window, "panel").count(window.run("short(shownPath().worst[0].w)")) == 1
     q = window.run("configurationAt(shownPath(), share)")
     np.testing.assert_allclose(q, trajectory.at(0.25 * trajectory.duration)[0], atol=2e-2)
     assert window.run(
@@ -243,6 +245,54 @@ def test_a_motion_is_shown_in_time_with_plots(window: Tab, made: Plan, tmp_path:
     )
     window.run("showPlots(false)")
     assert window.run("element('plots').hidden")
+
+
+def test_a_millimetre_of_clearance_is_seen_beside_133(tab: Tab) -> None:
+    frame = tab.run("""(plot => {
+        element('plots').hidden = false;
+        element('plots').append(plot);
+        const at = [...plot.querySelectorAll('.way')].map(w => w.getAttribute('d').match(/[\\d.]+ [\\d.]+/g)
+            .map(p => Number(p.split(' ')[1]))), height = plot.querySelector('svg').getBoundingClientRect().height;
+        const said = [...plot.querySelectorAll('.tick')].map(t => [t.textContent, parseFloat(t.style.top)]);
+        plot.remove();
+        element('plots').hidden = true;
+        return { at: at[0], height, said };
+    })(clearanceChart([0.133, 0.001, 0.01, 0]))""")
+    most, one, ten, none = (place * frame["height"] / 100 for place in frame["at"])  # pixels from the top
+    assert (most, none) == pytest.approx((0, frame["height"]), abs=0.1)
+    assert none - one > 6
+    assert one - ten > 10
+    assert [name for name, _ in frame["said"]] == ["1", "10", "100"]
+    assert frame["said"][0][1] == pytest.approx(frame["at"][1], abs=0.1)
+
+
+def test_a_visitor_is_told_what_beta_and_w_are(sweep_tab: Tab) -> None:
+    for part, sentence in (("tradeoff", "β weighs the path's two costs"), ("worst", "w, the manipulability, says how")):
+        assert sentence in text(sweep_tab, part)
+
+
+@pytest.mark.parametrize("found", [True, False])
+def test_the_opening_view_sees_start_goal_and_path(window: Tab, made: Plan, tmp_path: Path, found: bool) -> None:
+    """Past a wall that stands between them and where the page opens otherwise."""
+    wall = Obstacle("wall", Box((3.0, 0.02, 6.0)), pose([0.53 * 2.2, -0.78 * 2.2, 0.0], [0, 0, 0.6]))
+    content = Content(
+        made.robot,
+        Scene("walled", (wall,)),
+        "",
+        made.path[0],
+        roadmap=made.roadmap,
+        paths=[ShownPath(made.path, [])] if found else [],
+    )
+    file = tmp_path / "page.html"
+    file.write_text(page(content))
+    assert window.open(file), window.console
+    seen = "seenFrom(viewer.camera.position.clone(), places, [group('obstacles/0')])"
+    whole = "places.reduce((sum, { weight }) => sum + weight, 0)"
+    assert window.run(f"(places => {seen} === {whole})(placesToSee(shownPath()))")
+    assert window.run("placesToSee(shownPath()).length") == (13 if found else 1 + len(made.roadmap.goals))
+    before = "viewer.controls.target.clone().add(new THREE.Vector3(0.53, 0.33, 0.78).normalize().multiplyScalar(9))"
+    from_front = seen.replace("viewer.camera.position.clone()", before)
+    assert window.run(f"(places => {from_front} < {whole})(placesToSee(shownPath()))"), "the wall is in the way there"
 
 
 def test_keys_and_scrubber(tab: Tab) -> None:
@@ -507,8 +557,12 @@ def test_on_a_phone_the_robot_is_seen_and_the_panel_unfolds(phone: Tab) -> None:
     assert "manipulability cost" in text(phone, "numbers")
     assert phone.run("element('panel').getBoundingClientRect().bottom <= element('player').getBoundingClientRect().top")
     assert phone.run("document.documentElement.scrollWidth") == 390
+    top, bottom = phone.run("['panel', 'player'].map(name => element(name).getBoundingClientRect()).map(b => b.height)")
+    assert top < 0.5 * (844 - bottom), "half of the scene stays"
+    assert_in_view(phone)
     phone.click("#fold")
     assert phone.run("element('body').hidden") is True
+    assert_in_view(phone)
 
 
 def test_the_panel_folds_on_a_desk_too(tab: Tab) -> None:
