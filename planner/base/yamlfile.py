@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args
@@ -163,6 +164,11 @@ def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
         return f"{key} has type {shown(context.get('tag'))}; types are {context.get('expected_tags')}."
     about = f"{key} is wrong: " if error["loc"] else ""
     return f"{about}{error['msg'].removeprefix('Value error, ')}{more}."
+
+
+def repeated(names: Iterable[str]) -> list[str]:
+    """The names that are given more than once, sorted."""
+    return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
 def nearest(name: str, known: Iterable[str], alike: float = 0.7) -> str:
