@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 
 import coal
@@ -28,6 +28,7 @@ _BEND = 1e-6  # m
 # its GJK stops at 1e-6 m; of 50,000 pairs in `planner bench attack`, some a kilometre from the origin, it put none
 # farther apart than 4.3e-6 m beyond the truth, curved shapes most
 _ERROR = 1e-5  # m
+_TOGETHER = 250  # obstacles: Pinocchio adds a shape in a time that grows with the square of those that are there
 _STRETCHES = (49, 7, 1)  # configurations that are cleared at once, of a motion
 
 
@@ -49,38 +50,15 @@ class CoalChecker(CollisionChecker):
         self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]
         self._fixed = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.obstacles]
         self._request = coal.DistanceRequest()
-        self._model, self._pairs = self._geometry_model()
-        self._data = pin.GeometryData(self._model)
-        self._kinematics = world.robot.model.createData()
-        self._threads = os.cpu_count() or 1
-        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(
-            world.robot.model, self._model, self._threads
-        )
-        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
-        self._margins = np.full(len(self._pairs), world.margin)  # of the pool
-
-    def _geometry_model(self) -> tuple[pin.GeometryModel, list[int]]:
-        """Pinocchio's geometry of the world, and our number of each of its pairs."""
-        world, model = self.world, pin.GeometryModel()
-        joints = [body.joint for body in world.bodies] + [0] * len(world.obstacles)
-        for k, (item, joint) in enumerate(zip(world.items, joints, strict=True)):
-            model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), self._geometries[k]))
-        numbers = []
-        for pair in range(len(world.pair_reach)):
-            first, second = world.members(pair)
-            if not world.is_scene_pair(pair):
-                model.addCollisionPair(pin.CollisionPair(first, second))
-            elif world.checked[first, second]:
-                model.addCollisionPair(pin.CollisionPair(first, len(world.bodies) + second))
-            else:
-                continue
-            numbers.append(pair)
-        return model, numbers
+        everywhere = np.flatnonzero(world.checked.any(axis=0))
+        groups = np.split(everywhere, range(_TOGETHER, len(everywhere), _TOGETHER))
+        parts = [_Part(world, self._geometries, group, k == 0) for k, group in enumerate(groups)]
+        self._parts = [part for part in parts if len(part.pairs)]
 
     @property
     def geometry_model(self) -> pin.GeometryModel:
         """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
-        return self._model
+        return _geometry_model(self.world, self._geometries, np.arange(len(self.world.obstacles)), True)[0]
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`."""
@@ -112,29 +90,18 @@ class CoalChecker(CollisionChecker):
 
     def _touching(self, q: Floats, extra: Floats | None = None) -> Bools:
         """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
-        if not self._pairs:
-            return np.zeros(len(q), dtype=bool)
-        threads = self._threads if len(q) >= _WORTH_THREADS else 1
+        touching = np.zeros(len(q), dtype=bool)
+        margins = self.world.margin if extra is None else self.world.margin + _with_error(extra)
+        margins = np.broadcast_to(margins, len(self.world.pair_reach))
         with self._alone:
-            self._keep(self.world.margin if extra is None else self.world.margin + _with_error(extra)[self._pairs])
-            hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
-            return np.asarray(hits).ravel().astype(bool)
-
-    def _keep(self, margins: Floats | float) -> None:
-        """Let the pool call closer than these ``margins`` (our pairs,) m a contact."""
-        wanted = np.broadcast_to(margins, len(self._pairs))
-        if np.array_equal(wanted, self._margins):
-            return
-        for data in self._pool.getGeometryDatas():
-            for request, margin in zip(data.collisionRequests, wanted.tolist(), strict=True):
-                request.security_margin = margin
-        self._margins = np.array(wanted)
+            for part in self._parts:
+                free = np.flatnonzero(~touching)
+                touching[free] = part.touching(q[free], margins[part.pairs])
+        return touching
 
     def _touching_pair(self, q: Floats) -> int:
         """The first pair that touches at a configuration known to touch."""
-        pin.computeCollisions(self.world.robot.model, self._kinematics, self._model, self._data, q, True)
-        hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
-        return self._pairs[hits[0]]
+        return min(pair for part in self._parts if (pair := part.touching_pair(q)) is not None)
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`."""
@@ -154,6 +121,63 @@ class CoalChecker(CollisionChecker):
 def _with_error(extra: Floats) -> Floats:
     """What has to be kept so that distances are larger than ``extra`` for certain; 0 stays, to ask what touches."""
     return np.where(extra > 0, extra + _ERROR, 0.0)
+
+
+class _Part:
+    """Bodies and some obstacles as Pinocchio's broadphase takes them: a pool for batches, the numbers of its pairs."""
+
+    def __init__(self, world: World, shapes: Sequence[coal.CollisionGeometry], obstacles: Ints, own: bool) -> None:
+        """``own``: with the pairs of bodies."""
+        self._robot, self._threads = world.robot.model, os.cpu_count() or 1
+        self._model, self.pairs = _geometry_model(world, shapes, obstacles, own)
+        self._data, self._kinematics = pin.GeometryData(self._model), self._robot.createData()
+        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._robot, self._model, self._threads)
+        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
+        self._margins = np.full(len(self.pairs), world.margin)  # of the pool
+
+    def touching(self, q: Floats, margins: Floats) -> Bools:
+        """(n,) which configurations (n, dof) bring a pair as near as its margin (pairs,) m."""
+        self._keep(margins)
+        threads = self._threads if len(q) >= _WORTH_THREADS else 1
+        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
+        return np.asarray(hits).ravel().astype(bool)
+
+    def _keep(self, margins: Floats) -> None:
+        """Let the pool call closer than these ``margins`` a contact."""
+        if np.array_equal(margins, self._margins):
+            return
+        for data in self._pool.getGeometryDatas():
+            for request, margin in zip(data.collisionRequests, margins.tolist(), strict=True):
+                request.security_margin = margin
+        self._margins = np.array(margins)
+
+    def touching_pair(self, q: Floats) -> int | None:
+        """The number of the first pair that touches at a configuration (dof,)."""
+        pin.computeCollisions(self._robot, self._kinematics, self._model, self._data, q, True)
+        hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
+        return int(self.pairs[hits[0]]) if hits else None
+
+
+def _geometry_model(
+    world: World, shapes: Sequence[coal.CollisionGeometry], obstacles: Ints, own: bool
+) -> tuple[pin.GeometryModel, Ints]:
+    """Pinocchio's geometry of the bodies and some obstacles, and the number (pairs,) of each of its pairs, ascending.
+
+    ``shapes`` of all items; ``own``: with the pairs of bodies.
+    """
+    model, count = pin.GeometryModel(), len(world.bodies)
+    shown = [*range(count), *(count + obstacles).tolist()]
+    for k in shown:
+        item, joint = world.items[k], world.bodies[k].joint if k < count else 0
+        model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), shapes[k]))
+    numbers = []
+    for body, column in np.argwhere(world.checked[:, obstacles]).tolist():
+        model.addCollisionPair(pin.CollisionPair(body, count + column))
+        numbers.append(body * len(world.obstacles) + int(obstacles[column]))
+    for k, (first, second) in enumerate(world.self_pairs.tolist() if own else []):
+        model.addCollisionPair(pin.CollisionPair(first, second))
+        numbers.append(world.checked.size + k)
+    return model, np.array(numbers, dtype=np.int64)
 
 
 class _Placed:
