@@ -66,6 +66,21 @@ def test_a_damaged_file_is_made_anew(robot: Robot, cache: Path, content: bytes) 
     assert kept.read_bytes() == whole
 
 
+def test_whatever_bit_is_flipped_all_is_drawn(robot: Robot, cache: Path) -> None:
+    first, commands = contents(drawn_bodies(robot)), visuals_of(robot).commands.content
+    (kept,) = cache.glob("*.npz")
+    whole, anew = kept.read_bytes(), 0
+    for bit in range(0, 8 * len(whole), 37):  # of the zip's flags and methods, names, headers, numbers, sums
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        kept.write_bytes(damaged)
+        assert visuals_of(robot).commands.content == commands
+        if bit % 3 == 0:
+            assert contents(drawn_bodies(robot)) == first
+        anew += kept.read_bytes() == whole
+    assert anew > 100
+
+
 def test_without_a_place_to_keep_it_everything_is_drawn(robot: Robot, cache: Path) -> None:
     cache.parent.write_text("a file where the folder should be")
     assert len(drawn_bodies(robot)) == len(load_visuals(robot))
