@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -70,15 +71,17 @@ def test_whatever_bit_is_flipped_all_is_drawn(robot: Robot, cache: Path) -> None
     first, commands = contents(drawn_bodies(robot)), visuals_of(robot).commands.content
     (kept,) = cache.glob("*.npz")
     whole, anew = kept.read_bytes(), 0
-    for bit in range(0, 8 * len(whole), 37):  # of the zip's flags and methods, names, headers, numbers, sums
+    records = [found.start() for found in re.finditer(rb"PK\x01\x02", whole)]
+    flags = [8 * (at + byte) + bit for at in records[:5] for byte in (6, 8, 10, 20) for bit in (0, 4, 6)]
+    headers = [8 * at + 3 for name in (b"NUMPY", b"descr", b"shape") for at in (whole.index(name), whole.rindex(name))]
+    for bit in (*flags, *headers, *range(0, 8 * len(whole), 8 * len(whole) // 40)):
         damaged = bytearray(whole)
         damaged[bit // 8] ^= 1 << bit % 8
         kept.write_bytes(damaged)
         assert visuals_of(robot).commands.content == commands
-        if bit % 3 == 0:
-            assert contents(drawn_bodies(robot)) == first
         anew += kept.read_bytes() == whole
-    assert anew > 100
+        assert contents(drawn_bodies(robot)) == first
+    assert anew > 40
 
 
 def test_without_a_place_to_keep_it_everything_is_drawn(robot: Robot, cache: Path) -> None:
