@@ -100,8 +100,16 @@ def load(path: Path) -> ctypes.CDLL:
         library = ctypes.CDLL(str(path))
     except OSError as error:
         raise InstallationError(f"the compiled library {path} cannot be loaded ({error}): {remedy}") from None
-    if library.planner_version() != _VERSION:
-        raise InstallationError(f"the compiled library {path} is of another version of the planner: {remedy}")
+    try:
+        if library.planner_version() == _VERSION:
+            return _typed(library)
+    except AttributeError:  # it lacks a function
+        pass
+    raise InstallationError(f"the compiled library {path} is of another version of the planner: {remedy}")
+
+
+def _typed(library: ctypes.CDLL) -> ctypes.CDLL:
+    """The library with the types of its functions; AttributeError where it lacks one."""
     library.planner_refusal.restype = ctypes.c_char_p
     for name in _FREED:
         function = getattr(library, f"{name}_free")
