@@ -10,6 +10,7 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats, frozen
+from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_json
 from planner.base.yamlfile import read_text, validate
@@ -86,11 +87,13 @@ def save_trajectory(trajectory: Trajectory, path: Path, robot: str | None = None
 def load_trajectory(path: Path) -> Trajectory:
     """The trajectory of a ``trajectory.json``, or of the folder that holds one.
 
-    Raises :class:`FileError` for a file that is none, is damaged, or whose times do not increase.
+    Raises :class:`FileError` for a file that is none, is damaged, or whose times do not increase; warns of one of
+    another run than its plan.json.
     """
     path = path / TRAJECTORY_NAME if is_folder(path) else path
     if not is_file(path):
         raise FileError(f"trajectory {path} not found: plan first, without --no-timing, or check the path.")
+    warn_of_mismatch(path)
     where = f"trajectory {path}"
     file = validate(_File, parse(read_text(path, "trajectory"), where), where)
     dof = len(file.joints)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
+from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError, choices
 from planner.base.files import is_folder
 from planner.base.npz import DAMAGE, require_sane_sizes
@@ -93,6 +94,7 @@ def read_points(path: Path, robot: Robot) -> Points | None:
     """
     path = path / TRAJECTORY_NAME if is_folder(path) else path
     where = f"trajectory {path}"
+    warn_of_mismatch(path)
     match path.suffix.lower():
         case ".npz":
             found = _from_npz(path, where)

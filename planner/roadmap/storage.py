@@ -17,6 +17,7 @@ from typing import Any, Literal
 import numpy as np
 
 from planner.base.arrays import frozen
+from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_whole
 from planner.base.hashing import content_hash
@@ -79,7 +80,10 @@ def _npy(array: np.ndarray) -> bytes:
 
 
 def load_roadmap(path: Path) -> Roadmap:
-    """Read a roadmap and check that it is whole; :class:`FileError` says what is wrong with it."""
+    """Read a roadmap and check that it is whole; :class:`FileError` says what is wrong with it.
+
+    A warning is logged where the record of the run beside it was written with another one.
+    """
     if is_folder(path):
         raise FileError(f"roadmap {path} is a folder: name the roadmap.npz in it.")
     if not is_file(path):
@@ -94,6 +98,7 @@ def load_roadmap(path: Path) -> Roadmap:
     except DAMAGE as error:
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise FileError(f"roadmap {path} is damaged or no roadmap ({reason}): build it again.") from None
+    warn_of_mismatch(path)
     return roadmap
 
 
