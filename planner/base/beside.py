@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from planner.base.files import is_file
 from planner.base.yamlfile import read_text
 
 _log = logging.getLogger(__name__)
+_NAME = re.compile(r"[A-Za-z0-9_.-]{1,100}")  # of a file beside, and nowhere else
 RECORDS = ("plan.json", "sweep.json")
 _WHY = (
     "another run ended there before it had written all, or somebody changed it since; run it again for files that fit"
@@ -56,7 +58,7 @@ def _listed(record: Path) -> dict[str, str]:
         return {}
     files = found.get("files") if isinstance(found, dict) else None
     listed = files.items() if isinstance(files, dict) else ()
-    return {name: digest for name, digest in listed if isinstance(digest, str) and name == Path(name).name}
+    return {name: digest for name, digest in listed if isinstance(digest, str) and _NAME.fullmatch(name)}
 
 
 def _differs(file: Path, digest: str) -> bool:

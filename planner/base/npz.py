@@ -30,14 +30,21 @@ def require_sane_sizes(path: Path, where: str, slack: int, largest: int = 4 << 3
     with zipfile.ZipFile(path) as archive:
         total = sum(item.file_size for item in archive.infolist())
         packed = sum(item.file_size for item in archive.infolist() if item.compress_type != zipfile.ZIP_STORED)
-        if packed > largest or total > _RATIO * path.stat().st_size + slack:
-            raise FileError(f"{where} would unpack to {total} bytes, far more than it is: write it again.")
+        require_sane_size(path, where, total, slack)
+        if packed > largest:
+            raise FileError(f"{where} would unpack to {packed} bytes, more than {largest}: give a smaller file.")
         for item in archive.infolist():
             with archive.open(item) as file:
                 shape, _, dtype = array_header(file)
                 size = file.tell() + math.prod(shape) * dtype.itemsize
             if min(shape, default=0) < 0 or (size != item.file_size and not dtype.hasobject):
                 raise ValueError(f"'{item.filename}' says it has shape {shape}, which does not fit its size")
+
+
+def require_sane_size(path: Path, where: str, total: int, slack: int) -> None:
+    """Raise :class:`FileError` where a file's content of ``total`` bytes is far more than it can be packed from."""
+    if total > _RATIO * path.stat().st_size + slack:
+        raise FileError(f"{where} would unpack to {total} bytes, far more than it is: write it again.")
 
 
 def array_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:

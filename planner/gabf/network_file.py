@@ -10,7 +10,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from planner.base.errors import FileError
+from planner.base.errors import FileError, PlannerError
 from planner.base.npz import DAMAGE, array_header, require_sane_sizes
 from planner.gabf.kernels import Kernel
 from planner.gabf.network import Network
@@ -61,7 +61,10 @@ def read_network(path: Path, kernel: Kernel) -> Network:
     missing = _REQUIRED - arrays.keys()
     if missing:
         raise FileError(f"network {path} lacks {', '.join(sorted(missing))}: write it with gabf.write_network.")
-    return Network(**arrays, kernel=kernel)
+    try:
+        return Network(**arrays, kernel=kernel)
+    except PlannerError as error:
+        raise type(error)(f"network {path}: {error}.") from None
 
 
 def _write_member(archive: zipfile.ZipFile, file: IO[bytes], name: str, array: np.ndarray) -> None:

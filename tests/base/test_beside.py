@@ -49,7 +49,14 @@ def test_a_roadmap_fits_where_one_of_two_records_has_it(record: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[" * 100_000, "[]", '{"files": []}', '{"files": {"roadmap.npz": 1, "/dev/zero": "x", "../a": "x"}}']
+    "text",
+    [
+        "",
+        "[" * 100_000,
+        "[]",
+        '{"files": []}',
+        '{"files": {"roadmap.npz": 1, "/dev/zero": "x", "../a": "x", "": "x", "a\\u0000": "x"}}',
+    ],
 )
 def test_a_record_that_says_nothing_of_use_is_no_obstacle(record: Path, text: str) -> None:
     record.write_text(text)
