@@ -1,9 +1,9 @@
 from . import gabf as gabf
 from .base.errors import PlannerError as PlannerError
+from .base.objective import Objective as Objective
 from .base.outcome import Outcome as Outcome
 from .base.progress import Progress as Progress
 from .base.reasons import Reason as Reason
-from .base.objective import Objective as Objective
 from .base.request import LimitsRequest as LimitsRequest
 from .base.request import PlanRequest as PlanRequest
 from .base.request import SweepRequest as SweepRequest

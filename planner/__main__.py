@@ -1,12 +1,16 @@
 """The program: ``python -m planner`` and the command ``planner``."""
 
-import atexit
-import gc
-import os
-import sys
-import threading
+import signal
 
-from planner.base.interrupts import end_like_interrupt, leave_on_interrupt
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # until main() sees to it: what is half loaded ends without a traceback
+
+import atexit  # noqa: E402
+import gc  # noqa: E402
+import os  # noqa: E402
+import sys  # noqa: E402
+import threading  # noqa: E402
+
+from planner.base.interrupts import end_like_interrupt, leave_on_interrupt  # noqa: E402
 
 _ALLOCATIONS_PER_COLLECTION = 200_000  # imports alone make 125,000 objects that stay
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
+from planner.base.beside import hashes
 from planner.base.errors import choices
 from planner.base.files import make_folder, remove, write_json
 from planner.base.html import html_table
@@ -158,7 +159,10 @@ def save_plan(plan: Plan, folder: Path, timings: dict[str, float] | None = None)
 
 
 def save_plan_without_page(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
-    """Write all but the page, take what an earlier plan left of the rest away, and return the record."""
+    """Write all but the page, take what an earlier plan left of the rest away, and return the record.
+
+    The record comes last, with the hashes of the others, see :mod:`planner.base.beside`.
+    """
     make_folder(folder)
     remove(folder / PAGE_NAME)
     save_roadmap(plan.roadmap, folder / ROADMAP_NAME)
@@ -168,12 +172,13 @@ def save_plan_without_page(plan: Plan, folder: Path, timings: dict[str, float] |
         save_trajectory(plan.trajectory, folder / TRAJECTORY_NAME, plan.robot.name, plan.scene.name)
     record = plan_record(plan)
     record["timings_s"] |= rounded(timings or {})
+    record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME))
     write_json(folder / JSON_NAME, record)
     return record
 
 
 def save_plan_page(plan: Plan, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
-    """Write ``plan.html``, and the record again with the seconds that took."""
+    """Write ``plan.html``, and the record again with its hash and the seconds that took."""
     return save_page(lambda: plan_page(plan), folder / PAGE_NAME, record, folder / JSON_NAME)
 
 

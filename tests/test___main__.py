@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 
@@ -11,7 +12,7 @@ ORDER = """
 import sys
 import planner.__main__ as program
 early = {name for name in sys.modules if name.startswith("planner.")}
-assert early <= {"planner.__main__", "planner.base", "planner.base.interrupts"}, early
+assert early <= {"planner.__main__", "planner.base", "planner.base.interrupts", "planner.base.printable"}, early
 order = []
 program.leave_on_interrupt = lambda: order.append("interrupts")
 program.end_like_interrupt = lambda: order.append("ends")
@@ -19,6 +20,17 @@ import planner.cli
 planner.cli.main = lambda: order.append("commands")
 program.main()
 print(order)
+"""
+EARLIEST = """
+import os, signal, sys
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == "planner.base.interrupts":
+            os.kill(os.getpid(), signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupting())
+import planner.__main__
 """
 END = """
 import atexit, os, sys, threading
@@ -44,6 +56,11 @@ program.main()
 def test_interrupts_come_first() -> None:
     done = subprocess.run([sys.executable, "-c", ORDER], capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("['interrupts', 'ends', 'commands']\n", "")
+
+
+def test_while_the_first_modules_are_loaded_an_interrupt_ends_in_no_traceback() -> None:
+    done = subprocess.run([sys.executable, "-c", EARLIEST], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
 
 
 @pytest.mark.parametrize(

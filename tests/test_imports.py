@@ -54,7 +54,7 @@ DOORS = {
     "meshcat": set(),  # only its viewer is taken, a file, by planner.view.canvas
     "umsgpack": {"planner.view.commands"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")},
-    "ctypes": {"planner.native.loading", "planner.base.silenced"},
+    "ctypes": {"planner.native.loading", "planner.base.silenced", "planner.studies.with_parent"},
     "yaml": {"planner.base.yamlfile"},
     "distributed": {"planner.base.cluster"},
     "toppra": {"planner.studies.bench_motion.toppra_law"},

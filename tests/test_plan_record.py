@@ -1,16 +1,19 @@
 """plan.json and the table: the contract's keys, from plans of every outcome."""
 
+import contextlib
 import itertools
 import json
+import os
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from planner.base.beside import mismatch
 from planner.base.errors import FileError
 from planner.base.outcome import Outcome
 from planner.base.progress import Progress
-from planner.base.request import PlanRequest
+from planner.base.request import PlanRequest, TimingRequest
 from planner.paths.measure import path_manipulability, tool_path_length
 from planner.plan_record import plan_record, save_plan, summary_rows
 from planner.planning import plan
@@ -89,6 +92,34 @@ def test_the_files(solved, tmp_path):
     assert {"setup", "roadmap", "costs", "gabf", "path", "total"} <= set(record["timings_s"])
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == record["roadmap"]["sha256"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["plan.html", "plan.json", "roadmap.npz"]
+
+
+def test_a_kill_between_two_files_is_noticed(tmp_path, monkeypatch):
+    """Wherever the second run ends: what plan.json says of roadmap and motion is what stands beside it, or is told."""
+    request = PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", nodes=20)
+    first, second = (plan(replace(request, goal=goal), timing=TimingRequest()) for goal in ("q:1,1", "q:1,0.5"))
+    moved, told = os.replace, []
+    for writes in range(6):
+        left = iter([True] * writes)
+
+        def replaced(*names, left=left):
+            if not next(left, False):
+                raise KeyboardInterrupt
+            moved(*names)
+
+        folder = tmp_path / str(writes)
+        save_plan(first, folder)
+        monkeypatch.setattr(os, "replace", replaced)
+        with contextlib.suppress(KeyboardInterrupt):
+            save_plan(second, folder)
+        monkeypatch.undo()
+        record = json.loads((folder / "plan.json").read_text())
+        motion = json.loads((folder / "trajectory.json").read_text())
+        fits = record["roadmap"]["sha256"] == load_roadmap(folder / "roadmap.npz").sha256
+        fits &= motion["points"][-1]["q"] == record["path"][-1]
+        told.append(mismatch(folder / "plan.json") is not None)
+        assert told[-1] == (not fits)
+    assert told == [False, True, True, False, False, False]
 
 
 def test_a_folder_that_is_not_there(solved, tmp_path):

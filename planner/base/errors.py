@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from planner.base.reasons import Reason
 
-_LONGEST_NAME = 200  # characters
+_LONGEST_NAME, _MOST_NAMES = 200, 50  # characters, names: a sentence stays one
 
 
 class PlannerError(Exception):
@@ -61,5 +61,7 @@ class InstallationError(PlannerError):
 
 
 def choices(names) -> str:
-    """The valid choices as they stand in an error message: "a, b, c"; of very long names their beginning."""
-    return ", ".join(str(name)[:_LONGEST_NAME] for name in names) or "none"
+    """The valid choices as they stand in an error message: "a, b, c"; of very long names and lists their beginning."""
+    listed = [str(name)[:_LONGEST_NAME] for name in names]
+    more = f" and {len(listed) - _MOST_NAMES} more" if len(listed) > _MOST_NAMES else ""
+    return ", ".join(listed[:_MOST_NAMES]) + more or "none"

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from planner.base.printable import printable
+
 INTERRUPTED = 130  # the exit code, as shells have it
 NOTHING_TO_SAVE = "stopping; there is nothing to save."
 stop_requests: list[Callable[[], bool]] = []
@@ -22,7 +24,7 @@ def tell_at_once(sentence: str, lines: int = 1) -> None:
     On a terminal it takes the place of the line the cursor is on, and is followed by as many ``lines`` as are drawn
     anew above the cursor.
     """
-    on_terminal = os.isatty(2)
+    on_terminal, sentence = os.isatty(2), printable(sentence)
     text = f"\r\x1b[2Kplanner: {sentence}" + "\n" * max(lines, 1) if on_terminal else f"planner: {sentence}\n"
     with contextlib.suppress(OSError):  # closed, or a full disk behind it: there is nobody left to tell
         os.write(2, text.encode())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args
@@ -70,7 +71,7 @@ _LEVELS = {
 def parse_yaml(text: str, where: str) -> Any:
     """Plain data out of YAML text; no tag can construct an object, and no key may stand twice in one mapping."""
     try:
-        _require_plain(yaml.parse(text, yaml.CSafeLoader))
+        _require_plain(_require_small(yaml.parse(text, yaml.CSafeLoader)))
         return yaml.load(text, yaml.CSafeLoader)
     except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
@@ -83,8 +84,50 @@ def parse_yaml(text: str, where: str) -> Any:
         raise FileError(f"{where} holds a value that YAML cannot make sense of: {problem}; mend the file.") from None
 
 
+_MOST_REPEATED = 1_000_000  # values that aliases and merges (<<) may add: forty lines can make more than memory holds
+_LONGEST_NUMBER = 5000  # characters: of a number to base 60 (1:30:00) the time to read it grows with their square
+
+
+def _require_small(events: Iterable[Any]) -> Iterator[Any]:
+    """The events as they are; raises where a value contains itself, or aliases unfold to more than makes sense."""
+    known: dict[str | None, tuple[int, int] | None] = {}  # values and levels below each anchor; None while it is open
+    open_: list[tuple[str | None, int]] = []  # anchor, and how many values there were before it
+    depths: list[int] = [0]  # the deepest level within each that is open, aliases unfolded
+    total = written = 0
+    for event in events:
+        step, anchor, problem = _LEVELS.get(type(event), 0), getattr(event, "anchor", None), None
+        if isinstance(event, yaml.AliasEvent):
+            size, height = known.get(anchor, (0, 0)) or (0, 0)
+            total, depths[-1] = total + size, max(depths[-1], len(open_) + height)
+            if anchor in known and known[anchor] is None:
+                problem = f"{shown(anchor)} contains itself"
+            elif total - written > _MOST_REPEATED:
+                problem = f"its aliases repeat more than {_MOST_REPEATED} values"
+        elif step < 0:
+            (name, before), depth = open_.pop(), depths.pop()
+            known[name], depths[-1] = (total - before, depth - len(open_)), max(depths[-1], depth)
+        elif isinstance(event, yaml.NodeEvent):
+            total, written, known[anchor] = total + 1, written + 1, None if step else (1, 0)
+            if step:
+                open_.append((anchor, total - 1))
+                depths.append(len(open_))
+            elif _is_long_number(event):
+                problem = f"a number has more than {_LONGEST_NUMBER} characters"
+        if problem:
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+        if depths[-1] > _DEEPEST:
+            raise RecursionError
+        yield event
+
+
+def _is_long_number(event: Any) -> bool:
+    """Whether a scalar that may be read as a number is longer than one is."""
+    plain = event.implicit[0] or event.tag
+    return len(event.value) > _LONGEST_NUMBER and plain and not event.value.strip("+-.:_0123456789")
+
+
 def _require_plain(events: Iterable[Any]) -> None:
-    """Raise where YAML nests too deeply, or says a key twice: the loader would take the last and drop the others."""
+    """Raise where YAML says a key twice: the loader would take the last and drop the others."""
     open_: list[tuple[set[str] | None, bool]] = []  # keys of each mapping that is open, and whether one comes next
     for event in events:
         step = _LEVELS.get(type(event), 0)
@@ -99,8 +142,6 @@ def _require_plain(events: Iterable[Any]) -> None:
             keys |= {name} - {"<<"}
         if step > 0:
             open_.append((set() if isinstance(event, yaml.MappingStartEvent) else None, True))
-            if len(open_) > _DEEPEST:
-                raise RecursionError
 
 
 def validate(model: type[Model], data: Any, where: str, error_type: type[PlannerError] = FileError) -> Model:
@@ -131,6 +172,11 @@ def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
         return f"{key} has type {shown(context.get('tag'))}; types are {context.get('expected_tags')}."
     about = f"{key} is wrong: " if error["loc"] else ""
     return f"{about}{error['msg'].removeprefix('Value error, ')}{more}."
+
+
+def repeated(names: Iterable[str]) -> list[str]:
+    """The names that are given more than once, sorted."""
+    return sorted(name for name, count in Counter(names).items() if count > 1)
 
 
 def nearest(name: str, known: Iterable[str], alike: float = 0.7) -> str:

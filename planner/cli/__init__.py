@@ -10,14 +10,24 @@ import sys
 from functools import partial
 
 from planner.base.errors import PlannerError
+from planner.base.printable import printable
 from planner.cli.alone import read_alone
 from planner.cli.arguments import prepared
 from planner.cli.terminal import complain, let_go_of_output, say
 
 
+class _Printable(logging.Formatter):
+    """What names and files bring into a message steers no terminal."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return printable(super().format(record), "\n")
+
+
 def main() -> None:
     """Run the command line; every expected error is one sentence on standard error and an exit code."""
-    logging.basicConfig(level=logging.WARNING, format="planner: %(message)s", stream=sys.stderr)
+    lines = logging.StreamHandler(sys.stderr)
+    lines.setFormatter(_Printable("planner: %(message)s"))
+    logging.basicConfig(level=logging.WARNING, handlers=[lines])
     debug = "--debug" in sys.argv[1:]
     try:
         arguments = prepared(sys.argv[1:])

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from planner.base.printable import printable
 from planner.base.progress import Progress, Report, StopRequest
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from planner.studies.report import Verdict
 
 T = TypeVar("T")
+_OF_TEXT = "\n\t\x7f"  # the last one does nothing, and JSON that is printed may hold it
 
 
 class Measured(Protocol):
@@ -34,16 +36,16 @@ M = TypeVar("M", bound=Measured)
 
 
 def say(text: str) -> None:
-    """A line on standard output; of a file's name what is no character is escaped."""
-    printable = text.encode(errors="backslashreplace").decode()
-    print(printable, flush=True)  # whoever reads the address of a served page through a pipe gets it at once
+    """Text on standard output; what names and files bring in that would steer a terminal is escaped."""
+    print(
+        printable(text, _OF_TEXT), flush=True
+    )  # whoever reads the address of a served page through a pipe gets it at once
 
 
 def complain(text: str) -> None:
     """One line on standard error; what names and files bring in that would break it or steer a terminal is escaped."""
-    line = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     with contextlib.suppress(OSError):  # a full disk behind it: there is nobody left to tell
-        print(f"planner: {line}", file=sys.stderr, flush=True)
+        print(f"planner: {printable(text)}", file=sys.stderr, flush=True)
 
 
 def let_go_of_output() -> None:
@@ -58,13 +60,19 @@ def let_go_of_output() -> None:
 
 def facts(title: str, rows: Iterable[tuple[str, str]]) -> Table:
     """Names and what is to be said of them, under a title."""
-    from rich.markup import escape
     from rich.table import Table
 
-    table = Table("", "", title=escape(title), show_header=False)
+    table = Table("", "", title=_cell(title), show_header=False)
     for name, value in rows:
-        table.add_row(name, escape(value))
+        table.add_row(_cell(name), _cell(value))
     return table
+
+
+def _cell(text: str) -> str:
+    """Text as rich shows it as it is."""
+    from rich.markup import escape
+
+    return escape(printable(text, _OF_TEXT))
 
 
 def show(renderable: Any) -> None:
@@ -134,24 +142,22 @@ def _reporter(bars: Bars, tasks: dict[str, Any]) -> Report:
 
 def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
     """A report's table as the terminal shows it."""
-    from rich.markup import escape
     from rich.table import Table
 
     from planner.studies.report import text_table
 
     columns, lines = text_table(tuple(rows))
-    table = Table(*columns)
+    table = Table(*map(_cell, columns))
     for line in lines:
-        table.add_row(*map(escape, line))
+        table.add_row(*map(_cell, line))
     return table
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
     """Verdicts on the paper's sentences as the terminal shows them."""
-    from rich.markup import escape
     from rich.table import Table
 
     table = Table("the paper says", "confirmed", "note", show_lines=True)
     for verdict in verdicts:
-        table.add_row(*map(escape, (verdict.sentence, f"{verdict.confirmed} of {verdict.of}", verdict.note)))
+        table.add_row(*map(_cell, (verdict.sentence, f"{verdict.confirmed} of {verdict.of}", verdict.note)))
     return table

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError, OptionError
 from planner.base.request import LiveRequest, WorldRequest
 from planner.base.targets import HOME, parse_target
@@ -74,6 +75,7 @@ def view(
     if result is not None:
         _require_alone(request, state, out)
         page = _page_beside(result)
+        warn_of_mismatch(page.with_suffix(".json"))
     else:
         if out is not None:
             require_writable_file(out)

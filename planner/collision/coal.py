@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 
 import coal
@@ -28,6 +28,7 @@ _BEND = 1e-6  # m
 # its GJK stops at 1e-6 m; of 50,000 pairs in `planner bench attack`, some a kilometre from the origin, it put none
 # farther apart than 4.3e-6 m beyond the truth, curved shapes most
 _ERROR = 1e-5  # m
+_TOGETHER = 250  # obstacles: Pinocchio adds a shape in a time that grows with the square of those that are there
 _STRETCHES = (49, 7, 1)  # configurations that are cleared at once, of a motion
 
 
@@ -55,7 +56,7 @@ class CoalChecker(CollisionChecker):
     @property
     def geometry_model(self) -> pin.GeometryModel:
         """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
-        return _geometry_model(self.world, self._geometries)[0]
+        return _geometry_model(self.world, self._geometries, np.arange(len(self.world.obstacles)), True)[0]
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`."""
@@ -106,69 +107,110 @@ class _BroadPhase:
     the other.
     """
 
-    def __init__(self, world: World, geometries: list[coal.CollisionGeometry]) -> None:
-        self._alone, self._threads = threading.RLock(), os.cpu_count() or 1
-        self._robot, self._placed = world.robot.model, list(world.items)
-        self._model, self._pairs = _geometry_model(world, geometries)
-        self._data, self._kinematics = pin.GeometryData(self._model), self._robot.createData()
-        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._robot, self._model, self._threads)
-        self._models = [self._model, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
-        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
-        self._margins = np.full(len(self._pairs), world.margin)  # of the pool
+    def __init__(self, world: World, shapes: Sequence[coal.CollisionGeometry]) -> None:
+        self._alone, self._placed = threading.RLock(), list(world.items)
+        everywhere = np.flatnonzero(world.checked.any(axis=0))
+        groups = np.split(everywhere, range(_TOGETHER, len(everywhere), _TOGETHER))
+        parts = [_Part(world, shapes, group, k == 0) for k, group in enumerate(groups)]
+        self._parts = [part for part in parts if len(part.pairs)]
 
     def first_touch(self, world: World, q: Floats) -> tuple[int, int] | None:
         """The first of the configurations (n, dof) that touches something in ``world``, and the first such pair."""
         with self._alone:
             hits = np.flatnonzero(self.touching(world, q))
-            return (int(hits[0]), self._touching_pair(q[hits[0]])) if len(hits) else None
+            if not len(hits):
+                return None
+            pairs = (part.touching_pair(q[hits[0]]) for part in self._parts)
+            return int(hits[0]), min(pair for pair in pairs if pair is not None)
 
     def touching(self, world: World, q: Floats, extra: Floats | None = None) -> Bools:
         """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
-        if not self._pairs:
-            return np.zeros(len(q), dtype=bool)
-        threads = self._threads if len(q) >= _WORTH_THREADS else 1
+        touching = np.zeros(len(q), dtype=bool)
+        margins = world.margin if extra is None else world.margin + _with_error(extra)
+        margins = np.broadcast_to(margins, len(world.pair_reach))
         with self._alone:
             self._place(world)
-            self._keep(world.margin if extra is None else world.margin + _with_error(extra)[self._pairs])
-            hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
-            return np.asarray(hits).ravel().astype(bool)
+            for part in self._parts:
+                free = np.flatnonzero(~touching)
+                touching[free] = part.touching(q[free], margins[part.pairs])
+        return touching
 
     def _place(self, world: World) -> None:
         """Let obstacles stand where they stand in ``world``."""
         for k, item in enumerate(world.items):
             if item is not self._placed[k]:
-                for model in self._models:
-                    model.geometryObjects[k].placement = se3(item.placement)
+                for part in self._parts:
+                    part.place(k, se3(item.placement))
                 self._placed[k] = item
 
-    def _keep(self, margins: Floats | float) -> None:
-        """Let the pool call closer than these ``margins`` (our pairs,) m a contact."""
-        wanted = np.broadcast_to(margins, len(self._pairs))
-        if np.array_equal(wanted, self._margins):
+
+class _Part:
+    """Bodies and some obstacles as Pinocchio's broadphase takes them: a pool for batches, the numbers of its pairs."""
+
+    def __init__(self, world: World, shapes: Sequence[coal.CollisionGeometry], obstacles: Ints, own: bool) -> None:
+        """``own``: with the pairs of bodies."""
+        self._robot, self._threads = world.robot.model, os.cpu_count() or 1
+        self._model, self.pairs = _geometry_model(world, shapes, obstacles, own)
+        self._rows = {k: row for row, k in enumerate(_members(world, obstacles))}
+        self._data, self._kinematics = pin.GeometryData(self._model), self._robot.createData()
+        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._robot, self._model, self._threads)
+        self._models = [self._model, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
+        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
+        self._margins = np.full(len(self.pairs), world.margin)  # of the pool
+
+    def touching(self, q: Floats, margins: Floats) -> Bools:
+        """(n,) which configurations (n, dof) bring a pair as near as its margin (pairs,) m."""
+        self._keep(margins)
+        threads = self._threads if len(q) >= _WORTH_THREADS else 1
+        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
+        return np.asarray(hits).ravel().astype(bool)
+
+    def _keep(self, margins: Floats) -> None:
+        """Let the pool call closer than these ``margins`` a contact."""
+        if np.array_equal(margins, self._margins):
             return
         for data in self._pool.getGeometryDatas():
-            for request, margin in zip(data.collisionRequests, wanted.tolist(), strict=True):
+            for request, margin in zip(data.collisionRequests, margins.tolist(), strict=True):
                 request.security_margin = margin
-        self._margins = np.array(wanted)
+        self._margins = np.array(margins)
 
-    def _touching_pair(self, q: Floats) -> int:
-        """The first pair that touches at a configuration known to touch."""
+    def touching_pair(self, q: Floats) -> int | None:
+        """The number of the first pair that touches at a configuration (dof,)."""
         pin.computeCollisions(self._robot, self._kinematics, self._model, self._data, q, True)
         hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
-        return self._pairs[hits[0]]
+        return int(self.pairs[hits[0]]) if hits else None
+
+    def place(self, item: int, placement: pin.SE3) -> None:
+        """Let an item of the world, by its number, stand elsewhere, where it is one of these."""
+        for model in self._models if item in self._rows else ():
+            model.geometryObjects[self._rows[item]].placement = placement
 
 
-def _geometry_model(world: World, geometries: list[coal.CollisionGeometry]) -> tuple[pin.GeometryModel, list[int]]:
-    """Pinocchio's geometry of a world, and our number of each of its pairs."""
-    model, bodies = pin.GeometryModel(), len(world.bodies)
-    joints = [body.joint for body in world.bodies] + [0] * len(world.obstacles)
-    for k, (item, joint) in enumerate(zip(world.items, joints, strict=True)):
-        model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), geometries[k]))
-    scene = np.argwhere(world.checked) + np.array([0, bodies])
-    numbers = [*np.flatnonzero(world.checked).tolist(), *range(world.checked.size, len(world.pair_reach))]
-    for first, second in [*scene.tolist(), *world.self_pairs.tolist()]:
+def _members(world: World, obstacles: Ints) -> list[int]:
+    """The numbers of all bodies and of some obstacles among the world's items."""
+    count = len(world.bodies)
+    return [*range(count), *(count + obstacles).tolist()]
+
+
+def _geometry_model(
+    world: World, shapes: Sequence[coal.CollisionGeometry], obstacles: Ints, own: bool
+) -> tuple[pin.GeometryModel, Ints]:
+    """Pinocchio's geometry of the bodies and some obstacles, and the number (pairs,) of each of its pairs, ascending.
+
+    ``shapes`` of all items; ``own``: with the pairs of bodies.
+    """
+    model, count = pin.GeometryModel(), len(world.bodies)
+    for k in _members(world, obstacles):
+        item, joint = world.items[k], world.bodies[k].joint if k < count else 0
+        model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), shapes[k]))
+    numbers = []
+    for body, column in np.argwhere(world.checked[:, obstacles]).tolist():
+        model.addCollisionPair(pin.CollisionPair(body, count + column))
+        numbers.append(body * len(world.obstacles) + int(obstacles[column]))
+    for k, (first, second) in enumerate(world.self_pairs.tolist() if own else []):
         model.addCollisionPair(pin.CollisionPair(first, second))
-    return model, numbers
+        numbers.append(world.checked.size + k)
+    return model, np.array(numbers, dtype=np.int64)
 
 
 def _differ_in_places_only(one: World, other: World) -> bool:

@@ -10,7 +10,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from planner.base.errors import FileError
+from planner.base.errors import FileError, PlannerError
+from planner.base.npz import DAMAGE, array_header, require_sane_sizes
 from planner.gabf.kernels import Kernel
 from planner.gabf.network import Network
 
@@ -20,6 +21,7 @@ _ALIGNED = 64  # bytes: where an array begins, so that it is used as quickly as 
 _LOCAL_HEADER, _ZIP64_EXTRA = 30, 20  # bytes of a zip member's header, and of what it says of sizes beyond 4 GiB
 _PADDING = 0x4150  # the id of a part of a header that readers pass over
 _MAP_FROM = 4096  # bytes; smaller arrays are read
+_SLACK = 64 << 20  # bytes
 
 
 def write_network(network: Network, path: Path) -> None:
@@ -50,15 +52,19 @@ def read_network(path: Path, kernel: Kernel) -> Network:
     that is none of a network, AssumptionError as :class:`Network` does.
     """
     try:
+        require_sane_sizes(path, f"network {path}", _SLACK)
         with zipfile.ZipFile(path) as archive, path.open("rb") as file:
             members = {Path(info.filename).stem: info for info in archive.infolist()}
             arrays = {name: _read_member(archive, file, members[name]) for name in _ARRAYS if name in members}
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as error:
+    except DAMAGE as error:
         raise FileError(f"network {path} cannot be read: {error}; give a .npz file of a network.") from None
     missing = _REQUIRED - arrays.keys()
     if missing:
         raise FileError(f"network {path} lacks {', '.join(sorted(missing))}: write it with gabf.write_network.")
-    return Network(**arrays, kernel=kernel)
+    try:
+        return Network(**arrays, kernel=kernel)
+    except PlannerError as error:
+        raise type(error)(f"network {path}: {error}.") from None
 
 
 def _write_member(archive: zipfile.ZipFile, file: IO[bytes], name: str, array: np.ndarray) -> None:
@@ -79,14 +85,7 @@ def _read_member(archive: zipfile.ZipFile, file: IO[bytes], info: zipfile.ZipInf
     header = file.read(_LOCAL_HEADER)
     name, extra = np.frombuffer(header[26:30], dtype="<u2")
     file.seek(int(name) + int(extra), os.SEEK_CUR)
-    shape, fortran, dtype = _array_header(file)
+    shape, fortran, dtype = array_header(file)
     if fortran or dtype.hasobject:
         raise ValueError(f"'{info.filename}' holds no plain array")
     return np.memmap(file, dtype, "r", file.tell(), shape)
-
-
-def _array_header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
-    version = np.lib.format.read_magic(file)
-    if version == (1, 0):
-        return np.lib.format.read_array_header_1_0(file)
-    return np.lib.format.read_array_header_2_0(file)

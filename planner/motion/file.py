@@ -10,6 +10,7 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats, frozen
+from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_json
 from planner.base.yamlfile import read_text, validate
@@ -18,6 +19,7 @@ from planner.motion.trajectory import DEGREE, Interpolation, Trajectory
 from planner.paths.file import parse
 
 TRAJECTORY_NAME = "trajectory.json"
+FAR = 1e6  # rad, rad/s, rad/s², s: no motion of an arm goes there, and of such numbers polynomials become NaN
 
 
 class _Point(pydantic.BaseModel):
@@ -85,11 +87,13 @@ def save_trajectory(trajectory: Trajectory, path: Path, robot: str | None = None
 def load_trajectory(path: Path) -> Trajectory:
     """The trajectory of a ``trajectory.json``, or of the folder that holds one.
 
-    Raises :class:`FileError` for a file that is none, is damaged, or whose times do not increase.
+    Raises :class:`FileError` for a file that is none, is damaged, or whose times do not increase; warns of one of
+    another run than its plan.json.
     """
     path = path / TRAJECTORY_NAME if is_folder(path) else path
     if not is_file(path):
         raise FileError(f"trajectory {path} not found: plan first, without --no-timing, or check the path.")
+    warn_of_mismatch(path)
     where = f"trajectory {path}"
     file = validate(_File, parse(read_text(path, "trajectory"), where), where)
     dof = len(file.joints)
@@ -97,12 +101,21 @@ def load_trajectory(path: Path) -> Trajectory:
     if any(len(row) != dof for rows in columns for row in rows):
         raise FileError(f"{where}: a point has not one value for each of its {dof} joints; mend the file.")
     times = np.array([point.t for point in file.points])
+    for rows in (times[:, None], *map(_rows, columns)):
+        require_near(rows, where)
     if not (np.diff(times) > 0).all():
         raise FileError(f"{where}: its times do not increase strictly; mend the file.")
     given = (DEGREE[file.interpolation] + 1) // 2
     made = Trajectory.through(tuple(file.joints), times, *map(_rows, columns[:given]), law=file.law)
     limits = _limits(file.limits, made.joints, where)
     return replace(made, limits=limits, proven=file.proven, proof=file.proof)
+
+
+def require_near(rows: Floats, where: str) -> None:
+    """Raise :class:`FileError` for numbers (k, columns) of points that are not finite, or beyond :data:`FAR`."""
+    bad = np.argwhere(~(np.abs(rows) <= FAR))
+    if len(bad):
+        raise FileError(f"{where}: point {bad[0, 0] + 1} holds a number that is not finite or absurd; mend the file.")
 
 
 def _rows(rows: list[list[float]]) -> Floats:
@@ -113,7 +126,10 @@ def limits_in(data: Any, where: str) -> MotionLimits | None:
     """The limits that plain data of a ``trajectory.json`` hold, if they do; :class:`FileError` for damaged ones."""
     if not isinstance(data, dict) or not isinstance(data.get("limits"), dict):
         return None
-    return _limits(validate(_Limits, data["limits"], where), tuple(map(str, data.get("joints", ()))), where)
+    joints = data.get("joints")
+    if not isinstance(joints, list):
+        raise FileError(f"{where} names no joints, and limits are of joints: add their list 'joints'.")
+    return _limits(validate(_Limits, data["limits"], where), tuple(map(str, joints)), where)
 
 
 def _limits(limits: _Limits | None, joints: tuple[str, ...], where: str) -> MotionLimits | None:

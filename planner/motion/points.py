@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from planner.base.arrays import Floats, frozen
+from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError, choices
 from planner.base.files import is_folder
+from planner.base.npz import DAMAGE, require_sane_sizes
 from planner.base.yamlfile import parse_yaml, read_text
-from planner.motion.file import TRAJECTORY_NAME, limits_in
+from planner.motion.file import TRAJECTORY_NAME, limits_in, require_near
 from planner.motion.limits import MotionLimits
 from planner.motion.messages import OWN, Raw, as_columns, points_of
 from planner.motion.ros_bag import read_bag
@@ -30,7 +32,7 @@ from planner.paths.file import (
 )
 from planner.world.robot import Robot
 
-_FAR = 1e6  # rad, rad/s, rad/s², s: no motion of an arm goes there
+_SLACK = 64 << 20  # bytes: of rest and zeros much is made little
 _AT_REST = float(np.finfo(np.float32).eps)  # rad/s: what ROS 2's controller lets a trajectory end with
 
 
@@ -92,6 +94,7 @@ def read_points(path: Path, robot: Robot) -> Points | None:
     """
     path = path / TRAJECTORY_NAME if is_folder(path) else path
     where = f"trajectory {path}"
+    warn_of_mismatch(path)
     match path.suffix.lower():
         case ".npz":
             found = _from_npz(path, where)
@@ -131,11 +134,7 @@ def _in_order(found: Raw, robot: Robot, where: str) -> Points:
             raise FileError(f"{where}: velocities or accelerations are not as many as positions; mend the file.")
         ordered.append(frozen(in_order(PathFile(rows, found.names, found.robot), robot, where)))
     for rows in (times[:, None], *ordered):
-        bad = np.argwhere(~(np.abs(rows) <= _FAR))
-        if len(bad):
-            raise FileError(
-                f"{where}: point {bad[0, 0] + 1} holds a number that is not finite or absurd; mend the file."
-            )
+        require_near(rows, where)
     if len(times) < 2:
         raise FileError(f"{where} holds one point: a trajectory has two or more.")
     notes = (*found.notes, *left_out(found.names, robot))
@@ -143,7 +142,7 @@ def _in_order(found: Raw, robot: Robot, where: str) -> Points:
 
 
 def _from_csv(text: str, robot: Robot, where: str) -> Raw | None:
-    names, rows = csv_table(text, robot)
+    names, rows = csv_table(text, robot, where)
     if names is None or not set(names) & set(TIME):
         return None
     table = matrix(rows, where)
@@ -177,6 +176,7 @@ def _of_kind(kind: str, names: tuple[str, ...], table: Floats, robot: Robot, whe
 
 def _from_npz(path: Path, where: str) -> Raw:
     try:
+        require_sane_sizes(path, where, _SLACK)
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             content = {key: file[key] for key in file.files}
             arrays = {key: content[key].astype(float, casting="same_kind") for key in ("t", *OWN) if key in content}
@@ -184,7 +184,7 @@ def _from_npz(path: Path, where: str) -> Raw:
             times, q = arrays["t"], arrays["q"]
     except FileNotFoundError:
         raise FileError(f"{where} not found: check the path.") from None
-    except Exception as error:  # of zip, zlib, NumPy and of their underlying files: of many kinds
+    except DAMAGE as error:
         raise FileError(f"{where} is no .npz with t, q and qd: {type(error).__name__}; mend the file.") from None
     require_known(content, ("t", *OWN, "joints"), where, "an array")
     if times.ndim != 1 or q.ndim != 2 or len(q) != len(times):

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.base.errors import FileError, InstallationError
+from planner.base.npz import require_sane_size
 
 TYPE, TOPIC = "trajectory_msgs/msg/JointTrajectory", "/joint_trajectory"
 _RULE = "=" * 80
@@ -39,6 +40,7 @@ int32 sec
 uint32 nanosec
 """
 _COLUMNS = ("positions", "velocities", "accelerations", "effort")
+_SLACK = 64 << 20  # bytes
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 
 
@@ -66,21 +68,31 @@ def write_bag(message: dict[str, Any]) -> bytes:
 
 def read_bag(path: Path, where: str) -> tuple[dict[str, Any], int]:
     """The first JointTrajectory of an MCAP file as plain data, and how many it has; :class:`FileError` for none."""
-    library = require_mcap("reader")
+    library, first, count = require_mcap("reader"), None, 0
     try:
+        _require_sane_chunks(path, where)
         with path.open("rb") as file:
-            found = [
-                message.data
-                for schema, _, message in library.make_reader(file).iter_messages()
-                if schema is not None and schema.name == TYPE
-            ]
-        if found:
-            return _decoded(found[0]), len(found)
+            for schema, _, message in library.make_reader(file).iter_messages():
+                if schema is not None and schema.name == TYPE:
+                    first, count = message.data if first is None else first, count + 1
+        if first is not None:
+            return _decoded(first), count
     except FileNotFoundError:
         raise FileError(f"{where} not found: check the path.") from None
+    except FileError:
+        raise
     except Exception as error:  # of many kinds, as the library looks at what it reads
         raise FileError(f"{where} is no readable MCAP file: {type(error).__name__}; write it again.") from None
     raise FileError(f"{where} holds no message of the type {TYPE}: record one.")
+
+
+def _require_sane_chunks(path: Path, where: str) -> None:
+    """Raise :class:`FileError` for a bag whose chunks would unpack to far more than it is; nothing is unpacked."""
+    with path.open("rb") as file:
+        records = require_mcap("stream_reader").StreamReader(file, emit_chunks=True).records
+        chunk = require_mcap("records").Chunk
+        total = sum(record.uncompressed_size for record in records if isinstance(record, chunk))
+    require_sane_size(path, where, total, _SLACK)
 
 
 def _encoded(message: dict[str, Any]) -> bytes:

@@ -102,8 +102,16 @@ def load(path: Path) -> ctypes.CDLL:
         library = ctypes.CDLL(str(path))
     except OSError as error:
         raise InstallationError(f"the compiled library {path} cannot be loaded ({error}): {remedy}") from None
-    if library.planner_version() != _VERSION:
-        raise InstallationError(f"the compiled library {path} is of another version of the planner: {remedy}")
+    try:
+        if library.planner_version() == _VERSION:
+            return _typed(library)
+    except AttributeError:  # it lacks a function
+        pass
+    raise InstallationError(f"the compiled library {path} is of another version of the planner: {remedy}")
+
+
+def _typed(library: ctypes.CDLL) -> ctypes.CDLL:
+    """The library with the types of its functions; AttributeError where it lacks one."""
     library.planner_refusal.restype = ctypes.c_char_p
     library.planner_ask.argtypes, library.planner_ask.restype = (type(_ask), ctypes.c_uint64), None
     library.planner_ask(_ask, threading.main_thread().ident)

@@ -225,7 +225,7 @@ def _text(value: Any) -> str | None:
 
 def _from_csv(text: str, robot: Robot, where: str) -> PathFile:
     """Commas, semicolons, tabs or blanks between columns; a first line of names, behind a # or not; # lines skipped."""
-    names, table = csv_table(text, robot)
+    names, table = csv_table(text, robot, where)
     content = PathFile(matrix(table, where), names)
     if names is None:
         return content
@@ -238,12 +238,12 @@ def _from_csv(text: str, robot: Robot, where: str) -> PathFile:
     return PathFile(content.rows[:, kept], tuple(names[k] for k in kept))
 
 
-def csv_table(text: str, robot: Robot) -> tuple[tuple[str, ...] | None, list[list[str]]]:
+def csv_table(text: str, robot: Robot, where: str) -> tuple[tuple[str, ...] | None, list[list[str]]]:
     """The names of the columns of a CSV, if it has any, and its rows of text; of named columns words become NaN."""
     lines = [line.strip() for line in text.lstrip("\ufeff").splitlines() if line.strip()]
-    table = [cells(line) for line in lines if not line.startswith("#")]
+    table = [cells(line, where) for line in lines if not line.startswith("#")]
     names = None
-    if lines and lines[0].startswith("#") and set(first := cells(lines[0].lstrip("# "))) & set(robot.joints):
+    if lines and lines[0].startswith("#") and set(first := cells(lines[0].lstrip("# "), where)) & set(robot.joints):
         names = tuple(first)
     elif table and not all(map(is_number, table[0])):
         names, table = tuple(table[0]), table[1:]
@@ -269,11 +269,14 @@ def column_kinds(names: Sequence[str], robot: Robot, where: str) -> dict[str, st
     return {name: known[name] for name in names}
 
 
-def cells(line: str) -> list[str]:
-    """The columns of a line of a CSV, whatever separates them."""
+def cells(line: str, where: str) -> list[str]:
+    """The columns of a line of a CSV, whatever separates them; :class:`FileError` for a cell of 131,073 characters."""
     for mark in (",", ";", "\t"):
         if mark in line:
-            return [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
+            try:
+                return [cell.strip() for cell in next(csv.reader([line], delimiter=mark))]
+            except csv.Error as error:
+                raise FileError(f"{where} is no CSV: {error}; mend the file.") from None
     return line.split()
 
 

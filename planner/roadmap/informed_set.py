@@ -10,6 +10,7 @@ from planner.base.arrays import Floats
 from planner.roadmap.ompl_planners import JointSpace
 from planner.world.robot import Robot
 
+_THINNEST = 1e-9  # rad: in a box without any extent OMPL cannot sample
 _ROUNDING = 1e-9  # relative: a straight path is as long as its ends are apart
 
 
@@ -45,6 +46,7 @@ class InformedSet:
         along = apart * apart / np.maximum(far, 1e-300)
         half = 0.5 * np.sqrt(along * longest**2 + (1.0 - along) * np.maximum(longest**2 - far, 0.0))
         within = far[:, 0] <= longest**2
+        half = half if half[within].max() > _THINNEST else np.full_like(half, _THINNEST)
         lower = np.maximum((middle - half)[within].min(axis=0), robot.lower)
         upper = np.minimum((middle + half)[within].max(axis=0), robot.upper)
         turns = robot.continuous  # these have no bounds

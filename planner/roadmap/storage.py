@@ -10,10 +10,7 @@ from __future__ import annotations
 import io
 import json
 import logging
-import math
-import tokenize
 import zipfile
-import zlib
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -21,9 +18,11 @@ from typing import Any, Literal
 import numpy as np
 
 from planner.base.arrays import frozen
+from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_whole
 from planner.base.hashing import content_hash
+from planner.base.npz import DAMAGE, require_sane_sizes
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.yamlfile import Strict, shown, validate
 from planner.collision.checker import CollisionChecker
@@ -39,20 +38,12 @@ VERSION = 3  # 2: what the world was made of, a certificate for every edge; 3: w
 _ADDED = {2: ("checked_by", "edge_cost")}  # arrays that files of an earlier version lack
 _LEVEL = 1  # of compression: a seventh of the usual one's time, and a tenth more bytes
 _LARGEST = 4 << 30  # bytes unpacked: beyond any roadmap that fits this planner, so a hostile file
-_LARGEST_HEADER = 64 << 20  # bytes
 _MOST = 1e9  # of a number in the arrays: nodes in rad or m, lengths, manipulability, indices
 _AMOUNTS = (  # never negative
     *("manipulability", "joint_length", "tool_length", "edge_manipulability", "edge_cost"),
     *("clearance", "samples"),
 )
-_RATIO, _SLACK = 100, 1 << 20  # configurations hardly compress: unpacked to 100 times its size it is no roadmap
-
-
-# what a zip or npy reader, or a header that is not ours, can end in
-_DAMAGE = (
-    *(OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, MemoryError, RecursionError, RuntimeError),
-    *(zipfile.BadZipFile, zlib.error, tokenize.TokenError, SyntaxError),
-)
+_LARGEST_HEADER, _SLACK = 64 << 20, 1 << 20  # bytes
 
 
 class _Header(Strict):
@@ -96,7 +87,10 @@ def _npy(array: np.ndarray) -> bytes:
 
 
 def load_roadmap(path: Path) -> Roadmap:
-    """Read a roadmap and check that it is whole; :class:`FileError` says what is wrong with it."""
+    """Read a roadmap and check that it is whole; :class:`FileError` says what is wrong with it.
+
+    A warning is logged where the record of the run beside it was written with another one.
+    """
     if is_folder(path):
         raise FileError(f"roadmap {path} is a folder: name the roadmap.npz in it.")
     if not is_file(path):
@@ -108,9 +102,10 @@ def load_roadmap(path: Path) -> Roadmap:
             raise FileError(f"roadmap {path} is damaged: its content does not match its hash; build it again.")
     except FileError:
         raise
-    except _DAMAGE as error:
+    except DAMAGE as error:
         reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
         raise FileError(f"roadmap {path} is damaged or no roadmap ({reason}): build it again.") from None
+    warn_of_mismatch(path)
     return roadmap
 
 
@@ -184,9 +179,11 @@ def _checksum(header: dict[str, Any], arrays: dict[str, Any]) -> str:
 
 def _read(path: Path) -> tuple[_Header, dict[str, Any], str]:
     """The header, the arrays, and the hash that the file should name."""
-    with zipfile.ZipFile(path) as archive:
-        _require_sane_sizes(archive, path)
+    require_sane_sizes(path, f"roadmap {path}", _SLACK, _LARGEST)
     with np.load(path, allow_pickle=False) as content:
+        size = content.zip.getinfo("header.npy").file_size
+        if size > _LARGEST_HEADER:
+            raise ValueError(f"its header has {size} bytes")
         header = json.loads(str(content["header"]))
         if not isinstance(header, dict) or header.get("format") != FORMAT:
             raise FileError(f"{path} is not a roadmap of this planner.")
@@ -219,22 +216,6 @@ def _with_what_it_lacks(arrays: dict[str, Any], scale: CostScale, path: Path) ->
     )  # fmt: skip
     costs = np.stack([mean_manipulability_cost(w, scale, name) for name in COSTS], axis=1)
     return arrays | {"edge_cost": costs, "checked_by": nobody(len(arrays["nodes"]))}
-
-
-def _require_sane_sizes(archive: zipfile.ZipFile, path: Path) -> None:
-    """Refuse what would unpack to far more than a roadmap does, or whose arrays are not as large as they say."""
-    total = sum(item.file_size for item in archive.infolist())
-    if total > min(_LARGEST, _RATIO * path.stat().st_size + _SLACK):
-        raise FileError(f"roadmap {path} would unpack to {total} bytes: it is no roadmap of ours.")
-    for item in archive.infolist():
-        if item.filename == "header.npy" and item.file_size > _LARGEST_HEADER:
-            raise ValueError(f"its header has {item.file_size} bytes")
-        with archive.open(item) as file:
-            np.lib.format.read_magic(file)
-            shape, _, dtype = np.lib.format.read_array_header_1_0(file)
-            size = file.tell() + math.prod(shape) * dtype.itemsize
-        if min(shape, default=0) < 0 or (size != item.file_size and not dtype.hasobject):
-            raise ValueError(f"'{item.filename}' says it has shape {shape}, which does not fit its size")
 
 
 def _build(header: _Header, arrays: dict[str, Any]) -> Roadmap:

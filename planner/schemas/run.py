@@ -55,3 +55,4 @@ class RunRecord(Written):
     notes: list[str] = Field(description="what was noticed about the model")
     roadmap: RoadmapRecord
     timings_s: dict[str, float]
+    files: dict[str, str] = Field(default_factory=dict, description="SHA-256 of the files written beside this one")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -14,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from planner.base.progress import QUIET, Progress
+
+_WITH_PARENT = Path(__file__).with_name("with_parent.py")
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,8 @@ def run_module(
 ) -> Ended:
     """Run ``python -m module arguments`` until it ends, ``progress`` is stopped, or ``time_limit`` (s) has passed.
 
-    A process that a signal ends, as a system short of memory sends it, is started again, ``tries`` times in all.
+    It ends with this process, also where this one is killed. A process that a signal ends, as a system short of memory
+    sends it, is started again, ``tries`` times in all.
     """
     while True:
         ended, tries = _run_once(module, arguments, progress, time_limit), tries - 1
@@ -72,7 +76,7 @@ def _run_once(module: str, arguments: Sequence[str], progress: Progress, time_li
     begin = time.perf_counter()
     over = False
     with tempfile.TemporaryFile() as errors:  # not a pipe: nobody reads it while the process runs
-        command = [sys.executable, "-P", "-m", module, *arguments]
+        command = [sys.executable, "-P", str(_WITH_PARENT), str(os.getpid()), module, *arguments]
         with subprocess.Popen(command, stderr=errors, stdout=subprocess.DEVNULL, start_new_session=True) as process:
             try:
                 while process.poll() is None and not over and not progress.stopped:

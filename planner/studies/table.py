@@ -144,7 +144,7 @@ def read_rows(path: Path, kind: type[R], command: str) -> list[R]:
                 kind(**{name: _value(line[name], hint) for name, hint in hints.items()})
                 for line in csv.DictReader(file)
             ]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
         raise FileError(f"{path} is not a table that {command} wrote ({error}); move it away.") from None
 
 

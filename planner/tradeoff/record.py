@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pydantic
 
+from planner.base.beside import hashes
 from planner.base.errors import FileError
 from planner.base.files import is_file, make_folder, remove, write_json, write_whole
 from planner.base.formats import require_readable_version
@@ -67,19 +68,20 @@ def save_sweep(tradeoff: Tradeoff, folder: Path, timings: dict[str, float] | Non
 def save_sweep_without_page(
     tradeoff: Tradeoff, folder: Path, timings: dict[str, float] | None = None
 ) -> dict[str, Any]:
-    """Write all but ``sweep.html``, take that of an earlier sweep away, and return the record."""
+    """Write all but ``sweep.html``, take that of an earlier sweep away, and return the record, which comes last."""
     make_folder(folder)
     remove(folder / PAGE_NAME)
     save_roadmap(tradeoff.roadmap, folder / ROADMAP_NAME)
     record = sweep_record(tradeoff)
     record["timings_s"] |= rounded(timings or {})
     write_whole(folder / CSV_NAME, to_csv(record).encode())
+    record["files"] = hashes(folder, (ROADMAP_NAME, CSV_NAME))
     write_json(folder / JSON_NAME, record)
     return record
 
 
 def save_sweep_page(tradeoff: Tradeoff, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
-    """Write ``sweep.html``, and the record again with the seconds that took."""
+    """Write ``sweep.html``, and the record again with its hash and the seconds that took."""
     return save_page(lambda: sweep_page(tradeoff), folder / PAGE_NAME, record, folder / JSON_NAME)
 
 

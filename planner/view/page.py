@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Bools, Floats
+from planner.base.beside import hashes
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
 from planner.base.reasons import NoWay, Reason
@@ -103,11 +104,12 @@ def roadmap_page(roadmap: Roadmap, checker: CollisionChecker) -> str:
 
 
 def save_page(draw: Callable[[], str], page_file: Path, record: dict[str, Any], record_file: Path) -> dict[str, Any]:
-    """Write the page, and the record again with the seconds that took; returns that record."""
+    """Write the page, and the record again with its hash and the seconds that took; returns that record."""
     clock = Stopwatch()
     with clock("page"):
         write_whole(page_file, draw().encode())
-    record = {**record, "timings_s": record["timings_s"] | rounded(clock.seconds)}
+    files = record["files"] | hashes(page_file.parent, (page_file.name,))
+    record = {**record, "timings_s": record["timings_s"] | rounded(clock.seconds), "files": files}
     write_json(record_file, record)
     return record
 

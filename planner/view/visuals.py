@@ -10,7 +10,6 @@ import contextlib
 import io
 import json
 import os
-import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -37,7 +36,6 @@ _FORMAT = 2  # of the files, of how meshes are smoothed, and of the viewer's com
 _LEVEL = 9  # of gzip: it is done once
 _KEPT = 20  # robots
 _SHAPES: dict[str, type[Any]] = {kind.__name__: kind for kind in (Box, Sphere, Cylinder, Capsule)}
-_DAMAGE = (OSError, EOFError, ValueError, LookupError, TypeError, zipfile.BadZipFile)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +66,9 @@ def _kept(robot: Robot, read: Callable[[Mapping[str, Any]], T]) -> T:
     key = content_hash([_FORMAT, robot.source.xml, *held, robot.base, *files])
     path = _folder() / f"{key}.npz"
     try:
-        with np.load(path, allow_pickle=False) as arrays:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             return read(arrays)
-    except _DAMAGE:
+    except Exception:  # of zip, NumPy, JSON or of what the numbers are given to: there is nothing that it may cost
         loaded = load_visuals(replace(robot, carried=()))
     arrays = _arrays(tuple(replace(body, shape=smoothed(body.shape)) for body in loaded))
     if loaded is not robot.bodies:  # what stands in for meshes that cannot be read

@@ -1,11 +1,18 @@
-"""COLLADA files looked through before Assimp reads them: an index that is no number makes it fill all memory."""
+"""COLLADA files looked through before Assimp reads them.
+
+An index that is no number makes it fill all memory, and so do thirty nodes that are each twice in the next one.
+"""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Mapping
 
 _DEEPEST = 200  # levels of elements
 _WHOLE = ("p", "vcount", "v", "h")  # elements that hold whole numbers
+_INSTANCES = {"instance_node": "url", "instance_geometry": "url", "instance_controller": "url", "skin": "source"}
+_HOLDERS = ("node", "mesh", "triangles", "polylist", "polygons", "trifans", "tristrips", "ph")  # of what is drawn
+_MOST = 30_000_000  # indices, of positions, normals and colours: two million triangles have fewer
 _COUNTS = ("count", "stride", "offset", "set")  # attributes
 
 
@@ -22,13 +29,54 @@ def dae_fault(content: bytes) -> str | None:
             return wrong
         level = [child for element in level for child in element]
         if not level:
-            return None
+            return _scene_fault(root)
     return f"nests elements more than {_DEEPEST} deep"
+
+
+def _scene_fault(root: ET.Element) -> str | None:
+    """No scene holds more than a mesh may, or nests deeper, once every instance is what it is an instance of."""
+    known = {f"#{element.get('id')}": element for element in root.iter() if element.get("id")}
+    sizes: dict[str, tuple[int, int]] = {}
+    for scene in root.iter():
+        if _name(scene) == "visual_scene":
+            size, height = _unfolded(scene, known, sizes, 0)
+            if height > _DEEPEST:
+                return f"nests nodes more than {_DEEPEST} deep"
+            if size > _MOST:
+                return f"has instances that unfold to {size} nodes and indices, more than {_MOST}"
+    return None
+
+
+def _unfolded(
+    element: ET.Element, known: Mapping[str, ET.Element], sizes: dict[str, tuple[int, int]], depth: int
+) -> tuple[int, int]:
+    """How many nodes and indices an element comes to with all instances below it, and how many levels.
+
+    ``known`` by its URL; ``sizes``: what has been found out of these.
+    """
+    size, height = 1, 1
+    for child in element if depth <= _DEEPEST else ():  # what contains itself has no end
+        name, found = _name(child), (0, 0)
+        if name == "p":
+            found = len((child.text or "").split()), 0
+        elif name in _INSTANCES:
+            url = child.get(_INSTANCES[name], "")
+            if url not in sizes and url in known:
+                sizes[url] = _unfolded(known[url], known, sizes, depth + 1)
+            found = sizes.get(url, (1, 1))
+        elif name in _HOLDERS:
+            found = _unfolded(child, known, sizes, depth + 1)
+        size, height = size + found[0], max(height, found[1] + 1)
+    return size, height if depth <= _DEEPEST else _DEEPEST + 1
+
+
+def _name(element: ET.Element) -> str:
+    return element.tag.rpartition("}")[2]
 
 
 def _element_fault(element: ET.Element, most: int) -> str | None:
     """No count and no index is larger than the file itself: ``most`` bytes."""
-    name, text = element.tag.rpartition("}")[2], element.text or ""
+    name, text = _name(element), element.text or ""
     if name in _WHOLE and not _are_counts(text, most):
         return f"has a <{name}> that holds more than whole numbers"
     if name == "float_array" and not _are_numbers(text):

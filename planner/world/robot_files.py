@@ -17,7 +17,7 @@ from planner.base.files import is_file
 from planner.base.notes import Note
 from planner.base.resources import robot_names, robots_folder
 from planner.base.targets import HOME
-from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, shown, validate
 from planner.world import urdf
 from planner.world.srdf import Srdf, group_joints, group_tip, read_srdf, require_fitting
 
@@ -194,8 +194,8 @@ class RobotFiles:
         unknown = [link for pair in listed for link in pair if link not in self.description.links]
         if unknown:
             raise RobotError(
-                f"robot file {self.origin}: disabled_pairs names link '{unknown[0]}', which the URDF has not; links "
-                f"are {choices(sorted(self.description.links))}."
+                f"robot file {self.origin}: disabled_pairs names link {shown(unknown[0])}, which the URDF has not; "
+                f"links are {choices(sorted(self.description.links))}."
             )
         return said | frozenset(frozenset(pair) for pair in listed)
 

@@ -16,7 +16,18 @@ from planner.base.hashing import content_hash
 from planner.base.notes import Note
 from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.targets import TURN
-from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size, Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import (
+    FARTHEST,
+    Coordinate,
+    Name,
+    Number,
+    Size,
+    Strict,
+    parse_yaml,
+    read_text,
+    repeated,
+    validate,
+)
 from planner.world.meshes import read_mesh
 from planner.world.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
 from planner.world.poses import pose
@@ -191,8 +202,7 @@ class SceneFile(Strict):
 
     @pydantic.model_validator(mode="after")
     def _distinct_names(self) -> SceneFile:
-        names = [item.name for item in (*self.obstacles, *self.carried)]
-        twice = sorted({name for name in names if names.count(name) > 1})
+        twice = repeated(item.name for item in (*self.obstacles, *self.carried))
         if twice:
             raise ValueError(f"name '{twice[0]}' is used twice; names must differ, also those of carried things")
         return self

@@ -331,7 +331,7 @@ def frame_id(model: pin.Model, name: str) -> int:
     """The index of the frame called ``name``, the link where a joint has the same name; raises naming the frames."""
     matches = [k for k, frame in enumerate(model.frames) if frame.name == name]
     if not matches:
-        raise RobotError(f"frame '{name}' not found; frames are {choices(frame.name for frame in model.frames)}.")
+        raise RobotError(f"frame {shown(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")
     return next((k for k in matches if model.frames[k].type == pin.FrameType.BODY), matches[0])
 
 

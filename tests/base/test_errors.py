@@ -17,3 +17,4 @@ def test_choices_stay_readable() -> None:
     assert choices(["a", "b"]) == "a, b"
     assert choices([]) == "none"
     assert len(choices(["x" * 1000, "b"])) == 203
+    assert choices(map(str, range(100_000))).endswith("48, 49 and 99950 more")

@@ -10,7 +10,18 @@ from rich.console import Console
 
 from planner.base.errors import FileError
 from planner.base.progress import Progress
-from planner.cli.terminal import complain, measure, report_table, run_into, say, verdict_table, watching, working
+from planner.cli.terminal import (
+    complain,
+    facts,
+    measure,
+    report_table,
+    run_into,
+    say,
+    show,
+    verdict_table,
+    watching,
+    working,
+)
 from planner.studies.report import Verdict
 
 
@@ -22,6 +33,17 @@ def test_complaints_stay_on_one_line(capsys: pytest.CaptureFixture[str]) -> None
 def test_names_that_are_no_text_are_said_all_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     say("scene\udcff.yaml")
     assert capsys.readouterr().out == "scene\\udcff.yaml\n"
+
+
+def test_no_name_steers_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:
+    name = "box\x1b]0;title\x07\x9b2J\u202e"
+    say(f"{name}\nrow")
+    show(facts(name, [(name, f"near {name}")]))
+    show(report_table([{name: name}]))
+    show(verdict_table([Verdict(name, 1, 1, name)]))
+    out = capsys.readouterr().out
+    assert out.count("\\x1b]0;title\\x07\\x9b2J\\u202e") >= 7  # one is cut off by the table
+    assert not set("\x1b\x07\x9b\u202e") & set(out)
 
 
 @pytest.mark.parametrize("context", [working, watching])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import shutil
 import signal
 import socket
 import struct
@@ -146,6 +147,16 @@ def test_a_reload_shows_what_was_written_meanwhile(folder: Path, tmp_path: Path)
         children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
         if children.exists():
             assert children.read_text() == "", "no process of its own that could be left behind"
+
+
+def test_a_page_of_another_run_than_its_record_is_noticed(folder: Path, tmp_path: Path) -> None:
+    shutil.copy(folder / "plan.html", tmp_path)
+    (tmp_path / "plan.json").write_text(json.dumps({"files": {"plan.html": "0" * 64}}))
+    with serving("view", str(tmp_path), cwd=tmp_path) as (process, port):
+        assert get(port)[0] == 200
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=PATIENCE)
+    assert "plan.json was written with another plan.html than stands beside it: " in err
 
 
 def test_plan_view_serves_the_plan(tmp_path: Path) -> None:

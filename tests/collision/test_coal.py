@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.world.poses import pose
 from planner.world.scene import Scene
-from planner.world.shapes import Mesh
+from planner.world.shapes import Box, Mesh
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, random_q, scene_of
 
@@ -100,6 +101,37 @@ def test_passing_over_what_coal_clears_finds_the_same_first_contact(robot: str, 
         touched += every[0] > 0
     assert touched >= 1
     assert free >= 2
+
+
+def test_thousands_of_obstacles_are_set_up_in_a_second() -> None:
+    """Their number cubed is what Pinocchio takes for them all together: 10 s for 2000."""
+    rng = np.random.default_rng(0)
+    places = rng.uniform([-1.2, -1.2, -4.0], [1.2, 1.2, 1.0], size=(2000, 3))
+    scene, robot = scene_of(*((Box((0.01, 0.01, 0.01)), pose(place.tolist())) for place in places)), load("planar_2r")
+    begin = time.process_time()
+    checker = make_checker(robot, scene, "coal")
+    assert time.process_time() - begin < 3.0
+    judge = make_checker(robot, scene)
+    q = random_q(robot, 40, seed=3)
+    free = np.array([is_free(judge, row) for row in q])
+    assert [is_free(checker, row) for row in q] == free.tolist()
+    assert 0 < free.sum() < 40
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.01])
+def test_obstacles_in_several_parts_are_as_in_one(margin: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, scene = load("panda"), Scene.load("cage")
+    whole = make_checker(robot, scene, "coal", margin)
+    monkeypatch.setattr("planner.collision.coal._TOGETHER", 2)
+    parts = make_checker(robot, scene, "coal", margin)
+    touching = set()
+    for row in random_q(robot, 300, seed=6):
+        assert str(contact_of(parts, row)) == str(contact_of(whole, row))
+        touching.add(str(contact_of(whole, row)))
+    assert len(touching) > 10
+    for a, b in random_q(robot, 20, seed=7).reshape(10, 2, -1):
+        states, motion = dense_states(whole.world, a, 0.1 * (b - a), 2e-3)
+        assert str(parts.first_contact_along(states, motion)) == str(whole.first_contact_along(states, motion))
 
 
 @pytest.mark.parametrize("backend", ["fcl", "coal"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base.errors import FileError
+from planner.base.errors import FileError, PlannerError
 from tests.gabf.networks import scattered, solve
 
 KERNEL = gabf.TradeOff(beta=0.5)
@@ -67,3 +67,22 @@ def test_what_is_no_network_is_refused(network: gabf.Network, tmp_path: Path) ->
         gabf.read_network(path, KERNEL)
     with pytest.raises(FileError, match="cannot be written"):
         gabf.write_network(network, tmp_path / "nowhere" / "n.npz")
+
+
+def test_whatever_is_damaged_is_a_sentence(network: gabf.Network, tmp_path: Path) -> None:
+    """Names, flags, methods, sizes and headers of the zip, bytes of arrays that are packed."""
+    np.savez_compressed(tmp_path / "packed.npz", **{n: getattr(network, n) for n in ("indptr", "indices", "weight")})
+    gabf.write_network(network, tmp_path / "n.npz")
+    rng, refused = np.random.default_rng(0), 0
+    for name in ("packed.npz", "n.npz"):
+        whole = (tmp_path / name).read_bytes()
+        for _ in range(150):
+            content = bytearray(whole)
+            for at in rng.integers(len(content), size=3):
+                content[at] ^= 1 << int(rng.integers(8))
+            (tmp_path / "x.npz").write_bytes(content)
+            try:
+                gabf.read_network(tmp_path / "x.npz", KERNEL)
+            except PlannerError:
+                refused += 1
+    assert refused > 150

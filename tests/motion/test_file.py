@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.base.errors import PlannerError
+from planner.base.errors import FileError, PlannerError
 from planner.motion.file import TRAJECTORY_NAME, load_trajectory, save_trajectory
 from planner.motion.points import read_points
 from tests.motion.test_export import ARM, MADE, A, B
@@ -47,6 +47,10 @@ BAD = [
     (json.dumps({**FILE, "joints": [A, B]}), "one value for each of its 2 joints"),
     (json.dumps(FILE), "do not increase"),
     (json.dumps({**FILE, "unit": "deg"}), "unknown key"),
+    *(
+        (json.dumps({**FILE, "points": [FILE["points"][0], {**FILE["points"][0], **odd}]}), "point 2 holds a number")
+        for odd in ({"t": 1, "qdd": [-1e308]}, {"t": 1, "qd": [1e200]}, {"t": 1, "q": [-1e308]}, {"t": 1e300})
+    ),
     (json.dumps({**FILE, "points": [{**FILE["points"][0], "w": 1}] * 2}), "unknown key"),
 ]
 
@@ -57,3 +61,11 @@ def test_damaged_files_are_refused(text: str, sentence: str, tmp_path: Path) -> 
     with pytest.raises(PlannerError, match=sentence) as caught:
         load_trajectory(tmp_path)
     assert caught.value.exit_code == 3
+
+
+def test_limits_of_no_joints_are_refused(tmp_path: Path) -> None:
+    save_trajectory(MADE, tmp_path / TRAJECTORY_NAME)
+    record = json.loads((tmp_path / TRAJECTORY_NAME).read_text())
+    (tmp_path / TRAJECTORY_NAME).write_text(json.dumps({**record, "joints": None}))
+    with pytest.raises(FileError, match="names no joints, and limits are of joints"):
+        read_points(tmp_path, ARM)

@@ -102,6 +102,7 @@ def test_what_is_left_aside_is_noted(tmp_path: Path) -> None:
         ("a.csv", "t,joint_1\n0,0\n", "names joint 'joint_2' nowhere"),
         ("a.json", '{"points": [{"positions": [0, 0], "time_from_start": "soon"}]}', "is no time"),
         ("a.npz", "PK", "no .npz"),
+        ("a.csv", f"t,joint_1,joint_2\n0,0,{'1' * 140_000}\n", r"a\.csv is no CSV: field larger than field limit"),
     ],
 )
 def test_what_cannot_be_read_is_a_sentence(name: str, text: str, words: str, tmp_path: Path) -> None:
@@ -127,4 +128,10 @@ def test_damaged_arrays_are_refused(place: int, tmp_path: Path) -> None:
     content[place] ^= 0xFF
     (tmp_path / "a.npz").write_bytes(content)
     with pytest.raises(FileError, match=r"is no \.npz with t, q and qd"):
+        read_points(tmp_path / "a.npz", ARM)
+
+
+def test_arrays_that_unpack_to_far_more_than_they_are_are_refused(tmp_path: Path) -> None:
+    np.savez_compressed(tmp_path / "a.npz", t=[0.0, 1.0], q=np.zeros((2, 2)), qd=np.zeros((5_000_000, 2)))
+    with pytest.raises(FileError, match=r"a\.npz would unpack to 800\d+ bytes, far more than it is"):
         read_points(tmp_path / "a.npz", ARM)

@@ -1,5 +1,6 @@
 """A library that is missing or of another version is told in one sentence; arrays are read as C does."""
 
+import ctypes.util
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,12 @@ def test_a_library_that_does_not_fit_is_told(monkeypatch: pytest.MonkeyPatch) ->
     assert loading.load(there).planner_version() == loading._VERSION
     with pytest.raises(InstallationError, match="install the package again"):
         loading.load(there.with_name("libmissing.so"))
+    monkeypatch.setitem(loading._ARGUMENTS, "what_was_added_later", ())
+    with pytest.raises(InstallationError, match="of another version of the planner: install the package again"):
+        loading.load(there)
+    with pytest.raises(InstallationError, match="of another version of the planner: install the package again"):
+        loading.load(Path(ctypes.util.find_library("m") or "libm.so.6"))  # which says no version
+    monkeypatch.undo()
     monkeypatch.setattr(loading, "_VERSION", -1)
     with pytest.raises(InstallationError, match="install the package again"):
         loading.load(there)

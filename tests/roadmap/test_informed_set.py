@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.base.outcome import Outcome
+from planner.base.request import PlanRequest
+from planner.planning import plan
 from planner.roadmap.informed_set import InformedSet
+from planner.roadmap.ompl_planners import TreePlanners
 from tests.worlds import load
 
 
@@ -53,3 +57,18 @@ def test_the_box_touches_the_set_on_every_side() -> None:
     ring = 0.65 * np.cos(turn)[:, None] * axis + short * np.sin(turn)[:, None] * np.array([-axis[1], axis[0]])
     ring += 0.5 * (start + goal)
     np.testing.assert_allclose([space.lower, space.upper], [ring.min(axis=0), ring.max(axis=0)], atol=1e-6)
+
+
+@pytest.mark.parametrize("apart", [5e-324, 1e-310, 1e-160, 1e-30, 1e-17, 1e-12])
+def test_ends_that_are_all_but_the_same_leave_a_box_to_sample(apart: float) -> None:
+    robot = load("planar_2r")
+    for start in (np.array([0.0, 1.0]), robot.upper):
+        goal = start - [apart, 0.0]
+        space = InformedSet(robot, start[None], goal[None], np.linalg.norm(goal - start)).space
+        with TreePlanners(space, lambda first, delta: True, np.random.default_rng(0)) as planners:
+            assert planners.rrt_connect(start[None], goal[None], 0.1, 10) is not None
+
+
+def test_a_plan_between_ends_that_are_all_but_the_same() -> None:
+    found = plan(PlanRequest(robot="planar_2r", scene="empty", start="q:0,1", goal="q:1e-310,1", nodes=20))
+    assert found.outcome is Outcome.SOLVED

@@ -49,7 +49,12 @@ def test_rows_survive_the_file(tmp_path: Path) -> None:
     assert read_rows(tmp_path / "missing.csv", Row, "planner bench this") == []
 
 
-@pytest.mark.parametrize("text", ["a,b\n1,2\n", to_csv(ROWS, Row).replace("True", "perhaps"), "\xff\xfe", "name\nx\n"])
+LONG = f"name,x\n{'x' * 140_000},1\n"  # longer than a cell may be
+
+
+@pytest.mark.parametrize(
+    "text", ["a,b\n1,2\n", to_csv(ROWS, Row).replace("True", "perhaps"), "\xff\xfe", "name\nx\n", LONG]
+)
 def test_a_foreign_table_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / "t.csv").write_bytes(text.encode("latin-1"))
     with pytest.raises(FileError, match=r"is not a table that planner bench this wrote.*move it away"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import re
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -64,6 +65,23 @@ def test_a_damaged_file_is_made_anew(robot: Robot, cache: Path, content: bytes) 
     kept.write_bytes(content)
     assert contents(drawn_bodies(robot)) == contents(first)
     assert kept.read_bytes() == whole
+
+
+def test_whatever_bit_is_flipped_all_is_drawn(robot: Robot, cache: Path) -> None:
+    first, commands = contents(drawn_bodies(robot)), visuals_of(robot).commands.content
+    (kept,) = cache.glob("*.npz")
+    whole, anew = kept.read_bytes(), 0
+    records = [found.start() for found in re.finditer(rb"PK\x01\x02", whole)]
+    flags = [8 * (at + byte) + bit for at in records[:5] for byte in (6, 8, 10, 20) for bit in (0, 4, 6)]
+    headers = [8 * at + 3 for name in (b"NUMPY", b"descr", b"shape") for at in (whole.index(name), whole.rindex(name))]
+    for bit in (*flags, *headers, *range(0, 8 * len(whole), 8 * len(whole) // 40)):
+        damaged = bytearray(whole)
+        damaged[bit // 8] ^= 1 << bit % 8
+        kept.write_bytes(damaged)
+        assert visuals_of(robot).commands.content == commands
+        anew += kept.read_bytes() == whole
+        assert contents(drawn_bodies(robot)) == first
+    assert anew > 40
 
 
 def test_without_a_place_to_keep_it_everything_is_drawn(robot: Robot, cache: Path) -> None:

@@ -10,18 +10,20 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
+import pydantic
+
 from planner.base.errors import OptionError
 from planner.base.files import is_file, make_folder, write_json, write_whole
 from planner.base.progress import QUIET, Progress
 from planner.base.request import SERIAL, PlanRequest, WorkersRequest
 from planner.base.versions import versions
-from planner.studies.batch.tasks import Task, read_tasks
+from planner.studies.batch.tasks import CSV_NAME, Task, read_tasks
 from planner.studies.bench_plan.rows import CRASHED, SOLVED, TIMED_OUT
 from planner.studies.parallel import measured_cases
 from planner.studies.process import Ended, run_module
 from planner.studies.table import markdown_table, median, software, to_csv
 
-CSV_NAME, ROW_NAME = "batch.csv", "row.json"
+ROW_NAME = "row.json"
 _SHOWN = 20  # plans without a path that the report names
 
 
@@ -134,8 +136,8 @@ def _kept(task: Task, out: Path) -> Row | None:
     if not is_file(path):
         return None
     try:
-        row = Row(**json.loads(path.read_text()))
-    except (OSError, ValueError, TypeError):
+        row = pydantic.TypeAdapter(Row).validate_python(json.loads(path.read_text()))
+    except (OSError, ValueError, TypeError, RecursionError):
         return None  # of another version, or cut off: planned again
     blank = _blank(task)
     same = (row.name, row.asked, row.software) == (blank.name, blank.asked, blank.software)

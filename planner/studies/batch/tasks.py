@@ -6,7 +6,6 @@ import csv
 import hashlib
 import json
 import re
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -17,12 +16,14 @@ import pydantic
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.files import is_file, is_folder
 from planner.base.request import PlanRequest, SweepRequest
-from planner.base.yamlfile import Strict, nearest, parse_yaml, read_text, validate
+from planner.base.yamlfile import Strict, nearest, parse_yaml, read_text, repeated, validate
 from planner.query.sources import sources_hash
 from planner.studies.bench_plan.problems import find_problems
 from planner.studies.options import plain_options
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]*(/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*")  # a folder below the batch's own
+CSV_NAME = "batch.csv"
+_OUR_NAMES = re.compile(r"batch\.csv|row\.json|plan\.(json|html)|roadmap\.npz|trajectory\.json", re.IGNORECASE)
 _OPTIONS = tuple(field.name for field in fields(PlanRequest))
 _FILES = ("robot", "scene", "srdf", "motion_plan_request", "roadmap")  # options that may be the path of a file
 _SPELLINGS = {"request": "motion_plan_request"}  # as the command line has it
@@ -80,7 +81,7 @@ def read_tasks(source: Path, plain: PlanRequest) -> list[Task]:
         case other:
             raise FileError(f"batch file {source} ends in '{other}': give a .yaml or .csv file, or a folder.")
     tasks = [_task(entry, k, plain, source) for k, entry in enumerate(entries, start=1)]
-    twice = [name for name, count in Counter(task.name for task in tasks).items() if count > 1]
+    twice = repeated(task.name for task in tasks)
     if twice:
         raise FileError(f"batch file {source} has two plans called '{twice[0]}': their names must differ.")
     return tasks
@@ -89,10 +90,13 @@ def read_tasks(source: Path, plain: PlanRequest) -> list[Task]:
 def _csv_entries(text: str, source: Path) -> list[dict[str, Any]]:
     """One plan a line; an empty cell says nothing."""
     table = csv.DictReader(text.splitlines())
-    twice = [name for name, count in Counter(map(str.strip, table.fieldnames or ())).items() if count > 1]
+    try:
+        names, rows = table.fieldnames or (), list(table)
+    except csv.Error as error:  # a cell of more than 131,072 characters
+        raise FileError(f"batch file {source} is no CSV: {error}; mend the file.") from None
+    twice = repeated(map(str.strip, names))
     if twice:
         raise FileError(f"batch file {source} has two columns called '{twice[0]:.100}': keep one of them.")
-    rows = list(table)
     if not rows:
         raise FileError(f"batch file {source} holds no plans: give a line of option names and a line for each plan.")
     if any(None in row or None in row.values() for row in rows):
@@ -104,6 +108,9 @@ def _task(entry: Mapping[str, Any], number: int, plain: PlanRequest, source: Pat
     given = {_SPELLINGS.get(key, key.replace("-", "_")): value for key, value in entry.items()}
     name = str(given.pop("name", f"{number:04d}"))
     where = f"batch file {source}, plan '{name:.100}'"
+    ours = next((part for part in name.split("/") if _OUR_NAMES.fullmatch(part)), None)
+    if ours:
+        raise FileError(f"{where}: '{ours}' is the name of a file that a batch writes; choose another one.")
     if not NAME.fullmatch(name) or ".." in name:
         raise FileError(f"{where}: it cannot be the name of a folder; use letters, digits, '_', '-', '.' and '/'.")
     unknown = [key for key in given if key not in _OPTIONS]

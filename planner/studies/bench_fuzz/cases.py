@@ -13,17 +13,20 @@ from typing import Any
 
 import numpy as np
 
+from planner import gabf
 from planner.base.arrays import frozen
+from planner.base.errors import InstallationError
 from planner.base.hashing import content_hash
 from planner.base.resources import robots_folder, scenes_folder
 from planner.base.yamlfile import parse_yaml
 from planner.collision import make_checker
+from planner.motion.ros_bag import write_bag
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import DTYPES
 from planner.roadmap.storage import save_roadmap
 from planner.studies.bench_fuzz import mesh_files, uses
 from planner.studies.bench_fuzz.mutations import as_json, mutated_bytes, mutated_text, mutated_tree, mutated_xml
-from planner.studies.bench_fuzz.uses import ARM, arm
+from planner.studies.bench_fuzz.uses import ARM, KERNEL, arm
 from planner.world.scene import Scene
 from planner.world.srdf import read_srdf
 from planner.world.urdf import example_robot_data
@@ -155,6 +158,14 @@ JOINT_LIMITS = {
         "joint_2": {"has_velocity_limits": False, "max_velocity": 0, "has_jerk_limits": True, "max_jerk": 100},
     },
 }
+BATCH = {
+    "plans": [
+        {"name": "one", "robot": ARM, "scene": "empty", "beta": 0.2, "goal": "q:0,1"},
+        {"name": "a/two", "nodes": 30, "seed": 3, "min-manipulability": 0.1, "widen_limits": False},
+    ]
+}
+BATCH_CSV = f"name,robot,scene,beta,nodes\none,{ARM},empty,0.5,30\ntwo,{ARM},shelf,,40\n"
+RECORD = {**PATH, "format_version": 1, "files": {"roadmap.npz": "0" * 64, "trajectory.json": "1" * 64}}
 CSV = "time,joint_2,joint_1\n0.0,0.5,0.0\n0.5,0.4,0.2\n1.0,0.1,0.4\n"
 
 
@@ -182,6 +193,12 @@ def kinds() -> dict[str, FileKind]:
         "ply": FileKind(".ply", lambda rng: mutated_text(mesh_files.ply(), rng), uses.use_mesh),
         "ply of bytes": FileKind(".ply", lambda rng: mutated_bytes(mesh_files.ply_of_bytes(), rng), uses.use_mesh),
         "dae": FileKind(".dae", _dae, uses.use_mesh),
+        "network": FileKind(".npz", _network, uses.use_network),
+        "robot.yaml": FileKind(".yaml", lambda rng: mutated_text(_robot_text(), rng), uses.use_robot_file),
+        "batch": FileKind(".yaml", lambda rng: _changed(BATCH, rng), uses.use_batch),
+        "batch csv": FileKind(".csv", lambda rng: mutated_text(BATCH_CSV, rng), uses.use_batch),
+        "record": FileKind("-plan.json", lambda rng: _changed(RECORD, rng), uses.use_record),
+        "bag": FileKind(".mcap", lambda rng: mutated_bytes(_bag(), rng), uses.use_trajectory),
     }
 
 
@@ -251,6 +268,44 @@ def _trajectory_npz(rng: np.random.Generator) -> bytes:
     buffer = io.BytesIO()
     np.savez(buffer, allow_pickle=False, **arrays, joints=np.array(["joint_1", "joint_2"]))
     return buffer.getvalue() if whole else mutated_bytes(buffer.getvalue(), rng)
+
+
+@cache
+def _bag() -> bytes:
+    message: dict[str, Any] = MOVEIT_TRAJECTORY["joint_trajectory"]
+    points = [{**point, "time_from_start": {"sec": k, "nanosec": 5}} for k, point in enumerate(message["points"])]
+    try:
+        return write_bag({**message, "points": points})
+    except InstallationError:  # then all of them are refused with its sentence
+        return b"no library for bags"
+
+
+@cache
+def _robot_text() -> str:
+    return (robots_folder() / ARM / "robot.yaml").read_text("utf-8")
+
+
+@cache
+def _network_parts() -> tuple[bytes, dict[str, np.ndarray]]:
+    """A small network as it is written, and its arrays."""
+    tails, heads, weight = np.array([0, 1, 2]), np.array([1, 2, 1]), np.array([1.0, 2.0, 3.0])
+    made = gabf.Network.from_arcs(tails, heads, weight, np.array([2]), 3, node_cost=np.ones(3), kernel=KERNEL)
+    with tempfile.TemporaryDirectory() as folder:
+        gabf.write_network(made, Path(folder) / "network.npz")
+        data = (Path(folder) / "network.npz").read_bytes()
+    with np.load(io.BytesIO(data), allow_pickle=False) as content:
+        return data, {name: content[name] for name in content.files}
+
+
+def _network(rng: np.random.Generator) -> bytes:
+    """Bytes changed; or one of the arrays."""
+    data, arrays = _network_parts()
+    if rng.random() < 0.5:
+        return mutated_bytes(data, rng)
+    name = str(rng.choice(list(arrays)))
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **{**arrays, name: _odd_array(arrays[name], rng)})
+    return buffer.getvalue()
 
 
 def _dae(rng: np.random.Generator) -> bytes:

@@ -6,6 +6,7 @@ Everything is drawn from one generator, so that a case can be made again from it
 from __future__ import annotations
 
 import copy
+import functools
 import json
 import re
 import xml.etree.ElementTree as ET
@@ -17,7 +18,9 @@ import numpy as np
 _DEEP = 3000  # levels
 _NUMBERS = (0, -1, 1e-320, 1e-9, -0.0, 1e20, -1e20, 1e300, 1e308, 10**25, 2**31, -(2**63), 90, 0.5, 999999999)
 _TEXTS = ("", " ", "universe", "a" * 5000, "\u202e\u0000x", "ä\U0001f600", "q:1,2", "../../x", "%s{0}", "nan", "-inf")
+_BOMB = functools.reduce(lambda inner, k: f"[&b{k} {inner}, *b{k} ]", range(40), "1")  # 2^40 values in 500 letters
 _TOKENS = (
+    *(_BOMB, "{<<: [&m {a: 1}, *m ]}", "&c [{a: *c }]", "&d {<<: *d }", "1" * 140_000, "1:" * 20_000 + "1"),
     *("nan", "inf", "-inf", "1e400", "-1e308", "1e-320", "0", "-1", "0x1F", "0b9", "9" * 5000, "1_0", "1:99", "٣", "²"),
     *(
         "~",

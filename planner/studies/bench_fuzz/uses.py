@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import shutil
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from planner.base.request import LimitsRequest
+from planner import gabf
+from planner.base.beside import mismatch
+from planner.base.request import LimitsRequest, PlanRequest
+from planner.base.resources import robots_folder
 from planner.base.targets import parse_target
 from planner.collision import BACKENDS, make_checker
 from planner.collision.edge_prover import EdgeProver
@@ -23,12 +27,14 @@ from planner.paths.file import read_joint_path
 from planner.query.message import goals_of, joints_of
 from planner.roadmap.repair import verify
 from planner.roadmap.storage import load_roadmap
+from planner.studies.batch.tasks import read_tasks
 from planner.studies.bench_fuzz.mesh_files import robot_with_mesh
 from planner.world.moveit.requests import read_motion_plan_request
 from planner.world.plausible import notes
 from planner.world.robot import Robot, with_carried
 from planner.world.scene import Scene
 
+KERNEL = gabf.TradeOff(beta=0.5)  # of networks
 ARM = "planar_2r"  # two joints: every use takes milliseconds
 
 
@@ -101,6 +107,34 @@ def use_roadmap(path: Path) -> None:
     if roadmap.origin.joints == arm().joints:
         verify(roadmap, make_checker(arm(), Scene.load("empty"), "coal"))
     _ = roadmap.connected, roadmap.sha256
+
+
+def use_network(path: Path) -> None:
+    """The network under a kernel."""
+    gabf.read_network(path, KERNEL)
+
+
+def use_robot_file(path: Path) -> None:
+    """The robot that a robot.yaml says, in a folder of its own as it is named there."""
+    folder = path.with_name("robot")
+    shutil.copytree(robots_folder() / ARM, folder, dirs_exist_ok=True)
+    shutil.copy(path, folder / "robot.yaml")
+    _use(Robot.load(str(folder / "robot.yaml")), Scene.load("empty"))
+
+
+def use_batch(path: Path) -> None:
+    """The plans that a batch would make."""
+    read_tasks(path, PlanRequest(robot=ARM, scene="empty", nodes=20))
+
+
+def use_record(path: Path) -> None:
+    """A plan's record beside files: whether these fit, and the path in it."""
+    record = path.with_name("plan.json")
+    shutil.copy(path, record)
+    record.with_name("roadmap.npz").write_bytes(b"")
+    mismatch(record)
+    mismatch(record.with_name("roadmap.npz"))
+    read_joint_path(record, arm())
 
 
 def _use(robot: Robot, scene: Scene) -> None:

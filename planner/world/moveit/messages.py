@@ -12,7 +12,7 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats
-from planner.base.yamlfile import Coordinate, Name, Size, Strict
+from planner.base.yamlfile import Coordinate, Name, Size, Strict, repeated
 from planner.world.moveit.fields import Label, Noted, Refused
 from planner.world.poses import pose
 
@@ -198,7 +198,7 @@ class JointState(Strict):
 
 
 def _once(names: Sequence[str]) -> None:
-    twice = sorted({name for name in names if names.count(name) > 1})
+    twice = repeated(names)
     if twice:
         raise ValueError(f"'{twice[0]}' is named twice; name each once")
 

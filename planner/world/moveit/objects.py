@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from planner.base.errors import SceneError
-from planner.base.yamlfile import shown
+from planner.base.yamlfile import repeated, shown
 from planner.world.moveit.messages import AttachedCollisionObject, CollisionObject, MeshMessage, SolidPrimitive
 from planner.world.shapes import Box, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
 
@@ -65,6 +65,6 @@ def _frame(item: CollisionObject) -> str:
 
 def require_once(names: Sequence[str], where: str) -> None:
     """Raise :class:`SceneError` where a message holds two objects of one name: MoveIt would keep the last only."""
-    twice = sorted({name for name in names if names.count(name) > 1})
+    twice = repeated(names)
     if twice:
         raise SceneError(f"{where}: object {shown(twice[0])} is given twice; rename one, or take it out.")

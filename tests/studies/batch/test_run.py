@@ -87,10 +87,12 @@ def test_what_is_there_is_kept_and_what_failed_is_planned_again(
     asked = answers(monkeypatch, 0)
     run_batch(source, out, PLAIN)
     assert asked == ["two"]
-    (out / "one" / "row.json").write_text('{"name": ')
-    asked = answers(monkeypatch, 0)
-    run_batch(source, out, PLAIN)
-    assert asked == ["one"]
+    row = (out / "one" / "row.json").read_text()
+    for damaged in ('{"name": ', "[" * 100_000, row.replace('"seconds": ', '"seconds": [], "seconds_": ')):
+        (out / "one" / "row.json").write_text(damaged)
+        asked = answers(monkeypatch, 0)
+        run_batch(source, out, PLAIN)
+        assert asked == ["one"]
 
 
 def test_a_mesh_that_a_scene_names_is_part_of_what_is_asked(

@@ -7,8 +7,13 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import FileError
-from planner.studies.batch.tasks import read_tasks
+from planner.motion.file import TRAJECTORY_NAME
+from planner.plan_record import JSON_NAME, PAGE_NAME, ROADMAP_NAME
+from planner.studies.batch.run import ROW_NAME
+from planner.studies.batch.tasks import CSV_NAME, read_tasks
 from tests.studies.batch.test_run import PLAIN
+
+WRITTEN = (JSON_NAME, PAGE_NAME, ROADMAP_NAME, TRAJECTORY_NAME, ROW_NAME)  # into a plan's folder
 
 
 def test_csv_and_paths_beside_the_file(tmp_path: Path) -> None:
@@ -38,6 +43,10 @@ def test_csv_and_paths_beside_the_file(tmp_path: Path) -> None:
         ("plans: [{name: a}, {name: a}]", "two plans called 'a'"),
         ("plans: [{name: ../a}]", "cannot be the name of a folder"),
         ("plans: [{name: /a}]", "cannot be the name of a folder"),
+        *(
+            (f"plans: [{{name: a}}, {{name: {name}}}]", "is the name of a file that a batch writes")
+            for name in (CSV_NAME, "a/Roadmap.npz/b", *(f"a/{name}" for name in WRITTEN))
+        ),
     ],
 )
 def test_a_file_that_makes_no_sense_is_refused_by_plan_and_option(text: str, message: str, tmp_path: Path) -> None:
@@ -50,4 +59,10 @@ def test_a_file_that_makes_no_sense_is_refused_by_plan_and_option(text: str, mes
 def test_a_column_that_stands_twice_is_refused(tmp_path: Path) -> None:
     (tmp_path / "batch.csv").write_text("name,beta,beta\na,0.1,0.9\n")
     with pytest.raises(FileError, match="two columns called 'beta'"):
+        read_tasks(tmp_path / "batch.csv", PLAIN)
+
+
+def test_a_cell_without_end_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "batch.csv").write_text(f"name,scene\na,{'x' * 140_000}\n")
+    with pytest.raises(FileError, match=r"batch\.csv is no CSV: field larger than field limit"):
         read_tasks(tmp_path / "batch.csv", PLAIN)

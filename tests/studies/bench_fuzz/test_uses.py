@@ -22,6 +22,10 @@ from planner.world.scene import Scene
         (uses.use_trajectory, "a.csv"),
         (uses.use_limits, "a.yaml"),
         (uses.use_roadmap, "a.npz"),
+        (uses.use_network, "a.npz"),
+        (uses.use_robot_file, "a.yaml"),
+        (uses.use_batch, "a.yaml"),
+        (uses.use_record, "a.json"),
     ],
 )
 def test_nonsense_is_refused(use, name: str, tmp_path: Path) -> None:

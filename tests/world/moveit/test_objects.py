@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
 from planner.base.errors import SceneError
+from planner.world.moveit.objects import require_once
 from planner.world.moveit.scenes import planning_scene
 from planner.world.shapes import Box, Cylinder, Mesh, Sphere
 from tests.world.moveit.samples import BOX, HERE, scene
@@ -52,3 +55,11 @@ def test_refused_objects(bad: dict, part: str) -> None:
     with pytest.raises(SceneError, match=r"test\.yaml") as caught:
         planning_scene(scene({**BOX, **bad}), HERE)
     assert part in str(caught.value)
+
+
+def test_many_names_are_told_apart_at_once() -> None:
+    begin = time.process_time()
+    require_once([str(k) for k in range(50_000)], "it")
+    assert time.process_time() - begin < 1.0
+    with pytest.raises(SceneError, match="'7' is given twice"):
+        require_once([*map(str, range(50_000)), "7"], "it")
