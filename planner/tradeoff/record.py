@@ -19,7 +19,7 @@ from planner.base.formats import require_readable_version
 from planner.base.html import html_table
 from planner.base.progress import rounded
 from planner.base.request import SweepRequest
-from planner.base.yamlfile import Strict, read_text, validate
+from planner.base.yamlfile import Strict, read_text, shown, validate
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.tradeoff.nondominated import Front
@@ -233,6 +233,6 @@ def _read(path: Path) -> _Kept:
 def _require_same_request(earlier: dict[str, Any], now: dict[str, Any], path: Path) -> None:
     other = sorted(key for key in earlier.keys() | now.keys() if earlier.get(key) != now.get(key))
     if other:
-        option = "--" + other[0].replace("_", "-")
-        was, asked = (repr(config.get(other[0])) for config in (earlier, now))
+        option = "--" + other[0].replace("_", "-")[:100]
+        was, asked = (shown(config.get(other[0])) for config in (earlier, now))
         raise FileError(f"{path} was made with {option} {was}, not {asked}: repeat its options, or leave --resume out.")

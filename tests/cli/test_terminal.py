@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -44,6 +46,13 @@ def test_no_name_steers_the_terminal(capsys: pytest.CaptureFixture[str]) -> None
     out = capsys.readouterr().out
     assert out.count("\\x1b]0;title\\x07\\x9b2J\\u202e") >= 7  # one is cut off by the table
     assert not set("\x1b\x07\x9b\u202e") & set(out)
+
+
+def test_no_name_in_a_warning_steers_the_terminal() -> None:
+    script = "import logging, sys; from planner import cli; sys.argv[1:] = ['--version']\n"
+    script += "import atexit; atexit.register(lambda: logging.warning('%s: two\\nlines', 'a\\x1b[2Jb'))\ncli.main()"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.stderr == "planner: a\\x1b[2Jb: two\nlines\n"
 
 
 @pytest.mark.parametrize("context", [working, watching])
