@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pydantic
 
 from planner.base.errors import FileError
 from planner.base.request import KeptRequest, WorldRequest
@@ -14,6 +17,7 @@ from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.query.open import open_world
 from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.world.robot import with_widened_limits
 
 
@@ -43,6 +47,23 @@ def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionCheck
     if request.widen_limits and robot.joints == origin.joints:
         wide = with_widened_limits(robot, np.array([origin.world.lower, origin.world.upper]))
         checker = make_checker(wide, checker.world.scene, world.collision, world.margin)
+    return checker
+
+
+def reopen_plan(config: Mapping[str, Any], path: Path) -> CollisionChecker:
+    """A checker of the world that a plan was made in, by the ``config`` of its plan.json and its roadmap at ``path``.
+
+    Raises :class:`PlannerError` where it cannot be opened, or is not to the bit what the roadmap was proven in.
+    """
+    names = {"request": "motion_plan_request"} | {field.name: field.name for field in fields(KeptRequest)}
+    said = {names[key]: value for key, value in config.items() if key in names}
+    try:
+        request = pydantic.TypeAdapter(KeptRequest).validate_python(said)
+    except pydantic.ValidationError:
+        raise FileError(f"the options in the plan.json beside {path} are not what a plan writes: plan again.") from None
+    roadmap = load_roadmap(path)
+    checker = reopen(request, roadmap, path)
+    require_same_world(roadmap, checker, path)
     return checker
 
 
