@@ -32,6 +32,10 @@ class OptionError(PlannerError):
     exit_code = 2
 
 
+class KeywordError(OptionError, TypeError):
+    """An option of a name that a function does not know."""
+
+
 class RobotError(PlannerError):
     """A robot that cannot be found or loaded, or a frame or joint that it does not have."""
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
 from planner.base.errors import OptionError, PlannerError, choices
+from planner.base.places import Place, place, place_text
 from planner.base.targets import joints_text, parse_base, parse_target, parse_targets
 
 
@@ -20,11 +22,13 @@ class Named(Protocol):
 
 
 if TYPE_CHECKING:
-    Thing: TypeAlias = str | Path | Named
+    Thing: TypeAlias = Place | Named
+    File: TypeAlias = Place
     State: TypeAlias = str | Iterable[float]
     Names: TypeAlias = str | Iterable[str]
 else:  # what the command line gives; from Python a robot, a scene, joint values and lists of names will do as well
     Thing = State = Names = str
+    File = Path
 
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Backend = Literal["fcl", "coal"]
@@ -55,7 +59,7 @@ class WorldRequest:
     tool: str | None = None
     """Frame of the robot that targets and manipulability speak of; the scene's, the robot's or the tip of --group where
     left out."""
-    srdf: Path | None = None
+    srdf: File | None = None
     """An SRDF in place of the robot's own: link pairs that need no check, groups, named states."""
     group: str | None = None
     """Planning group of the SRDF: only its joints are planned."""
@@ -75,12 +79,7 @@ class WorldRequest:
         require_margin(self.margin)
         if self.base is not None:
             parse_base(self.base)
-        for name in ("robot", "scene"):
-            if isinstance(getattr(self, name), Path):
-                object.__setattr__(self, name, str(getattr(self, name)))
-        for name in ("srdf", "motion_plan_request", "roadmap"):
-            if isinstance(getattr(self, name, None), str):
-                object.__setattr__(self, name, Path(getattr(self, name)))
+        _take_places(self)
         if self.joints is not None:
             object.__setattr__(self, "joints", names_text(self.joints))
         require_one_choice(self.group, self.joints)
@@ -108,7 +107,7 @@ class RoadmapRequest(WorldRequest):
     """Where the arm starts."""
     goal: State = "goal"
     """Where the arm should go; several, with the option repeated or with ';' between them, are alternatives."""
-    motion_plan_request: Path | None = None
+    motion_plan_request: File | None = None
     """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
     ik_solutions: int = 8
     """Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to the
@@ -151,7 +150,7 @@ class KeptRequest:
     """Name of a built-in scene or the path of a scene file; the file's own if that is a built-in one."""
     tool: str | None = None
     """Frame of the robot that manipulability speaks of."""
-    srdf: Path | None = None
+    srdf: File | None = None
     """The SRDF that the roadmap was built with, where it is not the robot's own."""
     group: str | None = None
     """The planning group that it was built with."""
@@ -162,7 +161,7 @@ class KeptRequest:
     separating planes prove the edges, and coal looks at every answer too."""
     margin: float | None = None
     """Distance in metres to keep from every obstacle, and between links."""
-    motion_plan_request: Path | None = None
+    motion_plan_request: File | None = None
     """The MoveIt MotionPlanRequest (YAML) of the roadmap, to take the joints that are not planned from."""
     widen_limits: bool = False
     """Widen joint limits to those that the roadmap was grown within."""
@@ -170,6 +169,7 @@ class KeptRequest:
     """Where the robot's base stands in the scene, as the roadmap was built with it."""
 
     def __post_init__(self) -> None:
+        _take_places(self)
         if self.base is not None:
             parse_base(self.base)
         if self.margin is not None:
@@ -181,7 +181,7 @@ class KeptRequest:
 class SweepRequest(RoadmapRequest):
     """A roadmap and what its costs and its dynamics are, for every beta."""
 
-    roadmap: Path | None = None
+    roadmap: File | None = None
     """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
     law: LawName = "singularity-free"
     """Control law under which the dynamics runs."""
@@ -255,10 +255,11 @@ class LiveRequest:
     """Configurations in the roadmap, with --live; 1012 where left out."""
     seed: int | None = None
     """Seed of all randomness, with --live; 0 where left out."""
-    roadmap: Path | None = None
+    roadmap: File | None = None
     """A roadmap.npz of the same joints to begin with, with --live; what does not hold in the scene is left out."""
 
     def __post_init__(self) -> None:
+        _take_places(self)
         said = self.complete()
         parse_target(said["start"])
         parse_targets(said["goal"])
@@ -276,7 +277,7 @@ class LiveRequest:
 class LimitsRequest:
     """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
 
-    limits: Path | None = None
+    limits: File | None = None
     """A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints."""
     velocity_scale: float | None = None
     """Share of the velocity limits to use, above 0 up to 1."""
@@ -288,6 +289,7 @@ class LimitsRequest:
     """Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own."""
 
     def __post_init__(self) -> None:
+        _take_places(self)
         for name, scale in (("velocity", self.velocity_scale), ("acceleration", self.acceleration_scale)):
             if scale is not None:
                 require_scale(name, scale)
@@ -334,6 +336,18 @@ class WorkersRequest:
 
 
 SERIAL = WorkersRequest()
+
+
+def _take_places(request: Any) -> None:
+    """Paths of a robot or a scene as text, all others as paths; :class:`FileError` for what is neither."""
+    for name in ("robot", "scene"):
+        value = getattr(request, name, None)
+        if isinstance(value, PathLike):
+            object.__setattr__(request, name, place_text(value, name))
+    for name in ("srdf", "motion_plan_request", "roadmap", "limits"):
+        value = getattr(request, name, None)
+        if value is not None:
+            object.__setattr__(request, name, place(value, name))
 
 
 def _plain(value: Any) -> Any:

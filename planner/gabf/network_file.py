@@ -11,6 +11,7 @@ from typing import IO, Any
 import numpy as np
 
 from planner.base.errors import FileError
+from planner.base.places import Place, place
 from planner.gabf.kernels import Kernel
 from planner.gabf.network import Network
 
@@ -22,12 +23,12 @@ _PADDING = 0x4150  # the id of a part of a header that readers pass over
 _MAP_FROM = 4096  # bytes; smaller arrays are read
 
 
-def write_network(network: Network, path: Path) -> None:
+def write_network(network: Network, path: Place) -> None:
     """Write the arrays of ``network``, uncompressed and aligned, whole or not at all; its kernel is not kept.
 
     Any reader of ``.npz`` reads the file. :class:`FileError` where it cannot be written.
     """
-    temporary = None
+    path, temporary = place(path), None
     try:
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
             temporary = file.name
@@ -43,12 +44,13 @@ def write_network(network: Network, path: Path) -> None:
         raise FileError(f"{path} cannot be written: {error.strerror or error}; choose another place.") from None
 
 
-def read_network(path: Path, kernel: Kernel) -> Network:
+def read_network(path: Place, kernel: Kernel) -> Network:
     """The network in ``path`` under ``kernel``, its arrays mapped read-only into memory where they are not compressed.
 
     Pages are loaded as they are used, and processes of one machine share them. Raises :class:`FileError` for a file
     that is none of a network, AssumptionError as :class:`Network` does.
     """
+    path = place(path)
     try:
         with zipfile.ZipFile(path) as archive, path.open("rb") as file:
             members = {Path(info.filename).stem: info for info in archive.infolist()}

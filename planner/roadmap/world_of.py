@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pydantic
 
 from planner.base.errors import FileError
+from planner.base.places import Place
 from planner.base.request import KeptRequest, WorldRequest
 from planner.base.resources import published_scene_names, robot_names, scene_names
 from planner.collision import make_checker
@@ -21,7 +21,7 @@ from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.world.robot import with_widened_limits
 
 
-def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionChecker:
+def reopen(request: KeptRequest, roadmap: Roadmap, path: Place) -> CollisionChecker:
     """A checker of the robot and scene that ``request`` or else the file at ``path`` names.
 
     Raises :class:`FileError` where the file names one that is not built in, and nobody says where it is.
@@ -50,7 +50,7 @@ def reopen(request: KeptRequest, roadmap: Roadmap, path: Path) -> CollisionCheck
     return checker
 
 
-def reopen_plan(config: Mapping[str, Any], path: Path) -> CollisionChecker:
+def reopen_plan(config: Mapping[str, Any], path: Place) -> CollisionChecker:
     """A checker of the world that a plan was made in, by the ``config`` of its plan.json and its roadmap at ``path``.
 
     Raises :class:`PlannerError` where it cannot be opened, or is not to the bit what the roadmap was proven in.
@@ -67,7 +67,7 @@ def reopen_plan(config: Mapping[str, Any], path: Path) -> CollisionChecker:
     return checker
 
 
-def _built_in(what: str, name: str, names: Sequence[str], path: Path) -> str:
+def _built_in(what: str, name: str, names: Sequence[str], path: Place) -> str:
     if name not in names:
         raise FileError(f"roadmap {path} is for {what} '{name}', which is not built in: say where it is with --{what}.")
     return name
