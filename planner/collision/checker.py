@@ -34,6 +34,10 @@ class CollisionChecker(Protocol):
         """``known``: a checker in another world of the same arm; shapes that are in both are shared with it."""
         ...
 
+    def __reduce__(self) -> tuple[type[Self], tuple[World]]:
+        """A copy, and one out of a pickle, is a checker of its own: the libraries' objects are made anew."""
+        return type(self), (self.world,)
+
     @property
     def robot(self) -> Robot:
         return self.world.robot
