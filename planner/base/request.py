@@ -57,8 +57,8 @@ class WorldRequest:
     scene: Thing = "paper"
     """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
     tool: str | None = None
-    """Frame of the robot that targets and manipulability speak of; the scene's, the robot's or the tip of --group where
-    left out."""
+    """Frame of the robot that targets and manipulability speak of; where left out the scene's, else the robot's, else
+    the tip of --group, or of the group that --request names."""
     srdf: File | None = None
     """An SRDF in place of the robot's own: link pairs that need no check, groups, named states."""
     group: str | None = None
@@ -194,7 +194,7 @@ class SweepRequest(RoadmapRequest):
     charge: Charge = DEFAULT_CHARGE
     """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
     effort: int | None = None
-    """Rounds in which the best path is refined and others searched; left out, 6, or 0 with --roadmap: as it is."""
+    """Rounds in which the best path is refined and others searched; left out, 12, or 0 with --roadmap: as it is."""
     room: float = DEFAULT_ROOM
     """Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and so
     on where start, goal or the narrowest passage leave no more. 0 for none."""
