@@ -14,7 +14,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import frozen
-from planner.base.errors import SceneError
+from planner.base.errors import SceneError, require_kind
 from planner.base.options import PlanOptions, plan_request
 from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress, Stopwatch
@@ -62,6 +62,8 @@ def plan(
     Where obstacles move along known motions the plan is the earliest motion through the roadmap that keeps clear of
     them, waiting included, and ``beta`` shapes the roadmap only; this needs ``timing``.
     """
+    fits = timing is None or isinstance(timing, TimingRequest)
+    require_kind("timing", timing, fits, "a planner.TimingRequest, or None for a path without times")
     request, clock = plan_request(request, options), Stopwatch()
     with clock("setup"):
         query = make_query(request, in_time=timing is not None)

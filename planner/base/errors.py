@@ -56,12 +56,22 @@ class ArrayError(PlannerError, ValueError):
     """An array of another shape than a function takes, or with values that it cannot use."""
 
 
+class KindError(PlannerError, TypeError):
+    """Something of another kind than a function takes."""
+
+
 class AssumptionError(PlannerError):
     """An assumption of the paper that the given data breaks: the theorem would not hold."""
 
 
 class InstallationError(PlannerError):
     """A part of the planner itself that is missing or of another version."""
+
+
+def require_kind(what: str, value: object, fits: bool, remedy: str) -> None:
+    """Raise :class:`KindError` unless ``value`` ``fits``: with ``what`` it is for, and what to give in its place."""
+    if not fits:
+        raise KindError(f"{what} is a {type(value).__name__}: give {remedy}.")
 
 
 def choices(names) -> str:

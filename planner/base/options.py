@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 from numbers import Integral, Real
 from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 
-from planner.base.errors import KeywordError, OptionError, choices
+from planner.base.errors import KeywordError, OptionError, choices, require_kind
 from planner.base.request import (
     Backend,
     Charge,
@@ -58,6 +58,8 @@ class PlanOptions(TypedDict, total=False):
 
 def plan_request(request: PlanRequest | None, options: PlanOptions) -> PlanRequest:
     """A request, the default for None, with ``options`` in place of its fields; :class:`KeywordError` for others."""
+    fits = request is None or isinstance(request, PlanRequest)
+    require_kind("request", request, fits, "a planner.PlanRequest, or options by their names")
     known = get_type_hints(PlanOptions)
     for name, value in options.items():
         if name in known:
@@ -75,6 +77,8 @@ def _require_kind(name: str, value: object, hint: Any) -> None:
     kinds = [kind for kind in get_args(hint) or (hint,) if kind is not type(None)]
     if get_origin(hint) is Literal and value not in kinds:
         raise OptionError(f"{name} {shown(value)} is not usable: give one of {choices(kinds)}.")
+    if name in ("tool", "group", "base") and not isinstance(value, str | None):
+        raise OptionError(f"{name} {shown(value)} is not usable: give text.")
     for kind, numbers, what in ((int, Integral, "a whole number"), (float, Real, "a number")):
         if kind in kinds and not isinstance(value, numbers) and (value is not None or hint is kind):
             raise OptionError(f"{name} {shown(value)} is not usable: give {what}.")

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from numbers import Integral, Real
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
-from planner.base.errors import OptionError, PlannerError, choices
+from planner.base.errors import OptionError, PlannerError, choices, require_kind
 from planner.base.places import Place, place, place_text
 from planner.base.targets import joints_text, parse_base, parse_target, parse_targets
 
@@ -294,7 +295,10 @@ class LimitsRequest:
             if scale is not None:
                 require_scale(name, scale)
         for name, limit in (("acceleration", self.acceleration), ("jerk", self.jerk)):
-            if limit is not None and not 0.0 < limit < math.inf:
+            if limit is None:
+                continue
+            require_number(f"{name} limit", limit)
+            if not 0.0 < limit < math.inf:
                 raise OptionError(f"{name} limit {limit:g} is not usable: give a number above 0.")
 
 
@@ -358,7 +362,10 @@ def _plain(value: Any) -> Any:
 
 def names_text(names: str | Iterable[str]) -> str:
     """Names as one text with commas between; :class:`OptionError` where one is missing or stands there twice."""
-    found = [name.strip() for name in (names.split(",") if isinstance(names, str) else names)]
+    given = names.split(",") if isinstance(names, str) else list(names) if isinstance(names, Iterable) else [names]
+    if not all(isinstance(name, str) for name in given):
+        raise OptionError(f"joints {str(given)[:200]} are not usable: give their names, as text.")
+    found = [name.strip() for name in given]
     if not all(found) or len(set(found)) < len(found):
         raise OptionError(f"joints '{','.join(found)[:200]}' are not usable: name each once, with commas between.")
     return ",".join(found)
@@ -370,20 +377,32 @@ def require_one_choice(group: str | None, joints: object) -> None:
         raise OptionError("--group and --joints both say which joints are planned: give one of them.")
 
 
+def require_number(name: str, value: object, kind: type = Real) -> None:
+    """Raise :class:`OptionError` for what is no number, or with the ``kind`` Integral no whole one."""
+    if not isinstance(value, kind):
+        what = "a number" if kind is Real else "a whole number"
+        raise OptionError(f"{name} is a {type(value).__name__}: give {what}.")
+
+
 def require_share(beta: float) -> None:
     """Raise :class:`OptionError` unless beta lies in [0, 1]."""
+    require_number("beta", beta)
     if not 0.0 <= beta <= 1.0:
         raise OptionError(f"beta {beta:g} is outside [0, 1]: 0 optimises manipulability only, 1 distance only.")
 
 
 def require_scale(kind: str, scale: float, error: type[PlannerError] = OptionError) -> None:
     """Raise an ``error`` unless a share of limits of that ``kind`` lies above 0 and is at most 1."""
+    require_number(f"{kind} scale", scale)
     if not 0.0 < scale <= 1.0:
         raise error(f"{kind} scale {scale:g} is not usable: give a share of the limits, above 0 up to 1.")
 
 
 def require_timing(law: str, floor: float, extra_cost: float) -> None:
     """Raise :class:`OptionError` unless a path can become a motion by these."""
+    require_number("floor", floor)
+    require_number("extra cost", extra_cost)
+    require_kind("law", law, isinstance(law, str), f"one of {choices(get_args(TimeLaw))}")
     if law not in get_args(TimeLaw):
         raise OptionError(f"time law '{law}' not found; laws are {choices(get_args(TimeLaw))}.")
     if not 0.0 <= floor < math.inf:
@@ -394,6 +413,7 @@ def require_timing(law: str, floor: float, extra_cost: float) -> None:
 
 def require_nodes(nodes: int) -> None:
     """Raise :class:`OptionError` unless a roadmap of so many nodes makes sense."""
+    require_number("nodes", nodes, Integral)
     if not 2 <= nodes <= 10_000_000:
         raise OptionError(
             f"{nodes} nodes make no roadmap: give a whole number from 2 to 10000000; "
@@ -403,11 +423,13 @@ def require_nodes(nodes: int) -> None:
 
 def require_seed(seed: int) -> None:
     """Raise :class:`OptionError` unless a seed fits every generator."""
+    require_number("seed", seed, Integral)
     if not 0 <= seed < 2**31:
         raise OptionError(f"seed {seed} is not usable: give a whole number from 0 to 2147483647.")
 
 
 def require_margin(margin: float, name: str = "margin") -> None:
     """Raise :class:`OptionError` unless a margin (m), or what else has that ``name``, is a distance."""
+    require_number(name, margin)
     if not 0.0 <= margin <= 100.0:
         raise OptionError(f"{name} {margin:g} m is not usable: give a distance of 0 or more, 100 at most.")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Bools, Floats, frozen
+from planner.base.arrays import Bools, Floats, frozen, placement
 from planner.base.errors import RobotError, choices
 from planner.base.hashing import content_hash
 from planner.base.notes import Note
@@ -211,7 +211,7 @@ def assemble(
     _check_joints(files, planned, tool)
     fixed = {**(file.fixed_joints if file else {}), **(fixed or {})}
     fixed = _held_at_home(files, planned, fixed) | fixed
-    base = pose() if base is None else base
+    base = pose() if base is None else placement("base", base)
     parts = _parts(description, files.model, planned, fixed, base)
     model = parts["model"]
     lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
