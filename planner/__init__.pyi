@@ -1,3 +1,4 @@
+from . import figures as figures
 from . import gabf as gabf
 from .base.errors import PlannerError as PlannerError
 from .base.objective import Objective as Objective

@@ -17,6 +17,7 @@ from planner.base.errors import choices
 from planner.base.files import make_folder, remove, write_json
 from planner.base.html import html_table
 from planner.base.outcome import Outcome
+from planner.base.places import Place, place
 from planner.base.progress import rounded
 from planner.base.reasons import NoPath
 from planner.base.request import PlanRequest
@@ -124,12 +125,12 @@ class Plan:
         """The page as HTML text that needs nothing but a browser; it draws what is there and computes nothing."""
         return plan_page(self)
 
-    def save(self, folder: Path | str) -> None:
+    def save(self, folder: Place) -> None:
         """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
 
         With a trajectory also ``trajectory.json``. Raises :class:`FileError` where that cannot be done.
         """
-        save_plan(self, Path(folder))
+        save_plan(self, place(folder, "folder"))
 
 
 def plan_record(plan: Plan) -> dict[str, Any]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import logging
 from dataclasses import asdict, replace
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import frozen
-from planner.base.errors import SceneError
+from planner.base.errors import SceneError, require_kind
+from planner.base.options import PlanOptions, plan_request
 from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.reasons import FloorTooHigh, NoPath
@@ -46,7 +47,7 @@ def plan(
     request: PlanRequest | None = None,
     progress: Progress = QUIET,
     timing: TimingRequest | None = None,
-    **options: Any,
+    **options: Unpack[PlanOptions],
 ) -> Plan:
     """Plan as the paper does: RRT roadmap, manipulability at nodes, GABF for the cost-to-go, minimising neighbours.
 
@@ -56,12 +57,14 @@ def plan(
     ``options`` are fields of :class:`PlanRequest`, in place of those of ``request``. With ``timing`` a path that is
     found becomes a trajectory too, see :func:`planner.motion.timing.time_path`. ``progress`` is called with
     (stage, done, total); once it is asked to stop the work ends as soon as it can, and what there is comes back with
-    ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input.
+    ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input, :class:`KeywordError` for other options.
 
     Where obstacles move along known motions the plan is the earliest motion through the roadmap that keeps clear of
     them, waiting included, and ``beta`` shapes the roadmap only; this needs ``timing``.
     """
-    request, clock = replace(request or PlanRequest(), **options), Stopwatch()
+    fits = timing is None or isinstance(timing, TimingRequest)
+    require_kind("timing", timing, fits, "a planner.TimingRequest, or None for a path without times")
+    request, clock = plan_request(request, options), Stopwatch()
     with clock("setup"):
         query = make_query(request, in_time=timing is not None)
         limits = None if timing is None else MotionLimits.of(query.robot, timing)

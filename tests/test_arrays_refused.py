@@ -21,7 +21,7 @@ from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.world.shapes import Carried
-from tests.worlds import load, make_post
+from tests.worlds import load, make_post, post_roadmap
 
 NAN, EYE = np.nan, np.eye(4)
 ROBOT = load("planar_2r")
@@ -153,6 +153,31 @@ CALLS: dict[str, Callable[[], object]] = {
     "time_path, floor": lambda: planner.time_path(FINE, checker(), floor=NAN),
     "time_path, extra cost": lambda: planner.time_path(FINE, checker(), extra_cost=NAN),
     "time_path, law": lambda: planner.time_path(FINE, checker(), law="quickly"),
+    "make_checker, a robot's name": lambda: planner.make_checker("panda", SCENE),
+    "make_checker, a scene's name": lambda: planner.make_checker(ROBOT, "shelf"),
+    "make_checker, text as margin": lambda: planner.make_checker(ROBOT, SCENE, margin="a"),
+    "make_checker, an array as margin": lambda: planner.make_checker(ROBOT, SCENE, margin=FINE),
+    "make_checker, no backend": lambda: planner.make_checker(ROBOT, SCENE, backend=FINE),
+    "time_path, no checker": lambda: planner.time_path(FINE, None),
+    "time_path, limits of text": lambda: planner.time_path(FINE, checker(), limits="fast"),
+    "time_path, limits as an array": lambda: planner.time_path(FINE, checker(), limits=FINE),
+    "time_path, text as floor": lambda: planner.time_path(FINE, checker(), floor="a"),
+    "time_path, an array as cost": lambda: planner.time_path(FINE, checker(), extra_cost=FINE),
+    "time_path, an array as law": lambda: planner.time_path(FINE, checker(), law=FINE),
+    "limits, text": lambda: planner.LimitsRequest(acceleration="a"),
+    "limits, text as a share": lambda: planner.LimitsRequest(velocity_scale="a"),
+    "plan, timing": lambda: planner.plan(timing=0.5),
+    "plan, request": lambda: planner.plan("panda"),
+    "plan, tool": lambda: planner.plan(tool=3),
+    "plan, base": lambda: planner.plan(base=[0.0, 0.0, 0.0]),
+    "plan, joints": lambda: planner.plan(joints=[1, 2]),
+    "robot, base of text": lambda: planner.Robot.load("planar_2r", base="here"),
+    "robot, base of a position": lambda: planner.Robot.load("planar_2r", base=[0.0, 0.0, 1.0]),
+    "robot, base with NaN": lambda: planner.Robot.load("planar_2r", base=np.full((4, 4), NAN)),
+    "roadmap, no checker": lambda: planner.build_roadmap(ROBOT, None, *FINE[:2], nodes=4),
+    "roadmap, text as nodes": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes="a"),
+    "roadmap, text as seed": lambda: planner.build_roadmap(ROBOT, checker(), *FINE[:2], nodes=4, seed="a"),
+    "network of a roadmap, text as beta": lambda: planner.build_network(post_roadmap(), "a"),
     "limits, one": limits(velocity=np.ones(1)),
     "limits, NaN": limits(jerk=np.array([1.0, NAN])),
     "limits, a number": limits(acceleration=1.0),
@@ -200,6 +225,15 @@ CALLS: dict[str, Callable[[], object]] = {
     "extract_path, start": lambda: planner.gabf.extract_path(network(), planner.gabf.solve(network()), 1.5),
     "paths_from, field": lambda: planner.paths_from(network(), np.zeros(1), [1]),
     "paths_from, start": lambda: planner.paths_from(network(), planner.gabf.solve(network()), [0.5]),
+    "cheapest_path, none": lambda: planner.gabf.cheapest_path(planner.gabf.solve(network()), []),
+    "cheapest_path, text": lambda: planner.gabf.cheapest_path(planner.gabf.solve(network()), "a"),
+    "cheapest_path, beyond": lambda: planner.gabf.cheapest_path(planner.gabf.solve(network()), [3]),
+    "heal, of two": lambda: planner.gabf.heal(network(), np.ones(2)),
+    "heal, text": lambda: planner.gabf.heal(network(), "a"),
+    "raised_start, complex": lambda: planner.gabf.raised_start(network(), 1j * np.ones(3)),
+    "control_input, text": lambda: planner.gabf.control_input(planner.gabf.SingularityFree(T=4.0), 0.1, "a"),
+    "times to save, text": lambda: planner.gabf.AtTimes("soon"),
+    "times to save, ragged": lambda: planner.gabf.AtTimes([[0.0], 1.0]),
     "bellman_operator": lambda: planner.gabf.bellman_operator(network(), np.array([0.0, NAN, 1.0])),
     "value_iteration": lambda: planner.gabf.value_iteration(network(), np.ones(2)),
     "residual": lambda: planner.gabf.residual(network(), np.ones(5)),

@@ -96,6 +96,14 @@ def test_says_nothing_of_the_machine_it_ran_on(path: Path) -> None:
     assert set(notebook.metadata) <= {"kernelspec", "language_info"}
 
 
+def test_the_first_tutorial_imports_only_the_package_itself() -> None:
+    """What a newcomer needs is there by its public name."""
+    cells = nbformat.read(FOLDER / "01_first_plan.ipynb", as_version=4).cells
+    code = "\n".join(line for c in cells if c.cell_type == "code" for line in c.source.splitlines() if line[:1] != "%")
+    imports = [node for node in ast.walk(ast.parse(code)) if isinstance(node, ast.Import | ast.ImportFrom)]
+    assert [ast.unparse(node) for node in imports] == ["import planner"]
+
+
 @each
 def test_defines_no_algorithm(path: Path) -> None:
     for cell in nbformat.read(path, as_version=4).cells:

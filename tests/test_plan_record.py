@@ -1,10 +1,13 @@
 """plan.json and the table: the contract's keys, from plans of every outcome."""
 
 import contextlib
+import copy
 import itertools
 import json
 import os
+import pickle
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +16,16 @@ from planner.base.beside import mismatch
 from planner.base.errors import FileError
 from planner.base.outcome import Outcome
 from planner.base.progress import Progress
-from planner.base.request import PlanRequest, TimingRequest
+from planner.base.request import Backend, PlanRequest, TimingRequest
+from planner.motion.timing import time_path
 from planner.paths.measure import path_manipulability, tool_path_length
 from planner.plan_record import plan_record, save_plan, summary_rows
 from planner.planning import plan
 from planner.roadmap.simplify import TOLERANCE
 from planner.roadmap.storage import load_roadmap
+from planner.world.poses import pose
+from planner.world.scene import Scene
+from planner.world.shapes import Box, Obstacle
 
 CONTRACT = {
     "": {"outcome", "robot", "scene", "seed", "config", "versions", "path", "path_nodes", "cost", "manipulability"}
@@ -174,3 +181,30 @@ def test_outcomes_are_sentences_with_keys_and_codes(outcome):
     assert outcome.value.endswith(".")
     assert outcome.key == outcome.name.lower()
     assert outcome.exit_code == {"solved": 0, "no_path": 4, "too_singular": 4, "interrupted": 130}[outcome.key]
+
+
+@pytest.mark.parametrize("backend", ["fcl", "coal"])
+def test_a_plan_can_be_copied_and_pickled(backend: Backend) -> None:
+    """In memory, as processes exchange it; what it was made from comes along, and answers as before."""
+    options: dict[str, Any] = {"scene": "window", "start": "start", "goal": "goal", "nodes": 60}
+    found = plan(PlanRequest("planar_2r", collision=backend, **options), timing=TimingRequest())
+    record, drawn, moved = found.to_dict(), found.page(), found.checker
+    for other in (pickle.loads(pickle.dumps(found)), copy.copy(found), copy.deepcopy(found)):
+        assert other.to_dict() == record
+        assert other.page() == drawn
+        assert other.robot.identity == found.robot.identity
+        assert (other.checker.name, other.checker.world.margin) == (backend, moved.world.margin)
+        again = time_path(other.path, other.checker)
+        np.testing.assert_array_equal(again.coefficients, time_path(found.path, found.checker).coefficients)
+        middle = 0.5 * (found.path[:-1] + found.path[1:])
+        assert other.checker.first_contact(middle) == found.checker.first_contact(middle)
+
+
+def test_a_plan_that_failed_and_one_with_meshes_can_be_pickled() -> None:
+    found = plan(PlanRequest("panda", "shelf", nodes=12, effort=0))
+    other = pickle.loads(pickle.dumps(found))
+    assert other.to_dict() == found.to_dict()
+    assert other.checker.first_contact(found.path) is None
+    wall = Scene("shut", (Obstacle("wall", Box((0.02, 2.0, 0.2)), pose([0.6, 0, 0])),))
+    failed = plan(PlanRequest("planar_2r", wall, start=[1.2, 1.0], goal=[-1.2, -1.0], nodes=20, effort=0))
+    assert pickle.loads(pickle.dumps(failed)).to_dict() == failed.to_dict()

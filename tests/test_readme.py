@@ -11,6 +11,7 @@ import pytest
 from planner.world.scene import Scene
 from tests.command_line import Run
 from tests.documents import ROOT, assert_options_are_known, assert_they_run, blocks, commands
+from tests.test_imports import MODULES, imported, room
 
 README = (ROOT / "README.md").read_text()
 
@@ -54,6 +55,20 @@ def test_the_readme_shows_every_command(run: Run) -> None:
     _, out, _ = run("--help")
     shown = {words[1] for words in COMMANDS}
     assert shown == set(re.search(r"\{([a-z,-]+)\}", out).group(1).split(","))  # type: ignore[union-attr]
+
+
+def test_a_folder_of_the_map_imports_only_from_those_above_it() -> None:
+    map_ = README.partition("<!-- map -->")[2].partition("<!-- end of map -->")[0]
+    order = re.findall(r"planner/(\w+)(?:/|\.py)", map_)
+    assert len(order) == len(set(order))
+    seen: dict[str, set[str]] = {room(module): set() for module in MODULES}
+    for module, path in MODULES.items():
+        seen[room(module)] |= {room(other) for other in imported(path) if other in MODULES} - {room(module)}
+    assert set(order) == set(seen) - {"", "__main__"}
+    for place in order:
+        above = set(order[: order.index(place)])
+        assert seen[place] <= above, f"{place} imports {seen[place] - above}, which the map has below it"
+    assert seen["gabf"] <= {"base", "native"}
 
 
 def test_pictures_are_there() -> None:

@@ -5,6 +5,7 @@ A message is one sentence built from the data: what is wrong, where, and the rem
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -32,6 +33,10 @@ class OptionError(PlannerError):
     exit_code = 2
 
 
+class KeywordError(OptionError, TypeError):
+    """An option of a name that a function does not know."""
+
+
 class RobotError(PlannerError):
     """A robot that cannot be found or loaded, or a frame or joint that it does not have."""
 
@@ -52,12 +57,29 @@ class ArrayError(PlannerError, ValueError):
     """An array of another shape than a function takes, or with values that it cannot use."""
 
 
+class KindError(PlannerError, TypeError):
+    """Something of another kind than a function takes."""
+
+
 class AssumptionError(PlannerError):
     """An assumption of the paper that the given data breaks: the theorem would not hold."""
 
 
 class InstallationError(PlannerError):
     """A part of the planner itself that is missing or of another version."""
+
+
+def require_kind(what: str, value: object, fits: bool, remedy: str) -> None:
+    """Raise :class:`KindError` unless ``value`` ``fits``: with ``what`` it is for, and what to give in its place."""
+    if not fits:
+        raise KindError(f"{what} is a {type(value).__name__}: give {remedy}.")
+
+
+def require_number(name: str, value: object, kind: type = Real) -> None:
+    """Raise :class:`OptionError` for what is no number, or with the ``kind`` Integral no whole one."""
+    if not isinstance(value, kind):
+        what = "a number" if kind is Real else "a whole number"
+        raise OptionError(f"{name} is a {type(value).__name__}: give {what}.")
 
 
 def choices(names) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypeVar, get_args
 
-from planner.base.errors import OptionError, choices
+from planner.base.errors import OptionError, choices, require_number
 
 if TYPE_CHECKING:
     from planner.base.arrays import Floats
@@ -62,11 +62,13 @@ def traded_off(beta: float, omega: Cost, distance: Cost) -> Cost:
 
 def require_share(beta: float) -> None:
     """Raise :class:`OptionError` unless beta lies in [0, 1]."""
+    require_number("beta", beta)
     if not 0.0 <= beta <= 1.0:
         raise OptionError(f"beta {beta:g} is outside [0, 1]: 0 optimises manipulability only, 1 distance only.")
 
 
 def require_floor(w: float) -> None:
     """Raise :class:`OptionError` for a floor under w that is none."""
+    require_number("min manipulability", w)
     if not 0.0 <= w <= 1e9:
         raise OptionError(f"min manipulability {w:g} is not usable: give a number from 0 to 1e9.")

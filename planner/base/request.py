@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from numbers import Integral
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
-from planner.base.errors import OptionError, PlannerError, choices
+from planner.base.errors import OptionError, PlannerError, choices, require_kind, require_number
 from planner.base.objective import (
     DEFAULT_BETA,
     DEFAULT_CHARGE,
@@ -21,6 +23,7 @@ from planner.base.objective import (
     require_floor,
     require_share,
 )
+from planner.base.places import Place, place, place_text
 from planner.base.targets import joints_text, parse_base, parse_target, parse_targets
 
 
@@ -32,11 +35,13 @@ class Named(Protocol):
 
 
 if TYPE_CHECKING:
-    Thing: TypeAlias = str | Path | Named
+    Thing: TypeAlias = Place | Named
+    File: TypeAlias = Place
     State: TypeAlias = str | Iterable[float]
     Names: TypeAlias = str | Iterable[str]
 else:  # what the command line gives; from Python a robot, a scene, joint values and lists of names will do as well
     Thing = State = Names = str
+    File = Path
 
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Backend = Literal["fcl", "coal"]
@@ -59,9 +64,9 @@ class WorldRequest:
     scene: Thing = "paper"
     """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
     tool: str | None = None
-    """Frame of the robot that targets and manipulability speak of; the scene's, the robot's or the tip of --group where
-    left out."""
-    srdf: Path | None = None
+    """Frame of the robot that targets and manipulability speak of; where left out the scene's, else the robot's, else
+    the tip of --group, or of the group that --request names."""
+    srdf: File | None = None
     """An SRDF in place of the robot's own: link pairs that need no check, groups, named states."""
     group: str | None = None
     """Planning group of the SRDF: only its joints are planned."""
@@ -81,12 +86,7 @@ class WorldRequest:
         require_margin(self.margin)
         if self.base is not None:
             parse_base(self.base)
-        for name in ("robot", "scene"):
-            if isinstance(getattr(self, name), Path):
-                object.__setattr__(self, name, str(getattr(self, name)))
-        for name in ("srdf", "motion_plan_request", "roadmap"):
-            if isinstance(getattr(self, name, None), str):
-                object.__setattr__(self, name, Path(getattr(self, name)))
+        _take_places(self)
         if self.joints is not None:
             object.__setattr__(self, "joints", names_text(self.joints))
         require_one_choice(self.group, self.joints)
@@ -114,7 +114,7 @@ class RoadmapRequest(WorldRequest):
     """Where the arm starts."""
     goal: State = "goal"
     """Where the arm should go; several, with the option repeated or with ';' between them, are alternatives."""
-    motion_plan_request: Path | None = None
+    motion_plan_request: File | None = None
     """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
     ik_solutions: int = 8
     """Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to the
@@ -154,7 +154,7 @@ class KeptRequest:
     """Name of a built-in scene or the path of a scene file; the file's own if that is a built-in one."""
     tool: str | None = None
     """Frame of the robot that manipulability speaks of."""
-    srdf: Path | None = None
+    srdf: File | None = None
     """The SRDF that the roadmap was built with, where it is not the robot's own."""
     group: str | None = None
     """The planning group that it was built with."""
@@ -165,7 +165,7 @@ class KeptRequest:
     separating planes prove the edges, and coal looks at every answer too."""
     margin: float | None = None
     """Distance in metres to keep from every obstacle, and between links."""
-    motion_plan_request: Path | None = None
+    motion_plan_request: File | None = None
     """The MoveIt MotionPlanRequest (YAML) of the roadmap, to take the joints that are not planned from."""
     widen_limits: bool = False
     """Widen joint limits to those that the roadmap was grown within."""
@@ -173,6 +173,7 @@ class KeptRequest:
     """Where the robot's base stands in the scene, as the roadmap was built with it."""
 
     def __post_init__(self) -> None:
+        _take_places(self)
         if self.base is not None:
             parse_base(self.base)
         if self.margin is not None:
@@ -184,7 +185,7 @@ class KeptRequest:
 class SweepRequest(RoadmapRequest):
     """A roadmap and what its costs and its dynamics are, for every beta."""
 
-    roadmap: Path | None = None
+    roadmap: File | None = None
     """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
     law: LawName = "singularity-free"
     """Control law under which the dynamics runs."""
@@ -197,7 +198,7 @@ class SweepRequest(RoadmapRequest):
     charge: Charge = DEFAULT_CHARGE
     """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
     effort: int | None = None
-    """Rounds in which the best path is refined and others searched; left out, 6, or 0 with --roadmap: as it is."""
+    """Rounds in which the best path is refined and others searched; left out, 12, or 0 with --roadmap: as it is."""
     room: float = DEFAULT_ROOM
     """Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and so
     on where start, goal or the narrowest passage leave no more. 0 for none."""
@@ -267,10 +268,11 @@ class LiveRequest:
     """Configurations in the roadmap, with --live; 1012 where left out."""
     seed: int | None = None
     """Seed of all randomness, with --live; 0 where left out."""
-    roadmap: Path | None = None
+    roadmap: File | None = None
     """A roadmap.npz of the same joints to begin with, with --live; what does not hold in the scene is left out."""
 
     def __post_init__(self) -> None:
+        _take_places(self)
         said = self.complete()
         parse_target(said["start"])
         parse_targets(said["goal"])
@@ -288,7 +290,7 @@ class LiveRequest:
 class LimitsRequest:
     """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
 
-    limits: Path | None = None
+    limits: File | None = None
     """A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints."""
     velocity_scale: float | None = None
     """Share of the velocity limits to use, above 0 up to 1."""
@@ -300,11 +302,15 @@ class LimitsRequest:
     """Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own."""
 
     def __post_init__(self) -> None:
+        _take_places(self)
         for name, scale in (("velocity", self.velocity_scale), ("acceleration", self.acceleration_scale)):
             if scale is not None:
                 require_scale(name, scale)
         for name, limit in (("acceleration", self.acceleration), ("jerk", self.jerk)):
-            if limit is not None and not 0.0 < limit < math.inf:
+            if limit is None:
+                continue
+            require_number(f"{name} limit", limit)
+            if not 0.0 < limit < math.inf:
                 raise OptionError(f"{name} limit {limit:g} is not usable: give a number above 0.")
 
 
@@ -348,6 +354,18 @@ class WorkersRequest:
 SERIAL = WorkersRequest()
 
 
+def _take_places(request: Any) -> None:
+    """Paths of a robot or a scene as text, all others as paths; :class:`FileError` for what is neither."""
+    for name in ("robot", "scene"):
+        value = getattr(request, name, None)
+        if isinstance(value, PathLike):
+            object.__setattr__(request, name, place_text(value, name))
+    for name in ("srdf", "motion_plan_request", "roadmap", "limits"):
+        value = getattr(request, name, None)
+        if value is not None:
+            object.__setattr__(request, name, place(value, name))
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, Path):
         return str(value)
@@ -356,7 +374,10 @@ def _plain(value: Any) -> Any:
 
 def names_text(names: str | Iterable[str]) -> str:
     """Names as one text with commas between; :class:`OptionError` where one is missing or stands there twice."""
-    found = [name.strip() for name in (names.split(",") if isinstance(names, str) else names)]
+    given = names.split(",") if isinstance(names, str) else list(names) if isinstance(names, Iterable) else [names]
+    if not all(isinstance(name, str) for name in given):
+        raise OptionError(f"joints {str(given)[:200]} are not usable: give their names, as text.")
+    found = [name.strip() for name in given]
     if not all(found) or len(set(found)) < len(found):
         raise OptionError(f"joints '{','.join(found)[:200]}' are not usable: name each once, with commas between.")
     return ",".join(found)
@@ -370,12 +391,16 @@ def require_one_choice(group: str | None, joints: object) -> None:
 
 def require_scale(kind: str, scale: float, error: type[PlannerError] = OptionError) -> None:
     """Raise an ``error`` unless a share of limits of that ``kind`` lies above 0 and is at most 1."""
+    require_number(f"{kind} scale", scale)
     if not 0.0 < scale <= 1.0:
         raise error(f"{kind} scale {scale:g} is not usable: give a share of the limits, above 0 up to 1.")
 
 
 def require_timing(law: str, floor: float, extra_cost: float) -> None:
     """Raise :class:`OptionError` unless a path can become a motion by these."""
+    require_number("floor", floor)
+    require_number("extra cost", extra_cost)
+    require_kind("law", law, isinstance(law, str), f"one of {choices(get_args(TimeLaw))}")
     if law not in get_args(TimeLaw):
         raise OptionError(f"time law '{law}' not found; laws are {choices(get_args(TimeLaw))}.")
     if not 0.0 <= floor < math.inf:
@@ -386,6 +411,7 @@ def require_timing(law: str, floor: float, extra_cost: float) -> None:
 
 def require_nodes(nodes: int) -> None:
     """Raise :class:`OptionError` unless a roadmap of so many nodes makes sense."""
+    require_number("nodes", nodes, Integral)
     if not 2 <= nodes <= 10_000_000:
         raise OptionError(
             f"{nodes} nodes make no roadmap: give a whole number from 2 to 10000000; "
@@ -395,11 +421,13 @@ def require_nodes(nodes: int) -> None:
 
 def require_seed(seed: int) -> None:
     """Raise :class:`OptionError` unless a seed fits every generator."""
+    require_number("seed", seed, Integral)
     if not 0 <= seed < 2**31:
         raise OptionError(f"seed {seed} is not usable: give a whole number from 0 to 2147483647.")
 
 
 def require_margin(margin: float, name: str = "margin") -> None:
     """Raise :class:`OptionError` unless a margin (m), or what else has that ``name``, is a distance."""
+    require_number(name, margin)
     if not 0.0 <= margin <= 100.0:
         raise OptionError(f"{name} {margin:g} m is not usable: give a distance of 0 or more, 100 at most.")

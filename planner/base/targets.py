@@ -6,20 +6,23 @@ A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-
 The name ``home`` is always known: the scene's own state of that name, or else the robot's home, which is what its
 robot.yaml says, or where that says nothing (as of a URDF by path) all joints at zero, or at the limit next to zero.
 
+A state of the scene may be the name of another, as in ``start: home``.
+
 Several goals of equal right are written with ``;`` between, names also with commas: ``xyz:0.5,0.3,0.6;home``.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from planner.base.errors import OptionError
+from planner.base.errors import OptionError, StateError, choices
 
 HOME = "home"
 AND = ";"  # between goals of equal right
+_MOST_NAMES = 100  # that a state may lead through, or to
 TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn, however it was rounded
 FORMS = "a name from the scene, q:..., xyz:x,y,z or pose:x,y,z,qx,qy,qz,qw"
 
@@ -101,6 +104,25 @@ def parse_targets(text: str) -> list[tuple[str, Target]]:
             found += [(name, Named((name,))) for name in target.names]
         else:
             found.append((part, target))
+    return found
+
+
+def follow(name: str, states: Mapping[str, str], through: tuple[str, ...] = ()) -> list[str]:
+    """The texts that a name stands for among ``states``: where these are names too, what those stand for.
+
+    A name that is none of them stands for itself. Raises :class:`StateError` for one that leads back to itself.
+    """
+    if name in through or len(through) > _MOST_NAMES:
+        what = "leads back to itself" if name in through else f"stands behind more than {_MOST_NAMES} names"
+        raise StateError(f"state '{name}' of the scene {what}, by {choices(through[:5])}: give numbers.")
+    if name not in states:
+        return [name]
+    target = parse_target(states[name])
+    if not isinstance(target, Named):
+        return [states[name]]
+    found = [text for each in target.names for text in follow(each, states, (*through, name))]
+    if len(found) > _MOST_NAMES:
+        raise StateError(f"state '{name}' of the scene stands for more than {_MOST_NAMES} states: name fewer.")
     return found
 
 

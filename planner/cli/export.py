@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import tyro
 
+from planner.base.errors import FileError, OptionError, PlannerError
 from planner.cli.common import Flag
 from planner.cli.terminal import complain, say
+
+if TYPE_CHECKING:
+    from planner.collision.checker import CollisionChecker
+    from planner.motion.trajectory import Trajectory
 
 Format: TypeAlias = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
 
@@ -17,6 +22,7 @@ def export(
     trajectory: tyro.conf.Positional[Path],
     format: Format = "ros-yaml",
     rate: float | None = None,
+    knots: Flag = False,
     skip_first_point: Flag = False,
     out: Path | None = None,
     debug: Flag = False,
@@ -35,35 +41,116 @@ def export(
 
     planner export out --format ros-json --skip-first-point
 
+    With --rate the points are rows on an exact grid, for a controller that takes one a cycle. The motion is averaged
+    over two periods for that, so that it keeps the same limits, and its end is held to a row: what it takes longer and
+    how far it leaves the planned curve is told. It is proven anew in the world of the plan.json beside it.
+
     For ros-json the command line of a FollowJointTrajectory goal is printed too.
 
-    Exit code 0: written; 2: a wrong option; 3: an unusable file.
+    Exit code 0: written; 2: a wrong option; 3: an unusable file, or a grid too coarse for its motion to be proven.
 
     Args:
         format: What to write.
-        rate: Points at least that often (Hz); the knots stay, and the points between them lie on the same curve.
+        rate: Rows at every k/rate s (Hz), to the nanosecond, in place of the knots.
+        knots: With --rate: the knots stay, which lie on no grid, with rows at k/rate between them, on the same curve.
         skip_first_point: Leave out the point at time 0, where the robot stands already.
         out: File to write; beside the trajectory where left out.
         debug: Show tracebacks of errors.
     """
+    if knots and rate is None:
+        raise OptionError("--knots says what becomes of the knots beside the rows of --rate: add --rate.")
     from planner.base.files import is_folder, require_writable_file, write_whole
     from planner.motion import export as formats
     from planner.motion.file import load_trajectory
+    from planner.motion.grid import require_rate
 
     if rate is not None:
-        formats.require_rate(rate)
+        require_rate(rate)
     folder = trajectory if is_folder(trajectory) else trajectory.parent
     place = out or folder / f"trajectory-{format}.{formats.SUFFIX[format]}"
-    found = load_trajectory(trajectory)
-    content = formats.export(found, format, rate, skip_first_point)
+    made, said = load_trajectory(trajectory), ""
+    if rate is not None:
+        made, said = _between_knots(made, rate) if knots else _on_grid(made, rate, folder)
+    content = formats.export(made, format, skip_first_point)
     require_writable_file(place)
     write_whole(place, content)
-    if not found.proven:
+    if not said and not made.proven:
         complain("the trajectory is not proven as a whole: see 'proof' in its file, or 'planner check'.")
     if format == "ros-json":
         say(_goal(place, len(content)))
-    say(f"{found.duration:.3f} s. Written: {place}")
+    if said:
+        say(said)
+    say(f"{made.duration:.3f} s. Written: {place}")
     return 0
+
+
+def _between_knots(found: Trajectory, rate: float) -> tuple[Trajectory, str]:
+    """The trajectory with rows between its knots, and what is to be said of it."""
+    from planner.motion.grid import between_knots
+
+    made = between_knots(found, rate)
+    gaps = 1e3 * made.seconds
+    apart = f"{gaps.min():.3g} to {gaps.max():.3g} ms apart"
+    return (
+        made,
+        f"No grid: {len(found.times)} knots and {len(made.times) - len(found.times)} rows between them, {apart}.",
+    )
+
+
+def _on_grid(found: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, str]:
+    """The trajectory on a grid, proven in the world of the plan in ``folder``, and what is to be said of it.
+
+    Raises :class:`FileError` where it is not proven any more.
+    """
+    from planner.motion.grid import on_grid
+
+    try:
+        checker, unknown = _world(folder, found), ""
+    except PlannerError as error:
+        checker, unknown = None, str(error)
+    made = on_grid(found, rate, checker)
+    if checker is not None and found.proven and not made.proven:
+        left = made.proof["pieces"] - made.proof["pieces_free"]
+        raise FileError(
+            f"on a grid of {rate:g} Hz the motion is not proven as a whole any more ({left} of {made.proof['pieces']} "
+            "pieces between rows are not proven free): give a higher rate, or --knots."
+        )
+    told = _told(found, made, rate)
+    if made.proven:
+        return made, f"{told}; proven free and within limits."
+    why = "nor was the trajectory itself" if checker else f"its world is not known ({unknown.rstrip('.')})"
+    complain(f"the motion on the grid is not proven: {why}; try 'planner check'.")
+    return made, f"{told}; NOT proven."
+
+
+def _told(found: Trajectory, made: Trajectory, rate: float) -> str:
+    """What became of a trajectory on a grid, as the beginning of a sentence."""
+    from planner.motion.grid import off_the_curve, period_of
+
+    period = period_of(rate)
+    whole = period.denominator == 1
+    apart = f"{float(period) / 1e6:.9g} ms exactly" if whole else f"1/{rate:g} s, rounded to the nanosecond"
+    longer = f"{1e3 * (made.duration - found.duration):.3g} ms longer than by its knots"
+    off = f"{off_the_curve(made, found):.1e} rad (m) off that curve at most"
+    return f"On a grid: {len(made.times)} rows, one every {apart}; the end held to a row, {longer}; {off}"
+
+
+def _world(folder: Path, found: Trajectory) -> CollisionChecker:
+    """The world of the plan in ``folder``; :class:`PlannerError` where there is none, or it is another robot's."""
+    from planner.base.yamlfile import read_text
+    from planner.paths.file import parse
+    from planner.plan_record import JSON_NAME, ROADMAP_NAME
+    from planner.roadmap.world_of import reopen_plan
+
+    where = folder / JSON_NAME
+    record = parse(read_text(where, "plan"), f"plan {where}")
+    config = record.get("config") if isinstance(record, dict) else None
+    if not isinstance(config, dict):
+        raise FileError(f"{where} holds no config: plan again.")
+    checker = reopen_plan(config, folder / ROADMAP_NAME)
+    if checker.robot.joints != found.joints:
+        raise FileError(f"{where} is of other joints than the trajectory: plan again.")
+    return checker
 
 
 def _goal(place: Path, size: int) -> str:

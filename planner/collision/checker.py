@@ -9,7 +9,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, rows
-from planner.base.errors import StateError
+from planner.base.errors import StateError, require_kind
 from planner.base.yamlfile import FARTHEST
 from planner.collision.bounds import ClearanceBound
 from planner.collision.inside import Inside
@@ -34,6 +34,10 @@ class CollisionChecker(Protocol):
     def __init__(self, world: World, known: Self | None = None) -> None:
         """``known``: a checker in another world of the same arm; shapes that are in both are shared with it."""
         ...
+
+    def __reduce__(self) -> tuple[type[Self], tuple[World]]:
+        """A copy, and one out of a pickle, is a checker of its own: the libraries' objects are made anew."""
+        return type(self), (self.world,)
 
     @property
     def robot(self) -> Robot:
@@ -101,6 +105,12 @@ def keeping(checker: CollisionChecker, clearance: float) -> CollisionChecker:
     Pairs that no joint can move play no part in it: they are as near as they are.
     """
     return type(checker)(checker.world.keeping(clearance), checker) if clearance > 0 else checker
+
+
+def require_checker(checker: object) -> None:
+    """Raise :class:`KindError` for what is no checker."""
+    fits = hasattr(checker, "first_contact") and hasattr(checker, "world")
+    require_kind("checker", checker, fits, "a checker, as planner.make_checker makes it")
 
 
 def configurations(checker: CollisionChecker, what: str, values: Floats) -> Floats:

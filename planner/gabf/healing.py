@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
-from planner.base.errors import AssumptionError
+from planner.base.arrays import Bools, Floats, Ints, plain_numbers
+from planner.base.errors import ArrayError, AssumptionError
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
@@ -93,7 +93,10 @@ def raised_start(net: Network, x: Floats) -> Floats:
     too. Where arcs fell nothing needs to be raised. Ours.
     """
     problem = reduce(net)
-    y = np.asarray(x, dtype=np.float64)[problem.nodes]
+    x = plain_numbers("x", x)
+    if x.shape != (net.n_nodes,):
+        raise ArrayError(f"x has shape {x.shape}: give a state for each of {net.n_nodes} nodes.")
+    y = x[problem.nodes]
     y[problem.n_rows :] = problem.anchors
     readers = Readers(problem.heads, problem.nodes.size)
     settled = _borne(problem, readers, y)

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, plain_numbers
 from planner.base.errors import OptionError, choices
 from planner.gabf.clock import PrescribedClock, Reading, UniformClock
 from planner.gabf.flows import Flow, LinearFlow, PowerFlow
@@ -170,7 +170,7 @@ def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
 
     0 where xhat_i = 0, however large the gain, and from T_p on.
     """
-    rate = law.flow.rate(xhat)
+    rate = law.flow.rate(plain_numbers("xhat", xhat))
     with np.errstate(divide="ignore", over="ignore"):
         size = np.exp(law.clock.log_gain(tau) + np.log(np.abs(rate)))
     return np.copysign(size, -rate)

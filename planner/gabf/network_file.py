@@ -12,6 +12,7 @@ import numpy as np
 
 from planner.base.errors import FileError, PlannerError
 from planner.base.npz import DAMAGE, array_header, require_sane_sizes
+from planner.base.places import Place, place
 from planner.gabf.kernels import Kernel
 from planner.gabf.network import Network
 
@@ -24,12 +25,12 @@ _MAP_FROM = 4096  # bytes; smaller arrays are read
 _SLACK = 64 << 20  # bytes
 
 
-def write_network(network: Network, path: Path) -> None:
+def write_network(network: Network, path: Place) -> None:
     """Write the arrays of ``network``, uncompressed and aligned, whole or not at all; its kernel is not kept.
 
     Any reader of ``.npz`` reads the file. :class:`FileError` where it cannot be written.
     """
-    temporary = None
+    path, temporary = place(path), None
     try:
         with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
             temporary = file.name
@@ -45,12 +46,13 @@ def write_network(network: Network, path: Path) -> None:
         raise FileError(f"{path} cannot be written: {error.strerror or error}; choose another place.") from None
 
 
-def read_network(path: Path, kernel: Kernel) -> Network:
+def read_network(path: Place, kernel: Kernel) -> Network:
     """The network in ``path`` under ``kernel``, its arrays mapped read-only into memory where they are not compressed.
 
     Pages are loaded as they are used, and processes of one machine share them. Raises :class:`FileError` for a file
     that is none of a network, AssumptionError as :class:`Network` does.
     """
+    path = place(path)
     try:
         require_sane_sizes(path, f"network {path}", _SLACK)
         with zipfile.ZipFile(path) as archive, path.open("rb") as file:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, plain_numbers
-from planner.base.errors import AssumptionError, StateError
+from planner.base.arrays import Bools, Floats, Ints, indices, plain_numbers
+from planner.base.errors import ArrayError, AssumptionError, StateError
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce, require_state
 from planner.gabf.result import CostToGo
@@ -50,6 +50,9 @@ def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
 
     No nodes (0,) where none of them reaches a source.
     """
+    starts = indices("starts", starts, ("s",), result.network.n_nodes)
+    if not len(starts):
+        raise ArrayError("starts are none: give the index of one node at least.")
     start = int(starts[np.argmin(result.x[starts])])
     if not np.isfinite(result.x[start]):
         return np.zeros(0, dtype=np.int64)

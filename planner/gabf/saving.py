@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Floats, frozen, plain_numbers
 from planner.base.errors import OptionError
 from planner.gabf.laws import Law, control_input
 from planner.gabf.problem import Problem
@@ -46,7 +46,7 @@ class AtTimes:
     t: Floats
 
     def __post_init__(self) -> None:
-        t = np.array(self.t, dtype=np.float64)
+        t = np.array(plain_numbers("times", self.t))
         if t.ndim != 1 or not np.isfinite(t).all() or (t < 0).any() or (np.diff(t) <= 0).any():
             raise OptionError("times to save must be one row of ascending finite numbers from 0 on")
         t.setflags(write=False)

@@ -7,7 +7,7 @@ import logging
 import secrets
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ import numpy as np
 from planner.base.errors import PlannerError
 from planner.base.hashing import content_hash
 from planner.base.progress import Stopwatch
-from planner.base.targets import HOME, Named, Pose, Target, joints_text, parse_target, parse_targets
+from planner.base.targets import HOME, Named, Pose, Target, follow, joints_text, parse_target, parse_targets
 from planner.base.yamlfile import validate
 from planner.live.orders import Change, Look, MoveGoal, MoveObstacle, Reload, Request, Save, SetBeta, SetStart, Undo
 from planner.live.state import Question, Report, State, page_of, report_of, update_of
@@ -173,16 +173,24 @@ class Desk:
         (_, target), *_ = parse_targets(self._state.question.goal)
         if isinstance(target, Named):
             states = states_of(self._session.robot, self._session.scene)
-            return parse_target(states[target.names[0]]) if target.names[0] in states else target
+            return parse_target(follow(target.names[0], states)[0])
         return target
 
     def _scene_to_save(self) -> Scene:
         """The scene as it is, with what is asked as the robot's start and goal."""
         scene, question, robot = self._session.scene, self._state.question, self._session.robot
         known = {HOME: joints_text(robot.home), **states_of(robot, scene)}
-        own = {role: known.get(text, text) for role, text in (("start", question.start), ("goal", question.goal))}
+        own = {
+            role: _numbers_if_one(text, known) for role, text in (("start", question.start), ("goal", question.goal))
+        }
         states = {**scene.states, robot.name: {**scene.states_of(robot.name), **own}}
         return replace(scene, name=self._out.stem, states=states)
+
+
+def _numbers_if_one(text: str, known: Mapping[str, str]) -> str:
+    """What a name stands for in the end, or the names of its alternatives; other text as it is."""
+    found = follow(text, known)
+    return found[0] if len(found) == 1 else known.get(text, text)
 
 
 def _parsed(request: bytes) -> Any:

@@ -2,8 +2,7 @@
 
 A ROS 2 joint trajectory controller runs positions as lines, positions and velocities as cubics, and with accelerations
 as quintics. The points are the knots of the trajectory's own polynomials, with what makes the controller interpolate
-these and nothing more: what it runs is what was proven. Points in between, as ``rate`` asks for, lie on the same
-polynomials.
+these and nothing more: what it runs is what was proven. Other points are made by :mod:`planner.motion.grid`.
 """
 
 from __future__ import annotations
@@ -17,10 +16,9 @@ from typing import Any, Literal
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import FileError, OptionError
+from planner.base.errors import FileError
 from planner.motion.ros_bag import write_bag
-from planner.motion.smoothing import apart_for
-from planner.motion.trajectory import DEGREE, Trajectory
+from planner.motion.trajectory import Trajectory
 
 Format = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
 SUFFIX: dict[Format, str] = {
@@ -34,21 +32,17 @@ SUFFIX: dict[Format, str] = {
 
 _PER_SECOND = 1_000_000_000
 _LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
-_NEAR = 0.1  # of 1 / rate: a further point that near to a knot is left out
 LONGEST_ARGUMENT = 131_000  # bytes of one argument of a command on Linux, and what stands around the message
 
 
-def export(trajectory: Trajectory, kind: Format, rate: float | None = None, skip_first_point: bool = False) -> bytes:
-    """The content of a file of this ``kind``; times count from the first knot.
+def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False) -> bytes:
+    """The content of a file of this ``kind``, point by point; times count from the first one.
 
-    ``rate`` (Hz) adds points at least that often. ``skip_first_point`` leaves out the first one, which is where the
-    robot stands: some controllers refuse a point at time 0. The others keep their times.
+    ``skip_first_point`` leaves out the first one, which is where the robot stands: some controllers refuse a point at
+    time 0. The others keep their times.
     """
-    nanoseconds = _knots(trajectory, rate)
-    if skip_first_point:
-        nanoseconds = nanoseconds[1:]
-    clock = trajectory.nanoseconds[0] + nanoseconds
-    columns = [_values(trajectory, clock, order) for order in range((DEGREE[trajectory.interpolation] + 1) // 2)]
+    first = int(skip_first_point)
+    nanoseconds, columns = _clock(trajectory)[first:], [rows[first:] for rows in trajectory.columns]
     if kind == "csv":
         return _csv(trajectory.joints, nanoseconds, columns).encode()
     if kind == "npz":
@@ -70,49 +64,13 @@ def goal_command(file: Path) -> str:
     return f'ros2 action send_goal {controller} {action} "{{trajectory: $(cat {shlex.quote(str(file))})}}"'
 
 
-def _knots(trajectory: Trajectory, rate: float | None) -> Ints:
-    """Whole nanoseconds from the first knot of all points, strictly increasing."""
-    knots = trajectory.nanoseconds - trajectory.nanoseconds[0]
-    if knots[-1] > _LONGEST * _PER_SECOND:
+def _clock(trajectory: Trajectory) -> Ints:
+    """Whole nanoseconds from the first point of all points."""
+    clock = trajectory.nanoseconds - trajectory.nanoseconds[0]
+    if clock[-1] > _LONGEST * _PER_SECOND:
         seconds = trajectory.duration
         raise FileError(f"the trajectory takes {seconds:g} s: a ROS duration holds {_LONGEST} s; give a shorter one.")
-    if rate is None:
-        return knots
-    require_rate(rate)
-    apart = _apart(trajectory, rate)
-    more = np.round(np.arange(1, int(trajectory.duration * rate) + 1) / rate * _PER_SECOND).astype(np.int64)
-    behind = np.searchsorted(knots, more).clip(1, len(knots) - 1)
-    away = np.minimum(np.abs(more - knots[behind - 1]), np.abs(knots[behind] - more))
-    return np.union1d(knots, more[(away >= apart) & (more < knots[-1])])
-
-
-def _apart(trajectory: Trajectory, rate: float) -> float:
-    """Nanoseconds that a further point keeps from a knot; :class:`OptionError` for a rate that is too high for that."""
-    near = _NEAR / rate * _PER_SECOND
-    if trajectory.limits is None:
-        return near
-    apart = apart_for(trajectory.limits, trajectory.knots())
-    if apart * rate > _PER_SECOND:
-        raise OptionError(
-            f"rate {rate:g} Hz is too high for this trajectory: the rounding of positions in points that near to one "
-            f"another breaks its limits; give {10 * _PER_SECOND // apart / 10:g} Hz or less."
-        )
-    return max(near, apart)
-
-
-def require_rate(rate: float) -> None:
-    """Raise :class:`OptionError` unless ``rate`` (Hz) is one that a controller can have."""
-    if not 0.1 <= rate <= 10_000.0:
-        raise OptionError(f"rate {rate:g} Hz is not usable: give a number from 0.1 to 10000.")
-
-
-def _values(trajectory: Trajectory, clock: Ints, order: int) -> Floats:
-    """Positions (n, dof) at ``clock`` (n,) ns, or a derivative; at knots what :meth:`Trajectory.knots` says."""
-    found, knots = trajectory.at_nanoseconds(clock, order), trajectory.knots(order)
-    row = np.searchsorted(trajectory.nanoseconds, clock)
-    at_knot = trajectory.nanoseconds[row] == clock
-    found[at_knot] = knots[row[at_knot]]
-    return found
+    return clock
 
 
 def _message(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from planner.base.arrays import Floats, frozen
 from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_json
+from planner.base.places import Place, place
 from planner.base.yamlfile import read_text, validate
 from planner.motion.limits import KINDS, MotionLimits
 from planner.motion.trajectory import DEGREE, Interpolation, Trajectory
@@ -79,17 +79,18 @@ def trajectory_record(trajectory: Trajectory, robot: str | None = None, scene: s
     }
 
 
-def save_trajectory(trajectory: Trajectory, path: Path, robot: str | None = None, scene: str | None = None) -> None:
+def save_trajectory(trajectory: Trajectory, path: Place, robot: str | None = None, scene: str | None = None) -> None:
     """Write ``trajectory.json`` whole or not at all; raises :class:`FileError` where that cannot be done."""
-    write_json(path, trajectory_record(trajectory, robot, scene))
+    write_json(place(path), trajectory_record(trajectory, robot, scene))
 
 
-def load_trajectory(path: Path) -> Trajectory:
+def load_trajectory(path: Place) -> Trajectory:
     """The trajectory of a ``trajectory.json``, or of the folder that holds one.
 
     Raises :class:`FileError` for a file that is none, is damaged, or whose times do not increase; warns of one of
     another run than its plan.json.
     """
+    path = place(path)
     path = path / TRAJECTORY_NAME if is_folder(path) else path
     if not is_file(path):
         raise FileError(f"trajectory {path} not found: plan first, without --no-timing, or check the path.")

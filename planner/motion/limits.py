@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import pydantic
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, PlannerError, choices
+from planner.base.places import Place, place
 from planner.base.request import LimitsRequest, require_scale
 from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
 from planner.world.robot import Robot
@@ -239,9 +239,10 @@ class _LimitsFile(Strict):
     default_acceleration_scaling_factor: float = 1.0
 
 
-def _with_file(limits: MotionLimits, path: Path, robot: Robot) -> tuple[MotionLimits, dict[str, float]]:
+def _with_file(limits: MotionLimits, path: Place, robot: Robot) -> tuple[MotionLimits, dict[str, float]]:
     """The limits with those of a MoveIt joint_limits.yaml in their place, and its default scaling factors."""
     where = f"joint limits {path}"
+    path = place(path)
     data = parse_yaml(read_text(path, "joint limits"), where)
     if isinstance(data, dict) and "joint_limits" not in data:
         raise FileError(f"{where} has no key 'joint_limits': give a MoveIt joint_limits.yaml.")

@@ -12,6 +12,7 @@ from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError, choices
 from planner.base.files import is_folder
 from planner.base.npz import DAMAGE, require_sane_sizes
+from planner.base.places import Place, place
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.motion.file import TRAJECTORY_NAME, limits_in, require_near
 from planner.motion.limits import MotionLimits
@@ -84,7 +85,7 @@ class Points:
         return Trajectory.through(self.joints, self.times, *self.columns)
 
 
-def read_points(path: Path, robot: Robot) -> Points | None:
+def read_points(path: Place, robot: Robot) -> Points | None:
     """The trajectory of a file, in the robot's order of joints; None where the file holds a path without times.
 
     Our own ``trajectory.json`` or its folder; a JointTrajectory, RobotTrajectory or FollowJointTrajectory goal as JSON
@@ -92,6 +93,7 @@ def read_points(path: Path, robot: Robot) -> Points | None:
     in MCAP. Accelerations make quintics, as in a message; our own file says what its pieces are. Raises
     :class:`FileError` for what cannot be read, and for what nobody knows: each field is honoured, noted or refused.
     """
+    path = place(path)
     path = path / TRAJECTORY_NAME if is_folder(path) else path
     where = f"trajectory {path}"
     warn_of_mismatch(path)

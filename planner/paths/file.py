@@ -9,7 +9,6 @@ import logging
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.formats import require_readable_version
+from planner.base.places import Place, place
 from planner.base.yamlfile import read_text, shown
 from planner.world.robot import Robot
 
@@ -52,7 +52,7 @@ class PathFile:
     robot: str | None = None
 
 
-def read_joint_path(path: Path, robot: Robot) -> Floats:
+def read_joint_path(path: Place, robot: Robot) -> Floats:
     """The joint path (k, dof) of a .json or .csv file, in the robot's order of joints, rad (m where prismatic).
 
     Named columns are put in order, those of joints that are not planned left out, with a warning; without names there
@@ -60,6 +60,7 @@ def read_joint_path(path: Path, robot: Robot) -> Floats:
     Continuous joints are unwound: each step is at most half a turn. Raises :class:`FileError` for a file that
     cannot be read or is for another robot.
     """
+    path = place(path)
     where = f"joint path {path}"
     text = read_text(path, "joint path")
     match path.suffix.lower():

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError, SceneError, choices
+from planner.base.places import Place
 from planner.base.request import RoadmapRequest, WorldRequest
 from planner.base.targets import HOME, Joints, Target, joints_text, parse_base, parse_target, parse_targets
 from planner.collision import make_checker
@@ -49,7 +49,7 @@ class Query:
         return self.goal_names[int(away.argmin())]
 
 
-def open_world(request: WorldRequest, message: Path | None = None) -> CollisionChecker:
+def open_world(request: WorldRequest, message: Place | None = None) -> CollisionChecker:
     """A checker of the robot in the scene that ``request`` names, without start and goal.
 
     Joints that are not planned are held as the MoveIt request in the file ``message`` has them.
@@ -106,7 +106,7 @@ def resolve_query(
     return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows))
 
 
-def _message(path: Path | None) -> MotionPlanRequest | None:
+def _message(path: Place | None) -> MotionPlanRequest | None:
     if path is None:
         return None
     from planner.world.moveit.requests import read_motion_plan_request

@@ -11,7 +11,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, frozen
 from planner.base.errors import StateError, choices
 from planner.base.reasons import BeyondLimit, OutOfReach, Touching
-from planner.base.targets import FORMS, HOME, TURN, Joints, Named, Pose, Position, Target, parse_target
+from planner.base.targets import FORMS, HOME, TURN, Joints, Named, Pose, Position, Target, follow, parse_target
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact
@@ -49,7 +49,7 @@ def resolve(
     """
     match target:
         case Named(names):
-            inner = [_look_up(name, states, checker, role) for name in names]
+            inner = [target for name in names for target in _look_up(name, states, checker, role)]
             return np.vstack([resolve(each, checker, states, role, count, starts) for each in inner])
         case Joints(values):
             return free_configuration(np.array(values), checker, role)[None]
@@ -68,10 +68,11 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
     or the best of those in collision. Raises :class:`StateError`: wrong joint count, out of reach, unknown name.
     """
     match target:
-        case Named((name,)):
-            return resolve_as_is(_look_up(name, states, checker, role), checker, states, role)
         case Named(names):
-            raise StateError(f"{role} names {len(names)} states, {choices(names)}: name one.")
+            inner = [found for name in names for found in _look_up(name, states, checker, role)]
+            if len(inner) > 1:
+                raise StateError(f"{role} names {len(inner)} states, {choices(names)}: name one.")
+            return resolve_as_is(inner[0], checker, states, role)
         case Joints(values):
             return frozen(_joint_values(np.array(values), checker.robot, role))
         case Position(xyz) | Pose(xyz):
@@ -101,21 +102,23 @@ def _seeds(robot: Robot, starts: Floats) -> Floats:
     return np.vstack([starts, around.reshape(-1, robot.dof)])
 
 
-def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
-    robot, option = checker.robot, role.partition(" ")[0]
-    if name == HOME and name not in states:
+def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> list[Target]:
+    """What a state's name stands for: more than one where the scene names alternatives."""
+    return [_numbers_of(text, states, checker, role) for text in follow(name, states)]
+
+
+def _numbers_of(text: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
+    target, robot, option = parse_target(text), checker.robot, role.partition(" ")[0]
+    if not isinstance(target, Named):
+        return target
+    if text == HOME:
         return Joints(tuple(robot.home.tolist()))
-    if name not in states:
-        names = choices(dict.fromkeys([*states, HOME]))
-        known = f"its states are {names}" if states else f"it names none, but {HOME} is known"
-        raise StateError(
-            f"{option} '{name}' is not among the scene's states for {robot.name} ({known}): "
-            f"choose one with --{option}, as {FORMS}."
-        )
-    target = parse_target(states[name])
-    if isinstance(target, Named):
-        raise StateError(f"state '{name}' of the scene names another state, '{states[name]}': give numbers.")
-    return target
+    names = choices(dict.fromkeys([*states, HOME]))
+    known = f"its states are {names}" if states else f"it names none, but {HOME} is known"
+    raise StateError(
+        f"{option} '{text}' is not among the scene's states for {robot.name} ({known}): "
+        f"choose one with --{option}, as {FORMS}."
+    )
 
 
 def _matrix(target: Pose, role: str) -> Floats:

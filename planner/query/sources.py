@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from planner.base.errors import PlannerError
 from planner.base.files import is_file
+from planner.base.places import Place
 from planner.base.request import SweepRequest
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
@@ -36,18 +37,18 @@ def sources_hash(request: SweepRequest) -> str:
 def _sources(request: SweepRequest) -> Iterator[Path]:
     yield from _of_robot(str(request.robot), request.srdf)
     yield from _of_scene(str(request.scene))
-    yield from (path for path in (request.motion_plan_request, request.roadmap) if path is not None)
+    yield from (Path(path) for path in (request.motion_plan_request, request.roadmap) if path is not None)
 
 
-def _of_robot(name: str, srdf: Path | None) -> Iterator[Path]:
+def _of_robot(name: str, srdf: Place | None) -> Iterator[Path]:
     """robot.yaml or URDF, then what they name: URDF, SRDF, meshes, as far as they can be read."""
     yield robot_file(name)
     with contextlib.suppress(PlannerError):
         folder, file = find_robot(name)
-        place = file.urdf.path(folder) if file else robot_file(name)
+        found = file.urdf.path(folder) if file else robot_file(name)
         own = file.srdf.path(folder) if file and file.srdf else None
-        yield from (path for path in (place, srdf or own) if path is not None)
-        stamp = _stamp(place)
+        yield from (Path(path) for path in (found, srdf or own) if path is not None)
+        stamp = _stamp(found)
         if stamp is not None:
             yield from mesh_files(_description(stamp))
 

@@ -12,7 +12,7 @@ from planner.base.errors import OptionError, StateError
 from planner.base.progress import QUIET, Progress
 from planner.base.request import PAPER_EDGES, PAPER_NODES, require_nodes, require_seed
 from planner.base.versions import versions
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, require_checker
 from planner.query.resolve import free_configurations
 from planner.roadmap.best_paths import add_refined_paths
 from planner.roadmap.edge_certificates import RecordingProver
@@ -52,6 +52,7 @@ def build_roadmap(
     paths. With ``min_manipulability`` it grows above that w, but for the paths up to it from a start or goal below.
     Raises :class:`StateError` where one of them is out of limits or in collision.
     """
+    require_checker(checker)
     if robot is not checker.robot:
         raise OptionError("the checker was made for another robot: make one with make_checker(robot, scene).")
     require_nodes(nodes)

@@ -23,6 +23,7 @@ from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_whole
 from planner.base.hashing import content_hash
 from planner.base.npz import DAMAGE, require_sane_sizes
+from planner.base.places import Place, place
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.base.yamlfile import Strict, shown, validate
 from planner.collision.checker import CollisionChecker
@@ -57,7 +58,7 @@ class _Header(Strict):
     scale: CostScale
 
 
-def save_roadmap(roadmap: Roadmap, path: Path) -> None:
+def save_roadmap(roadmap: Roadmap, path: Place) -> None:
     """Write ``path`` whole or not at all; the same roadmap gives the same bytes.
 
     Integers and truth values are compressed; real numbers hardly can be, and are stored as they are.
@@ -77,7 +78,7 @@ def save_roadmap(roadmap: Roadmap, path: Path) -> None:
             packed = zipfile.ZIP_STORED if array.dtype.kind == "f" else zipfile.ZIP_DEFLATED
             member = zipfile.ZipInfo(f"{name}.npy")  # of 1980: the same bytes at any time
             archive.writestr(member, _npy(array), packed, _LEVEL)
-    write_whole(path, buffer.getvalue())
+    write_whole(place(path), buffer.getvalue())
 
 
 def _npy(array: np.ndarray) -> bytes:
@@ -86,11 +87,12 @@ def _npy(array: np.ndarray) -> bytes:
     return buffer.getvalue()
 
 
-def load_roadmap(path: Path) -> Roadmap:
+def load_roadmap(path: Place) -> Roadmap:
     """Read a roadmap and check that it is whole; :class:`FileError` says what is wrong with it.
 
     A warning is logged where the record of the run beside it was written with another one.
     """
+    path = place(path)
     if is_folder(path):
         raise FileError(f"roadmap {path} is a folder: name the roadmap.npz in it.")
     if not is_file(path):
@@ -128,7 +130,7 @@ def same_world(roadmap: Roadmap, checker: CollisionChecker) -> bool:
     )
 
 
-def require_same_world(roadmap: Roadmap, checker: CollisionChecker, path: Path) -> None:
+def require_same_world(roadmap: Roadmap, checker: CollisionChecker, path: Place) -> None:
     """Refuse a roadmap that was grown for another robot, another scene or a smaller margin."""
     if same_world(roadmap, checker):
         return

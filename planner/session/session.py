@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, PlannerError, StateError
 from planner.base.objective import DEFAULT_BETA, Objective
+from planner.base.places import Place
 from planner.base.progress import Progress
 from planner.base.request import (
     DEFAULT_CHARGE,
@@ -83,7 +83,7 @@ class Session:
         self,
         robot: Thing,
         scene: Thing,
-        roadmap: Roadmap | Path | str | None = None,
+        roadmap: Roadmap | Place | None = None,
         *,
         tool: str | None = None,
         collision: Backend = "fcl",
@@ -114,7 +114,7 @@ class Session:
         self._planning = Planning(dynamics, objective, nodes, seed, growth, progress)
         live = LiveWorld.of(WorldRequest(robot=robot, scene=scene, tool=tool, collision=collision, margin=margin))
         if roadmap is not None:
-            live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(Path(roadmap)))
+            live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(roadmap))
         self._now = Moment(live, np.zeros(0))
         self._asked: tuple[State, State, float, Query] | None = None
         self._end: Floats | None = None  # where the last path ends

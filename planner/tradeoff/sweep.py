@@ -12,6 +12,7 @@ from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import FileError, StateError
 from planner.base.outcome import Outcome
+from planner.base.places import Place, place
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.base.request import SweepRequest
 from planner.collision.checker import CollisionChecker
@@ -131,11 +132,11 @@ class Tradeoff:
 
         return sweep_page(self)
 
-    def save(self, folder: Path | str) -> None:
+    def save(self, folder: Place) -> None:
         """Write ``sweep.json``, ``sweep.csv``, ``sweep.html`` and ``roadmap.npz`` under ``folder``."""
         from planner.tradeoff.record import save_sweep
 
-        save_sweep(self, Path(folder))
+        save_sweep(self, place(folder, "folder"))
 
 
 def sweep(

@@ -10,6 +10,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import FileError
 from planner.base.files import is_file
+from planner.base.places import Place, place
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST
 from planner.world.dae import dae_fault
@@ -20,8 +21,9 @@ _LARGEST = 512 << 20  # bytes of a mesh file
 _MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
 
 
-def read_mesh(path: Path, scale: float = 1.0) -> Mesh:
+def read_mesh(path: Place, scale: float = 1.0) -> Mesh:
     """The triangles of an STL, OBJ, DAE or PLY file, in metres after ``scale``; :class:`FileError` otherwise."""
+    path = place(path)
     if not is_file(path):
         raise FileError(f"mesh file {path} not found: check 'file', which is relative to the scene file.")
     require_readable_mesh(path)

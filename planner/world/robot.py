@@ -6,16 +6,16 @@ import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Bools, Floats, frozen
+from planner.base.arrays import Bools, Floats, frozen, placement
 from planner.base.errors import RobotError, choices
 from planner.base.hashing import content_hash
 from planner.base.notes import Note
+from planner.base.places import Place
 from planner.base.targets import TURN
 from planner.base.yamlfile import FARTHEST
 from planner.world import urdf
@@ -67,12 +67,12 @@ class Robot:
 
     @staticmethod
     def load(
-        name: str,
+        name: Place,
         tool: str | None = None,
         fixed_joints: Mapping[str, float] | None = None,
         base: Floats | None = None,
         choice: JointChoice = ALL_JOINTS,
-        srdf: Path | None = None,
+        srdf: Place | None = None,
     ) -> Robot:
         """A built-in robot by name, or any robot by the path of its robot.yaml or URDF.
 
@@ -211,7 +211,7 @@ def assemble(
     _check_joints(files, planned, tool)
     fixed = {**(file.fixed_joints if file else {}), **(fixed or {})}
     fixed = _held_at_home(files, planned, fixed) | fixed
-    base = pose() if base is None else base
+    base = pose() if base is None else placement("base", base)
     parts = _parts(description, files.model, planned, fixed, base)
     model = parts["model"]
     lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)

@@ -15,6 +15,7 @@ import pydantic
 from planner.base.errors import RobotError, choices
 from planner.base.files import is_file
 from planner.base.notes import Note
+from planner.base.places import Place, place, place_text
 from planner.base.resources import robot_names, robots_folder
 from planner.base.targets import HOME
 from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, shown, validate
@@ -215,14 +216,15 @@ class RobotFiles:
         return tuple(found)
 
 
-def read_robot(name: str, srdf: Path | None = None) -> RobotFiles:
+def read_robot(name: Place, srdf: Place | None = None) -> RobotFiles:
     """The files of a robot given by name, or by the path of its robot.yaml or URDF; ``srdf`` replaces its own."""
+    name, srdf = place_text(name, "robot"), None if srdf is None else place(srdf, "srdf")
     folder, file = find_robot(name)
     description = urdf.read_description(file.urdf.path(folder) if file else Path(name))
     own = file.srdf.path(folder) if file and file.srdf else None
-    place = srdf or own
+    said = srdf or own
     called = (file.name if file else None) or (name if name in robot_names() else description.name)
-    files = RobotFiles(called, name, file, description, read_srdf(place) if place else None)
+    files = RobotFiles(called, name, file, description, read_srdf(said) if said else None)
     if files.srdf is not None and srdf is not None:
         require_fitting(files.srdf, files.model)
     return files

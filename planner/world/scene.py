@@ -14,6 +14,7 @@ from planner.base.errors import SceneError, choices
 from planner.base.files import is_file
 from planner.base.hashing import content_hash
 from planner.base.notes import Note
+from planner.base.places import Place, place_text
 from planner.base.resources import published_scene_names, scene_file, scene_names
 from planner.base.targets import TURN
 from planner.base.yamlfile import (
@@ -228,11 +229,12 @@ class Scene:
     notes: tuple[Note, ...] = ()  # of what was passed over in its file, or in a request
 
     @staticmethod
-    def load(name: str) -> Scene:
+    def load(name: Place) -> Scene:
         """A built-in scene by name, or by path: our own YAML, MoveIt's PlanningScene as YAML or its ``.scene`` text.
 
         Raises :class:`SceneError` or ``FileError``.
         """
+        name = place_text(name, "scene")
         path = scene_file(name) or Path(name)
         known = path.suffix.lower() in (".yaml", ".yml", ".scene")
         if not known and "/" not in name and not is_file(path):

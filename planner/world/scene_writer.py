@@ -10,18 +10,20 @@ from typing import Any
 
 from planner.base.arrays import Floats
 from planner.base.files import make_folder, write_whole
+from planner.base.places import Place, place
 from planner.world.moving import MovingObstacle
 from planner.world.poses import quaternion_of
 from planner.world.scene import Scene
 from planner.world.shapes import Box, Carried, Mesh, Obstacle
 
 
-def write_scene(scene: Scene, path: Path) -> list[Path]:
+def write_scene(scene: Scene, path: Place) -> list[Path]:
     """Write ``scene`` to ``path``, and every mesh as an OBJ file beside it; returns what was written.
 
     :meth:`Scene.load` reads the same scene from it, to rounding. Permissions are written shape by shape.
     Raises :class:`FileError` where that cannot be done.
     """
+    path = place(path)
     make_folder(path.parent)
     meshes: dict[Path, Mesh] = {}
     text = "\n".join(_lines(scene, path, meshes)) + "\n"

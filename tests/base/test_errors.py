@@ -10,7 +10,7 @@ KINDS = [kind for kind in vars(errors).values() if isinstance(kind, type) and is
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_only_a_wrong_option_is_2(kind: type[PlannerError]) -> None:
-    assert kind.exit_code == (2 if kind is OptionError else 3)
+    assert kind.exit_code == (2 if issubclass(kind, OptionError) else 3)
 
 
 def test_choices_stay_readable() -> None:

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from planner.base.errors import OptionError
-from planner.base.targets import Joints, Named, Pose, Position, parse_target, parse_targets
+from planner.base.errors import OptionError, StateError
+from planner.base.targets import Joints, Named, Pose, Position, follow, parse_target, parse_targets
 from tests.random_shapes import QUICK
 
 NUMBERS = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=1, max_size=9)
@@ -84,3 +84,17 @@ def test_any_text_is_a_target_or_an_option_error(text):
     except OptionError:
         return
     assert isinstance(target, Joints | Position | Pose | Named)
+
+
+def test_names_of_names_end():
+    states = {"a": "b", "b": "q:1,2", "c": "a,b,home", "x": "y", "y": "x", "me": "me"}
+    assert follow("c", states) == ["q:1,2", "q:1,2", "home"]
+    assert follow("home", states) == ["home"]
+    for name in ("x", "me"):
+        with pytest.raises(StateError, match="leads back to itself"):
+            follow(name, states)
+    chain = {f"s{k}": f"s{k + 1}" for k in range(5000)}
+    bomb = {f"s{k}": f"s{k + 1},s{k + 1}" for k in range(60)}
+    for many in (chain, bomb):
+        with pytest.raises(StateError, match="more than 100"):
+            follow("s0", many)

@@ -11,11 +11,19 @@ from tests.cli.test_motion import WORLD
 from tests.command_line import Run
 
 
-@pytest.mark.parametrize("kind", ["ros-yaml", "ros-json", "moveit", "csv", "npz"])
-def test_what_is_exported_is_proven_by_check(run: Run, timed_plan: Path, tmp_path: Path, kind: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "knots"), [(kind, False) for kind in ("ros-yaml", "ros-json", "moveit", "csv", "npz")] + [("csv", True)]
+)
+def test_what_is_exported_is_proven_by_check(
+    run: Run, timed_plan: Path, tmp_path: Path, kind: str, knots: bool
+) -> None:
     file = tmp_path / f"motion.{ {'ros-yaml': 'yaml', 'ros-json': 'json', 'moveit': 'yaml'}.get(kind, kind) }"
-    code, out, _ = run("export", str(timed_plan), "--format", kind, "--rate", "100", "--out", str(file))
+    way = ("--rate", "100", *(("--knots",) if knots else ()))
+    code, out, _ = run("export", str(timed_plan), "--format", kind, *way, "--out", str(file))
     assert code == 0
+    assert ("one every 10 ms exactly; the end held to a row" in out) is not knots
+    assert ("proven free and within limits" in out) is not knots
+    assert ("No grid: " in out) is knots
     assert ("ros2 action send_goal" in out) == (kind == "ros-json")
     code, out, _ = run("check", str(file), *WORLD, "--json")
     assert code == 0
@@ -23,6 +31,10 @@ def test_what_is_exported_is_proven_by_check(run: Run, timed_plan: Path, tmp_pat
     assert report["ok"]
     assert report["pieces"]["free"] == report["points"] - 1
     assert max(report["shares"].values()) <= 1.0 + 1e-6
+    if kind == "csv":
+        times = [line.split(",")[0] for line in file.read_text().splitlines()[1:]]
+        grid = [f"{k // 100}.{k % 100:02d}0000000" for k in range(len(times))]
+        assert (times == grid) is not knots
 
 
 def test_export_refuses_what_is_no_trajectory(run: Run, tmp_path: Path) -> None:
@@ -30,3 +42,37 @@ def test_export_refuses_what_is_no_trajectory(run: Run, tmp_path: Path) -> None:
         found, _, err = run(*words)
         assert found == code
         assert err.startswith("planner: error: ")
+
+
+def test_a_grid_that_is_too_coarse_to_be_proven_is_not_written(run: Run, tmp_path: Path) -> None:
+    window = ("plan", "--robot", "planar_2r", "--scene", "window", "--nodes", "60", "--out", str(tmp_path))
+    assert run(*window)[0] == 0
+    file = tmp_path / "coarse.csv"
+    code, _, err = run("export", str(tmp_path), "--format", "csv", "--rate", "1", "--out", str(file))
+    assert code == 3
+    assert "on a grid of 1 Hz the motion is not proven as a whole any more" in err
+    assert not file.exists()
+    assert run("export", str(tmp_path), "--format", "csv", "--rate", "1000", "--out", str(file))[0] == 0
+
+
+def test_a_grid_in_an_unknown_world_is_told_not_to_be_proven(run: Run, timed_plan: Path, tmp_path: Path) -> None:
+    """Without the plan's files nobody knows among what it moves; with those of another plan that is noticed."""
+    (tmp_path / "trajectory.json").write_bytes((timed_plan / "trajectory.json").read_bytes())
+    code, out, err = run("export", str(tmp_path), "--rate", "100")
+    assert code == 0
+    assert "NOT proven" in out
+    assert "its world is not known" in err
+    assert "plan.json not found" in err
+    for name in ("plan.json", "roadmap.npz"):
+        (tmp_path / name).write_bytes((timed_plan / name).read_bytes())
+    record = json.loads((tmp_path / "plan.json").read_text())
+    for config in (record["config"] | {"scene": "window"}, record["config"] | {"margin": "wide"}, 3):
+        (tmp_path / "plan.json").write_text(json.dumps(record | {"config": config}))
+        code, out, err = run("export", str(tmp_path), "--rate", "100")
+        assert (code, "NOT proven" in out) == (0, True)
+
+
+def test_knots_without_a_rate_say_nothing(run: Run, timed_plan: Path) -> None:
+    code, _, err = run("export", str(timed_plan), "--knots")
+    assert code == 2
+    assert "add --rate" in err

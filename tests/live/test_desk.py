@@ -148,6 +148,16 @@ def test_what_is_saved_is_planned_as_shown(desk: Desk, tmp_path: Path) -> None:
     np.testing.assert_allclose(found.path[0], [-1.0, 0.8])
 
 
+def test_what_names_other_states_is_saved_as_what_it_stands_for(tmp_path: Path) -> None:
+    """Else a start at home, where the scene's home is its start, would lead back to itself."""
+    states = '{home: start, start: "q:-1.0,0.8", goal: end, end: "q:1.0,-0.8"}'
+    desk = make_desk(tmp_path, SCENE.replace('{start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}', states))
+    object.__setattr__(desk._state.question, "start", "home")
+    assert "saved" in ask(desk, do="save")
+    saved = Scene.load(str(tmp_path / "saved.yaml")).states_of("planar_2r")
+    assert (saved["start"], saved["goal"]) == ("q:-1.0,0.8", "q:1.0,-0.8")
+
+
 def test_reload_puts_everything_back(desk: Desk, tmp_path: Path) -> None:
     move(desk, "post", 0.8, 0.15, 0.0)
     assert ask(desk, do="reload")["live"]["undo"] == 2

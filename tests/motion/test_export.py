@@ -13,16 +13,13 @@ import pytest
 import yaml
 
 from planner.base.errors import PlannerError
-from planner.base.request import LimitsRequest, TimeLaw
 from planner.collision import make_checker
 from planner.motion.export import SUFFIX, Format, export, goal_command
-from planner.motion.limits import USED, MotionLimits
 from planner.motion.points import read_points
 from planner.motion.timing import time_path
 from planner.motion.trajectory import Trajectory
 from planner.world.poses import pose
 from planner.world.shapes import Box
-from tests.motion.exact import largest_shares
 from tests.worlds import load, scene_of
 
 ARM = load("planar_2r")
@@ -50,42 +47,6 @@ def test_every_format_gives_the_same_polynomials(kind: Format, tmp_path: Path) -
     np.testing.assert_array_equal(found.coefficients, MADE.coefficients)
 
 
-@pytest.mark.parametrize("rate", [None, 400.0])
-@pytest.mark.parametrize(
-    ("robot", "law", "waypoints", "acceleration", "jerk"),
-    [
-        ("planar_2r", "blended", 120, 0.5, 0.25),
-        ("panda", "blended", 12, 0.5, 0.25),
-        ("panda", "stop-at-corners", 12, 0.05, 20.0),
-        ("kinova", "shortcuts", 6, 0.005, 0.5),
-    ],
-)
-def test_the_polynomials_that_the_points_encode_keep_the_limits(
-    robot: str, law: TimeLaw, waypoints: int, acceleration: float, jerk: float, rate: float | None
-) -> None:
-    """By rational numbers, between the very nanoseconds and doubles of the file."""
-    arm = load(robot)
-    low, high = np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)
-    path = np.random.default_rng(0).uniform(low, high, (waypoints, arm.dof))
-    limits = MotionLimits.of(arm, LimitsRequest(acceleration=acceleration, jerk=jerk))
-    made = time_path(path, make_checker(arm, FAR), limits, law=law)
-    if rate is not None:  # a part of it is enough
-        middle = made.piece_at(made.nanoseconds[-1:] // 2)[0]
-        made = replace(made, nanoseconds=made.nanoseconds[middle:], columns=tuple(c[middle:] for c in made.columns))
-        few = max(2, int(np.searchsorted(made.times, made.times[0] + 0.3)))
-        made = replace(made, nanoseconds=made.nanoseconds[:few], columns=tuple(c[:few] for c in made.columns))
-    shares = largest_shares(json.loads(export(made, "ros-json", rate)), limits)
-    assert max(shares.values()) <= (USED if rate is None else 1.0) + 1e-7, shares
-
-
-def test_points_nearer_than_their_rounding_allows_are_refused() -> None:
-    slow = MotionLimits.of(ARM, LimitsRequest(acceleration=0.1, jerk=1e-4))
-    made = time_path(PATH, make_checker(ARM, FAR), slow, law="stop-at-corners")
-    with pytest.raises(PlannerError, match=r"rate 1000 Hz is too high .* give \d+\.\d Hz or less"):
-        export(made, "csv", rate=1000.0)
-    assert export(made, "csv", rate=50.0)
-
-
 @pytest.mark.parametrize("kind", FORMATS)
 @pytest.mark.parametrize("given", [1, 2])
 def test_what_has_no_accelerations_is_not_given_any(given: int, kind: Format, tmp_path: Path) -> None:
@@ -95,16 +56,6 @@ def test_what_has_no_accelerations_is_not_given_any(given: int, kind: Format, tm
     found = read_back(export(plain, kind), kind, tmp_path)
     assert found.interpolation == plain.interpolation == ("lines", "cubics")[given - 1]
     np.testing.assert_allclose(found.coefficients, plain.coefficients, atol=1e-14)
-
-
-@pytest.mark.parametrize("kind", FORMATS)
-def test_further_points_lie_on_the_same_curve(kind: Format, tmp_path: Path) -> None:
-    found = read_back(export(MADE, kind, rate=250.0), kind, tmp_path)
-    assert np.diff(found.times).max() <= 1.2 / 250.0
-    assert len(found.times) > len(MADE.times)
-    t = np.linspace(0.0, MADE.duration, 3001)
-    for order, close in enumerate((1e-13, 1e-10, 1e-6)):
-        np.testing.assert_allclose(found.at(t, order), MADE.at(t, order), atol=close, rtol=0)
 
 
 def test_the_first_point_can_be_left_out(tmp_path: Path) -> None:
@@ -129,10 +80,7 @@ def test_ros_reads_the_messages_as_yaml(kind: Format) -> None:
     assert json.loads(export(tiny, "ros-json"))["points"] == message["points"]
 
 
-def test_bad_rates_and_overlong_motions_are_refused() -> None:
-    for rate in (0.0, float("nan"), 1e6):
-        with pytest.raises(PlannerError, match="is not usable"):
-            export(MADE, "csv", rate=rate)
+def test_overlong_motions_are_refused() -> None:
     with pytest.raises(PlannerError, match="a ROS duration holds"):
         export(replace(MADE, nanoseconds=MADE.nanoseconds * 10**9 * 2), "ros-yaml")
 

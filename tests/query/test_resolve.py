@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from planner.base.errors import StateError
+from planner.base.errors import PlannerError, StateError
 from planner.base.reasons import BeyondLimit, OutOfReach, Touching
 from planner.base.targets import Joints, Pose, Position, parse_target
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.kinematics.forward import tool_pose, tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.query.resolve import beyond_limits, free_configurations, looks_like_degrees, resolve
+from planner.query.resolve import beyond_limits, free_configurations, looks_like_degrees, resolve, resolve_as_is
 from planner.world.poses import pose
 from planner.world.scene import Scene
 from planner.world.shapes import Box, Sphere
@@ -95,6 +95,23 @@ def test_names_come_from_the_scene(paper):
     )
 
 
+def test_a_state_may_be_the_name_of_others(paper):
+    """``start: home`` above all: the robot's own, where the scene has none of that name."""
+    q = ",".join(map(str, load("iiwa14").home + 0.1))
+    states = {"start": "home", "there": "xyz:0.5,0.1,0.8", "again": "start", "ends": "again, there", "here": f"q:{q}"}
+    home = load("iiwa14").home
+    for name in ("start", "again"):
+        np.testing.assert_array_equal(resolve(parse_target(name), paper, states, "start"), home[None])
+        np.testing.assert_array_equal(resolve_as_is(parse_target(name), paper, states, "start"), home)
+    assert len(resolve(parse_target("ends"), paper, states, "goal")) == 2
+    with pytest.raises(PlannerError, match="names 2 states"):
+        resolve_as_is(parse_target("ends"), paper, states, "start")
+    own = states | {"home": "here"}
+    np.testing.assert_allclose(resolve(parse_target("start"), paper, own, "start")[0], home + 0.1)
+    with pytest.raises(PlannerError, match=r"start 'nowhere' is not among the scene's states"):
+        resolve(parse_target("start"), paper, {"start": "nowhere"}, "start")
+
+
 def test_the_papers_ends_are_reached(paper):
     states = Scene.load("paper").states_of("iiwa14")
     for name, place in (("start", (0.92, -0.10, 0.42)), ("goal", (-0.52, -0.04, 1.13))):
@@ -113,12 +130,12 @@ def walled():
     return make_checker(load("iiwa14"), scene_of(*WALL))
 
 
-STATES = {"here": "q:0,0,0,0,0,0,0", "again": "here"}
+STATES = {"here": "q:0,0,0,0,0,0,0", "round": "and", "and": "round"}
 FORMS = ["a name from the scene", "q:...", "xyz:x,y,z", "pose:x,y,z,qx,qy,qz,qw"]
 SEVEN = (0.0,) * 7
 REFUSED = {
-    "unknown name": (parse_target("goal"), ["start 'goal'", "states for iiwa14", "here, again", *FORMS]),
-    "name of a name": (parse_target("again"), ["state 'again'", "another state", "'here'", "give numbers"]),
+    "unknown name": (parse_target("goal"), ["start 'goal'", "states for iiwa14", "here, round, and, home", *FORMS]),
+    "a circle": (parse_target("round"), ["state 'round'", "leads back to itself, by round, and", "give numbers"]),
     "too few joints": (Joints((0.0,) * 6), ["start has 6 joint values", "iiwa14 has 7 planned joints", "iiwa14_joint"]),
     "too many joints": (Joints((0.0,) * 8), ["start has 8 joint values"]),
     "NaN": (Joints((float("nan"), *SEVEN[1:])), ["start holds a value that is not finite", "plain numbers"]),

@@ -13,8 +13,8 @@ from planner.base.request import KeptRequest, WorldRequest
 from planner.query.open import open_world
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.storage import same_world
-from planner.roadmap.world_of import reopen
+from planner.roadmap.storage import same_world, save_roadmap
+from planner.roadmap.world_of import reopen, reopen_plan
 from planner.world.robot import with_widened_limits
 from tests.worlds import load, post_roadmap
 
@@ -56,3 +56,15 @@ def test_limits_are_widened_where_that_is_asked_for() -> None:
     )
     assert reopen(KeptRequest(), grown, FILE).robot.upper.tolist() == robot.upper.tolist()
     np.testing.assert_allclose(reopen(KeptRequest(widen_limits=True), grown, FILE).robot.upper, wide.upper)
+
+
+def test_a_plans_world_is_the_one_that_its_roadmap_was_proven_in(tmp_path: Path) -> None:
+    roadmap, file = of_window(), tmp_path / "roadmap.npz"
+    save_roadmap(roadmap, file)
+    config = WorldRequest("planar_2r", "window", margin=0.01).to_dict()
+    assert same_world(roadmap, reopen_plan(config, file))
+    for other in ({"scene": "empty"}, {"margin": 0.02}, {"base": "0,0,1"}):
+        with pytest.raises(FileError, match=r"roadmap .* (is for|was proven with)"):
+            reopen_plan(config | other, file)
+    with pytest.raises(FileError, match=r"options in the plan.json beside .* are not what a plan writes"):
+        reopen_plan(config | {"margin": "wide"}, file)

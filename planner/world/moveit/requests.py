@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any
 
 import pydantic
@@ -12,6 +11,7 @@ import pydantic
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
 from planner.base.notes import Note
+from planner.base.places import Place, place
 from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, shown, validate
 from planner.world.moveit.fields import Label, Noted, Refused, notes_of
 from planner.world.moveit.messages import (
@@ -221,8 +221,9 @@ class MotionPlanRequest:
     notes: tuple[Note, ...]
 
 
-def read_motion_plan_request(path: Path) -> MotionPlanRequest:
+def read_motion_plan_request(path: Place) -> MotionPlanRequest:
     """The request at ``path``; :class:`SceneError` for what cannot be read, or a field that changes what is asked."""
+    path = place(path)
     where = f"MotionPlanRequest {path}"
     data = parse_yaml(read_text(path, "MotionPlanRequest"), where)
     message = validate(MotionPlanRequestMessage, data, where, SceneError)

@@ -1,0 +1,99 @@
+"""What help, docstrings, documentation and README say of a default is what the code has; none is told unheld."""
+
+from __future__ import annotations
+
+import re
+from inspect import signature
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.base import request
+from planner.base.request import LiveRequest, PlanRequest, WorkersRequest
+from planner.gabf.laws import SingularityFree
+from planner.motion.limits import ASSUMED_JERK_PER_ACCELERATION
+from planner.query.resolve import IK_STARTS
+from planner.roadmap.grow import join_settings
+from planner.roadmap.growth_settings import GrowthSettings
+from planner.studies.learning.robot import RobotSettings
+from planner.tradeoff.nondominated import MAX_LABELS
+from tests.documents import ROOT
+from tests.worlds import load
+
+PLAIN, LIVE, ARM = PlanRequest(), LiveRequest().complete(), load("planar_2r")
+JOIN = join_settings(GrowthSettings(), ARM).motions // ARM.dof
+NETWORK = gabf.Network.from_arcs(*np.array([[1], [0], [1], [0]]), n_nodes=2, kernel=gabf.Additive())
+HELD = float(np.array(NETWORK.source_values, dtype=float).sum())
+NUMBERS = {"one": "1", "two": "2", "six": "6", "twelve": "12"}
+# a file, words of it around what is told, and what the code has
+TOLD: list[tuple[str, str, float | str]] = [
+    ("planner/base/request.py", r"others searched; left out, (\S+), or 0 with --roadmap", PLAIN.rounds),
+    ("planner/base/request.py", r"left out, \d+, or (\S+) with --roadmap: as it is", PlanRequest(roadmap="x").rounds),
+    ("planner/base/request.py", r"Trade-off in \[0, 1\], with --live; (\S+) where left out", LIVE["beta"]),
+    ("planner/base/request.py", r"Configurations in the roadmap, with --live; (\S+) where left out", LIVE["nodes"]),
+    ("planner/base/request.py", r"Seed of all randomness, with --live; (\S+) where left out", LIVE["seed"]),
+    ("planner/base/request.py", r"Tasks at once: (\S+) where left out", int(WorkersRequest().serial)),
+    ("planner/cli/reproduce.py", r"number of roadmaps, (\S+) where left out", RobotSettings("x").roadmaps),
+    ("planner/cli/reproduce.py", r"nodes of each roadmap, (\S+) where left out", RobotSettings("x").nodes),
+    ("planner/cli/reproduce.py", r"executed on each roadmap, (\S+) where left out", RobotSettings("x").executions),
+    ("planner/cli/reproduce.py", r'the scene, "(\S+)" where left out', str(RobotSettings("x").scene)),
+    ("planner/cli/sweep.py", r"--front may make, (\S+) where left out", MAX_LABELS),
+    ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
+    (
+        "planner/roadmap/growth_settings.py",
+        r"before it gives up, (\S+) per joint",
+        JOIN,
+    ),
+    ("planner/gabf/network.py", r"held at ``source_values`` \(k,\), (\S+) where left out", HELD),
+    ("docs/howto/better_paths.md", r"(\w+) rounds are the default where a roadmap is grown", PLAIN.rounds),
+    ("docs/howto/better_paths.md", r"shortcuts in time keep: (\S+), or half of it", PLAIN.room),
+    ("docs/howto/better_paths.md", r"plans keep (\S+) mm where there is room", 1000 * PLAIN.room),
+    ("docs/howto/choose_beta.md", r"falls with w: .*?`(\w+)` \(default\)", PLAIN.manipulability_cost),
+    ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.charge),
+    ("README.md", r"Path and motion keep (\S+) mm from", 1000 * PLAIN.room),
+    ("README.md", r"`--ik-solutions` \((\S+)\)", PLAIN.ik_solutions),
+    ("README.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
+    ("CHANGELOG.md", r"`--room` is (\S+) by default", PLAIN.room),
+]
+MORE = r"left out, [\"`\d]|[\"`\d]+ (?:per joint )?where left out|rounds are the default|\(default\)|\d by default"
+FILES = [
+    *sorted((ROOT / "planner").rglob("*.py")),
+    *(path for path in sorted((ROOT / "docs").rglob("*.md")) if "_build" not in path.parts),
+    ROOT / "README.md",
+]
+
+
+def _text(name: str) -> str:
+    return " ".join((ROOT / name).read_text().split())
+
+
+@pytest.mark.parametrize(("name", "words", "value"), TOLD, ids=[f"{name}: {words[:40]}" for name, words, _ in TOLD])
+def test_the_default_that_is_told_is_the_codes(name: str, words: str, value: float | str) -> None:
+    found = re.findall(words, _text(name))
+    assert len(found) == 1, "the words have changed: hold the new ones"
+    told = NUMBERS[found[0].lower()] if found[0].lower() in NUMBERS else found[0]
+    assert told == value if isinstance(value, str) else float(told) == pytest.approx(value)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_no_default_is_told_that_nothing_holds(path: Path) -> None:
+    name = path.relative_to(ROOT).as_posix()
+    text = _text(name)
+    held = [match.span() for file, words, _ in TOLD if file == name for match in re.finditer(words, text)]
+    for match in re.finditer(MORE, text):
+        near = text[max(0, match.start() - 60) : match.end() + 20]
+        assert any(a < match.end() and match.start() < b for a, b in held), f"hold this in TOLD: {near}"
+
+
+def test_the_defaults_of_the_library_are_those_of_the_command_line() -> None:
+    """Functions that repeat a default of the request have the same one."""
+    import planner
+
+    session = signature(planner.Session.__init__).parameters
+    for name in ("collision", "margin", "nodes", "seed", "law", "prescribed_time", "metric", "manipulability_cost"):
+        assert session[name].default == getattr(PLAIN, name), name
+    assert session["charge"].default == PLAIN.charge == request.DEFAULT_CHARGE
+    assert SingularityFree(T=PLAIN.prescribed_time) == gabf.named_law(PLAIN.law, PLAIN.prescribed_time)
+    assert ASSUMED_JERK_PER_ACCELERATION == 100.0, "docs and plan.json say 100/s"
