@@ -56,8 +56,9 @@ class CoalChecker(CollisionChecker):
         self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(
             world.robot.model, self._model, self._threads
         )
-        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
-        self._margins = np.full(len(self._pairs), world.margin)  # of the pool
+        self._own_margins = world.margin + world.rounding[self._pairs]
+        _settle((self._data, *self._pool.getGeometryDatas()), self._own_margins)
+        self._margins = self._own_margins  # of the pool
 
     def _geometry_model(self) -> tuple[pin.GeometryModel, list[int]]:
         """Pinocchio's geometry of the world, and our number of each of its pairs."""
@@ -116,19 +117,18 @@ class CoalChecker(CollisionChecker):
             return np.zeros(len(q), dtype=bool)
         threads = self._threads if len(q) >= _WORTH_THREADS else 1
         with self._alone:
-            self._keep(self.world.margin if extra is None else self.world.margin + _with_error(extra)[self._pairs])
+            self._keep(self._own_margins + (0.0 if extra is None else _with_error(extra)[self._pairs]))
             hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
             return np.asarray(hits).ravel().astype(bool)
 
-    def _keep(self, margins: Floats | float) -> None:
+    def _keep(self, margins: Floats) -> None:
         """Let the pool call closer than these ``margins`` (our pairs,) m a contact."""
-        wanted = np.broadcast_to(margins, len(self._pairs))
-        if np.array_equal(wanted, self._margins):
+        if np.array_equal(margins, self._margins):
             return
         for data in self._pool.getGeometryDatas():
-            for request, margin in zip(data.collisionRequests, wanted.tolist(), strict=True):
+            for request, margin in zip(data.collisionRequests, margins.tolist(), strict=True):
                 request.security_margin = margin
-        self._margins = np.array(wanted)
+        self._margins = margins
 
     def _touching_pair(self, q: Floats) -> int:
         """The first pair that touches at a configuration known to touch."""
@@ -140,7 +140,7 @@ class CoalChecker(CollisionChecker):
         """See :class:`planner.collision.checker.CollisionChecker`."""
         self.queries += len(pairs)
         placed = _Placed(self, rotation, position)
-        return np.array([placed.distance(pair) for pair in pairs.tolist()], dtype=float)
+        return np.array([placed.distance(pair) for pair in pairs.tolist()], dtype=float) - self.world.rounding[pairs]
 
     def _members(self, pair: int) -> tuple[int, int]:
         """The numbers of a pair's shapes in our lists, bodies first."""
@@ -200,7 +200,7 @@ def _principal(points: Floats) -> tuple[Floats, Floats]:
     return np.ptp(centred @ directions.T, axis=0), directions
 
 
-def _settle(geometries: Iterable[pin.GeometryData], margin: float) -> None:
+def _settle(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
     """Settings without which a verdict could be wrong, or depend on earlier questions.
 
     Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
@@ -210,7 +210,7 @@ def _settle(geometries: Iterable[pin.GeometryData], margin: float) -> None:
     with PROCESS, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
         for data in geometries:
-            for request in data.collisionRequests:
+            for request, margin in zip(data.collisionRequests, margins.tolist(), strict=True):
                 request.security_margin = margin
                 request.enable_contact = True
                 request.enable_cached_gjk_guess = False
@@ -263,7 +263,8 @@ class CoalInTime:
             pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._model, geometry, 1),
         )
         self._data, self._kinematics = pin.GeometryData(geometry), self._model.createData()
-        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
+        numbers = self._numbers @ [len(world.obstacles), 1] if len(self._numbers) else np.zeros(0, dtype=np.int64)
+        _settle((self._data, *self._pool.getGeometryDatas()), world.margin + world.rounding[numbers])
 
     def first_touch(self, q: Floats, t: Floats) -> tuple[int, Contact] | None:
         """The first of the configurations (n, dof) at times (n,) s that touches a moving obstacle, and which."""

@@ -6,6 +6,7 @@ import importlib.metadata
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -19,10 +20,14 @@ from planner.base.files import is_file
 from planner.base.resources import robots_folder
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST, read_text, shown
-from planner.world.meshes import MeshFault, reason, require_readable_mesh, shape_of
+from planner.world.meshes import MeshFault, link_mesh, mesh_loader, reason, require_readable_mesh, shape_of
 from planner.world.poses import se3
-from planner.world.shapes import Body, Shape
+from planner.world.shapes import Body, Mesh, Shape
 from planner.world.urdf_rules import ends, require_sane_urdf
+
+_LINK = " (link)"
+_LARGE = 100_000  # bytes of a mesh file: smaller ones hold about 2,000 triangles at most
+_ONE_FILE = (".stl", ".obj", ".dae", ".ply")  # kinds of which one file says all about the triangles
 
 
 @dataclass(frozen=True)
@@ -166,16 +171,26 @@ def build_model(description: Description) -> pin.Model:
     return model
 
 
-def read_bodies(
-    description: Description, model: pin.Model, kind: pin.GeometryType
-) -> tuple[pin.GeometryModel, dict[str, str]]:
-    """Pinocchio's geometry of one ``kind`` and the link each geometry hangs on."""
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Pinocchio's geometry, the link that each geometry hangs on, and the meshes that stand for some, by name."""
+
+    model: pin.GeometryModel
+    links: Mapping[str, str]
+    meshes: Mapping[str, Mesh]
+
+
+def read_geometry(description: Description, model: pin.Model, kind: pin.GeometryType) -> Geometry:
+    """The geometry of one ``kind``; large meshes that collide are thinned, and are no meshes to Pinocchio."""
+    xml, meshes = description.xml, {}
+    if kind is pin.GeometryType.COLLISION:
+        xml, meshes = _without_large_meshes(description)
     for file in _mesh_files(description, kind):
         require_readable_mesh(file)
-    printed = Silenced()
+    printed, loader = Silenced(), mesh_loader()
     try:
         with printed:
-            geometry = pin.buildGeomFromUrdfString(model, description.xml, kind, None, description.package_dirs)
+            geometry = pin.buildGeomFromUrdfString(model, xml, kind, None, description.package_dirs, loader)
     except (ValueError, RuntimeError) as error:
         raise RobotError(
             f"a mesh of {description.path} cannot be loaded ({reason(error)}): put it beside the URDF "
@@ -187,7 +202,27 @@ def read_bodies(
             f"{description.path} could be read{_because(printed)}: use box, sphere, cylinder, capsule or mesh."
         )
     links = {item.name: model.frames[item.parentFrame].name for item in geometry.geometryObjects}
-    return geometry, links
+    return Geometry(geometry, links, meshes)
+
+
+def _without_large_meshes(description: Description) -> tuple[str, dict[str, Mesh]]:
+    """The URDF with a ball in place of every large mesh that collides, and these meshes by their names in Pinocchio."""
+    root, found = ET.fromstring(description.xml), {}
+    read: dict[tuple[Path, str], Mesh] = {}
+    for link in root.iterfind("link"):
+        for number, collision in enumerate(link.iterfind("collision")):
+            geometry, mesh = collision.find("geometry"), collision.find("geometry/mesh")
+            if geometry is None or mesh is None:
+                continue
+            file, scale = next(_places(description, mesh.get("filename", "")), None), mesh.get("scale", "1 1 1")
+            if file is None or file.stat().st_size < _LARGE or file.suffix.lower() not in _ONE_FILE:
+                continue
+            if (file, scale) not in read:
+                read[file, scale] = link_mesh(file, np.array(scale.split(), dtype=float))
+            found[f"{link.get('name')}_{number}"] = read[file, scale]
+            geometry.remove(mesh)
+            ET.SubElement(geometry, "sphere", radius="1")
+    return (ET.tostring(root, encoding="unicode") if found else description.xml), found
 
 
 def mesh_files(description: Description) -> Iterator[Path]:
@@ -204,9 +239,14 @@ def visual_mesh_files(description: Description) -> Iterator[Path]:
 def _mesh_files(description: Description, kind: pin.GeometryType) -> Iterator[Path]:
     """Where the meshes of one ``kind`` that the URDF names may be, as far as there is a file."""
     for name in description.mesh_names["collision" if kind is pin.GeometryType.COLLISION else "visual"]:
-        place = name.removeprefix("package://").removeprefix("model://").removeprefix("file://")
-        found = (Path(folder) / place for folder in description.package_dirs)
-        yield from (path for path in found if is_file(path))
+        yield from _places(description, name)
+
+
+def _places(description: Description, name: str) -> Iterator[Path]:
+    """The files that a mesh of this ``name`` may be in."""
+    place = name.removeprefix("package://").removeprefix("model://").removeprefix("file://")
+    found = (Path(folder) / place for folder in description.package_dirs)
+    return (path for path in found if is_file(path))
 
 
 def _because(printed: Silenced) -> str:
@@ -273,9 +313,29 @@ def reduce(
             raise RobotError(f"joint '{name}' cannot be held at {value:g}: give a value of at most {FARTHEST:g}.")
         reference[model.joints[model.getJointId(name)].idx_q] = value
     locked = [model.getJointId(name) for name in model.names[1:] if name not in planned]
-    reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)
+    with _links_renamed(model):
+        reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)
+    _rename(reduced, _LINK, "")
     _move_base(reduced, geometry, se3(base))
     return reduced, geometry
+
+
+@contextmanager
+def _links_renamed(model: pin.Model) -> Iterator[None]:
+    """While entered links with the name of a joint have another one: Pinocchio looks joints up among all frames."""
+    _rename(model, "", _LINK)
+    try:
+        yield
+    finally:
+        _rename(model, _LINK, "")
+
+
+def _rename(model: pin.Model, old: str, new: str) -> None:
+    """Another ending for the names of links: of all that have the ``old`` one, or, without one, the name of a joint."""
+    joints = set(model.names)
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and (frame.name.endswith(old) if old else frame.name in joints):
+            frame.name = frame.name.removesuffix(old) + new
 
 
 def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> None:
@@ -290,18 +350,18 @@ def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> 
             item.placement = base * item.placement
 
 
-def bodies(geometry: pin.GeometryModel, links: Mapping[str, str]) -> tuple[Body, ...]:
-    """Pinocchio's geometry objects as backend-neutral bodies, in their order."""
+def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:
+    """Pinocchio's geometry objects, ``placed`` on a reduced model, as backend-neutral bodies, in their order."""
     return tuple(
         Body(
             name=item.name,
-            link=links[item.name],
+            link=geometry.links[item.name],
             joint=int(item.parentJoint),
-            shape=_shape(item),
+            shape=geometry.meshes.get(item.name) or _shape(item),
             placement=frozen(item.placement.homogeneous),
             color=_rgba(item.meshColor),
         )
-        for item in geometry.geometryObjects
+        for item in placed.geometryObjects
     )
 
 

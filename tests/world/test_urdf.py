@@ -85,9 +85,9 @@ def test_no_collision_geometry_is_lost(name):
     robot = load(name)
     assert robot.source.collision_elements == robot.source.xml.count("<collision") > 0
     full = urdf.build_model(robot.source)
-    geometry, links = urdf.read_bodies(robot.source, full, pin.GeometryType.COLLISION)
-    assert len(robot.bodies) == geometry.ngeoms >= robot.source.collision_elements
-    assert {item.link for item in robot.bodies} == set(links.values())
+    read = urdf.read_geometry(robot.source, full, pin.GeometryType.COLLISION)
+    assert len(robot.bodies) == read.model.ngeoms >= robot.source.collision_elements
+    assert {item.link for item in robot.bodies} == set(read.links.values())
     for item in robot.bodies:
         if isinstance(item.shape, Mesh):
             assert item.shape.triangles.max() < len(item.shape.vertices)
@@ -239,3 +239,13 @@ def test_soft_limits_are_limits(urdf_file):
     robot = Robot.load(urdf_file(inside))
     assert robot.lower.tolist() == [-0.5, -1.0]
     assert robot.upper.tolist() == [1.0, 1.0]
+
+
+def test_a_link_and_a_joint_may_have_the_same_name(urdf_file):
+    links = link_xml("a") + link_xml("same", '<sphere radius="0.1"/>') + link_xml("tip")
+    joints = joint_xml("j", "a", "same") + joint_xml("same", "same", "tip", xyz="0.3 0 0")
+    robot = Robot.load(urdf_file(links + joints), tool="same")  # the joint called same is held
+    assert robot.joints == ("j",)
+    assert [body.link for body in robot.bodies] == ["same"]
+    assert robot.model.frames[robot.tool_id].type == pin.FrameType.BODY
+    assert {"a", "same", "tip"} <= {frame.name for frame in robot.model.frames}

@@ -8,7 +8,7 @@
 
 extern "C" {
 
-int planner_version() { return 14; }
+int planner_version() { return 15; }
 
 // Why the last call of this thread was refused.
 const char* planner_refusal() { return planner::refusal; }
