@@ -45,7 +45,7 @@ def robot_yaml(
     Exit code 0: written; 2: a wrong option; 3: an unusable robot or file, or --out is there already.
 
     Args:
-        robot: The path of a URDF or of a robot.yaml, or the name of a built-in robot.
+        robot: The path of a URDF, xacro, MJCF or robot.yaml, or the name of a robot.
         srdf: An SRDF: its disabled pairs hold and are not looked at again; its groups and named states are known.
         tool: Frame that targets and manipulability speak of; the tip of --group, or the only tip, where left out.
         group: Planning group of the SRDF: its joints are planned, the others held.

@@ -11,7 +11,7 @@ from planner.world import urdf
 from planner.world.robot import Robot
 from planner.world.shapes import Capsule, Cylinder, Mesh
 from planner.world.srdf import read_srdf
-from tests.worlds import ROBOTS, joint_xml, link_xml, load
+from tests.worlds import joint_xml, link_xml, load
 
 # link: end points of the capsule's axis in the upright link frame, radius (iiwa14.md)
 CAPSULES = {
@@ -78,20 +78,6 @@ def test_iiwa14_limits():
     np.testing.assert_allclose(robot.velocity, np.radians([85, 85, 100, 75, 130, 135, 135]), atol=1e-9)
     np.testing.assert_allclose(robot.model.upperEffortLimit, [320, 320, 176, 176, 110, 40, 40])
     assert [robot.model.frames[robot.tool_id].name, robot.tool] == ["flange", "flange"]
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_no_collision_geometry_is_lost(name):
-    robot = load(name)
-    assert robot.source.collision_elements == robot.source.xml.count("<collision") > 0
-    full = urdf.build_model(robot.source)
-    read = urdf.read_geometry(robot.source, full, pin.GeometryType.COLLISION)
-    assert len(robot.bodies) == read.model.ngeoms >= robot.source.collision_elements
-    assert {item.link for item in robot.bodies} == set(read.links.values())
-    for item in robot.bodies:
-        if isinstance(item.shape, Mesh):
-            assert item.shape.triangles.max() < len(item.shape.vertices)
-            assert np.ptp(item.shape.vertices, axis=0).max() < 1.0  # metres, not millimetres
 
 
 @pytest.mark.parametrize("version", ["1.0", "1.1"])
