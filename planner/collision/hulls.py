@@ -29,7 +29,7 @@ def _hull(points: Floats) -> Ints:
     from scipy.spatial import ConvexHull, QhullError  # 0.3 s to load
 
     try:
-        return ConvexHull(points).vertices
+        return ConvexHull(points).vertices.astype(np.int64)
     except QhullError:
         return np.arange(len(points))
 

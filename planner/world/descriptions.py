@@ -66,7 +66,7 @@ def _imported(name: str) -> Any:
     """The module of a description, with a stand-in for the function that it calls to download its files."""
     with PROCESS:
         try:
-            cache = importlib.import_module(f"{_PACKAGE}._cache")
+            cache: Any = importlib.import_module(f"{_PACKAGE}._cache")
             repositories = importlib.import_module(f"{_PACKAGE}._repositories").REPOSITORIES
         except ImportError as error:  # it imports Git's program too
             raise InstallationError(

@@ -21,7 +21,7 @@ def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) 
         return read_text(path, what)
     read_text(path, what)  # whether it is there, and not too long
     try:
-        import xacrodoc
+        import xacrodoc  # pyright: ignore[reportMissingImports]  # an extra
     except ImportError:
         raise InstallationError(
             f"{path} is xacro, which needs the Python package xacrodoc: run pip install 'gabf-planner[xacro]', or "
