@@ -20,7 +20,9 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
+from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import APART, CollisionChecker
+from planner.collision.inside import Inside
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
@@ -34,7 +36,7 @@ _BATCH = 100  # configurations between two looks at which pairs are decided
 # boxes of joint values that the proof of one pair may look at: with two joints between the links they suffice for a
 # gap of some millimetres, with more joints for links that are well apart
 _BOXES_OF_TWO, _BOXES = 200_000, 20_000
-_WORK = 250_000  # of all proofs of a robot: looks at pairs of convex bodies, of some 20 microseconds each
+_WORK = 100_000  # of all proofs of a robot: looks at pairs of convex bodies, of some 20 microseconds each
 _TRIANGLES = 150  # of two bodies, whose look takes as long as another one at convex bodies
 _AT_ONCE = 5000  # work in one call of the compiled library, which does not hear Ctrl-C
 _ROUNDING = 1e-9  # m by which a computed bound may exceed the distance
@@ -79,8 +81,9 @@ def survey_pairs(
     world = World.of(robot, Scene("none"), (robot.disabled_pairs or frozenset()) | robot.touching)
     links = [_links(world, pair) for pair in range(len(world.self_pairs))]
     asked = np.array([pair not in adjacent for pair in links], dtype=bool)
-    touched = _touching(backend(world), asked, samples, np.random.default_rng(seed), progress)
-    reasons = _reasons(world, backend, asked, touched / samples, progress)
+    checker = backend(world)
+    touched = _touching(checker, asked, samples, np.random.default_rng(seed), progress)
+    reasons = _reasons(checker, asked, touched / samples, progress)
     found: dict[frozenset[str], list[Reason]] = defaultdict(list)
     for names, reason in zip(links, reasons, strict=True):
         found[names].append(reason)
@@ -122,12 +125,10 @@ def _touching(
     return touched
 
 
-def _reasons(
-    world: World, backend: type[CollisionChecker], asked: Bools, share: Floats, progress: Progress
-) -> list[Reason]:
+def _reasons(checker: CollisionChecker, asked: Bools, share: Floats, progress: Progress) -> list[Reason]:
     """The reason of every pair; those that never touched have their proofs tried side by side, least work first."""
     reasons = [Reason.ADJACENT if not ask else _seen(part) for ask, part in zip(asked, share.tolist(), strict=True)]
-    proofs = {pair: _Proof(world, backend, pair) for pair, reason in enumerate(reasons) if reason is Reason.NEVER}
+    proofs = {pair: _Proof(checker, pair) for pair, reason in enumerate(reasons) if reason is Reason.NEVER}
     waiting, spent = [(0.0, pair) for pair in proofs], 0.0
     while waiting and spent < _WORK:
         done, pair = heapq.heappop(waiting)
@@ -156,17 +157,19 @@ def _alone(world: World, pair: int) -> World:
 class _Proof:
     """An attempt to prove that a pair is apart in the whole box of joint values, cut into smaller ones step by step."""
 
-    def __init__(self, world: World, backend: type[CollisionChecker], pair: int) -> None:
+    def __init__(self, whole: CollisionChecker, pair: int) -> None:
+        """``whole``: a checker of all pairs."""
         self.found: Reason | None = None  # None: not yet known
         self.work = 0.0
-        self._world, self._backend, self._pair = world, backend, pair
-        bodies = [world.bodies[k] for k in world.self_pairs[pair]]
+        self._whole, self._pair = whole, pair
+        bodies = [whole.world.bodies[k] for k in whole.world.self_pairs[pair]]
         self._price = 1 + sum(len(b.shape.triangles) for b in bodies if isinstance(b.shape, Mesh)) / _TRIANGLES
         self._step = max(1, int(_AT_ONCE / self._price))
 
     @cached_property
-    def _checker(self) -> CollisionChecker:
-        return self._backend(_alone(self._world, self._pair))
+    def _bound(self) -> ClearanceBound:
+        """Of this pair alone, with the shapes that there are."""
+        return ClearanceBound(_alone(self._whole.world, self._pair), self._whole.bound)
 
     def go_on(self) -> None:
         """Look at the boxes that there are, and cut those that are not decided."""
@@ -175,7 +178,7 @@ class _Proof:
             return
         centre, half = self._boxes[0][: self._step], self._boxes[1][: self._step]
         need = product(half, self._reach[:, None])[:, 0]
-        gap = _gaps(self._checker, centre, need)
+        gap = self._gaps(centre, need)
         self._looks += len(centre)
         self.work += self._price * len(centre)
         if (gap < 0).any() or self._looks > self._most:
@@ -189,26 +192,25 @@ class _Proof:
 
     def _holds(self) -> bool:
         """Whether one lies inside the other in the middle; and how the box begins."""
-        robot = self._checker.robot
-        self._reach = pair_reach(robot, *self._checker.world.bodies)
+        alone, robot = self._bound.world, self._whole.robot
+        self._reach = pair_reach(robot, *alone.bodies)
         self._looks, self._most = 0, _BOXES_OF_TWO if (self._reach > 0).sum() <= 2 else _BOXES
         centre, width = 0.5 * (robot.lower + robot.upper)[None], robot.upper - robot.lower
         width = np.where(robot.prismatic, width, np.minimum(width, 2 * np.pi))  # one turn is all there is
         self._boxes = centre, np.where(self._reach > 0, 0.5 * width, 0.0)[None]
-        return bool((self._checker.inside.pairs(centre) >= 0).any())
+        return bool((Inside(alone, self._whole.chain).pairs(centre) >= 0).any())
 
-
-def _gaps(checker: CollisionChecker, q: Floats, need: Floats) -> Floats:
-    """Lower bounds (n,) on the pair's distance, as close as it takes to exceed ``need``; below 0 where it touches."""
-    rotation, position = joint_placements(checker.chain, q)
-    gap, only = np.maximum(checker.bound.coarse(rotation, position)[:, 0], 0.0), np.zeros(1, dtype=np.int64)
-    rows = np.flatnonzero(gap <= need)
-    close = checker.bound.close(rotation, position, rows, np.zeros_like(rows), need[rows] + 2 * _ROUNDING)
-    gap[rows] = np.maximum(gap[rows], close - _ROUNDING)
-    for row in rows[gap[rows] <= 0]:
-        if checker.distances(rotation[:, row], position[:, row], only)[0] <= 0:
-            gap[row] = -1.0
-    return gap
+    def _gaps(self, q: Floats, need: Floats) -> Floats:
+        """Lower bounds (n,) on the distance, as close as it takes to exceed ``need``; below 0 where the two touch."""
+        rotation, position = joint_placements(self._whole.chain, q)
+        gap, only = np.maximum(self._bound.coarse(rotation, position)[:, 0], 0.0), np.array([self._pair])
+        rows = np.flatnonzero(gap <= need)
+        close = self._bound.close(rotation, position, rows, np.zeros_like(rows), need[rows] + 2 * _ROUNDING)
+        gap[rows] = np.maximum(gap[rows], close - _ROUNDING)
+        for row in rows[gap[rows] <= 0]:
+            if self._whole.distances(rotation[:, row], position[:, row], only)[0] <= 0:
+                gap[row] = -1.0
+        return gap
 
 
 def _halved(centre: Floats, half: Floats, reach: Floats) -> tuple[Floats, Floats]:

@@ -278,7 +278,7 @@ def _links_renamed(model: pin.Model) -> Iterator[None]:
 
 def _rename(model: pin.Model, old: str, new: str) -> None:
     """Another ending for the names of links: of all that have the ``old`` one, or, without one, the name of a joint."""
-    joints = set(model.names)
+    joints = {frame.name for frame in model.frames if frame.type != pin.FrameType.BODY}  # of fixed ones too
     for frame in model.frames:
         if frame.type == pin.FrameType.BODY and (frame.name.endswith(old) if old else frame.name in joints):
             frame.name = frame.name.removesuffix(old) + new

@@ -34,11 +34,13 @@ class Geometry:
 
 def read_geometry(description: Description, model: pin.Model, kind: pin.GeometryType) -> Geometry:
     """The geometry of one ``kind``; large meshes that collide are thinned, and are no meshes to Pinocchio."""
+    read: dict[tuple[Path, str], Mesh] = {}
     xml, meshes = description.xml, {}
     if kind is pin.GeometryType.COLLISION and not description.is_mjcf:
-        xml, meshes = _without_large_meshes(description)
+        xml, meshes = _without_large_meshes(description, read)
     for file in _mesh_files(description, kind):
-        require_readable_mesh(file)
+        if file not in {path for path, _ in read}:
+            require_readable_mesh(file)
     printed, loader = Silenced(), mesh_loader()
     try:
         with printed:
@@ -65,10 +67,12 @@ def read_geometry(description: Description, model: pin.Model, kind: pin.Geometry
     return Geometry(geometry, links, meshes)
 
 
-def _without_large_meshes(description: Description) -> tuple[str, dict[str, Mesh]]:
-    """The URDF with a ball in place of every large mesh that collides, and these meshes by their names in Pinocchio."""
+def _without_large_meshes(description: Description, read: dict[tuple[Path, str], Mesh]) -> tuple[str, dict[str, Mesh]]:
+    """The URDF with a ball in place of every large mesh that collides, and these meshes by their names in Pinocchio.
+
+    ``read`` takes every mesh by its file and scale.
+    """
     root, found = ET.fromstring(description.xml), {}
-    read: dict[tuple[Path, str], Mesh] = {}
     for link in root.iterfind("link"):
         for number, collision in enumerate(link.iterfind("collision")):
             geometry, mesh = collision.find("geometry"), collision.find("geometry/mesh")

@@ -106,8 +106,8 @@ def test_proofs_share_one_budget_of_work_and_are_the_same_again(monkeypatch: pyt
 def test_no_call_of_the_compiled_library_is_long() -> None:
     """Ctrl-C is heard between calls: a look at large meshes takes long, so few are taken at once."""
     robot = load("kinova")
-    world = World.of(robot, Scene("none"), frozenset())
-    for pair in range(len(world.self_pairs)):
-        proof = pair_survey._Proof(world, CoalChecker, pair)
+    checker = CoalChecker(World.of(robot, Scene("none"), frozenset()))
+    for pair in range(len(checker.world.self_pairs)):
+        proof = pair_survey._Proof(checker, pair)
         assert proof._step * proof._price <= max(pair_survey._AT_ONCE, proof._price)
         assert proof._step >= 1

@@ -228,10 +228,11 @@ def test_soft_limits_are_limits(urdf_file):
 
 
 def test_a_link_and_a_joint_may_have_the_same_name(urdf_file):
-    links = link_xml("a") + link_xml("same", '<sphere radius="0.1"/>') + link_xml("tip")
+    links = link_xml("a") + link_xml("same", '<sphere radius="0.1"/>') + link_xml("tip") + link_xml("weld")
     joints = joint_xml("j", "a", "same") + joint_xml("same", "same", "tip", xyz="0.3 0 0")
+    joints += joint_xml("weld", "tip", "weld", "fixed")
     robot = Robot.load(urdf_file(links + joints), tool="same")  # the joint called same is held
     assert robot.joints == ("j",)
     assert [body.link for body in robot.bodies] == ["same"]
     assert robot.model.frames[robot.tool_id].type == pin.FrameType.BODY
-    assert {"a", "same", "tip"} <= {frame.name for frame in robot.model.frames}
+    assert {"a", "same", "tip", "weld"} <= {frame.name for frame in robot.model.frames}
