@@ -57,6 +57,8 @@ DOORS = {
     "ctypes": {"planner.native.loading", "planner.base.silenced", "planner.studies.with_parent"},
     "yaml": {"planner.base.yamlfile"},
     "distributed": {"planner.base.cluster"},
+    "robot_descriptions": {"planner.world.descriptions"},
+    "xacrodoc": {"planner.world.xacro"},
     "toppra": {"planner.studies.bench_motion.toppra_law"},
     "tyro": {name for name in MODULES if name.startswith("planner.cli")},
 }

@@ -45,10 +45,11 @@ def _reason(error: OSError | ValueError) -> str:
     return getattr(error, "strerror", None) or str(error)
 
 
-def write_whole(path: Path, content: bytes) -> None:
+def write_whole(path: Path, content: bytes, lasting: bool = True) -> None:
     """Write to a temporary name beside ``path``, then rename; on a :class:`FileError` an old file is untouched.
 
-    A writer that is killed leaves its temporary file behind; the next one to write ``path`` clears it away.
+    A writer that is killed leaves its temporary file behind; the next one to write ``path`` clears it away. What need
+    not survive a power cut, as its readers notice, is not ``lasting``: the disk is not waited for.
     """
     temporary = None
     try:
@@ -57,7 +58,8 @@ def write_whole(path: Path, content: bytes) -> None:
         with os.fdopen(handle, "wb") as file:
             file.write(content)
             file.flush()
-            os.fsync(file.fileno())
+            if lasting:
+                os.fsync(file.fileno())
             os.chmod(temporary, 0o666 & ~_umask())  # mkstemp's 0600 would keep colleagues from reading it
             os.replace(temporary, path)
     except OSError as error:

@@ -59,8 +59,8 @@ class WorldRequest:
     """A robot in a scene, and how contacts are found."""
 
     robot: Thing = "iiwa14"
-    """Name of a built-in robot (see 'planner robots'), or the path of a URDF or of a robot.yaml ('planner robot-yaml'
-    writes one)."""
+    """Name of a built-in robot (see 'planner robots') or of one in the package robot_descriptions, or the path of a
+    URDF, xacro, MJCF or robot.yaml ('planner robot-yaml' writes one)."""
     scene: Thing = "paper"
     """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
     tool: str | None = None

@@ -13,7 +13,10 @@ from planner.cli.common import Flag
 from planner.cli.terminal import say, watching
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from planner.collision.pair_survey import Survey
+    from planner.world.robot import Robot
 
 
 def robot_yaml(
@@ -32,7 +35,8 @@ def robot_yaml(
 
     Finds pairs of links that are adjacent, that touch in nearly every random configuration, and that are proven never
     to touch. Pairs that only never touched in the sample, which MoveIt's setup assistant disables too, are listed as
-    comments and stay checked: a sample is no proof. The same command and seed write the same file. Examples:
+    comments and stay checked: a sample is no proof. The same command and seed write the same file. Then the robot is
+    tried: its home, random configurations and targets; pairs of links that stand in the way are named. Examples:
 
     planner robot-yaml robots/examples/arm.urdf --tool tip --out mine/robot.yaml
 
@@ -41,7 +45,7 @@ def robot_yaml(
     Exit code 0: written; 2: a wrong option; 3: an unusable robot or file, or --out is there already.
 
     Args:
-        robot: The path of a URDF or of a robot.yaml, or the name of a built-in robot.
+        robot: The path of a URDF, xacro, MJCF or robot.yaml, or the name of a robot.
         srdf: An SRDF: its disabled pairs hold and are not looked at again; its groups and named states are known.
         tool: Frame that targets and manipulability speak of; the tip of --group, or the only tip, where left out.
         group: Planning group of the SRDF: its joints are planned, the others held.
@@ -77,8 +81,32 @@ def robot_yaml(
     make_folder(out.parent)
     write_whole(out, text_of(files, arm, survey, out.parent, trust_samples).encode())
     say(_summary(survey, trust_samples))
+    for sentence in _outlook(arm, survey.unchecked(trust_samples)):
+        say(sentence)
     say(f"Written: {out}. Plan with --robot {out}")
     return 0
+
+
+def _outlook(arm: Robot, unchecked: frozenset[frozenset[str]]) -> Iterator[str]:
+    """How usable the robot is with what has been written, and what stands in the way."""
+    from planner.collision.coal import CoalChecker
+    from planner.collision.world import World
+    from planner.query.trial import try_robot
+    from planner.world.scene import Scene
+
+    disabled = unchecked | (arm.disabled_pairs or frozenset()) | arm.touching
+    found = try_robot(CoalChecker(World.of(arm, Scene("none"), disabled)))
+    yield (
+        f"Tried without obstacles: home is {'in collision' if found.home else 'free'}, {found.reached} of "
+        f"{found.targets} tool positions are reached, {100 * found.free:.0f} % of random configurations are free."
+    )
+    for pair in found.in_the_way:
+        where = [f"in {100 * found.often[pair]:.0f} % of random configurations"] if pair in found.often else []
+        where = ["at home", *where] if pair in found.home else where
+        yield (
+            f"'{pair[0]}' and '{pair[1]}' touch {' and '.join(where)}: if the real ones do not, give the URDF simpler "
+            f'collision geometry there, or add ["{pair[0]}", "{pair[1]}"] to disabled_pairs of the file.'
+        )
 
 
 def _summary(survey: Survey, trust_samples: bool) -> str:

@@ -7,7 +7,7 @@ from functools import lru_cache
 from planner.base.errors import OptionError, choices, require_kind
 from planner.base.request import require_margin
 from planner.collision.checker import CollisionChecker
-from planner.collision.self_pairs import generate_disabled_pairs
+from planner.collision.self_pairs import worked_out
 from planner.collision.world import World
 from planner.world.frames import in_world
 from planner.world.robot import Robot
@@ -28,10 +28,10 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
     require_kind("backend", backend, isinstance(backend, str), f"one of {choices(BACKENDS)}")
     kind = _backend(backend)
     require_margin(margin)
-    disabled = robot.disabled_pairs
+    disabled, made = robot.disabled_pairs, None
     if disabled is None:
-        disabled = generate_disabled_pairs(robot, kind)
-    return kind(World.of(robot, in_world(scene, robot), disabled | robot.touching, margin))
+        disabled, made = worked_out(robot, kind)
+    return kind(World.of(robot, in_world(scene, robot), disabled | robot.touching, margin), made)
 
 
 @lru_cache(maxsize=8)

@@ -10,16 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, frozen
+from planner.base.kept import kept
 from planner.base.products import product
-from planner.collision.covers import box_cover, sphere_cover
+from planner.collision.covers import Spheres, box_cover, sphere_cover
 from planner.collision.hulls import dent, hull_corners
 from planner.collision.world import World
-from planner.kinematics.forward import Chain
+from planner.kinematics.forward import Chain, joint_placements
 from planner.native.library import NativeWorld
 from planner.world.moving import KnownMotion
 from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
@@ -66,9 +68,27 @@ class ClearanceBound:
         """
         return self.native.coarse(rotation, position)
 
-    def close(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
-        """(k,) lower bounds (m) for configuration ``rows[k]`` and pair ``pairs[k]``, to a micrometre; 0 in contact."""
-        return self.native.close(rotation, position, rows, pairs)
+    def close(
+        self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float = np.inf
+    ) -> Floats:
+        """(k,) lower bounds (m) for configuration ``rows[k]`` and pair ``pairs[k]``, to a micrometre; 0 in contact.
+
+        Bounds of ``enough`` (k,) m need not be better.
+        """
+        return self.native.close(rotation, position, rows, pairs, enough)
+
+    def first_near(self, q: Floats) -> tuple[int, int] | None:
+        """The first configuration of (n, dof) in which a pair is not proven farther apart than the margin, and which.
+
+        None where there is none.
+        """
+        row = self.native.first_near(q)
+        if row == len(q):
+            return None
+        rotation, position = joint_placements(Chain.of(self.world.robot), q[row : row + 1])
+        pairs = np.flatnonzero(self.coarse(rotation, position)[0] <= self.world.margin)
+        gaps = self.close(rotation, position, np.zeros_like(pairs), pairs)
+        return row, int(pairs[gaps.argmin()])
 
     def looks_free(self, q: Floats) -> bool:
         """Whether no surfaces of checked pairs are within the margin in any configuration (n, dof)."""
@@ -86,9 +106,23 @@ def _add_item(native: NativeWorld, item: Body | Obstacle, motions: Mapping[str, 
     if isinstance(item, Obstacle):
         _add_obstacle(native, item, motions.get(item.name))
         return
-    number, cover = _add(native, item.joint, item.shape, item.placement), sphere_cover(item.shape, _SPHERES, _CELL)
+    number, cover = _add(native, item.joint, item.shape, item.placement), _cover(item.shape)
     turn, shift = item.placement[:3, :3], item.placement[:3, 3]
     native.add_spheres(number, cover.centres @ turn.T + shift, cover.radii)
+
+
+@lru_cache(maxsize=1024)
+def _cover(shape: Shape) -> Spheres:
+    if not isinstance(shape, Mesh):
+        return sphere_cover(shape, _SPHERES, _CELL)
+    arrays = kept("spheres", [*shape.content(), _SPHERES, _CELL], lambda: vars(sphere_cover(shape, _SPHERES, _CELL)))
+    return Spheres(frozen(arrays["centres"]), frozen(arrays["radii"]))
+
+
+@lru_cache(maxsize=1024)
+def _hull(mesh: Mesh) -> Floats:
+    """Points (k, 3) with the convex hull of a mesh."""
+    return hull_corners(mesh.vertices)
 
 
 def _add_obstacle(native: NativeWorld, item: Obstacle, motion: KnownMotion | None) -> None:
@@ -112,6 +146,9 @@ def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> in
         return native.add_cylinder(joint, shift, half, shape.radius * turn[:, :2].T)
     if isinstance(shape, Mesh):
         triangles = shape.vertices[shape.triangles] @ turn.T + shift
+        if shape.radius:
+            hull, half = _hull(shape) @ turn.T + shift, 0.5 * float(np.ptp(shape.vertices, axis=0).min())
+            return native.add_surface(joint, hull, triangles, half, shape.radius)  # nothing in it is deeper than half
         hull = hull_corners(triangles.reshape(-1, 3))
         depth = dent(shape)
         if depth < _CONVEX:
@@ -140,7 +177,7 @@ def _rounded_boxes(shape: Shape) -> tuple[Floats, Floats, float]:
         case Capsule(radius, length):
             return np.zeros((1, 3)), np.array([[0.0, 0.0, 0.5 * length]]), radius
         case Mesh():
-            return *box_cover(shape, _BOXES), 0.0
+            return *box_cover(shape, _BOXES), shape.radius
         case Box(size):
             return np.zeros((1, 3)), 0.5 * np.array([size]), 0.0
     raise TypeError(f"no rounded box holds a {type(shape).__name__}")

@@ -89,7 +89,7 @@ class CoalChecker(CollisionChecker):
         """See :class:`planner.collision.checker.CollisionChecker`."""
         self.queries += len(pairs)
         placed = _Placed(self, rotation, position)
-        return np.array([placed.distance(pair) for pair in pairs.tolist()], dtype=float)
+        return np.array([placed.distance(pair) for pair in pairs.tolist()], dtype=float) - self.world.rounding[pairs]
 
     def _members(self, pair: int) -> tuple[int, int]:
         """The numbers of a pair's shapes in our lists, bodies first."""
@@ -126,8 +126,7 @@ class _BroadPhase:
     def touching(self, world: World, q: Floats, extra: Floats | None = None) -> Bools:
         """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
         touching = np.zeros(len(q), dtype=bool)
-        margins = world.margin if extra is None else world.margin + _with_error(extra)
-        margins = np.broadcast_to(margins, len(world.pair_reach))
+        margins = world.margin + world.rounding + (0.0 if extra is None else _with_error(extra))
         with self._alone:
             self._place(world)
             for part in self._parts:
@@ -155,24 +154,17 @@ class _Part:
         self._data, self._kinematics = pin.GeometryData(self._model), self._robot.createData()
         self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._robot, self._model, self._threads)
         self._models = [self._model, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
-        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
-        self._margins = np.full(len(self.pairs), world.margin)  # of the pool
+        self._margins = world.margin + world.rounding[self.pairs]  # of the pool
+        _settle((self._data, *self._pool.getGeometryDatas()), self._margins)
 
     def touching(self, q: Floats, margins: Floats) -> Bools:
         """(n,) which configurations (n, dof) bring a pair as near as its margin (pairs,) m."""
-        self._keep(margins)
+        if not np.array_equal(margins, self._margins):
+            _keep(self._pool.getGeometryDatas(), margins)
+            self._margins = margins
         threads = self._threads if len(q) >= _WORTH_THREADS else 1
         hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
         return np.asarray(hits).ravel().astype(bool)
-
-    def _keep(self, margins: Floats) -> None:
-        """Let the pool call closer than these ``margins`` a contact."""
-        if np.array_equal(margins, self._margins):
-            return
-        for data in self._pool.getGeometryDatas():
-            for request, margin in zip(data.collisionRequests, margins.tolist(), strict=True):
-                request.security_margin = margin
-        self._margins = np.array(margins)
 
     def touching_pair(self, q: Floats) -> int | None:
         """The number of the first pair that touches at a configuration (dof,)."""
@@ -274,18 +266,26 @@ def _principal(points: Floats) -> tuple[Floats, Floats]:
     return np.ptp(centred @ directions.T, axis=0), directions
 
 
-def _settle(geometries: Iterable[pin.GeometryData], margin: float) -> None:
+def _keep(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
+    """Let pairs that come closer than their ``margins`` (pairs,) m count as a contact."""
+    for data in geometries:
+        for request, margin in zip(data.collisionRequests, margins.tolist(), strict=True):
+            request.security_margin = margin
+
+
+def _settle(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
     """Settings without which a verdict could be wrong, or depend on earlier questions.
 
     Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
     within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
     contact the verdict then depends on earlier questions.
     """
+    geometries = list(geometries)
+    _keep(geometries, margins)
     with PROCESS, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
         for data in geometries:
             for request in data.collisionRequests:
-                request.security_margin = margin
                 request.enable_contact = True
                 request.enable_cached_gjk_guess = False
 
@@ -337,8 +337,10 @@ class CoalInTime:
             pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._model, geometry, 1),
         )
         self._data, self._kinematics = pin.GeometryData(geometry), self._model.createData()
-        _settle((self._data, *self._pool.getGeometryDatas()), world.margin)
-        self._margin = world.margin  # of the pool
+        numbers = self._numbers @ [len(world.obstacles), 1] if len(self._numbers) else np.zeros(0, dtype=np.int64)
+        self._own_margins = world.margin + world.rounding[numbers]
+        _settle((self._data, *self._pool.getGeometryDatas()), self._own_margins)
+        self._extra = 0.0  # of the pool
 
     def first_touch(self, q: Floats, t: Floats) -> tuple[int, Contact] | None:
         """The first of the configurations (n, dof) at times (n,) s that touches a moving obstacle, and which."""
@@ -360,13 +362,11 @@ class CoalInTime:
         """
         if not len(self._numbers):
             return np.zeros(len(q), dtype=bool)
-        margin, whole = self.world.margin + float(_with_error(np.array(extra))), self._whole(q, t)
+        extra, whole = float(_with_error(np.array(extra))), self._whole(q, t)
         with self._alone:
-            if margin != self._margin:
-                for data in self._pool.getGeometryDatas():
-                    for request in data.collisionRequests:
-                        request.security_margin = margin
-                self._margin = margin
+            if extra != self._extra:
+                _keep(self._pool.getGeometryDatas(), self._own_margins + extra)
+                self._extra = extra
             hits = pin.computeCollisionsInParallel(1, self._pool, np.asfortranarray(whole.T), True, False)
             return np.asarray(hits).ravel().astype(bool)
 

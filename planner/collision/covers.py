@@ -35,7 +35,8 @@ def sphere_cover(shape: Shape, count: int, enough: float = 0.0) -> Spheres:
             return _box_cells(np.array(size), count, enough)
         case Mesh():
             pieces = _cut_long(shape, 1.5 * enough) if enough > 0 else shape
-            return _around_groups(pieces, _split_triangles(pieces, count, enough))
+            cover = _around_groups(pieces, _split_triangles(pieces, count, enough))
+            return _spheres(cover.centres, cover.radii + shape.radius)
 
 
 def box_cover(mesh: Mesh, count: int) -> tuple[Floats, Floats]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import fcl
@@ -68,32 +69,43 @@ class FclChecker(CollisionChecker):
         self.bound = ClearanceBound(world, known.bound if known else None)
         self.queries = 0
         self.second = known.second if known else []
-        made = known.geometries if known else {}
-        shapes = [made[item] if item in made else _geometry(item.shape) for item in world.items]
-        self._index = {id(shape): k for k, shape in enumerate(shapes)}
-        self._shapes = shapes  # contacts are told by these very objects: keep them alive
-        count = len(world.bodies)
-        self._bodies = [fcl.CollisionObject(shape) for shape in shapes[:count]]
-        self._obstacles = [
-            fcl.CollisionObject(shape, fcl.Transform(o.placement[:3, :3], o.placement[:3, 3]))
-            for shape, o in zip(shapes[count:], world.obstacles, strict=True)
-        ]
+        self._made = known.geometries if known else {}
         self._now = np.empty(0), np.empty(0)  # rotations and positions of the joints, where the bodies are
         self._moving = [k for k, body in enumerate(world.bodies) if body.joint != 0]
-        self._place_static()
-        self._questions = self._build_questions()
+
+    @cached_property
+    def _shapes(self) -> list[fcl.CollisionGeometry]:
+        """Of all items; contacts are told by these very objects. Made when asked: trees of triangles take time."""
+        made = self._made
+        return [made[item] if item in made else _geometry(item.shape) for item in self.world.items]
+
+    @cached_property
+    def _index(self) -> dict[int, int]:
+        return {id(shape): k for k, shape in enumerate(self._shapes)}
+
+    @cached_property
+    def _bodies(self) -> list[fcl.CollisionObject]:
+        bodies = self.world.bodies
+        items = [fcl.CollisionObject(shape) for shape in self._shapes[: len(bodies)]]
+        for item, body in zip(items, bodies, strict=True):
+            if body.joint == 0:
+                item.setTransform(fcl.Transform(body.placement[:3, :3], body.placement[:3, 3]))
+        return items
+
+    @cached_property
+    def _obstacles(self) -> list[fcl.CollisionObject]:
+        return [
+            fcl.CollisionObject(shape, fcl.Transform(o.placement[:3, :3], o.placement[:3, 3]))
+            for shape, o in zip(self._shapes[len(self.world.bodies) :], self.world.obstacles, strict=True)
+        ]
 
     @property
     def geometries(self) -> dict[Body | Obstacle, fcl.CollisionGeometry]:
-        """What FCL has made of every body and obstacle."""
-        return dict(zip(self.world.items, self._shapes, strict=True))
+        """What FCL has made of every body and obstacle so far."""
+        return dict(zip(self.world.items, self._shapes, strict=True)) if "_shapes" in vars(self) else self._made
 
-    def _place_static(self) -> None:
-        for item, body in zip(self._bodies, self.world.bodies, strict=True):
-            if body.joint == 0:
-                item.setTransform(fcl.Transform(body.placement[:3, :3], body.placement[:3, 3]))
-
-    def _build_questions(self) -> list[_Question]:
+    @cached_property
+    def _questions(self) -> list[_Question]:
         """Everything that has to be asked about one placement of the bodies."""
         questions = []
         scene = _tree(self._obstacles)
@@ -111,8 +123,16 @@ class FclChecker(CollisionChecker):
         return questions
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
-        """See :class:`planner.collision.checker.CollisionChecker`."""
+        """See :class:`planner.collision.checker.CollisionChecker`; within its rounding a thinned mesh is for planes."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
+        found = self._first_crossing(q)
+        if not self.world.rounding.any():
+            return found
+        near = self.bound.first_near(q if found is None else q[: found[0]])
+        return found if near is None else (near[0], self.world.contact(near[1]))
+
+    def _first_crossing(self, q: Floats) -> tuple[int, Contact] | None:
+        """The same for the shapes as FCL knows them, meshes without a rounding."""
         rotation, position = joint_placements(self.chain, q)
         bodies = self.world.bodies
         placements = [(b, *_world_placement(bodies[b], rotation, position)) for b in self._moving]
@@ -177,7 +197,7 @@ class FclChecker(CollisionChecker):
         self.queries += 1
         number, row = np.array([pair]), np.zeros(1, dtype=np.int64)
         gap = float(self.bound.close(rotation[:, None], position[:, None], row, number)[0])
-        if gap > 0.0:
+        if gap > 0.0 or self.world.rounding[pair] > 0:
             return gap
         first, second = self.world.members(pair)
         is_scene = self.world.is_scene_pair(pair)

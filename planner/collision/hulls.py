@@ -6,7 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, distinct_rows
+from planner.base.arrays import Floats, Ints, distinct_rows
+from planner.base.kept import kept
 from planner.base.products import product
 from planner.world.shapes import Mesh
 from planner.world.solids import solid_of
@@ -20,12 +21,17 @@ def hull_corners(points: Floats) -> Floats:
     points = points[distinct_rows(points)[0]]
     if len(points) < _MANY:
         return points
+    return points[kept("hulls", [points], lambda: {"rows": _hull(points)})["rows"]]
+
+
+def _hull(points: Floats) -> Ints:
+    """The rows of ``points`` (n, 3) that are corners of their hull; all of them where they lie in a plane."""
     from scipy.spatial import ConvexHull, QhullError  # 0.3 s to load
 
     try:
-        return points[ConvexHull(points).vertices]
-    except QhullError:  # they lie in a plane
-        return points
+        return ConvexHull(points).vertices.astype(np.int64)
+    except QhullError:
+        return np.arange(len(points))
 
 
 @lru_cache(maxsize=1024)

@@ -8,29 +8,37 @@ of :mod:`planner.collision.edge_prover`, in as many dimensions as there are join
 
 from __future__ import annotations
 
+import heapq
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
-from planner.collision.checker import CollisionChecker
+from planner.collision.bounds import ClearanceBound
+from planner.collision.checker import APART, CollisionChecker
+from planner.collision.inside import Inside
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.kinematics.reach import pair_reach
 from planner.world.robot import Robot
 from planner.world.scene import Scene
+from planner.world.shapes import Mesh
 from planner.world.urdf import Description
 
 _BATCH = 100  # configurations between two looks at which pairs are decided
 # boxes of joint values that the proof of one pair may look at: with two joints between the links they suffice for a
 # gap of some millimetres, with more joints for links that are well apart
 _BOXES_OF_TWO, _BOXES = 200_000, 20_000
+_WORK = 100_000  # of all proofs of a robot: looks at pairs of convex bodies, of some 20 microseconds each
+_TRIANGLES = 150  # of two bodies, whose look takes as long as another one at convex bodies
+_AT_ONCE = 5000  # work in one call of the compiled library, which does not hear Ctrl-C
 _ROUNDING = 1e-9  # m by which a computed bound may exceed the distance
 
 
@@ -55,6 +63,11 @@ class Survey:
         """The pairs of one reason by name, sorted."""
         return sorted((min(pair), max(pair)) for pair, found in self.reasons.items() if found is reason)
 
+    def unchecked(self, trust_samples: bool) -> frozenset[frozenset[str]]:
+        """The pairs that need no check; with ``trust_samples`` those too that only were never seen to touch."""
+        checked = (Reason.SOMETIMES,) if trust_samples else (Reason.SOMETIMES, Reason.NEVER)
+        return frozenset(pair for pair, reason in self.reasons.items() if reason not in checked)
+
 
 def survey_pairs(
     robot: Robot, backend: type[CollisionChecker], samples: int, seed: int, progress: Progress = QUIET
@@ -68,12 +81,13 @@ def survey_pairs(
     world = World.of(robot, Scene("none"), (robot.disabled_pairs or frozenset()) | robot.touching)
     links = [_links(world, pair) for pair in range(len(world.self_pairs))]
     asked = np.array([pair not in adjacent for pair in links], dtype=bool)
-    touched = _touching(backend(world), asked, samples, np.random.default_rng(seed), progress)
+    checker = backend(world)
+    touched = _touching(checker, asked, samples, np.random.default_rng(seed), progress)
+    reasons = _reasons(checker, asked, touched / samples, progress)
     found: dict[frozenset[str], list[Reason]] = defaultdict(list)
-    for pair, names in enumerate(links):
-        progress("proofs", pair + 1, len(links))
-        found[names].append(_reason(world, backend, pair, touched[pair] / samples) if asked[pair] else Reason.ADJACENT)
-    return Survey({names: _of_links(reasons) for names, reasons in found.items()}, samples)
+    for names, reason in zip(links, reasons, strict=True):
+        found[names].append(reason)
+    return Survey({names: _of_links(each) for names, each in found.items()}, samples)
 
 
 def adjacent_links(description: Description, with_bodies: Iterable[str]) -> frozenset[frozenset[str]]:
@@ -105,22 +119,33 @@ def _touching(
         q = rng.uniform(robot.lower, robot.upper, size=(min(_BATCH, samples - first), robot.dof))
         rotation, position = joint_placements(checker.chain, q)
         rows, near = np.nonzero(checker.bound.coarse(rotation, position)[:, pairs] <= 0)
-        contacts = checker.bound.close(rotation, position, rows, pairs[near]) <= 0
+        contacts = checker.bound.close(rotation, position, rows, pairs[near], APART) <= 0
         touched += np.bincount(pairs[near][contacts], minlength=len(touched))
         progress("samples", first + len(q), samples)
     return touched
 
 
-def _reason(world: World, backend: type[CollisionChecker], pair: int, share: float) -> Reason:
-    if share >= ALWAYS:
-        return Reason.ALWAYS
-    if share > 0:
-        return Reason.SOMETIMES
-    alone = backend(_alone(world, pair))
-    middle = 0.5 * (world.robot.lower + world.robot.upper)
-    if (alone.inside.pairs(middle[None]) >= 0).any():
-        return Reason.ALWAYS  # one lies inside the other, and their surfaces never met
-    return _apart(alone)
+def _reasons(checker: CollisionChecker, asked: Bools, share: Floats, progress: Progress) -> list[Reason]:
+    """The reason of every pair; those that never touched have their proofs tried side by side, least work first."""
+    reasons = [Reason.ADJACENT if not ask else _seen(part) for ask, part in zip(asked, share.tolist(), strict=True)]
+    proofs = {pair: _Proof(checker, pair) for pair, reason in enumerate(reasons) if reason is Reason.NEVER}
+    waiting, spent = [(0.0, pair) for pair in proofs], 0.0
+    while waiting and spent < _WORK:
+        done, pair = heapq.heappop(waiting)
+        progress("proofs", min(int(spent), _WORK), _WORK)
+        proof = proofs[pair]
+        proof.go_on()
+        spent += proof.work - done
+        if proof.found is None:
+            heapq.heappush(waiting, (proof.work, pair))
+    for pair, proof in proofs.items():
+        reasons[pair] = proof.found or Reason.NEVER
+    progress("proofs", _WORK, _WORK)
+    return reasons
+
+
+def _seen(share: float) -> Reason:
+    return Reason.ALWAYS if share >= ALWAYS else Reason.SOMETIMES if share > 0 else Reason.NEVER
 
 
 def _alone(world: World, pair: int) -> World:
@@ -129,35 +154,63 @@ def _alone(world: World, pair: int) -> World:
     return World.of(replace(world.robot, bodies=bodies), world.scene, frozenset())
 
 
-def _apart(checker: CollisionChecker) -> Reason:
-    """Whether the only pair of the checker's world is apart in the whole box of joint values, by a proof."""
-    robot, reach = checker.robot, pair_reach(checker.robot, *checker.world.bodies)
-    centre, width = 0.5 * (robot.lower + robot.upper)[None], robot.upper - robot.lower
-    width = np.where(robot.prismatic, width, np.minimum(width, 2 * np.pi))  # one turn is all there is
-    half = np.where(reach > 0, 0.5 * width, 0.0)[None]
-    boxes, most = 0, _BOXES_OF_TWO if (reach > 0).sum() <= 2 else _BOXES
-    while len(centre):
-        boxes += len(centre)
-        if boxes > most:
-            return Reason.NEVER
-        need = product(half, reach[:, None])[:, 0]
-        gap = _gaps(checker, centre, need)
-        if (gap < 0).any():
-            return Reason.SOMETIMES
-        centre, half = _halved(centre[gap <= need], half[gap <= need], reach)
-    return Reason.APART
+class _Proof:
+    """An attempt to prove that a pair is apart in the whole box of joint values, cut into smaller ones step by step."""
 
+    def __init__(self, whole: CollisionChecker, pair: int) -> None:
+        """``whole``: a checker of all pairs."""
+        self.found: Reason | None = None  # None: not yet known
+        self.work = 0.0
+        self._whole, self._pair = whole, pair
+        bodies = [whole.world.bodies[k] for k in whole.world.self_pairs[pair]]
+        self._price = 1 + sum(len(b.shape.triangles) for b in bodies if isinstance(b.shape, Mesh)) / _TRIANGLES
+        self._step = max(1, int(_AT_ONCE / self._price))
 
-def _gaps(checker: CollisionChecker, q: Floats, need: Floats) -> Floats:
-    """Lower bounds (n,) on the pair's distance, as close as it takes to exceed ``need``; below 0 where it touches."""
-    rotation, position = joint_placements(checker.chain, q)
-    gap, only = np.maximum(checker.bound.coarse(rotation, position)[:, 0], 0.0), np.zeros(1, dtype=np.int64)
-    rows = np.flatnonzero(gap <= need)
-    gap[rows] = np.maximum(gap[rows], checker.bound.close(rotation, position, rows, np.zeros_like(rows)) - _ROUNDING)
-    for row in rows[gap[rows] <= 0]:
-        if checker.distances(rotation[:, row], position[:, row], only)[0] <= 0:
-            gap[row] = -1.0
-    return gap
+    @cached_property
+    def _bound(self) -> ClearanceBound:
+        """Of this pair alone, with the shapes that there are."""
+        return ClearanceBound(_alone(self._whole.world, self._pair), self._whole.bound)
+
+    def go_on(self) -> None:
+        """Look at the boxes that there are, and cut those that are not decided."""
+        if not self.work and self._holds():
+            self.found = Reason.ALWAYS  # one lies inside the other, and their surfaces never met
+            return
+        centre, half = self._boxes[0][: self._step], self._boxes[1][: self._step]
+        need = product(half, self._reach[:, None])[:, 0]
+        gap = self._gaps(centre, need)
+        self._looks += len(centre)
+        self.work += self._price * len(centre)
+        if (gap < 0).any() or self._looks > self._most:
+            self.found = Reason.SOMETIMES if (gap < 0).any() else Reason.NEVER
+            return
+        left = gap <= need
+        cut = _halved(centre[left], half[left], self._reach)
+        self._boxes = tuple(np.concatenate([old[self._step :], new]) for old, new in zip(self._boxes, cut, strict=True))
+        if not len(self._boxes[0]):
+            self.found = Reason.APART
+
+    def _holds(self) -> bool:
+        """Whether one lies inside the other in the middle; and how the box begins."""
+        alone, robot = self._bound.world, self._whole.robot
+        self._reach = pair_reach(robot, *alone.bodies)
+        self._looks, self._most = 0, _BOXES_OF_TWO if (self._reach > 0).sum() <= 2 else _BOXES
+        centre, width = 0.5 * (robot.lower + robot.upper)[None], robot.upper - robot.lower
+        width = np.where(robot.prismatic, width, np.minimum(width, 2 * np.pi))  # one turn is all there is
+        self._boxes = centre, np.where(self._reach > 0, 0.5 * width, 0.0)[None]
+        return bool((Inside(alone, self._whole.chain).pairs(centre) >= 0).any())
+
+    def _gaps(self, q: Floats, need: Floats) -> Floats:
+        """Lower bounds (n,) on the distance, as close as it takes to exceed ``need``; below 0 where the two touch."""
+        rotation, position = joint_placements(self._whole.chain, q)
+        gap, only = np.maximum(self._bound.coarse(rotation, position)[:, 0], 0.0), np.array([self._pair])
+        rows = np.flatnonzero(gap <= need)
+        close = self._bound.close(rotation, position, rows, np.zeros_like(rows), need[rows] + 2 * _ROUNDING)
+        gap[rows] = np.maximum(gap[rows], close - _ROUNDING)
+        for row in rows[gap[rows] <= 0]:
+            if self._whole.distances(rotation[:, row], position[:, row], only)[0] <= 0:
+                gap[row] = -1.0
+        return gap
 
 
 def _halved(centre: Floats, half: Floats, reach: Floats) -> tuple[Floats, Floats]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from planner.base.kept import kept
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
@@ -31,21 +32,37 @@ def generate_disabled_pairs(robot: Robot, backend: type[CollisionChecker]) -> fr
     Unlike MoveIt's setup assistant, pairs that never touched in the sample are kept: a sample is no proof,
     and a pair that is far apart costs next to nothing.
     """
-    disabled = adjacent_pairs(robot)
-    world = World.of(robot, Scene("none"), disabled)
+    return worked_out(robot, backend)[0]
+
+
+def worked_out(
+    robot: Robot, backend: type[CollisionChecker]
+) -> tuple[frozenset[frozenset[str]], CollisionChecker | None]:
+    """The same, from the cache where this robot was asked about before; else with the checker that was made for it."""
+    disabled, made = adjacent_pairs(robot), list[CollisionChecker]()
+
+    def always() -> dict[str, np.ndarray]:
+        made.append(backend(World.of(robot, Scene("none"), disabled)))
+        return {"pairs": np.array(_always(made[0]), dtype=np.str_).reshape(-1, 2)}
+
+    found = kept("pairs", [robot.identity, backend.name, SAMPLES, FIRST, ALWAYS], always)["pairs"]
+    return disabled | frozenset(frozenset(pair) for pair in found.tolist()), made[0] if made else None
+
+
+def _always(checker: CollisionChecker) -> list[tuple[str, str]]:
+    """The pairs of links of which two bodies touch in nearly all configurations of the sample."""
+    robot, world = checker.robot, checker.world
     if not len(world.self_pairs):
-        return disabled
-    checker = backend(world)
+        return []
     q = np.random.default_rng(0).uniform(robot.lower, robot.upper, size=(SAMPLES, robot.dof))
     rotation, position = joint_placements(checker.chain, q)
     pairs = np.arange(len(world.self_pairs))
     touching = np.zeros(len(pairs))
     for row in range(SAMPLES):
-        touching[pairs] += checker.distances(rotation[:, row], position[:, row], pairs) <= 0
+        touching[pairs] += checker.touching(rotation[:, row], position[:, row], pairs)
         if row == FIRST - 1:
             pairs = pairs[touching >= 0.8 * FIRST]
         if not len(pairs):
             break
-    always = np.nonzero(touching >= ALWAYS * SAMPLES)[0]
-    names = [world.contact(int(pair)) for pair in always]
-    return disabled | frozenset(frozenset((name.first, name.second)) for name in names)
+    names = [world.contact(int(pair)) for pair in np.nonzero(touching >= ALWAYS * SAMPLES)[0]]
+    return [(name.first, name.second) for name in names]

@@ -11,7 +11,7 @@ from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.kinematics.reach import Reach, pair_reach
 from planner.world.robot import Robot
 from planner.world.scene import Scene
-from planner.world.shapes import Body, Obstacle
+from planner.world.shapes import Body, Mesh, Obstacle
 
 
 @dataclass(frozen=True)
@@ -112,6 +112,14 @@ class World:
         scene = np.repeat(self.reach.bodies, len(self.obstacles), axis=0)
         own = [pair_reach(self.robot, self.bodies[i], self.bodies[k]) for i, k in self.self_pairs]
         return np.vstack([scene, np.reshape(own, (len(own), self.robot.dof))])
+
+    @cached_property
+    def rounding(self) -> Floats:
+        """(pairs,) metres by which meshes that are thinned are nearer to each other than their triangles."""
+        radii = np.array([item.shape.radius if isinstance(item.shape, Mesh) else 0.0 for item in self.items])
+        count = len(self.bodies)
+        scene = (radii[:count, None] + radii[None, count:]).ravel()
+        return np.concatenate([scene, radii[self.self_pairs].sum(axis=1)])
 
     def members(self, pair: int) -> tuple[int, int]:
         """(body, obstacle) of a scene pair, or (body, body)."""

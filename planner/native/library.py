@@ -161,20 +161,20 @@ class NativeWorld:
     def add_hull(self, joint: int, points: Floats, radius: float) -> int:
         """The convex hull of ``points`` (k, 3), rounded by ``radius``; ``joint`` -1: an obstacle. Its number."""
         points = _floats(points, len(points), 3)
-        return self._numbered(joint, 0, len(points), _at(points), radius, 0, None)
+        return self._numbered(joint, 0, len(points), _at(points), radius, 0, None, 0.0)
 
     def add_cylinder(self, joint: int, middle: Floats, half: Floats, across: Floats) -> int:
         """A cylinder: its ``middle`` (3,), from there to a disc ``half`` (3,), two radii ``across`` (2, 3)."""
         points = _floats(np.concatenate([[middle, half], across]), 4, 3)
-        return self._numbered(joint, 1, len(points), _at(points), 0.0, 0, None)
+        return self._numbered(joint, 1, len(points), _at(points), 0.0, 0, None, 0.0)
 
-    def add_surface(self, joint: int, hull: Floats, triangles: Floats, depth: float) -> int:
+    def add_surface(self, joint: int, hull: Floats, triangles: Floats, depth: float, radius: float = 0.0) -> int:
         """The surface of ``triangles`` (m, 3, 3), with points (k, 3) of its ``hull``, no deeper than ``depth`` below.
 
-        The hull stands for it where that is more than ``depth`` (m) away.
+        The hull stands for it where that is more than ``depth`` (m) away; both are rounded by ``radius`` (m).
         """
         hull, triangles = _floats(hull, len(hull), 3), _floats(triangles, len(triangles), 3, 3)
-        return self._numbered(joint, 2, len(hull), _at(hull), depth, len(triangles), _at(triangles))
+        return self._numbered(joint, 2, len(hull), _at(hull), radius, len(triangles), _at(triangles), depth)
 
     def _numbered(self, joint: int, *shape: Any) -> int:
         number = _library.world_add(self.handle, joint, *shape)
@@ -263,16 +263,19 @@ class NativeWorld:
         _library.world_coarse(self.handle, n, _at(rotation), _at(position), _at(bounds))
         return bounds
 
-    def close(self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints) -> Floats:
+    def close(
+        self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float = np.inf
+    ) -> Floats:
         """Lower bounds (k,) on the distances of ``pairs`` (k,) in configurations ``rows`` (k,), by planes.
 
         A micrometre from the distance, and short of it by no more than dents are deep where these are farther apart
-        than that; 0 where they touch.
+        than that; 0 where they touch. Those that are ``enough`` (k,) m need not be better.
         """
         rotation, position, n = self._placed(rotation, position)
         k = len(rows)
-        rows, pairs, bounds = _ints(rows, k), _ints(pairs, k), np.empty(k)
-        _library.world_close(self.handle, n, _at(rotation), _at(position), k, _at(rows), _at(pairs), _at(bounds))
+        rows, pairs, enough = _ints(rows, k), _ints(pairs, k), _floats(np.broadcast_to(enough, k), k)
+        placed, bounds = (_at(rotation), _at(position)), np.empty(k)
+        _library.world_close(self.handle, n, *placed, k, _at(rows), _at(pairs), _at(enough), _at(bounds))
         return bounds
 
     def first_near(self, q: Floats) -> int:

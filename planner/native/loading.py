@@ -20,7 +20,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 15  # of the functions' arguments: what planner_version() says
+_VERSION = 16  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -49,7 +49,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_set_speed_limit": (_Pointer, _int, _double),
     "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
-    "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
+    "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *4 * [_Pointer]),
     "world_prove": (_Pointer, *5 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
     "world_first_proven": (
         _Pointer,
@@ -77,7 +77,7 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "planner_version": (_int, ()),
     "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
     "world_new": (_Pointer, (_Pointer, _double)),
-    "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer)),
+    "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer, _double)),
     "world_take": (_int, (_Pointer, _Pointer, _int)),
     "boxes_new": (_Pointer, (_Pointer, _int, *7 * [_Pointer])),
     "boxes_hits": (_long, (_Pointer, _int, _Pointer, _long, *2 * [_Pointer])),

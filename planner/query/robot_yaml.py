@@ -9,7 +9,7 @@ from pathlib import Path
 
 from planner.collision.pair_survey import Reason, Survey
 from planner.world.robot import Robot
-from planner.world.robot_files import RobotFiles
+from planner.world.robot_files import RobotFiles, Source
 from planner.world.urdf import example_robot_data
 
 _DISABLED = (Reason.ADJACENT, Reason.ALWAYS, Reason.APART)
@@ -26,9 +26,10 @@ def robot_yaml(files: RobotFiles, robot: Robot, survey: Survey, folder: Path, tr
 def _what(files: RobotFiles, robot: Robot, folder: Path) -> Iterator[str]:
     yield f"name: {json.dumps(robot.name)}"
     yield f"description: {json.dumps(_description(robot))}"
-    yield f"urdf: {_source(files.description.path, folder)}"
+    own = files.file
+    yield f"urdf: {_source(files.description.path, folder, own.urdf if own else None)}"
     if files.srdf is not None:
-        yield f"srdf: {_source(files.srdf.path, folder)}"
+        yield f"srdf: {_source(files.srdf.path, folder, own.srdf if own else None)}"
     yield f"joints: {json.dumps(robot.joints)}"
     yield f"tool: {json.dumps(robot.tool)}"
     yield f"home: {json.dumps([float(value) for value in robot.home])}"
@@ -42,12 +43,16 @@ def _description(robot: Robot) -> str:
     return robot.description if not robot.description.startswith("from ") else f"{robot.name}, {robot.dof} axes"
 
 
-def _source(path: Path, folder: Path) -> str:
-    """A file as a robot file names it: within the package of robot data, or relative to ``folder``."""
+def _source(path: Path, folder: Path, own: Source | None) -> str:
+    """A file as a robot file names it: within the package of robot data, or relative to ``folder``.
+
+    With the arguments of a xacro file that the robot's ``own`` file has.
+    """
+    arguments = {"args": own.args} if own and own.args and Path(own.file).name == path.name else {}
     shipped = example_robot_data() / "robots"
     if path.resolve().is_relative_to(shipped):
         return json.dumps({"package": "example-robot-data", "file": path.resolve().relative_to(shipped).as_posix()})
-    return json.dumps({"file": Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()})
+    return json.dumps({"file": Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix(), **arguments})
 
 
 def _pairs(files: RobotFiles, survey: Survey, trust_samples: bool) -> Iterator[str]:

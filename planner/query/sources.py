@@ -16,7 +16,8 @@ from planner.base.request import SweepRequest
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
 from planner.world.robot_files import find_robot, robot_file
-from planner.world.urdf import Description, mesh_files, read_description
+from planner.world.urdf import Description, read_description
+from planner.world.urdf_geometry import mesh_files
 
 _Stamp: TypeAlias = tuple[str, int, int, int]  # path, modified at (ns), size (bytes), inode
 
@@ -48,9 +49,11 @@ def _of_robot(name: str, srdf: Place | None) -> Iterator[Path]:
         found = file.urdf.path(folder) if file else robot_file(name)
         own = file.srdf.path(folder) if file and file.srdf else None
         yield from (Path(path) for path in (found, srdf or own) if path is not None)
+        if found.suffix.lower() == ".xacro":  # it may name any of these
+            yield from (path for kind in ("*.xacro", "*.yaml") for path in sorted(found.parent.parent.rglob(kind)))
         stamp = _stamp(found)
         if stamp is not None:
-            yield from mesh_files(_description(stamp))
+            yield from mesh_files(_description(stamp, tuple(sorted(file.urdf.args.items())) if file else ()))
 
 
 def _of_scene(name: str) -> Iterator[Path]:
@@ -82,8 +85,8 @@ def _content(stamp: _Stamp) -> bytes:
 
 
 @lru_cache(maxsize=64)
-def _description(stamp: _Stamp) -> Description:
-    return read_description(Path(stamp[0]))
+def _description(stamp: _Stamp, arguments: tuple[tuple[str, str], ...]) -> Description:
+    return read_description(Path(stamp[0]), dict(arguments))
 
 
 @lru_cache(maxsize=4096)

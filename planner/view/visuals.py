@@ -28,7 +28,7 @@ from planner.view.drawing import boxed, draw_visuals
 from planner.view.surfaces import smoothed
 from planner.world.robot import Robot, load_visuals
 from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from planner.world.urdf import visual_mesh_files
+from planner.world.urdf_geometry import visual_mesh_files
 
 T = TypeVar("T")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import coal
 import numpy as np
@@ -10,18 +11,21 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import FileError
 from planner.base.files import is_file
+from planner.base.kept import kept
 from planner.base.places import Place, place
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST
 from planner.world.dae import dae_fault
 from planner.world.ply import ply_fault
 from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.world.stl import binary_stl
+from planner.world.thinned import CELL, MANY, thinned
 
 _LARGEST = 512 << 20  # bytes of a mesh file
 _MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
 
 
-def read_mesh(path: Place, scale: float = 1.0) -> Mesh:
+def read_mesh(path: Place, scale: float | Floats = 1.0) -> Mesh:
     """The triangles of an STL, OBJ, DAE or PLY file, in metres after ``scale``; :class:`FileError` otherwise."""
     path = place(path)
     if not is_file(path):
@@ -30,7 +34,7 @@ def read_mesh(path: Place, scale: float = 1.0) -> Mesh:
     try:
         with Silenced():
             # boxes along the axes: fitting oriented ones, as is the default, prints for NaN and never ends for 1e300
-            loaded = coal.MeshLoader(coal.NODE_TYPE.BV_AABB).load(str(path), np.full(3, float(scale)))
+            loaded = coal.MeshLoader(coal.NODE_TYPE.BV_AABB).load(str(path), np.full(3, scale, dtype=float))
     except (ValueError, RuntimeError) as error:
         raise FileError(
             f"mesh file {path} cannot be read ({reason(error)}): give an STL, OBJ, DAE or PLY file."
@@ -42,6 +46,39 @@ def read_mesh(path: Place, scale: float = 1.0) -> Mesh:
     if not isinstance(mesh, Mesh):
         raise FileError(f"mesh file {path} holds no usable triangles: export it again.")
     return mesh
+
+
+def link_mesh(path: Path, scale: Floats) -> Mesh:
+    """The mesh file of a link, :func:`~planner.world.thinned.thinned`, in metres after ``scale`` (3,).
+
+    It is made once: then it comes from the cache. :class:`FileError` as :func:`read_mesh`.
+    """
+    content = path.read_bytes()
+    made_of = [path.suffix.lower(), scale, np.frombuffer(content, dtype=np.uint8), CELL, MANY]
+    arrays = kept("meshes", made_of, lambda: _arrays(_thin_mesh(path, content, scale)))
+    return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
+
+
+def _arrays(mesh: Mesh) -> dict[str, Any]:
+    return {"vertices": mesh.vertices, "triangles": mesh.triangles, "radius": np.array(mesh.radius)}
+
+
+def _thin_mesh(path: Path, content: bytes, scale: Floats) -> Mesh:
+    corners = binary_stl(content) if path.suffix.lower() == ".stl" else None
+    if corners is not None and len(corners) > MANY:
+        vertices, triangles = (corners * scale).reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+        wrong = fault(vertices, triangles)
+        if wrong:
+            raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
+        found = thinned(Mesh(vertices, triangles))
+        if found.radius:
+            return found
+    return thinned(read_mesh(path, scale))  # with the vertices as the library joins them
+
+
+def mesh_loader() -> coal.MeshLoader:
+    """What reads the meshes of one URDF, each once."""
+    return coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBBRSS)  # Pinocchio knows no other kind by its name
 
 
 def require_readable_mesh(path: Path) -> None:
@@ -69,7 +106,7 @@ def fault(vertices: Floats, triangles: Ints) -> str | None:
     largest = float(np.abs(vertices).max())
     if largest > FARTHEST:
         return f"reaches {largest:g} m far"
-    if float(np.ptp(vertices, axis=0).max()) < 1e-6:
+    if float(np.ptp(vertices.T.copy(), axis=1).max()) < 1e-6:
         return "is smaller than a micrometre"
     return None
 

@@ -68,6 +68,10 @@ def _link_meshes(robot: Robot) -> list[Note]:
                     'in millimetres, give <mesh scale="0.001 0.001 0.001">.'
                 )
             )
+    thin = {body.link: body.shape.radius for body in robot.bodies if isinstance(body.shape, Mesh) and body.shape.radius}
+    if thin:
+        text = f"meshes of {choices(thin)} are thinned to fewer triangles: what comes within "
+        found.append(Note(f"{text}{1000 * max(thin.values()):.1f} mm of these counts as a contact.", grave=False))
     open_ = [body.link for body in robot.bodies if isinstance(body.shape, Mesh) and not is_watertight(body.shape)]
     if open_:
         text = f"meshes of {choices(dict.fromkeys(open_))} are not closed: what is wholly inside them is not seen."

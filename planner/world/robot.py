@@ -23,6 +23,7 @@ from planner.world.poses import pose
 from planner.world.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, Rows, read_robot
 from planner.world.shapes import Body, Carried
 from planner.world.srdf import states_of_joints
+from planner.world.urdf_geometry import bodies, read_geometry
 
 _log = logging.getLogger(__name__)
 
@@ -190,9 +191,9 @@ def load_visuals(robot: Robot) -> tuple[Body, ...]:
     """
     full = urdf.build_model(robot.source)
     try:
-        geometry, links = urdf.read_bodies(robot.source, full, pin.GeometryType.VISUAL)
-        _, geometry = urdf.reduce(full, geometry, robot.joints, robot.fixed_joints, robot.base)
-        return (*urdf.bodies(geometry, links), *robot.carried)
+        geometry = read_geometry(robot.source, full, pin.GeometryType.VISUAL)
+        _, placed = urdf.reduce(full, geometry.model, robot.joints, robot.fixed_joints, robot.base)
+        return (*bodies(placed, geometry), *robot.carried)
     except RobotError as error:
         _log.warning("the page shows the shapes that collide, as those to look at cannot be read: %s", error)
         return robot.bodies
@@ -252,10 +253,10 @@ def _parts(
     fixed: Mapping[str, float],
     base: Floats,
 ) -> dict[str, Any]:
-    geometry, links = urdf.read_bodies(description, full, pin.GeometryType.COLLISION)
-    held = urdf.followed(description, full, geometry, planned, fixed)
-    model, geometry = urdf.reduce(full, geometry, planned, held, base)
-    return {"model": model, "bodies": urdf.bodies(geometry, links), "fixed_joints": held}
+    geometry = read_geometry(description, full, pin.GeometryType.COLLISION)
+    held = urdf.followed(description, full, geometry.model, planned, fixed)
+    model, placed = urdf.reduce(full, geometry.model, planned, held, base)
+    return {"model": model, "bodies": bodies(placed, geometry), "fixed_joints": held}
 
 
 def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:

@@ -20,6 +20,7 @@ from planner.base.resources import robot_names, robots_folder
 from planner.base.targets import HOME
 from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, shown, validate
 from planner.world import urdf
+from planner.world.descriptions import described, is_description
 from planner.world.srdf import Srdf, group_joints, group_tip, read_srdf, require_fitting
 
 _log = logging.getLogger(__name__)
@@ -34,6 +35,7 @@ class Source(Strict):
 
     file: str
     package: Literal["example-robot-data"] | None = None
+    args: dict[str, str] = pydantic.Field(default_factory=dict)  # of a xacro file
 
     def path(self, folder: Path) -> Path:
         return (urdf.example_robot_data() / "robots" if self.package else folder) / self.file
@@ -204,6 +206,13 @@ class RobotFiles:
     def notes(self) -> tuple[Note, ...]:
         """What the SRDF says that is not followed."""
         srdf, found = self.srdf, []
+        if self.description.passed_over:
+            text = (
+                f"MJCF {self.description.path}: {choices(self.description.passed_over)} are not followed: pairs that "
+            )
+            found.append(
+                Note(f"{text}need no check belong in a robot.yaml ('planner robot-yaml'), the rest in a scene.")
+            )
         if srdf is not None and srdf.unchecked:
             text = f"SRDF {srdf.path} leaves {choices(srdf.unchecked)} unchecked (disable_default_collisions): against "
             found.append(Note(f"{text}links that is followed, against obstacles they are checked all the same."))
@@ -220,11 +229,12 @@ def read_robot(name: Place, srdf: Place | None = None) -> RobotFiles:
     """The files of a robot given by name, or by the path of its robot.yaml or URDF; ``srdf`` replaces its own."""
     name, srdf = place_text(name, "robot"), None if srdf is None else place(srdf, "srdf")
     folder, file = find_robot(name)
-    description = urdf.read_description(file.urdf.path(folder) if file else Path(name))
-    own = file.srdf.path(folder) if file and file.srdf else None
-    said = srdf or own
+    description = urdf.read_description(file.urdf.path(folder) if file else Path(name), file.urdf.args if file else {})
+    own = file.srdf if file else None
+    said = srdf or (own.path(folder) if own else None)
     called = (file.name if file else None) or (name if name in robot_names() else description.name)
-    files = RobotFiles(called, name, file, description, read_srdf(said) if said else None)
+    arguments = own.args if own and srdf is None else {}
+    files = RobotFiles(called, name, file, description, read_srdf(said, arguments) if said else None)
     if files.srdf is not None and srdf is not None:
         require_fitting(files.srdf, files.model)
     return files
@@ -243,14 +253,23 @@ def find_robot(name: str) -> tuple[Path, RobotFile | None]:
     if path.suffix.lower() in (".yaml", ".yml"):
         where = f"robot file {path}"
         return path.parent, validate(RobotFile, parse_yaml(read_text(path, "robot file"), where), where, RobotError)
-    if path.suffix.lower() in (".urdf", ".xml") or "/" in name:
+    if path.suffix.lower() in (".urdf", ".xml", ".xacro") or "/" in name:
         return path.parent, None
+    if is_description(name) and not is_file(path):
+        return Path(), _of_description(name)
     if is_file(path):
         raise RobotError(f"robot file {path} ends neither in .urdf nor in .yaml: rename it, or choose another file.")
     raise RobotError(
         f"robot '{name}' not found; robots are {choices(robot_names())}, or give the path of a URDF or of a robot.yaml "
-        "('planner robot-yaml' writes one)."
+        "('planner robot-yaml' writes one), or a name of robot_descriptions, as panda_description."
     )
+
+
+def _of_description(name: str) -> RobotFile:
+    """What a robot file would say of a robot of the package robot_descriptions."""
+    found = described(name)
+    srdf = Source(file=str(found.srdf), args=found.srdf_arguments) if found.srdf else None
+    return RobotFile(name=name, urdf=Source(file=str(found.file), args=found.arguments), srdf=srdf)
 
 
 def _known_tool(model: pin.Model, tool: str | None) -> str:

@@ -74,10 +74,15 @@ class Capsule(_Content):
 
 @dataclass(frozen=True, eq=False)
 class Mesh(_Content):
-    """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices, at least one."""
+    """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices, at least one.
+
+    With a ``radius`` (m) it stands for a surface of more triangles no point of which is farther than that from it
+    (:mod:`planner.world.thinned`): what comes as near as that counts as a contact.
+    """
 
     vertices: Floats
     triangles: Ints
+    radius: float = 0.0
 
     def __post_init__(self) -> None:
         vertices = numbers("Mesh.vertices", self.vertices, ("n", 3), SceneError, FARTHEST)
@@ -86,6 +91,13 @@ class Mesh(_Content):
             raise SceneError("a Mesh without triangles has no surface: give at least one.")
         object.__setattr__(self, "vertices", frozen(vertices))
         object.__setattr__(self, "triangles", frozen(triangles, np.int64))
+        radius = float(numbers("Mesh.radius", self.radius, (), SceneError, FARTHEST))
+        if not radius >= 0:
+            raise SceneError(f"Mesh.radius is {radius:g}: give metres from 0 on.")
+        object.__setattr__(self, "radius", radius)
+
+    def content(self) -> list[Any]:
+        return [type(self).__name__, self.vertices, self.triangles, *([self.radius] if self.radius else [])]
 
 
 Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh
@@ -167,8 +179,8 @@ def corners(shape: Shape) -> tuple[Floats, float]:
             # the circumscribed box of the discs: conservative by a factor sqrt(2) at four lines
             signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-0.5, 0.5])).reshape(3, -1).T
             return signs * np.array([radius, radius, length]), 0.0
-        case Mesh(vertices, _):
-            return vertices, 0.0
+        case Mesh():
+            return shape.vertices, shape.radius
 
 
 def farthest(shape: Shape, placement: Floats) -> float:

@@ -129,6 +129,15 @@ def points_used(mesh: Mesh) -> Ints:
     return np.unique(mesh.triangles)
 
 
+def pieces_of_vertices(mesh: Mesh) -> Ints:
+    """(n,) the number of the connected piece that each vertex belongs to; -1 where no triangle with an area has it."""
+    triangles, piece = _welded(mesh)
+    first, same = distinct_rows(mesh.vertices)
+    found = np.full(len(mesh.vertices), -1, dtype=np.int64)
+    found[triangles] = piece[:, None]
+    return found[first[same]]
+
+
 @lru_cache(maxsize=1024)
 def _welded(mesh: Mesh) -> tuple[Ints, Ints]:
     """Triangles (m, 3) by the first of equal vertices, without those that have no area, and the piece (m,) of each."""

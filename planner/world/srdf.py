@@ -11,8 +11,9 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.errors import RobotError, choices
-from planner.base.yamlfile import FARTHEST, nearest, read_text, shown
+from planner.base.yamlfile import FARTHEST, nearest, shown
 from planner.world import urdf
+from planner.world.xacro import read_xml
 
 _ELEMENTS = {  # with the attributes without which they mean nothing
     "group": ("name",),
@@ -76,10 +77,10 @@ class Srdf:
         return self.disabled | (frozenset(pairs) - self.enabled)
 
 
-def read_srdf(path: Path) -> Srdf:
-    """The SRDF at ``path``; :class:`RobotError` says what is wrong with it."""
+def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
+    """The SRDF at ``path``, xacro with ``arguments`` included; :class:`RobotError` says what is wrong with it."""
     try:
-        root = ET.fromstring(read_text(path, "SRDF"))
+        root = ET.fromstring(read_xml(path, "SRDF", arguments))
     except ET.ParseError as error:
         raise RobotError(f"SRDF {path} is not well-formed XML ({error}): mend the file.") from None
     if root.tag != "robot":

@@ -6,6 +6,7 @@ import importlib.metadata
 import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -13,16 +14,19 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Floats
 from planner.base.errors import RobotError, choices
-from planner.base.files import is_file
 from planner.base.resources import robots_folder
 from planner.base.silenced import Silenced
-from planner.base.yamlfile import FARTHEST, read_text, shown
-from planner.world.meshes import MeshFault, reason, require_readable_mesh, shape_of
+from planner.base.yamlfile import FARTHEST, shown
+from planner.world import mjcf
+from planner.world.meshes import reason
 from planner.world.poses import se3
-from planner.world.shapes import Body, Shape
 from planner.world.urdf_rules import ends, require_sane_urdf
+from planner.world.xacro import read_xml
+
+MJCF = "mujoco"  # the root element of MJCF files
+_LINK = " (link)"
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,7 @@ class Description:
     bare: frozenset[str] = frozenset()  # links with visual and without collision geometry
     links: frozenset[str] = frozenset()
     joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
+    passed_over: tuple[str, ...] = ()  # elements of an MJCF that are not followed
 
     @cached_property
     def package_dirs(self) -> list[str]:
@@ -60,10 +65,16 @@ class Description:
     def mesh_names(self) -> dict[str, list[str]]:
         """The meshes that it names, for collision and for visual geometry."""
         root = ET.fromstring(self.xml)
+        if root.tag == MJCF:
+            return dict.fromkeys(("collision", "visual"), mjcf.mesh_files_of(root))
         return {
             kind: sorted({mesh.get("filename", "") for element in root.iter(kind) for mesh in element.iter("mesh")})
             for kind in ("collision", "visual")
         }
+
+    @property
+    def is_mjcf(self) -> bool:
+        return self.xml.startswith(f"<{MJCF}")
 
     def child_of(self, joint: str) -> str:
         """The link that ``joint`` moves."""
@@ -81,16 +92,19 @@ def example_robot_data() -> Path:
     raise RobotError("example-robot-data is installed without its data: reinstall it with pip.")
 
 
-def read_description(path: Path) -> Description:
+def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> Description:
     """The URDF at ``path``; continuous joints become revolute ones of one turn, so that every joint is one angle.
 
-    Capsules are read only from version 1.1 on (they vanish otherwise), so the version is raised.
+    It may be xacro, which is expanded with ``arguments``, or MuJoCo's MJCF. Capsules are read only from version 1.1 on
+    (they vanish otherwise), so the version is raised.
     """
-    text = read_text(path, "URDF")
+    text = read_xml(path, "URDF", arguments)
     try:
         root = ET.fromstring(text)
     except ET.ParseError as error:
         raise RobotError(f"URDF {path} is not well-formed XML ({error}): mend the file.") from None
+    if root.tag == MJCF:
+        return _of_mjcf(path, root)
     if root.tag != "robot":
         raise RobotError(
             f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot> (run xacro first)."
@@ -116,6 +130,22 @@ def read_description(path: Path) -> Description:
     joints = {joint.get("name", ""): ends(joint) for joint in root.findall("joint")}
     xml = ET.tostring(root, encoding="unicode")
     return Description(path, name, xml, continuous, elements, mimics, bare, links, joints)
+
+
+def _of_mjcf(path: Path, root: ET.Element) -> Description:
+    mjcf.require_one_robot(root, path)
+    model, turning = mjcf.model_of(path)
+    links = frozenset(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+    return Description(
+        path=path,
+        name=root.get("model") or path.stem,
+        xml=ET.tostring(root, encoding="unicode"),
+        continuous=turning,
+        collision_elements=0,
+        links=links,
+        joints=mjcf.ends_of(model),
+        passed_over=tuple(mjcf.passed_over(root)),
+    )
 
 
 def _mimic(joint: ET.Element) -> Mimic:
@@ -148,15 +178,19 @@ def _make_revolute(joint: ET.Element) -> str:
     return joint.get("name", "")
 
 
-def build_model(description: Description) -> pin.Model:
-    """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
+def _model_of_urdf(description: Description) -> pin.Model:
     printed = Silenced()
     try:
         with printed:
-            model = pin.buildModelFromXML(description.xml)
+            return pin.buildModelFromXML(description.xml)
     except (ValueError, RuntimeError) as error:
         said = printed.complaint() or reason(error)
         raise RobotError(f"URDF {description.path} cannot be built: {said}; mend the file.") from None
+
+
+def build_model(description: Description) -> pin.Model:
+    """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
+    model = mjcf.model_of(description.path)[0] if description.is_mjcf else _model_of_urdf(description)
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         if joint.nv != 1 or joint.nq != 1:
             raise RobotError(
@@ -164,54 +198,6 @@ def build_model(description: Description) -> pin.Model:
                 "only revolute, continuous and prismatic joints are supported."
             )
     return model
-
-
-def read_bodies(
-    description: Description, model: pin.Model, kind: pin.GeometryType
-) -> tuple[pin.GeometryModel, dict[str, str]]:
-    """Pinocchio's geometry of one ``kind`` and the link each geometry hangs on."""
-    for file in _mesh_files(description, kind):
-        require_readable_mesh(file)
-    printed = Silenced()
-    try:
-        with printed:
-            geometry = pin.buildGeomFromUrdfString(model, description.xml, kind, None, description.package_dirs)
-    except (ValueError, RuntimeError) as error:
-        raise RobotError(
-            f"a mesh of {description.path} cannot be loaded ({reason(error)}): put it beside the URDF "
-            "or set ROS_PACKAGE_PATH."
-        ) from None
-    if kind is pin.GeometryType.COLLISION and geometry.ngeoms < description.collision_elements:
-        raise RobotError(
-            f"only {geometry.ngeoms} of the {description.collision_elements} collision geometries of "
-            f"{description.path} could be read{_because(printed)}: use box, sphere, cylinder, capsule or mesh."
-        )
-    links = {item.name: model.frames[item.parentFrame].name for item in geometry.geometryObjects}
-    return geometry, links
-
-
-def mesh_files(description: Description) -> Iterator[Path]:
-    """The mesh files that the URDF names, as far as they are found, in a fixed order."""
-    for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
-        yield from _mesh_files(description, kind)
-
-
-def visual_mesh_files(description: Description) -> Iterator[Path]:
-    """The mesh files that are drawn, as far as they are found, in a fixed order."""
-    return _mesh_files(description, pin.GeometryType.VISUAL)
-
-
-def _mesh_files(description: Description, kind: pin.GeometryType) -> Iterator[Path]:
-    """Where the meshes of one ``kind`` that the URDF names may be, as far as there is a file."""
-    for name in description.mesh_names["collision" if kind is pin.GeometryType.COLLISION else "visual"]:
-        place = name.removeprefix("package://").removeprefix("model://").removeprefix("file://")
-        found = (Path(folder) / place for folder in description.package_dirs)
-        yield from (path for path in found if is_file(path))
-
-
-def _because(printed: Silenced) -> str:
-    said = printed.complaint()
-    return f" ({said})" if said else ""
 
 
 def followed(
@@ -273,9 +259,29 @@ def reduce(
             raise RobotError(f"joint '{name}' cannot be held at {value:g}: give a value of at most {FARTHEST:g}.")
         reference[model.joints[model.getJointId(name)].idx_q] = value
     locked = [model.getJointId(name) for name in model.names[1:] if name not in planned]
-    reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)
+    with _links_renamed(model):
+        reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)
+    _rename(reduced, _LINK, "")
     _move_base(reduced, geometry, se3(base))
     return reduced, geometry
+
+
+@contextmanager
+def _links_renamed(model: pin.Model) -> Iterator[None]:
+    """While entered links with the name of a joint have another one: Pinocchio looks joints up among all frames."""
+    _rename(model, "", _LINK)
+    try:
+        yield
+    finally:
+        _rename(model, _LINK, "")
+
+
+def _rename(model: pin.Model, old: str, new: str) -> None:
+    """Another ending for the names of links: of all that have the ``old`` one, or, without one, the name of a joint."""
+    joints = {frame.name for frame in model.frames if frame.type != pin.FrameType.BODY}  # of fixed ones too
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and (frame.name.endswith(old) if old else frame.name in joints):
+            frame.name = frame.name.removesuffix(old) + new
 
 
 def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> None:
@@ -288,37 +294,6 @@ def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> 
     for item in geometry.geometryObjects:
         if item.parentJoint == 0:
             item.placement = base * item.placement
-
-
-def bodies(geometry: pin.GeometryModel, links: Mapping[str, str]) -> tuple[Body, ...]:
-    """Pinocchio's geometry objects as backend-neutral bodies, in their order."""
-    return tuple(
-        Body(
-            name=item.name,
-            link=links[item.name],
-            joint=int(item.parentJoint),
-            shape=_shape(item),
-            placement=frozen(item.placement.homogeneous),
-            color=_rgba(item.meshColor),
-        )
-        for item in geometry.geometryObjects
-    )
-
-
-def _shape(item: pin.GeometryObject) -> Shape:
-    try:
-        return shape_of(item.geometry)
-    except MeshFault as wrong:
-        raise RobotError(
-            f"mesh {item.meshPath} of '{item.name}' {wrong}: check its scale, or export it again."
-        ) from None
-    except ValueError as error:
-        raise RobotError(f"geometry '{item.name}': {error}; use box, sphere, cylinder, capsule or mesh.") from None
-
-
-def _rgba(color: Floats) -> tuple[float, float, float, float]:
-    red, green, blue, alpha = (float(value) for value in color)
-    return red, green, blue, alpha
 
 
 def leaf_links(model: pin.Model) -> list[str]:

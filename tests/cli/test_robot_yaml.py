@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,6 +15,7 @@ import pytest
 from planner.base.resources import robots_folder
 from planner.world.robot import Robot
 from tests.command_line import Run, assert_refused
+from tests.worlds import joint_xml, link_xml
 
 ARM = str(robots_folder() / "examples" / "arm.urdf")
 
@@ -21,7 +27,36 @@ def made(run: Run, tmp_path: Path) -> Path:
     code, text, error = run("robot-yaml", ARM, "--tool", "tip", "--samples", "300", "--out", str(out))
     assert code == 0, error
     assert "are adjacent" in text
+    assert "home is free, 8 of 8 tool positions are reached" in text
+    assert "left about" in error, "progress with an estimate"
     return out
+
+
+def test_pairs_that_stand_in_the_way_are_named(run: Run, tmp_path: Path, urdf_file: Callable[..., str]) -> None:
+    links = link_xml("a") + link_xml("m") + link_xml("disc", '<cylinder radius="0.55" length="0.01"/>')
+    links += link_xml("b", '<box size="0.02 0.02 0.02"/>', origin='<origin xyz="0.5 0 0"/>')
+    joints = joint_xml("j", "a", "b", limit="-3 3") + joint_xml("weld", "a", "m", "fixed")
+    joints += joint_xml("k", "m", "disc", "prismatic", limit="-0.025 0.025")
+    robot = urdf_file(links + joints)
+    options = ("--joints", "j,k", "--tool", "b", "--samples", "100", "--out", str(tmp_path / "r.yaml"))
+    code, text, error = run("robot-yaml", robot, *options)
+    assert code == 0, error
+    text = " ".join(text.split())
+    assert "home is in collision" in text
+    assert "'b' and 'disc' touch at home and in" in text
+    assert 'add ["b", "disc"] to disabled_pairs' in text
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_soon_when_asked_to(number: signal.Signals, tmp_path: Path) -> None:
+    arguments = ("robot-yaml", ARM, "--tool", "tip", "--samples", "10000000", "--out", str(tmp_path / "r.yaml"))
+    command = [sys.executable, "-c", "import sys; from planner.__main__ import main; sys.exit(main())", *arguments]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    time.sleep(3.0)  # long before it ends
+    assert process.poll() is None
+    process.send_signal(number)
+    assert process.wait(timeout=10) == 130
+    assert not (tmp_path / "r.yaml").exists()
 
 
 def test_the_file_loads_is_the_same_again_and_is_not_overwritten(run: Run, made: Path, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.collision import pair_survey
 from planner.collision.coal import CoalChecker
 from planner.collision.pair_survey import Reason, adjacent_links, survey_pairs
 from planner.collision.world import World
@@ -86,3 +87,27 @@ def test_what_is_proven_apart_never_touches() -> None:
     assert rows
     judge = CoalWorld(world)
     assert all((judge.distances(q)[rows] > 0).all() for q in random_q(robot, 200, seed=7))
+
+
+def test_proofs_share_one_budget_of_work_and_are_the_same_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = replace(load("iiwa14"), disabled_pairs=frozenset())
+    robot = replace(robot, bodies=robot.bodies[:5])
+    whole = survey_pairs(robot, CoalChecker, 100, 0)
+    assert whole.pairs(Reason.APART)
+    assert survey_pairs(robot, CoalChecker, 100, 0) == whole
+    monkeypatch.setattr(pair_survey, "_WORK", 0)
+    none = survey_pairs(robot, CoalChecker, 100, 0)
+    assert none.pairs(Reason.APART) == []
+    assert set(whole.pairs(Reason.APART)) <= set(none.pairs(Reason.NEVER))
+    assert none.unchecked(trust_samples=True) == whole.unchecked(trust_samples=True)
+    assert none.unchecked(trust_samples=False) < whole.unchecked(trust_samples=False)
+
+
+def test_no_call_of_the_compiled_library_is_long() -> None:
+    """Ctrl-C is heard between calls: a look at large meshes takes long, so few are taken at once."""
+    robot = load("kinova")
+    checker = CoalChecker(World.of(robot, Scene("none"), frozenset()))
+    for pair in range(len(checker.world.self_pairs)):
+        proof = pair_survey._Proof(checker, pair)
+        assert proof._step * proof._price <= max(pair_survey._AT_ONCE, proof._price)
+        assert proof._step >= 1

@@ -7,7 +7,7 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.fcl import FclChecker
-from planner.collision.self_pairs import ALWAYS, adjacent_pairs, generate_disabled_pairs
+from planner.collision.self_pairs import ALWAYS, adjacent_pairs, generate_disabled_pairs, worked_out
 from planner.collision.world import World
 from planner.world.robot import Robot
 from planner.world.scene import Scene
@@ -88,3 +88,11 @@ def test_bodies_of_one_joint_are_never_a_pair():
     world = World.of(robot, Scene("none"), frozenset())
     assert all(robot.bodies[i].joint != robot.bodies[k].joint for i, k in world.self_pairs)
     assert (world.self_pairs[:, 0] < world.self_pairs[:, 1]).all()
+
+
+def test_a_robot_is_asked_about_once() -> None:
+    robot = replace(load("ur10"), disabled_pairs=None, upper=load("ur10").upper - 0.0123)  # which nobody else has
+    first, made = worked_out(robot, FclChecker)
+    again, none = worked_out(robot, FclChecker)
+    assert first == again
+    assert (made is not None, none) == (True, None)

@@ -11,7 +11,7 @@ from planner.world import urdf
 from planner.world.robot import Robot
 from planner.world.shapes import Capsule, Cylinder, Mesh
 from planner.world.srdf import read_srdf
-from tests.worlds import ROBOTS, joint_xml, link_xml, load
+from tests.worlds import joint_xml, link_xml, load
 
 # link: end points of the capsule's axis in the upright link frame, radius (iiwa14.md)
 CAPSULES = {
@@ -78,20 +78,6 @@ def test_iiwa14_limits():
     np.testing.assert_allclose(robot.velocity, np.radians([85, 85, 100, 75, 130, 135, 135]), atol=1e-9)
     np.testing.assert_allclose(robot.model.upperEffortLimit, [320, 320, 176, 176, 110, 40, 40])
     assert [robot.model.frames[robot.tool_id].name, robot.tool] == ["flange", "flange"]
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_no_collision_geometry_is_lost(name):
-    robot = load(name)
-    assert robot.source.collision_elements == robot.source.xml.count("<collision") > 0
-    full = urdf.build_model(robot.source)
-    geometry, links = urdf.read_bodies(robot.source, full, pin.GeometryType.COLLISION)
-    assert len(robot.bodies) == geometry.ngeoms >= robot.source.collision_elements
-    assert {item.link for item in robot.bodies} == set(links.values())
-    for item in robot.bodies:
-        if isinstance(item.shape, Mesh):
-            assert item.shape.triangles.max() < len(item.shape.vertices)
-            assert np.ptp(item.shape.vertices, axis=0).max() < 1.0  # metres, not millimetres
 
 
 @pytest.mark.parametrize("version", ["1.0", "1.1"])
@@ -239,3 +225,14 @@ def test_soft_limits_are_limits(urdf_file):
     robot = Robot.load(urdf_file(inside))
     assert robot.lower.tolist() == [-0.5, -1.0]
     assert robot.upper.tolist() == [1.0, 1.0]
+
+
+def test_a_link_and_a_joint_may_have_the_same_name(urdf_file):
+    links = link_xml("a") + link_xml("same", '<sphere radius="0.1"/>') + link_xml("tip") + link_xml("weld")
+    joints = joint_xml("j", "a", "same") + joint_xml("same", "same", "tip", xyz="0.3 0 0")
+    joints += joint_xml("weld", "tip", "weld", "fixed")
+    robot = Robot.load(urdf_file(links + joints), tool="same")  # the joint called same is held
+    assert robot.joints == ("j",)
+    assert [body.link for body in robot.bodies] == ["same"]
+    assert robot.model.frames[robot.tool_id].type == pin.FrameType.BODY
+    assert {"a", "same", "tip", "weld"} <= {frame.name for frame in robot.model.frames}

@@ -89,16 +89,17 @@ struct Solid {
         return solid;
     }
 
-    // The surface of `count` triangles (9 numbers each) with the corners of their hull, and how deep it lies below.
+    // The surface of `count` triangles (9 numbers each), rounded by `radius`, with the corners of their hull, and how deep
+    // it lies below that.
     static Solid of_triangles(const double* hull_points, int hull_count, const double* triangles, int count,
-                              double depth) {
+                              double depth, double radius) {
         Solid solid;
         solid.depth = depth;
-        solid.hull = solid.keep(hull_points, hull_count, 0.0);
+        solid.hull = solid.keep(hull_points, hull_count, radius);
         std::vector<int> order(count);
         std::iota(order.begin(), order.end(), 0);
         solid.parts.reserve(2 * count);
-        solid.grow(triangles, order.data(), count);
+        solid.grow(triangles, order.data(), count, radius);
         return solid;
     }
 
@@ -129,15 +130,15 @@ struct Solid {
     }
 
     // Add the part of these triangles, cut at the median along the axis on which their middles are spread most.
-    int grow(const double* triangles, int* order, int count) {
+    int grow(const double* triangles, int* order, int count, double radius) {
         heed_at(static_cast<int64_t>(parts.size()));
         std::vector<double> corners;
         for (int k = 0; k < count; ++k)
             corners.insert(corners.end(), triangles + 9 * order[k], triangles + 9 * order[k] + 9);
         int here = static_cast<int>(parts.size());
-        parts.push_back({ball_around(corners.data(), 3 * count, 0.0), Convex()});
+        parts.push_back({ball_around(corners.data(), 3 * count, radius), Convex()});
         if (count == 1) {
-            parts[here].convex = keep(corners.data(), 3, 0.0);
+            parts[here].convex = keep(corners.data(), 3, radius);
             return here;
         }
         auto middle = [&](int t, int axis) {
@@ -155,8 +156,8 @@ struct Solid {
             if (high - low > most) most = high - low, widest = axis;
         }
         std::stable_sort(order, order + count, [&](int s, int t) { return middle(s, widest) < middle(t, widest); });
-        int left = grow(triangles, order, count / 2);
-        int right = grow(triangles, order + count / 2, count - count / 2);
+        int left = grow(triangles, order, count / 2, radius);
+        int right = grow(triangles, order + count / 2, count - count / 2, radius);
         parts[here].left = left, parts[here].right = right;
         return here;
     }

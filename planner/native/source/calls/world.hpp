@@ -47,9 +47,10 @@ void world_free(World* world) { delete world; }
 
 // The shape is given in the frame of what carries it: `joint`, or the world where that is negative.
 // kind 0: the convex hull of points (n, 3), rounded by radius; 1: a cylinder by its middle, the vector to a disc's
-// middle, and two radii across; 2: the surface of triangles (m, 3, 3) `radius` deep below the hull of points (n, 3)
+// middle, two radii across; 2: the surface of triangles (m, 3, 3) `depth` deep below the hull of points (n, 3), both rounded by
+// radius
 int world_add(World* world, int joint, int kind, int n, const double* points, double radius, int m,
-              const double* triangles) {
+              const double* triangles, double depth) {
     return answered([&] {
         require_place(*world, joint);
         require(kind >= 0 && kind <= 2, "there is no such kind of shape");
@@ -57,14 +58,14 @@ int world_add(World* world, int joint, int kind, int n, const double* points, do
         require(kind != 2 || m >= 1, "a surface has at least one triangle");
         require(within(points, 3 * static_cast<size_t>(n), farthest), "a point is no finite number");
         require(m == 0 || within(triangles, 9 * static_cast<size_t>(m), farthest), "a triangle is no finite number");
-        require(radius >= 0.0 && (kind == 2 || radius <= farthest), "a radius or a depth is no distance");
+        require(depth >= 0.0 && not_negative(&radius, 1, farthest), "a radius or a depth is no distance");
         Item item;
         item.joint = joint, item.frame = joint;
         Solid solid;
         if (kind == 0) solid = Solid::of_points(points, n, radius);
         if (kind == 1)
             solid = Solid::of_cylinder(vec_at(points), vec_at(points + 3), vec_at(points + 6), vec_at(points + 9));
-        if (kind == 2) solid = Solid::of_triangles(points, n, triangles, m, radius);
+        if (kind == 2) solid = Solid::of_triangles(points, n, triangles, m, depth, radius);
         item.solid = std::make_shared<const Solid>(std::move(solid));
         return added(*world, std::move(item));
     });
@@ -195,12 +196,14 @@ int world_coarse(const World* world, int n, const double* rotation, const double
     });
 }
 
-// close lower bounds (count,) of numbered pairs in configurations `rows` of n
+// close lower bounds (count,) of numbered pairs in configurations `rows` of n, no better than to show that they are
+// `enough` (count,)
 int world_close(const World* world, int n, const double* rotation, const double* position, int count,
-                const int64_t* rows, const int64_t* pairs, double* bounds) {
+                const int64_t* rows, const int64_t* pairs, const double* enough, double* bounds) {
     return answered([&] {
         require(between(rows, count, 0, n), "there is no such configuration");
         require(between(pairs, count, 0, world->pair_count()), "there is no such pair");
+        for (int k = 0; k < count; ++k) require(enough[k] >= 0.0, "what is enough is no distance");
         std::vector<Frame> frames(world->chain.dof() + 1 + world->motions.size());
         world->place_moving(0.0, frames.data());
         int64_t placed = -1;
@@ -215,7 +218,9 @@ int world_close(const World* world, int n, const double* rotation, const double*
             }
             const int pair = static_cast<int>(pairs[k]);
             Vec apart = world->between_middles(pair, frames.data());
-            bounds[k] = world->close(pair, frames.data(), apart, Closeness());
+            Closeness closeness;
+            closeness.enough = enough[k];
+            bounds[k] = world->close(pair, frames.data(), apart, closeness);
         }
     });
 }

@@ -1,0 +1,38 @@
+"""The door to xacrodoc: URDF and SRDF that are written as xacro, expanded. An extra: other files need none of it.
+
+As in ROS, a xacro file holds expressions that are evaluated, and names other files: expand those that you trust.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from planner.base.errors import InstallationError, RobotError
+from planner.base.yamlfile import read_text
+
+
+def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> str:
+    """The text of an XML file, expanded with ``arguments`` where it ends in .xacro.
+
+    Raises :class:`RobotError` where it cannot be expanded, :class:`InstallationError` without xacrodoc.
+    """
+    if path.suffix.lower() != ".xacro":
+        return read_text(path, what)
+    read_text(path, what)  # whether it is there, and not too long
+    try:
+        import xacrodoc  # pyright: ignore[reportMissingImports]  # an extra
+    except ImportError:
+        raise InstallationError(
+            f"{path} is xacro, which needs the Python package xacrodoc: run pip install 'gabf-planner[xacro]', or "
+            "expand it to a URDF first."
+        ) from None
+    try:
+        document = xacrodoc.XacroDoc.from_file(str(path), subargs=dict(arguments or {}))
+        return document.to_urdf_string(pretty=False)
+    except Exception as error:  # whatever an expression in the file raises
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise RobotError(
+            f"xacro file {path} cannot be expanded ({reason}): mend it, or give its arguments in a robot.yaml, as "
+            "urdf: {file: ..., args: {...}}."
+        ) from None

@@ -1,0 +1,70 @@
+"""The cache of arrays: made once, made anew after any damage, and never in the way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.base import kept as module
+from planner.base.kept import cache_folder, kept
+
+
+class Making:
+    """Makes arrays, and counts how often."""
+
+    def __init__(self) -> None:
+        self.times = 0
+
+    def __call__(self) -> dict[str, np.ndarray]:
+        self.times += 1
+        return {"a": np.arange(5.0), "b": np.array(["x", "y"])}
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def test_made_once_for_equal_values() -> None:
+    make = Making()
+    for _ in range(3):
+        found = kept("kind", ["text", np.arange(3)], make)
+        np.testing.assert_array_equal(found["a"], np.arange(5.0))
+        assert found["b"].tolist() == ["x", "y"]
+    assert make.times == 1
+    kept("kind", ["text", np.arange(4)], make)
+    kept("other", ["text", np.arange(3)], make)
+    assert make.times == 3
+
+
+def test_any_damage_makes_it_anew() -> None:
+    make = Making()
+    kept("kind", [1], make)
+    (path,) = cache_folder().glob("kind/*.kept")
+    whole = path.read_bytes()
+    damaged = [whole[:k] + bytes([whole[k] ^ 1]) + whole[k + 1 :] for k in range(0, len(whole), 7)]
+    for times, content in enumerate([*damaged, b"", whole[:40], whole[:-1], whole + b"x"], start=2):
+        path.write_bytes(content)
+        np.testing.assert_array_equal(kept("kind", [1], make)["a"], np.arange(5.0))
+        assert make.times == times
+        assert path.read_bytes() == whole
+
+
+def test_a_folder_that_cannot_be_written_costs_time_only(own_cache: Path) -> None:
+    own_cache.write_text("a file where the folder should be")
+    make = Making()
+    for _ in range(2):
+        np.testing.assert_array_equal(kept("kind", [1], make)["a"], np.arange(5.0))
+    assert make.times == 2
+
+
+def test_the_oldest_go_when_there_is_no_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept("kind", [0], Making())
+    (path,) = cache_folder().glob("kind/*.kept")
+    monkeypatch.setattr(module, "_MOST", int(2.5 * path.stat().st_size))
+    for k in range(1, 6):
+        kept("kind", [k], Making())
+    assert len(list(cache_folder().glob("kind/*"))) == 2
