@@ -104,7 +104,7 @@ class Nearest:
         s = np.clip((s - slack * late) / takes, 0, 1)
         q = evaluate(np.repeat(self.coefficients[None], len(s), axis=0), s)
         grid = np.flatnonzero(self.looks.touching(q, begin + takes * s + slack * late, near))[:8]
-        return min((self.down(s[k], late[k]) for k in grid), default=np.inf)
+        return min((self.down(float(s[k]), float(late[k])) for k in grid), default=np.inf)
 
     def down(self, s: float, late: float) -> float:
         """The least that a climb ends at."""

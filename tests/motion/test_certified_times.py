@@ -18,7 +18,7 @@ class Asked:
 
     def __call__(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         self.latest, self.count = max(self.latest, high.max()), self.count + len(low)
-        return ~((low[:, None] <= self.blocked[:, 1]) & (self.blocked[:, 0] <= high[:, None])).any(axis=1)
+        return np.asarray(~((low[:, None] <= self.blocked[:, 1]) & (self.blocked[:, 0] <= high[:, None])).any(axis=1))
 
 
 def test_stretches_are_what_is_proven_and_no_more() -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
-from planner.collision.in_time import TimedProver
+from planner.collision.coal import CoalInTime
+from planner.collision.in_time import TimedProver, moving_world
 from planner.motion.in_time import certified_horizon, first_touch_in_time, prove_in_time
 from planner.motion.trajectory import Trajectory
 from planner.world.moving import KnownMotion, MovingObstacle
@@ -40,3 +41,20 @@ def test_coal_sees_a_ball_when_it_arrives() -> None:
     early = Trajectory.through(STILL.joints, np.array([0.0, 0.9 * gap / 0.3]), np.zeros((2, 2)))
     assert first_touch_in_time(early, checker, [ball], 1e-3) is None
     assert prove_in_time(early, checker).whole
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_first_contact_is_the_one_of_a_look_at_every_moment(seed: int) -> None:
+    rng, checker = np.random.default_rng(seed), make_checker(load("planar_2r"), Scene("none"))
+    times, places = np.array([0.0, 1.0, 1.001, 2.5, 4.0]), rng.uniform(-1.2, 1.2, (5, 2))
+    ball = MovingObstacle("ball", Sphere(0.05), KnownMotion(times, [pose([*place, 0.0]) for place in places]))
+    run = Trajectory.through(STILL.joints, np.array([0.0, 4.0]), rng.uniform(-2, 2, (2, 2)))
+    looks = np.sort(np.concatenate([np.linspace(0, 4, 6001), np.linspace(1, 1.001, 3000)]))
+    seen = CoalInTime(moving_world(checker.world, [ball.standing()]), {"ball": ball.motion}).first_touch(
+        run.at(looks), looks
+    )
+    found = first_touch_in_time(run, checker, [ball], 1e-3)
+    assert (found is None) == (seen is None)
+    if found is not None and seen is not None:
+        assert found[0] == pytest.approx(looks[seen[0]], abs=2e-3)
+        assert found[1] == seen[1]

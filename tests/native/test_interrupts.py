@@ -75,7 +75,7 @@ def boxes(k: int) -> NativeBoxes:
 def far_away() -> tuple[object, ...]:
     limits, goal = (np.full(1, -9.0), np.full(1, 9.0), np.zeros(1)), np.eye(4)
     goal[1, 3] = 1.0
-    return np.linspace(-9, 9, 3 * MANY)[:, None], 1, np.eye(4), goal, True, limits, 1000
+    return np.linspace(-9, 9, MANY // 2)[:, None], 1, np.eye(4), goal, True, limits, 1000
 
 
 def curve() -> tuple[np.ndarray, ...]:
