@@ -64,7 +64,7 @@ def test_ends_that_are_all_but_the_same_leave_a_box_to_sample(apart: float) -> N
     robot = load("planar_2r")
     for start in (np.array([0.0, 1.0]), robot.upper):
         goal = start - [apart, 0.0]
-        space = InformedSet(robot, start[None], goal[None], np.linalg.norm(goal - start)).space
+        space = InformedSet(robot, start[None], goal[None], float(np.linalg.norm(goal - start))).space
         with TreePlanners(space, lambda first, delta: True, np.random.default_rng(0)) as planners:
             assert planners.rrt_connect(start[None], goal[None], 0.1, 10) is not None
 
