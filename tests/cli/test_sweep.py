@@ -73,7 +73,7 @@ def test_a_finished_sweep_goes_on_to_the_same(swept: tuple[Path, str], run: Run)
     table = (out / "sweep.csv").read_bytes()
     code, _, error = run("sweep", *SMALL, "--front", "--out", str(out), "--resume")
     assert code == 0, error
-    same(before, read(out), {"timings_s", "solves"})
+    same(before, read(out), {"timings_s", "solves", "files"})
     assert (out / "sweep.csv").read_bytes() == table
 
 
@@ -100,7 +100,7 @@ def test_ctrl_c_saves_and_resume_goes_on(
     assert (read(out)["outcome"], read(out)["complete"], read(out)["front"]) == ("interrupted", False, None)
     code, _, error = run("sweep", *arguments, "--out", str(out), "--resume")
     assert code == 0, error
-    same(read(swept[0]), read(out), {"config", "timings_s", "solves"})
+    same(read(swept[0]), read(out), {"config", "timings_s", "solves", "files"})
 
 
 def test_no_path_is_an_outcome(

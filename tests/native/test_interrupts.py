@@ -50,10 +50,10 @@ def slider() -> NativeChain:
 
 
 def rail(chain: NativeChain) -> NativeWorld:
-    """A ball on the slider, 2 cm from a rail ten kilometres long."""
+    """A ball on the slider, 2 cm from a rail two hundred kilometres long."""
     world = NativeWorld(chain, 0.0)
     world.add_spheres(world.add_hull(1, np.zeros((1, 3)), 0.01), np.zeros((1, 3)), np.full(1, 0.01))
-    ends, half = np.array([[-1e4, 0, 0.03], [1e4, 0, 0.03]]), np.array([1e4, 0, 0])
+    ends, half = np.array([[-1e5, 0, 0.03], [1e5, 0, 0.03]]), np.array([1e5, 0, 0])
     world.add_target(world.add_hull(-1, ends, 0.0), TURNS, np.array([0, 0, 0.03]), half, 0.0, False)
     world.set_pairs(np.array([[0, 1]]), np.ones(1))
     return world
@@ -62,7 +62,7 @@ def rail(chain: NativeChain) -> NativeWorld:
 CHAIN = slider()
 WORLD = rail(CHAIN)
 BOUNDS = WORLD.bounds(np.ones((1, 1)), np.ones((1, 1)), np.zeros(1, dtype=bool))
-ALONG = np.array([[[-9000.0], [18_000.0]]])  # a hundred thousand samples and more
+ALONG = np.array([[[-9e4], [18e4]]])  # a million samples and more
 ONE, POINT = np.ones(1, dtype=np.int64), np.zeros(3)
 MANY = 1_000_000
 
@@ -84,10 +84,11 @@ def curve() -> tuple[np.ndarray, ...]:
 
 
 def circle(ways: int, *ends: object) -> tuple[object, ...]:
-    """A graph of many nodes, each joined to the ``ways`` next ones, and what is asked of it."""
-    k = np.arange(MANY)
-    arcs = np.vstack([np.column_stack([k, (k + step) % MANY]) for step in range(1, ways + 1)])
-    return MANY, arcs, np.random.default_rng(0).uniform(1, 2, len(arcs)), *ends
+    """A graph of many nodes in a circle, each joined to the next one and some others, and what is asked of it."""
+    k, rng = np.arange(MANY), np.random.default_rng(0)
+    others = [(k + 1) % MANY, *(rng.permutation(MANY) for _ in range(ways - 1))]
+    arcs = np.vstack([np.column_stack([k, other]) for other in others])
+    return MANY, arcs, rng.uniform(1, 2, len(arcs)), *ends
 
 
 ZERO, HALF = np.zeros(1), np.full(1, MANY // 2)
@@ -99,7 +100,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
     ),
     "manipulability": (
         CHAIN.manipulability_along,
-        lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**24), 1, POINT, 6),
+        lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, 6),
     ),
     "inverse": (CHAIN.inverse, far_away),
     "boxes": (boxes(200).hits, lambda: (np.zeros((MANY, 1)),)),
@@ -113,12 +114,12 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
     "first_proven": (WORLD.first_proven, lambda: (BOUNDS, ALONG, ONE, ONE, 0 * ONE, 1e-4)),
     "cheapest_chain": (
         WORLD.cheapest_chain,
-        lambda: (BOUNDS, np.array([[-9e3], [0], [9e3]]), np.triu(np.ones((3, 3))), 1e-4),
+        lambda: (BOUNDS, np.array([[-9e4], [0], [9e4]]), np.triu(np.ones((3, 3))), 1e-4),
     ),
     "quickest_motion": (quickest_motion, curve),
     "cheapest_costs": (graphs.cheapest_costs, lambda: circle(4, ZERO, ZERO)),
-    "cheapest_nodes": (graphs.cheapest_nodes, lambda: circle(4, HALF, ZERO)),
-    "detours": (graphs.detours, lambda: circle(1, np.tile([0, MANY // 2], (9, 1)), np.full(9, np.inf))),
+    "cheapest_nodes": (graphs.cheapest_nodes, lambda: circle(6, HALF, ZERO)),
+    "detours": (graphs.detours, lambda: circle(1, np.tile([0, MANY // 2], (50, 1)), np.full(50, np.inf))),
 }
 
 
