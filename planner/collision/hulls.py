@@ -40,6 +40,12 @@ def dent(mesh: Mesh) -> float:
 
     0 where it is convex: how far any corner rises above any triangle. It says where the hull is good enough a bound.
     """
+    if len(mesh.triangles) < _MANY:
+        return _dent(mesh)
+    return float(kept("dents", mesh.content(), lambda: {"depth": np.array(_dent(mesh))})["depth"])
+
+
+def _dent(mesh: Mesh) -> float:
     solid = solid_of(mesh)
     if solid is None or len(solid.corners) < len(mesh.triangles):
         return np.inf
