@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, frozen
 from planner.base.resolutions import W_IN_COST, W_STATES_PER_EDGE
 from planner.kinematics.manipulability import manipulability_along
 from planner.objective.scale import COSTS, CostScale, mean_manipulability_cost
@@ -21,15 +23,29 @@ def states_along(length: Floats) -> Ints:
     At least W_STATES_PER_EDGE, both ends included, and one more than a multiple of what these leave between them; on
     motions of more than 100 rad no more than there.
     """
-    return (W_STATES_PER_EDGE - 1) * 2 ** np.searchsorted(_BOUNDS[:-1], length) + 1
+    return _states(np.searchsorted(_BOUNDS[:-1], length))
 
 
-def w_along(robot: Robot, start: Floats, delta: Floats) -> Iterator[tuple[Ints, Floats]]:
-    """w (j, states) along motions from ``start`` by ``delta`` (k, dof), by the rows (j,) that have equally many."""
-    states = states_along(np.linalg.norm(delta, axis=1))
-    for count in np.unique(states):
-        rows = np.flatnonzero(states == count)
-        yield rows, manipulability_along(robot, start[rows], delta[rows], np.linspace(0.0, 1.0, count))
+def w_along(robot: Robot, start: Floats, delta: Floats, length: Floats) -> Iterator[tuple[Ints, Floats]]:
+    """w (j, states) along motions from ``start`` by ``delta`` (k, dof), of a ``length`` (k,), by rows (j,) of as many.
+
+    The rows are those of the motions that have equally many states.
+    """
+    doubled = np.searchsorted(_BOUNDS[:-1], length)
+    for level in range(int(doubled.max(initial=-1)) + 1):
+        rows = np.flatnonzero(doubled == level)
+        if len(rows):
+            yield rows, manipulability_along(robot, start[rows], delta[rows], _shares(level))
+
+
+def _states(doubled: Any) -> Any:
+    return (W_STATES_PER_EDGE - 1) * 2**doubled + 1
+
+
+@lru_cache
+def _shares(doubled: int) -> Floats:
+    """Of a motion at its states, which are doubled so often."""
+    return frozen(np.linspace(0.0, 1.0, _states(doubled)))
 
 
 def mean_costs_along(robot: Robot, start: Floats, delta: Floats, scale: CostScale) -> Floats:
@@ -39,7 +55,7 @@ def mean_costs_along(robot: Robot, start: Floats, delta: Floats, scale: CostScal
     is narrower than the states are apart. What is said of the smallest w along a path is sampled far more finely.
     """
     means = np.empty((len(start), len(COSTS)))
-    for rows, w in w_along(robot, start, delta):
+    for rows, w in w_along(robot, start, delta, np.linalg.norm(delta, axis=1)):
         for k, name in enumerate(COSTS):
             means[rows, k] = mean_manipulability_cost(w, scale, name)
     return means

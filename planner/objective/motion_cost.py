@@ -58,7 +58,7 @@ class MotionCost:
         joint = self.objective.metric == "joint"
         cost = self._distance(length, length if joint else tool_path_lengths(self.robot, a, delta))
         if self.objective.beta < 1.0 or self.objective.floor > 0:
-            for rows, w in w_along(self.robot, a, delta):
+            for rows, w in w_along(self.robot, a, delta, length):
                 cost[rows] = self._traded_off(w, cost[rows], length[rows])
         return np.where((np.abs(delta[:, self.robot.continuous]) > np.pi).any(axis=1), np.inf, cost)
 

@@ -25,9 +25,10 @@ def test_every_motion_is_looked_at_once_from_end_to_end() -> None:
     start = random_q(robot, 40, seed=1)
     delta = np.random.default_rng(2).uniform(-1, 1, start.shape) * np.linspace(0, 3, 40)[:, None]
     seen = np.zeros(40, dtype=int)
-    for rows, w in w_along(robot, start, delta):
+    length = np.linalg.norm(delta, axis=1)
+    for rows, w in w_along(robot, start, delta, length):
         seen[rows] += 1
-        assert (states_along(np.linalg.norm(delta[rows], axis=1)) == w.shape[1]).all()
+        assert (states_along(length[rows]) == w.shape[1]).all()
         np.testing.assert_allclose(w[:, 0], manipulability(robot, start[rows]), rtol=1e-9)
         np.testing.assert_allclose(w[:, -1], manipulability(robot, (start + delta)[rows]), rtol=1e-9)
     assert (seen == 1).all()
