@@ -148,17 +148,43 @@ class _Part:
 
     def __init__(self, world: World, shapes: Sequence[coal.CollisionGeometry], obstacles: Ints, own: bool) -> None:
         """``own``: with the pairs of bodies."""
-        self._robot, self._threads = world.robot.model, os.cpu_count() or 1
-        self._model, self.pairs = _geometry_model(world, shapes, obstacles, own)
+        geometry, self.pairs = _geometry_model(world, shapes, obstacles, own)
         self._rows = {k: row for row, k in enumerate(_members(world, obstacles))}
-        self._data, self._kinematics = pin.GeometryData(self._model), self._robot.createData()
-        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._robot, self._model, self._threads)
-        self._models = [self._model, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
-        self._margins = world.margin + world.rounding[self.pairs]  # of the pool
-        _settle((self._data, *self._pool.getGeometryDatas()), self._margins)
+        margins = world.margin + world.rounding[self.pairs]
+        self._pool = _Pool(world.robot.model, geometry, margins, os.cpu_count() or 1)
 
     def touching(self, q: Floats, margins: Floats) -> Bools:
         """(n,) which configurations (n, dof) bring a pair as near as its margin (pairs,) m."""
+        return self._pool.touching(q, margins)
+
+    def touching_pair(self, q: Floats) -> int | None:
+        """The number of the first pair that touches at a configuration (dof,)."""
+        row = self._pool.touching_row(q)
+        return None if row is None else int(self.pairs[row])
+
+    def place(self, item: int, placement: pin.SE3) -> None:
+        """Let an item of the world, by its number, stand elsewhere, where it is one of these."""
+        for model in self._pool.models if item in self._rows else ():
+            model.geometryObjects[self._rows[item]].placement = placement
+
+
+class _Pool:
+    """A robot's geometry as Pinocchio's broadphase takes it: for batches on threads, and for one configuration.
+
+    ``models``: every copy of the geometry that the broadphase keeps. Stateful inside: one thread asks at a time.
+    """
+
+    def __init__(self, robot: pin.Model, geometry: pin.GeometryModel, margins: Floats, threads: int) -> None:
+        """``margins`` (pairs,) m: what comes closer touches."""
+        self._robot, self._geometry, self._threads = robot, geometry, threads
+        self._data, self._kinematics = pin.GeometryData(geometry), robot.createData()
+        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(robot, geometry, threads)
+        self.models = [geometry, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
+        self._margins = margins  # of the batches
+        _settle((self._data, *self._pool.getGeometryDatas()), margins)
+
+    def touching(self, q: Floats, margins: Floats) -> Bools:
+        """(n,) which configurations (n, nq) bring a pair as near as these ``margins`` (pairs,) m."""
         if not np.array_equal(margins, self._margins):
             _keep(self._pool.getGeometryDatas(), margins)
             self._margins = margins
@@ -166,16 +192,11 @@ class _Part:
         hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
         return np.asarray(hits).ravel().astype(bool)
 
-    def touching_pair(self, q: Floats) -> int | None:
-        """The number of the first pair that touches at a configuration (dof,)."""
-        pin.computeCollisions(self._robot, self._kinematics, self._model, self._data, q, True)
+    def touching_row(self, q: Floats) -> int | None:
+        """The row of the first pair that touches at a configuration (nq,), by the margins that it was made with."""
+        pin.computeCollisions(self._robot, self._kinematics, self._geometry, self._data, q, True)
         hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
-        return int(self.pairs[hits[0]]) if hits else None
-
-    def place(self, item: int, placement: pin.SE3) -> None:
-        """Let an item of the world, by its number, stand elsewhere, where it is one of these."""
-        for model in self._models if item in self._rows else ():
-            model.geometryObjects[self._rows[item]].placement = placement
+        return hits[0] if hits else None
 
 
 def _members(world: World, obstacles: Ints) -> list[int]:
@@ -321,9 +342,9 @@ class CoalInTime:
 
     def __init__(self, world: World, motions: Mapping[str, KnownMotion]) -> None:
         self.world, self._motions, self._alone = world, motions, threading.Lock()
-        self._model, joints = pin.Model(world.robot.model), {}
+        model, joints = pin.Model(world.robot.model), {}
         for name in motions:
-            joints[name] = self._model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name)
+            joints[name] = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), name)
         geometry = pin.GeometryModel()
         for k, item in enumerate(world.items):
             joint = joints.get(item.name, 0) if k >= len(world.bodies) else world.bodies[k].joint
@@ -332,15 +353,9 @@ class CoalInTime:
         self._numbers = np.argwhere(world.checked)
         for body, obstacle in self._numbers.tolist():
             geometry.addCollisionPair(pin.CollisionPair(body, len(world.bodies) + obstacle))
-        self._geometry, self._pool = (
-            geometry,
-            pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(self._model, geometry, 1),
-        )
-        self._data, self._kinematics = pin.GeometryData(geometry), self._model.createData()
         numbers = self._numbers @ [len(world.obstacles), 1] if len(self._numbers) else np.zeros(0, dtype=np.int64)
         self._own_margins = world.margin + world.rounding[numbers]
-        _settle((self._data, *self._pool.getGeometryDatas()), self._own_margins)
-        self._extra = 0.0  # of the pool
+        self._pool = _Pool(model, geometry, self._own_margins, 1)
 
     def first_touch(self, q: Floats, t: Floats) -> tuple[int, Contact] | None:
         """The first of the configurations (n, dof) at times (n,) s that touches a moving obstacle, and which."""
@@ -349,10 +364,9 @@ class CoalInTime:
             return None
         row = hits[:1]
         with self._alone:
-            whole = self._whole(q[row], t[row])[0]
-            pin.computeCollisions(self._model, self._kinematics, self._geometry, self._data, whole, False)
-            touching = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
-        body, obstacle = self._numbers[touching[0]]
+            pair = self._pool.touching_row(self._whole(q[row], t[row])[0])
+        assert pair is not None  # it touches
+        body, obstacle = self._numbers[pair]
         return int(row[0]), Contact(self.world.bodies[body].link, self.world.obstacles[obstacle].name)
 
     def touching(self, q: Floats, t: Floats, extra: float = 0.0) -> Bools:
@@ -362,13 +376,9 @@ class CoalInTime:
         """
         if not len(self._numbers):
             return np.zeros(len(q), dtype=bool)
-        extra, whole = float(_with_error(np.array(extra))), self._whole(q, t)
+        margins, whole = self._own_margins + _with_error(np.array(extra)), self._whole(q, t)
         with self._alone:
-            if extra != self._extra:
-                _keep(self._pool.getGeometryDatas(), self._own_margins + extra)
-                self._extra = extra
-            hits = pin.computeCollisionsInParallel(1, self._pool, np.asfortranarray(whole.T), True, False)
-            return np.asarray(hits).ravel().astype(bool)
+            return self._pool.touching(whole, margins)
 
     def _whole(self, q: Floats, t: Floats) -> Floats:
         return np.hstack([q, *(_free_flyer(motion.at(t)) for motion in self._motions.values())])
