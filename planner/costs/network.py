@@ -11,7 +11,7 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import AssumptionError
 from planner.base.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective, traded_off
-from planner.objective.scale import cost_number, manipulability_cost
+from planner.objective.scale import cost_number, length_cost, manipulability_cost
 from planner.roadmap.roadmap import Roadmap
 
 _PLAIN = Objective()
@@ -32,14 +32,11 @@ def distance_cost(roadmap: Roadmap, metric: Metric = DEFAULT_METRIC) -> Floats:
 
     ``joint`` is the Euclidean joint motion, ``workspace`` the length of the tool's path.
     """
-    joint = metric == "joint"
-    length = roadmap.joint_length if joint else roadmap.tool_length
-    unit = roadmap.scale.joint_length if joint else roadmap.scale.tool_length
-    return np.maximum(length / unit, roadmap.scale.zeta)
+    return length_cost(roadmap.scale, metric, roadmap.joint_length, roadmap.tool_length)
 
 
 def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCost = DEFAULT_COST) -> Floats:
-    """The mean of omega along every edge (m,), in [zeta, 1], as :func:`mean_costs_along` has integrated it."""
+    """The mean of omega along every edge (m,), in [zeta, 1], as :mod:`planner.objective.integral` has it."""
     return roadmap.edge_cost[:, cost_number(manipulability)]
 
 

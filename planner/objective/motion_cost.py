@@ -11,7 +11,7 @@ from planner.base.arrays import Floats
 from planner.base.objective import Objective
 from planner.kinematics.forward import tool_path_lengths
 from planner.objective.integral import w_along
-from planner.objective.scale import CostScale, cost_number, manipulability_cost, mean_manipulability_cost
+from planner.objective.scale import CostScale, cost_number, length_cost, manipulability_cost, mean_manipulability_cost
 from planner.world.robot import Robot
 
 LONGEST = 2.0  # rad: longer motions take no part in refinement
@@ -55,8 +55,9 @@ class MotionCost:
         """(k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
         delta = b - a
         length = np.linalg.norm(delta, axis=1)
-        joint = self.objective.metric == "joint"
-        cost = self._distance(length, length if joint else tool_path_lengths(self.robot, a, delta))
+        metric = self.objective.metric
+        tool = tool_path_lengths(self.robot, a, delta) if metric == "workspace" else length
+        cost = length_cost(self.scale, metric, length, tool)
         if self.objective.beta < 1.0 or self.objective.floor > 0:
             for rows, w in w_along(self.robot, a, delta, length):
                 cost[rows] = self._traded_off(w, cost[rows], length[rows])
@@ -68,7 +69,7 @@ class MotionCost:
         Their scale is this one.
         """
         assert self.scale == edges.scale
-        distance = self._distance(edges.joint_length, edges.tool_length)
+        distance = length_cost(self.scale, self.objective.metric, edges.joint_length, edges.tool_length)
         mean = edges.edge_cost[:, cost_number(self.objective.manipulability_cost)]
         return self._traded_off(edges.edge_manipulability, distance, edges.joint_length, mean)
 
@@ -91,8 +92,3 @@ class MotionCost:
         if self.objective.charge == "nodes":
             return manipulability_cost(w[:, -1], self.scale, name)
         return (mean_manipulability_cost(w, self.scale, name) if mean is None else mean) * distance
-
-    def _distance(self, joint: Floats, tool: Floats) -> Floats:
-        """(k,) of motions of so much joint motion (k,) in rad and tool path (k,) in metres; the metric's one counts."""
-        scale, by_joints = self.scale, self.objective.metric == "joint"
-        return np.maximum(joint / scale.joint_length if by_joints else tool / scale.tool_length, scale.zeta)

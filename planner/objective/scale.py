@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import OptionError, choices
-from planner.base.request import DEFAULT_COST, ManipulabilityCost
+from planner.base.objective import DEFAULT_COST, ManipulabilityCost, Metric
 from planner.native.library import manipulability_cost_sums, manipulability_costs
 
 CAP_QUANTILE = 0.05  # nodes below this quantile of w all cost 1
@@ -32,6 +32,15 @@ class CostScale:
     joint_length: float  # rad
     tool_length: float  # m
     zeta: float
+
+
+def length_cost(scale: CostScale, metric: Metric, joint: Floats, tool: Floats) -> Floats:
+    """The normalised length (k,), at least zeta, of motions of ``joint`` (k,) rad and a path of ``tool`` (k,) metres.
+
+    ``metric`` says which of the two counts.
+    """
+    length = joint / scale.joint_length if metric == "joint" else tool / scale.tool_length
+    return np.maximum(length, scale.zeta)
 
 
 def measure_scale(manipulability: Floats, joint_length: Floats, tool_length: Floats) -> CostScale:

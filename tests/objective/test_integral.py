@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.resolutions import W_IN_COST, W_STATES_PER_EDGE
-from planner.kinematics.manipulability import manipulability
-from planner.objective.integral import mean_costs_along, states_along, w_along
+from planner.kinematics.manipulability import manipulability, manipulability_along
+from planner.objective.integral import costs_along, states_along, w_along
 from planner.objective.scale import COSTS, manipulability_cost
 from tests.worlds import load, random_q, small_plan
 
@@ -38,9 +38,11 @@ def test_means_of_all_costs_against_a_fine_sum() -> None:
     made = small_plan()
     robot, scale = made.robot, made.roadmap.scale
     start, delta = random_q(robot, 20, seed=3), 0.4 * np.random.default_rng(4).normal(size=(20, robot.dof))
-    found = mean_costs_along(robot, start, delta, scale)
+    few, found = costs_along(robot, start, delta, scale)
+    shares = np.linspace(0.0, 1.0, W_STATES_PER_EDGE)
+    np.testing.assert_array_equal(few, manipulability_along(robot, start, delta, shares))
     for k, name in enumerate(COSTS):
         for q, way, mean in zip(start, delta, found[:, k], strict=True):
             w = manipulability(robot, q + (np.arange(4000)[:, None] + 0.5) / 4000 * way)
             assert abs(mean / manipulability_cost(w, scale, name).mean() - 1) < 0.06
-    assert mean_costs_along(robot, start[:0], delta[:0], scale).shape == (0, len(COSTS))
+    assert costs_along(robot, start[:0], delta[:0], scale)[1].shape == (0, len(COSTS))

@@ -8,15 +8,15 @@ import pytest
 from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.measure import edge_lengths, edge_manipulability
-from tests.worlds import load
+from planner.roadmap.measure import edge_lengths, measure_edges
+from tests.worlds import load, small_plan
 
 
 def test_edge_manipulability_is_w_from_end_to_end() -> None:
     robot, rng = load("iiwa14"), np.random.default_rng(1)
     nodes = rng.uniform(robot.lower, robot.upper, (4, 7))
     edges = np.array([[0, 1], [2, 3]])
-    w = edge_manipulability(robot, nodes, edges)
+    w = measure_edges(robot, nodes, edges, small_plan().roadmap.scale)["edge_manipulability"]
     assert w.shape == (2, W_STATES_PER_EDGE)
     np.testing.assert_allclose(w[:, 0], manipulability(robot, nodes[[0, 2]]))
     np.testing.assert_allclose(w[:, -1], manipulability(robot, nodes[[1, 3]]), rtol=1e-9)

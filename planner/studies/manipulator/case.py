@@ -16,7 +16,7 @@ from planner.paths.measure import measure_path, path_contact
 from planner.query.open import Query
 from planner.roadmap.build import build_roadmap
 from planner.roadmap.growth_settings import GrowthSettings
-from planner.roadmap.measure import edge_costs
+from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.studies.manipulator.geometry import kinks, sampled_tool_path, turning
 
@@ -162,5 +162,5 @@ def _tree(query: Query, roadmap: Roadmap, seed: int, shortcuts: int) -> Roadmap:
     """
     growth, ends = GrowthSettings(shortcuts=shortcuts), (query.starts, query.goals)
     spine = build_roadmap(query.robot, query.checker, *ends, 2, seed, density=0.0, refined=0.0, growth=growth)
-    costs = edge_costs(query.robot, spine.nodes, spine.edges, roadmap.scale)
-    return replace(spine, scale=roadmap.scale, edge_cost=costs)
+    measures = measure_edges(query.robot, spine.nodes, spine.edges, roadmap.scale)
+    return replace(spine, scale=roadmap.scale, **measures)
