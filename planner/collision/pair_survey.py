@@ -173,9 +173,11 @@ class _Proof:
 
     def go_on(self) -> None:
         """Look at the boxes that there are, and cut those that are not decided."""
-        if not self.work and self._holds():
-            self.found = Reason.ALWAYS  # one lies inside the other, and their surfaces never met
-            return
+        if not self.work:
+            self._begin()
+            if self._holds():
+                self.found = Reason.ALWAYS  # one lies inside the other, and their surfaces never met
+                return
         centre, half = self._boxes[0][: self._step], self._boxes[1][: self._step]
         need = product(half, self._reach[:, None])[:, 0]
         gap = self._gaps(centre, need)
@@ -190,15 +192,19 @@ class _Proof:
         if not len(self._boxes[0]):
             self.found = Reason.APART
 
-    def _holds(self) -> bool:
-        """Whether one lies inside the other in the middle; and how the box begins."""
-        alone, robot = self._bound.world, self._whole.robot
-        self._reach = pair_reach(robot, *alone.bodies)
+    def _begin(self) -> None:
+        """With the box of all joint values as the only one."""
+        robot = self._whole.robot
+        self._reach = pair_reach(robot, *self._bound.world.bodies)
         self._looks, self._most = 0, _BOXES_OF_TWO if (self._reach > 0).sum() <= 2 else _BOXES
         centre, width = 0.5 * (robot.lower + robot.upper)[None], robot.upper - robot.lower
         width = np.where(robot.prismatic, width, np.minimum(width, 2 * np.pi))  # one turn is all there is
         self._boxes = centre, np.where(self._reach > 0, 0.5 * width, 0.0)[None]
-        return bool((Inside(alone, self._whole.chain).pairs(centre) >= 0).any())
+
+    def _holds(self) -> bool:
+        """Whether one lies inside the other in the middle of the box."""
+        inside = Inside(self._bound.world, self._whole.chain)
+        return bool((inside.pairs(self._boxes[0]) >= 0).any())
 
     def _gaps(self, q: Floats, need: Floats) -> Floats:
         """Lower bounds (n,) on the distance, as close as it takes to exceed ``need``; below 0 where the two touch."""

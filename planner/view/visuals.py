@@ -21,6 +21,7 @@ from planner.base.arrays import frozen
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
 from planner.base.hashing import content_hash
+from planner.base.kept import cache_folder
 from planner.base.yamlfile import SMALLEST
 from planner.view.canvas import Canvas
 from planner.view.commands import Packed, packed
@@ -64,7 +65,7 @@ def _kept(robot: Robot, read: Callable[[Mapping[str, Any]], T]) -> T:
     held = (*robot.joints, *sorted(robot.fixed_joints.items()))
     files = [np.frombuffer(file.read_bytes(), dtype=np.uint8) for file in visual_mesh_files(robot.source)]
     key = content_hash([_FORMAT, robot.source.xml, *held, robot.base, *files])
-    path = _folder() / f"{key}.npz"
+    path = cache_folder() / "visuals" / f"{key}.npz"
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             return read(arrays)
@@ -74,11 +75,6 @@ def _kept(robot: Robot, read: Callable[[Mapping[str, Any]], T]) -> T:
     if loaded is not robot.bodies:  # what stands in for meshes that cannot be read
         _keep(path, arrays)
     return read(arrays)
-
-
-def _folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    return Path(base) / "planner" / "visuals"
 
 
 def _bodies(arrays: Mapping[str, Any]) -> tuple[Body, ...]:
