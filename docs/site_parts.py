@@ -80,38 +80,46 @@ def _autodoc(module: str, name: str, thing: Any) -> list[str]:
 
 
 class CommandHelp(SphinxDirective):
-    """The help of every command, a section each, as the terminal shows it."""
+    """``command-help`` PROGRAM: the help of its every command, a section each, as the terminal shows it."""
+
+    required_arguments = 1
+    final_argument_whitespace = True
 
     def run(self) -> list[nodes.Node]:
-        return [self._section(words) for words in commands()]
+        return [self._section(self.arguments[0], words) for words in commands(self.arguments[0])]
 
-    def _section(self, words: tuple[str, ...]) -> nodes.section:
-        title = " ".join(("planner", *words))
+    def _section(self, program: str, words: tuple[str, ...]) -> nodes.section:
+        title = " ".join((program, *words))
         section = nodes.section(ids=[nodes.make_id(title)], names=[title])
         section += nodes.title(title, title)
-        text = help_text(*words)
+        text = help_text(*words, program=program)
         section += nodes.literal_block(text, text, language="none")
         return section
 
 
-def commands() -> list[tuple[str, ...]]:
+def commands(program: str = "planner") -> list[tuple[str, ...]]:
     """The words of every command: ``("plan",)``, ``("roadmap", "build")`` and so on, in the order of the help."""
-    return [(first, *rest) for first in _subcommands() for rest in ([(each,) for each in _subcommands(first)] or [()])]
+    words: list[tuple[str, ...]] = []
+    for first in _subcommands(program=program):
+        words += [(first, each) for each in _subcommands(first, program=program)] or [(first,)]
+    return words
 
 
-def help_text(*words: str) -> str:
-    """What ``planner WORDS --help`` prints."""
-    from planner.cli.app import app
+def help_text(*words: str, program: str = "planner") -> str:
+    """What ``PROGRAM WORDS --help`` prints; the program is ``planner`` or ``python -m benchmarks``."""
+    from benchmarks import commands as benchmarks
+    from planner.cli import app
 
+    run = {"planner": app.run, "python -m benchmarks": benchmarks.run}[program]
     out = io.StringIO()
     terminal = {"COLUMNS": _WIDTH, "NO_COLOR": "1", "TERM": "dumb"}
     with mock.patch.dict(os.environ, terminal), contextlib.redirect_stdout(out), contextlib.suppress(SystemExit):
-        app.cli(prog="planner", args=[*words, "--help"])
+        run([*words, "--help"])
     return out.getvalue().rstrip()
 
 
-def _subcommands(*words: str) -> list[str]:
-    usage, _, rest = help_text(*words).partition("\n\n")
+def _subcommands(*words: str, program: str) -> list[str]:
+    usage, _, rest = help_text(*words, program=program).partition("\n\n")
     found = None if "positional arguments" in rest else re.search(r"\{([\w,\s-]+)\}", usage)
     return re.split(r",\s*", found.group(1)) if found else []
 

@@ -9,6 +9,7 @@ import gc  # noqa: E402
 import os  # noqa: E402
 import sys  # noqa: E402
 import threading  # noqa: E402
+from collections.abc import Callable  # noqa: E402
 
 from planner.base.interrupts import end_like_interrupt, leave_on_interrupt  # noqa: E402
 
@@ -16,13 +17,22 @@ _ALLOCATIONS_PER_COLLECTION = 200_000  # imports alone make 125,000 objects that
 
 
 def main() -> None:
-    """Run the command line; Ctrl-C and SIGTERM are seen to before anything else is loaded."""
+    """Run the command line of the planner."""
+
+    def command_line() -> None:
+        from planner.cli import main
+
+        main()
+
+    run(command_line)
+
+
+def run(command_line: Callable[[], None]) -> None:
+    """Run a command line; Ctrl-C and SIGTERM are seen to before anything else is loaded."""
     leave_on_interrupt()
     end_like_interrupt()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # more would wait in loops: our compiled code has its own
     gc.set_threshold(_ALLOCATIONS_PER_COLLECTION)
-    from planner.cli import main as command_line
-
     try:
         command_line()
     except SystemExit as end:

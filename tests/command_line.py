@@ -10,9 +10,9 @@ from pathlib import Path
 Run = Callable[..., tuple[int, str, str]]
 
 
-def command(*arguments: str, cwd: Path, **more: object) -> subprocess.Popen[str]:
+def command(*arguments: str, cwd: Path, program: str = "planner", **more: object) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-m", "planner", *arguments],
+        [sys.executable, "-m", program, *arguments],
         cwd=cwd,
         text=True,
         stdout=subprocess.PIPE,

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.__main__ import main as benchmarks_main
 from planner import cli
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.plan_record import Plan
 from planner.roadmap.roadmap import Roadmap
+from tests.batch.posts import write_problem
 from tests.command_line import Run
 from tests.worlds import (
     checker_of,
@@ -32,6 +34,15 @@ def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 def solved() -> Plan:
     """The paper's scenario on 150 nodes, solved."""
     return small_plan()
+
+
+@pytest.fixture(scope="session")
+def problems(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One that is solved, and one whose goal is out of limits."""
+    folder = tmp_path_factory.mktemp("problems")
+    write_problem(folder / "posts", "0001", (-1.0, 0.8), (1.0, -0.8))
+    write_problem(folder / "far", "0001", (-1.0, 0.8), (1.0, -2.99))
+    return folder
 
 
 @pytest.fixture(scope="session")
@@ -73,12 +84,13 @@ def urdf_file(tmp_path: Path) -> Callable[..., str]:
 
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Run the command line in this process: (exit code, standard output, standard error)."""
+    """Run a command line in this process: (exit code, standard output, standard error)."""
+    programs = {"planner": cli.main, "benchmarks": benchmarks_main}
 
-    def call(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["planner", *arguments])
+    def call(*arguments: str, program: str = "planner") -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", [program, *arguments])
         with pytest.raises(SystemExit) as stop:
-            cli.main()
+            programs[program]()
         output = capsys.readouterr()
         return int(stop.value.code or 0), output.out, output.err
 

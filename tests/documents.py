@@ -11,8 +11,9 @@ import pytest
 from tests.command_line import Run
 
 ROOT = Path(__file__).resolve().parents[1]
-SLOW = ("reproduce", "bench")  # minutes each, and they have their own tests
-GROUPS = ("roadmap", "reproduce", "bench")
+SLOW = ("reproduce",)  # minutes each, and they have their own tests, as the benchmarks
+GROUPS = ("roadmap", "reproduce")
+_BENCHMARKS = "python -m benchmarks "
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -21,13 +22,15 @@ def blocks(text: str, language: str) -> list[str]:
 
 
 def commands(lines: list[str]) -> list[list[str]]:
-    """The words of every line that is a planner command."""
-    return [shlex.split(line.split("#")[0]) for line in map(str.strip, lines) if line.startswith("planner ")]
+    """The words of every line that is a command of the planner, or of the benchmarks, which then is the first word."""
+    stripped = [line.strip() for line in lines]
+    named = [line.removeprefix("python -m ") if line.startswith(_BENCHMARKS) else line for line in stripped]
+    return [shlex.split(line.split("#")[0]) for line in named if line.startswith(("planner ", "benchmarks "))]
 
 
 def assert_options_are_known(words: list[str], run: Run) -> None:
     """Every option of a command is in its help."""
-    code, out, _ = run(*words[1 : 3 if words[1] in GROUPS else 2], "--help")
+    code, out, _ = run(*words[1 : 3 if words[1] in GROUPS else 2], "--help", program=words[0])
     assert code == 0
     for option in (word for word in words if word.startswith("--")):
         assert re.search(rf"{option}\b", out), option
@@ -41,7 +44,7 @@ def assert_they_run(all_words: list[list[str]], run: Run, folder: Path, monkeypa
     monkeypatch.setattr("planner.view.serve.serve", lambda page, *_, **__: served.append(str(page)[:80]))
     monkeypatch.chdir(folder)
     for words in all_words:
-        if words[1] not in SLOW:
+        if words[0] == "planner" and words[1] not in SLOW:
             served.clear()
             code, out, err = run(*_quicker(words)[1:])
             assert code == 0, (words, err)

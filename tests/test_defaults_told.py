@@ -15,9 +15,9 @@ from planner.base.request import LiveRequest, PlanRequest, WorkersRequest
 from planner.gabf.laws import SingularityFree
 from planner.motion.limits import ASSUMED_JERK_PER_ACCELERATION
 from planner.query.resolve import IK_STARTS
+from planner.reproduce.learning.robot import RobotSettings
 from planner.roadmap.grow import join_settings
 from planner.roadmap.growth_settings import GrowthSettings
-from planner.studies.learning.robot import RobotSettings
 from planner.tradeoff.nondominated import MAX_LABELS
 from tests.documents import ROOT
 from tests.worlds import load

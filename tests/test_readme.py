@@ -53,7 +53,7 @@ def test_the_changed_shelf_is_the_shelf_with_one_thing_more() -> None:
 
 def test_the_readme_shows_every_command(run: Run) -> None:
     _, out, _ = run("--help")
-    shown = {words[1] for words in COMMANDS}
+    shown = {words[1] for words in COMMANDS if words[0] == "planner"}
     assert shown == set(re.search(r"\{([a-z,-]+)\}", out).group(1).split(","))  # type: ignore[union-attr]
 
 
@@ -64,7 +64,7 @@ def test_a_folder_of_the_map_imports_only_from_those_above_it() -> None:
     seen: dict[str, set[str]] = {room(module): set() for module in MODULES}
     for module, path in MODULES.items():
         seen[room(module)] |= {room(other) for other in imported(path) if other in MODULES} - {room(module)}
-    assert set(order) == set(seen) - {"", "__main__"}
+    assert set(order) == set(seen) - {"", "__main__", "benchmarks"}
     for place in order:
         above = set(order[: order.index(place)])
         assert seen[place] <= above, f"{place} imports {seen[place] - above}, which the map has below it"

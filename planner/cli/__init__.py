@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import logging
 import sys
-from functools import partial
+from collections.abc import Callable
+from typing import NoReturn
 
 from planner.base.errors import PlannerError
 from planner.base.printable import printable
@@ -24,24 +25,18 @@ class _Printable(logging.Formatter):
 
 
 def main() -> None:
-    """Run the command line; every expected error is one sentence on standard error and an exit code."""
+    """Run the command line of the planner."""
+    run_and_exit(_run)
+
+
+def run_and_exit(run: Callable[[list[str]], int]) -> NoReturn:
+    """End with the exit code of ``run(words)``; every expected error is one sentence on standard error and a code."""
     lines = logging.StreamHandler(sys.stderr)
     lines.setFormatter(_Printable("planner: %(message)s"))
     logging.basicConfig(level=logging.WARNING, handlers=[lines])
     debug = "--debug" in sys.argv[1:]
     try:
-        arguments = prepared(sys.argv[1:])
-        if arguments == ["--version"]:
-            from planner.base.versions import __version__
-
-            say(f"gabf-planner {__version__}")
-            sys.exit(0)
-        command = read_alone(arguments)
-        if command is None:
-            from planner.cli import app
-
-            command = partial(app.run, arguments)
-        code = command()
+        code = run(prepared(sys.argv[1:]))
     except BrokenPipeError:
         # the reader of our output has gone, as `planner robots | head` does
         let_go_of_output()
@@ -57,6 +52,20 @@ def main() -> None:
         complain("interrupted before there was anything to save.")
         sys.exit(130)
     sys.exit(code)
+
+
+def _run(arguments: list[str]) -> int:
+    if arguments == ["--version"]:
+        from planner.base.versions import __version__
+
+        say(f"gabf-planner {__version__}")
+        return 0
+    command = read_alone(arguments)
+    if command is not None:
+        return command()
+    from planner.cli import app
+
+    return app.run(arguments)
 
 
 def _sentence(error: Exception) -> str | None:

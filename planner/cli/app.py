@@ -5,7 +5,6 @@ from __future__ import annotations
 import tyro
 
 from planner.cli.batch import batch
-from planner.cli.bench import bench
 from planner.cli.catalogue import robots, scenes
 from planner.cli.check import check
 from planner.cli.export import export
@@ -30,7 +29,6 @@ app.command(scenes)
 app.command(name="robot-yaml")(robot_yaml)
 app.command(roadmap, name="roadmap")
 app.command(reproduce, name="reproduce")
-app.command(bench, name="bench")
 
 
 def run(arguments: list[str]) -> int:

@@ -40,8 +40,8 @@ def batch(
         time_limit: Seconds after which a plan is killed and recorded as timed out; the budget is in nodes.
         debug: Show tracebacks of errors.
     """
-    from planner.studies.batch.run import run_batch
-    from planner.studies.bench_plan.rows import SOLVED
+    from planner.batch.outcomes import SOLVED
+    from planner.batch.run import run_batch
 
     result = run_into(out, lambda progress: run_batch(source, out, request, workers, pages, time_limit, progress))
     say(result.report)

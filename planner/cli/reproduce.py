@@ -15,7 +15,7 @@ from planner.cli.common import Flag, Workers
 from planner.cli.terminal import report_table, run_into, say, show, verdict_table
 
 if TYPE_CHECKING:
-    from planner.studies.report import Report
+    from planner.reproduce.report import Report
 
 reproduce = tyro.extras.SubcommandApp()
 reproduce.__doc__ = """Reproduce a simulation of the paper: its figures, its table, and a verdict on its sentences.
@@ -34,7 +34,7 @@ def example(out: Path = Path("reproduce-example"), seed: int = 0, debug: Flag = 
         debug: Show tracebacks of errors.
     """
 
-    from planner.studies.example import run_example
+    from planner.reproduce.example import run_example
 
     return reproduced(out, lambda _: run_example(seed))
 
@@ -52,7 +52,7 @@ def laws(
         debug: Show tracebacks of errors.
     """
 
-    from planner.studies.laws.run import run_laws
+    from planner.reproduce.laws.run import run_laws
 
     return reproduced(out, lambda progress: run_laws(graphs, seed=seed, progress=progress, workers=workers))
 
@@ -81,7 +81,7 @@ def manipulator(
         debug: Show tracebacks of errors.
     """
 
-    from planner.studies.manipulator.run import run_manipulator
+    from planner.reproduce.manipulator.run import run_manipulator
 
     return reproduced(out, lambda progress: run_manipulator(seeds, nodes, collision, seed, strands, progress, workers))
 
@@ -127,8 +127,8 @@ def learning(
     if robot is None and given:
         raise OptionError(f"{', '.join('--' + name for name in given)} asks for a robot's roadmaps: give --robot too.")
 
-    from planner.studies.learning.robot import RobotSettings
-    from planner.studies.learning.run import run_learning
+    from planner.reproduce.learning.robot import RobotSettings
+    from planner.reproduce.learning.run import run_learning
 
     settings = RobotSettings(robot, **given) if robot else None
     return reproduced(out, lambda progress: run_learning(graphs, iterations, seed, settings, progress, workers))
@@ -136,7 +136,7 @@ def learning(
 
 def reproduced(folder: Path, run: Callable[[Progress], Report]) -> int:
     """Run an experiment, write its report, show its table and verdicts; the exit code."""
-    from planner.studies.report import write_report
+    from planner.reproduce.report import write_report
 
     report = run_into(folder, run)
     written = write_report(report, folder)

@@ -106,7 +106,7 @@ def _many(
     workers: WorkersRequest,
 ) -> int:
     from planner.base.outcome import Outcome
-    from planner.studies.sweep_seeds import sweep_seeds
+    from planner.batch.sweep_seeds import sweep_seeds
     from planner.tradeoff.nondominated import MAX_LABELS
 
     labels = MAX_LABELS if max_labels is None else max_labels

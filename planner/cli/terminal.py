@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from planner.base.printable import printable
 from planner.base.progress import Progress, Report, StopRequest
@@ -17,22 +17,10 @@ if TYPE_CHECKING:
     from rich.progress import Progress as Bars
     from rich.table import Table
 
-    from planner.studies.report import Verdict
+    from planner.reproduce.report import Verdict
 
 T = TypeVar("T")
 _OF_TEXT = "\n\t\x7f"  # the last one does nothing, and JSON that is printed may hold it
-
-
-class Measured(Protocol):
-    """What a benchmark returns: its report, Markdown, and whether that is all that was asked for."""
-
-    @property
-    def report(self) -> str: ...
-    @property
-    def complete(self) -> bool: ...
-
-
-M = TypeVar("M", bound=Measured)
 
 
 def say(text: str) -> None:
@@ -101,18 +89,6 @@ def run_into(folder: Path, run: Callable[[Progress], T]) -> T:
         return run(progress)
 
 
-def measured(folder: Path, run: Callable[[Progress], M]) -> M:
-    """The result of a benchmark that writes into ``folder``; its report is shown."""
-    result = run_into(folder, run)
-    say(result.report)
-    return result
-
-
-def measure(folder: Path, run: Callable[[Progress], Measured]) -> int:
-    """Run a benchmark and show its report; the exit code tells whether it is complete."""
-    return 0 if measured(folder, run).complete else 130
-
-
 @contextmanager
 def watching() -> Iterator[Progress]:
     """Work that has nothing to save: progress bars only, Ctrl-C ends it at once."""
@@ -145,7 +121,7 @@ def report_table(rows: Sequence[Mapping[str, Any]]) -> Table:
     """A report's table as the terminal shows it."""
     from rich.table import Table
 
-    from planner.studies.report import text_table
+    from planner.base.tables import text_table
 
     columns, lines = text_table(tuple(rows))
     table = Table(*map(_cell, columns))

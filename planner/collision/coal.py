@@ -25,7 +25,7 @@ from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
 _BEND = 1e-6  # m
-# its GJK stops at 1e-6 m; of 50,000 pairs in `planner bench attack`, some a kilometre from the origin, it put none
+# its GJK stops at 1e-6 m; of 50,000 pairs that benchmarks/attack tried, some a kilometre from the origin, it put none
 # farther apart than 4.3e-6 m beyond the truth, curved shapes most
 _ERROR = 1e-5  # m
 _TOGETHER = 250  # obstacles: Pinocchio adds a shape in a time that grows with the square of those that are there

@@ -215,7 +215,7 @@ class FclChecker(CollisionChecker):
 
     def error(self, distance: float) -> float:
         # planes prove the distances, formulas are exact: in 30,000 attacked pairs, some a kilometre from the origin, no
-        # more than 4e-13 m, see `planner bench attack`; a micrometre leaves room for rounding farther away
+        # more than 4e-13 m, see `python -m benchmarks attack`; a micrometre leaves room for rounding farther away
         return 1e-6
 
 

@@ -9,7 +9,7 @@ import pytest
 from planner.cli.app import run
 
 COMMANDS = ["plan", "sweep", "batch", "view", "check", "schema", "export", "robots", "scenes", "robot-yaml"]
-GROUPS = ["roadmap", "reproduce", "bench"]
+GROUPS = ["roadmap", "reproduce"]
 
 
 def test_help_names_every_command_in_order(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from tests.batch.test_run import PLANS
 from tests.command_line import Run
-from tests.studies.batch.test_run import PLANS
 
 
 def test_the_command_ends_with_4_where_some_are_not_solved(tmp_path: Path, run: Run) -> None:

@@ -91,8 +91,6 @@ LONG = "x" * 300
         ["roadmap", "build", "/dev/full"],
         ["check", f"{LONG}.json"],
         ["sweep", "--out", LONG],
-        ["bench", "gabf", "--out", LONG],
-        ["bench", "plan", LONG],
     ],
     ids=lambda words: " ".join(words).replace(LONG, "LONG"),
 )

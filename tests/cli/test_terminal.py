@@ -1,10 +1,9 @@
-"""What the terminal shows: one printable line for errors, a bar per stage, the report of a benchmark."""
+"""What the terminal shows: one printable line for errors, a bar per stage."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,6 @@ from planner.base.progress import Progress
 from planner.cli.terminal import (
     complain,
     facts,
-    measure,
     report_table,
     run_into,
     say,
@@ -24,7 +22,7 @@ from planner.cli.terminal import (
     watching,
     working,
 )
-from planner.studies.report import Verdict
+from planner.reproduce.report import Verdict
 
 
 def test_complaints_stay_on_one_line(capsys: pytest.CaptureFixture[str]) -> None:
@@ -73,20 +71,6 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_work(tmp_path: Pa
     with pytest.raises(FileError, match="cannot be written"):
         run_into(tmp_path / "file" / "in", worked.append)
     assert not worked
-
-
-@dataclass
-class Made:
-    report: str
-    complete: bool
-
-
-@pytest.mark.parametrize(("complete", "code"), [(True, 0), (False, 130)])
-def test_a_benchmark_shows_its_report(
-    complete: bool, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert measure(tmp_path, lambda _: Made("| a |", complete)) == code
-    assert capsys.readouterr().out == "| a |\n"
 
 
 def shown(renderable: object) -> str:

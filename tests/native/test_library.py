@@ -8,15 +8,15 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pytest
 
+from benchmarks.attack.cases import Case
+from benchmarks.attack.claims import world_of
+from benchmarks.attack.true_distance import true_distance
 from planner.collision.bounds import ClearanceBound
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import Chain, joint_placements
 from planner.kinematics.manipulability import manipulability, manipulability_along
 from planner.native import library
 from planner.native.library import NativeChain, manipulability_costs
-from planner.studies.bench_attack.cases import Case
-from planner.studies.bench_attack.claims import world_of
-from planner.studies.bench_attack.true_distance import true_distance
 from planner.world.poses import pose
 from planner.world.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
 from tests.random_shapes import KINDS, blob, box_mesh, random_pose, random_shape

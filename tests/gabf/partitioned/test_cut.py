@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.gabf.case import geometric_network
 from planner import gabf
 from planner.base.errors import OptionError
 from planner.gabf.partitioned.cut import Cut, bands
 from planner.gabf.problem import Problem, reduce
-from planner.studies.bench_gabf.case import geometric_network
 
 
 @pytest.fixture(scope="module")

@@ -7,13 +7,13 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
+from benchmarks.gabf.case import geometric_network
 from planner import gabf
 from planner.base.errors import OptionError
 from planner.gabf.partitioned.cut import Cut, bands
 from planner.gabf.partitioned.run import partitioned_field
 from planner.gabf.problem import reduce
 from planner.gabf.solvers import disequilibrium
-from planner.studies.bench_gabf.case import geometric_network
 from tests.gabf.networks import from_arcs, scattered, solve
 
 KERNELS = (gabf.TradeOff(0.5), gabf.Multiplicative(K=20.0), gabf.UserKernel(lambda i, a, b: a + b + 0.1 * (i % 3)))

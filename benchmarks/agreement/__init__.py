@@ -1,0 +1,1 @@
+"""``benchmarks agreement``: FCL against coal on random states."""

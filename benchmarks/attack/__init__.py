@@ -1,0 +1,1 @@
+"""``benchmarks attack``: an optimiser against every claim that proofs rest on."""

@@ -1,0 +1,264 @@
+"""``python -m benchmarks``: measurements, as ratios within one run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import tyro
+
+from benchmarks.block_commands import partition, scaling, stale
+from benchmarks.problem_commands import first_path, motion, plan, quality, replan
+from benchmarks.terminal import measure, measured
+from planner.base.request import SERIAL, Backend, WorldRequest
+from planner.cli.common import Flag, Workers
+
+
+def gabf(
+    out: Path = Path("bench-gabf"),
+    seed: int = 0,
+    sizes: tuple[int, ...] = (1_000, 4_000, 10_000, 20_000, 100_000),
+    debug: Flag = False,
+) -> int:
+    """The dynamics against SciPy's RK45 and scipy.sparse.csgraph.dijkstra on random geometric networks.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of the networks.
+        sizes: Numbers of nodes; 1000000 takes minutes and 1.3 GiB.
+        debug: Show tracebacks of errors.
+    """
+    from benchmarks.gabf.run import bench_gabf
+
+    return measure(out, lambda progress: bench_gabf(out, sizes, seed=seed, progress=progress))
+
+
+def optimum(
+    out: Path = Path("bench-optimum"),
+    nodes: tuple[int, ...] = (1000, 5000),
+    efforts: tuple[int, ...] = (6, 30),
+    betas: tuple[float, ...] = (0.0, 1.0),
+    seeds: tuple[int, ...] = (0, 1, 2),
+    arms: tuple[str, ...] = ("planar_2r", "planar_3r"),
+    debug: Flag = False,
+) -> int:
+    """Planar arms with two and three joints against the optimum of a fine grid: the gap, and how it falls with effort.
+
+    The grid has its own geometry and manipulability, computed in the plane. Writes optimum.csv, one row a plan, and
+    optimum.md.
+
+    Args:
+        out: Folder to write into.
+        nodes: Configurations in the roadmaps.
+        efforts: Rounds of refinement and search to plan with.
+        betas: Trade-offs to plan at.
+        seeds: Seeds to plan with.
+        arms: Which arms, planar_2r or planar_3r.
+        debug: Show tracebacks of errors.
+    """
+    from benchmarks.optimum.run import bench_optimum
+
+    return measure(out, lambda progress: bench_optimum(out, nodes, efforts, betas, seeds, arms, progress))
+
+
+def misses(
+    out: Path = Path("bench-misses"),
+    seed: int = 0,
+    edges: int = 40,
+    robots: tuple[str, ...] = ("iiwa14", "panda", "ur5", "planar_2r", "kinova"),
+    thicknesses: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 5.0),
+    workers: Workers = SERIAL,
+    debug: Flag = False,
+) -> int:
+    """Edges past walls, poles and windows of a few millimetres: which of those called free touch at 0.1 mm of motion.
+
+    Of the edges that the proof certifies, with either collision library, none may touch as the other one sees it; of
+    those that OMPL's default resolution calls free some do. Writes misses.csv and misses.md.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of obstacles and edges.
+        edges: Edges for each robot, kind of obstacle and thickness.
+        robots: Names of built-in robots or paths of URDFs.
+        thicknesses: Of the obstacles, in millimetres.
+        debug: Show tracebacks of errors.
+    """
+    from benchmarks.misses.run import bench_misses
+
+    return measure(out, lambda progress: bench_misses(out, edges, robots, thicknesses, seed, progress, workers))
+
+
+def attack(
+    out: Path = Path("bench-attack"),
+    seed: int = 0,
+    tries: int = 1000,
+    segments: int = 100,
+    robots: tuple[str, ...] = ("planar_2r", "iiwa14"),
+    libraries: tuple[Backend, ...] = ("fcl", "coal"),
+    workers: Workers = SERIAL,
+    debug: Flag = False,
+) -> int:
+    """An optimiser against every claim that proofs rest on: distances, bounds, motions, and segments called free.
+
+    It looks for the largest claim minus truth over shapes, sizes and poses, for every pair of kinds of shapes and both
+    collision libraries; the truth is computed by a slow method of its own that proves it. Writes attack.csv and
+    attack.md.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of the searches.
+        tries: Pairs of shapes for each two kinds and library, and motions of each robot.
+        segments: Segments put to the proof for each two kinds of shapes, and each robot, and library.
+        robots: Names of built-in robots or paths of URDFs whose segments and reach are attacked too.
+        libraries: Collision libraries to attack.
+        debug: Show tracebacks of errors.
+    """
+    from benchmarks.attack.run import bench_attack
+
+    return measure(out, lambda progress: bench_attack(out, tries, segments, robots, libraries, seed, progress, workers))
+
+
+def agreement(
+    out: Path = Path("bench-agreement"),
+    seed: int = 0,
+    states: int = 100_000,
+    robots: tuple[str, ...] = (),
+    scenes: tuple[str, ...] = (),
+    margin: float = 0.0,
+    workers: Workers = SERIAL,
+    debug: Flag = False,
+) -> int:
+    """FCL against coal on random configurations of every robot in every scene: verdicts, contact band, speed.
+
+    Every disagreement is listed with the pair that one of them finds touching, as both measure it. Compared are
+    verdicts on single states, neither distances nor proofs of motions: 'attack' is for those. Writes
+    agreement.csv and agreement.md.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of the configurations.
+        states: Configurations in all, shared out among the robots and scenes.
+        robots: Names of built-in robots or paths of URDFs; all built-in ones where none is given.
+        scenes: Names of built-in scenes or paths of scene files; all built-in ones where none is given.
+        margin: Distance in metres below which a pair counts as touching.
+        debug: Show tracebacks of errors.
+    """
+    from benchmarks.agreement.run import bench_agreement
+
+    return measure(out, lambda progress: bench_agreement(out, states, robots, scenes, margin, seed, progress, workers))
+
+
+def fuzz(
+    out: Path = Path("bench-fuzz"),
+    seed: int = 0,
+    cases: int = 20_000,
+    kinds: tuple[str, ...] = (),
+    debug: Flag = False,
+) -> int:
+    """Files of every kind, changed at random: loading one ends in success or in one sentence, and in nothing else.
+
+    Robots, scenes, meshes, requests, roadmaps and paths lose, double or rename parts, get huge, NaN or negative
+    numbers, deep nesting, and cut or changed bytes. Writes fuzz.md, and the files that ended otherwise. Exit code 4
+    where there are such files.
+
+    Args:
+        out: Folder to write into.
+        seed: Seed of the changes.
+        cases: Files to try.
+        kinds: Kinds of files to try, as the report names them; all where none is given.
+        debug: Show tracebacks of errors.
+    """
+    from benchmarks.fuzz.run import bench_fuzz
+
+    result = measured(out, lambda progress: bench_fuzz(out, cases, seed, kinds, progress))
+    return 130 if not result.complete else 4 * bool(result.failures)
+
+
+def roadmap(
+    out: Path = Path("bench-roadmap"),
+    robot: str = "panda",
+    scene: str = "shelf",
+    collision: Backend = "coal",
+    nodes: int = 1000,
+    sizes: tuple[int, ...] = (),
+    queries: int = 20,
+    seed: int = 0,
+    time_limit: float = 600.0,
+    debug: Flag = False,
+) -> int:
+    """A kept roadmap: building it and asking it, against the PRMs of OMPL and of pyroboplan, where that is installed.
+
+    Also the speed of the state checks of both collision libraries on the same edges, and with --sizes 4000 20000 how
+    our time and memory grow. Writes roadmap.csv and roadmap.md.
+
+    Args:
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        scene: Name of a built-in scene or the path of a scene file.
+        collision: Collision library.
+        nodes: Configurations in each roadmap.
+        sizes: Configurations in further roadmaps of ours, each built, asked, and planned on from the scene's start.
+        queries: Random starts and goals that each roadmap is asked about.
+        seed: Seed of the roadmaps and the queries.
+        time_limit: Seconds after which a method is killed and recorded as timed out.
+        debug: Show tracebacks of errors.
+    """
+    from benchmarks.roadmap.run import bench_roadmap
+
+    world = WorldRequest(robot, scene, collision=collision)
+    return measure(out, lambda progress: bench_roadmap(out, world, nodes, queries, seed, time_limit, progress, sizes))
+
+
+def tables(
+    folder: tyro.conf.Positional[Path | None] = None,
+    out: Path = Path("bench-tables"),
+    nodes: int = 1000,
+    betas: tuple[float, ...] = (1.0, 0.5, 0.0),
+    seed: int = 0,
+    debug: Flag = False,
+) -> int:
+    """Problems that were published with results: ours beside the published numbers, their sources, and what differs.
+
+    The five tasks of the GCS paper on the iiwa 14; with a FOLDER, its problems for the Panda, as 'plan'
+    has them, beside what VAMP publishes for MotionBenchMaker's. Writes tables.csv and tables.md, which also names what
+    could not be had.
+
+    Args:
+        folder: Folder of MotionBenchMaker's problems for the Panda; the tables of these are left out without it.
+        out: Folder to write into.
+        nodes: Configurations in the roadmaps.
+        betas: Trade-offs to plan at.
+        seed: Seed of the roadmaps.
+        debug: Show tracebacks of errors.
+    """
+    from benchmarks.tables.run import bench_tables
+
+    return measure(out, lambda progress: bench_tables(out, folder, nodes, betas, seed, progress))
+
+
+bench = tyro.extras.SubcommandApp()
+bench.command(gabf)
+bench.command(plan)
+bench.command(first_path)
+bench.command(quality)
+bench.command(optimum)
+bench.command(motion)
+bench.command(misses)
+bench.command(attack)
+bench.command(agreement)
+bench.command(fuzz)
+bench.command(roadmap)
+bench.command(replan)
+bench.command(tables)
+bench.command(scaling)
+bench.command(partition)
+bench.command(stale)
+
+
+def run(arguments: list[str]) -> int:
+    """The exit code of the benchmark that ``arguments`` ask for; help and what is wrong with them ends the process."""
+    return bench.cli(
+        prog="python -m benchmarks",
+        description="Measure success, safety and speed; speed as ratios within one run. Rows that the folder already "
+        "holds are not measured again, so an interrupted run goes on where it stopped.",
+        args=arguments,
+    )

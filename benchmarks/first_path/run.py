@@ -1,0 +1,99 @@
+"""``benchmarks first-path``: the first path of every problem in a folder, by several planners in one run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from benchmarks.bench import run_bench, software
+from benchmarks.first_path.report import OMPL, OTHERS, OURS, Row, to_markdown
+from planner.base.errors import OptionError
+from planner.base.files import is_file
+from planner.base.progress import QUIET, Progress
+from planner.base.request import PlanRequest
+from planner.batch.options import plain_options
+from planner.batch.outcomes import CRASHED
+from planner.batch.problems import Problem, find_problems
+from planner.batch.results import Results
+from planner.processes.process import run_case
+
+
+@dataclass(frozen=True)
+class _Run:
+    """One problem by one method; ``python`` is empty for those that run in this environment."""
+
+    problem: Problem
+    method: str
+    python: str
+    request: PlanRequest
+    seconds: float
+
+    @property
+    def blank(self) -> Row:
+        """The row before anything was measured."""
+        request = self.request
+        asked = request.seed, str(request.robot), request.collision, self.seconds, self.problem.content(request)
+        return Row(self.problem.name, self.method, *asked, software(), CRASHED)
+
+
+def environments(given: Sequence[str]) -> dict[str, str]:
+    """The path of each Python by the name of its planner, out of NAME=PATH; :class:`OptionError` for other text."""
+    found = {}
+    for text in given:
+        name, _, path = text.partition("=")
+        if name not in OTHERS or not is_file(Path(path)):
+            raise OptionError(
+                f"python '{text[:200]}' is not usable: give NAME=PATH, a planner of {', '.join(OTHERS)} and the Python "
+                "of the environment that it is installed in, such as roboplan=/opt/roboplan/bin/python."
+            )
+        found[name] = path
+    return found
+
+
+def bench_first_path(
+    folder: Path,
+    out: Path,
+    plain: PlanRequest,
+    pythons: Mapping[str, str],
+    seconds: float = 10.0,
+    progress: Progress = QUIET,
+) -> Results[Row]:
+    """Every problem in ``folder`` by us, by OMPL, and by the planners whose environments ``pythons`` gives.
+
+    The others search for at most ``seconds``. Writes ``first-path.csv`` and ``first-path.md`` to ``out``; rows that are
+    there already are kept. Raises OptionError for numbers out of range, FileError where a folder cannot be used.
+    """
+    if not seconds > 0:
+        raise OptionError("give a time above 0 s.")
+    methods = {OURS: "", OMPL: "", **pythons}
+    runs = [
+        _Run(problem, method, python, problem.asked(plain), seconds)
+        for problem in find_problems(folder)
+        for method, python in methods.items()
+    ]
+    return run_bench(
+        out,
+        "first-path",
+        Row,
+        runs,
+        lambda table, run: table.find(run.blank.key),
+        _measure,
+        to_markdown,
+        "runs",
+        progress,
+    )
+
+
+def _measure(run: _Run, progress: Progress) -> list[Row]:
+    """The row of one run, in a process of its own; none where stopped."""
+    options = {
+        "method": run.method,
+        "python": run.python,
+        "request": plain_options(run.request),
+        "seconds": run.seconds,
+    }
+    ended, found = run_case("benchmarks.first_path.case", options, progress)
+    if ended.code is None:
+        return []
+    return [replace(run.blank, **found) if found is not None else replace(run.blank, message=ended.fault)]

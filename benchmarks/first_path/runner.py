@@ -1,0 +1,159 @@
+"""Another planner on one problem, run by the Python of its own environment: nothing of this package is imported.
+
+python -I runner.py roboplan problem.json answer.json
+
+The problem is what :mod:`benchmarks.first_path.exchange` writes. The answer holds ``path``, a list of
+configurations or null, ``version``, and the seconds of the wall clock: ``setup_s`` to load robot and obstacles,
+``first_s`` to a path, ``path_s`` to the path after short cuts.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import importlib.metadata
+import itertools
+import json
+import os
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+STEP = 0.05  # rad between two states that are checked: the default of both
+_MOST_NODES = 1_000_000
+_CONNECTION = {"roboplan": 3.0, "pyroboplan": 1.0}  # rad: roboplan's default; pyroboplan's has no bound
+
+
+def solve_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
+    """RRT-Connect and short cuts of roboplan, a C++ library."""
+    core, rrt = importlib.import_module("roboplan.core"), importlib.import_module("roboplan.rrt")
+    clock = _Clock()
+    scene = core.Scene("bench", core.loadUrdfSceneDescriptionFromXml(problem["urdf"], problem["package_dirs"]))
+    for item in problem["obstacles"]:
+        shape = {
+            "box": lambda item=item: core.Box(*item["size"]),
+            "sphere": lambda item=item: core.Sphere(item["radius"]),
+            "cylinder": lambda item=item: core.Cylinder(item["radius"], item["length"]),
+        }[item["type"]]()
+        add = {"box": scene.addBoxGeometry, "sphere": scene.addSphereGeometry, "cylinder": scene.addCylinderGeometry}
+        placement = np.asfortranarray(item["placement"], dtype=float)
+        add[item["type"]](item["name"], "universe", shape, placement, np.ones(4))
+    standing = itertools.combinations([item["name"] for item in problem["obstacles"]], 2)
+    scene.setCollisions([*standing, *map(tuple, problem["free_pairs"])], False)
+    scene.addGroup("arm", problem["joints"])
+    whole = scene.getCurrentJointPositions().copy()
+    for name, value in problem["held"].items():
+        whole[scene.getJointPositionIndices([name])] = value
+    scene.setJointPositions(whole)
+    options = rrt.RRTOptions(
+        group_name="arm",
+        max_nodes=_MOST_NODES,
+        max_connection_distance=_CONNECTION["roboplan"],
+        collision_check_step_size=STEP,
+        max_planning_time=problem["seconds"],
+        rrt_connect=True,
+    )
+    planner = rrt.RRT(scene, options)
+    planner.setRngSeed(problem["seed"])
+    ends = [core.JointConfiguration(problem["joints"], np.array(problem[end])) for end in ("start", "goal")]
+    clock.lap("setup_s")
+    found = planner.plan(*ends)
+    clock.lap("first_s")
+    short = core.PathShortcuttingOptions(group_name="arm", max_step_size=STEP, seed=problem["seed"])
+    path = core.PathShortcutter(scene, short).shortcut(found)
+    clock.lap("path_s")
+    order = [path.joint_names.index(name) for name in problem["joints"]] if path.joint_names else slice(None)
+    return {"path": [np.asarray(q)[order].tolist() for q in path.positions], **clock.seconds}
+
+
+def solve_by_pyroboplan(problem: dict[str, Any]) -> dict[str, Any]:
+    """RRT-Connect and short cuts of pyroboplan, in Python."""
+    rrt = importlib.import_module("pyroboplan.planning.rrt")
+    shortcutting = importlib.import_module("pyroboplan.planning.path_shortcutting")
+    clock = _Clock()
+    model, geometry = _pinocchio_models(problem)
+    options = rrt.RRTPlannerOptions(
+        max_step_size=STEP,
+        max_connection_dist=_CONNECTION["pyroboplan"],
+        rrt_connect=True,
+        bidirectional_rrt=True,
+        max_planning_time=problem["seconds"],
+        rng_seed=problem["seed"],
+    )
+    planner = rrt.RRTPlanner(model, geometry, options)
+    clock.lap("setup_s")
+    found = planner.plan(np.array(problem["start"]), np.array(problem["goal"]))
+    clock.lap("first_s")
+    if not found:
+        return {"path": None, **clock.seconds}
+    path = shortcutting.shortcut_path(model, geometry, found, max_step_size=STEP)
+    clock.lap("path_s")
+    return {"path": [np.asarray(q).tolist() for q in path], **clock.seconds}
+
+
+SOLVERS = {"roboplan": solve_by_roboplan, "pyroboplan": solve_by_pyroboplan}
+
+
+class _Clock:
+    """Seconds since the last lap, by name; those of ``path_s`` count from the end of ``setup_s``."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._begin = time.perf_counter()
+
+    def lap(self, name: str) -> None:
+        now = time.perf_counter()
+        self.seconds[name] = now - self._begin
+        if name == "setup_s":
+            self._begin = now
+
+
+def _pinocchio_models(problem: dict[str, Any]) -> tuple[Any, Any]:
+    """Model and collision geometry of the planned joints, with the obstacles and the pairs that are checked."""
+    pin = importlib.import_module("pinocchio")
+    coal = importlib.import_module("coal")
+    whole = pin.buildModelFromXML(problem["urdf"])
+    dirs = problem["package_dirs"]
+    shapes = pin.buildGeomFromUrdfString(whole, problem["urdf"], pin.GeometryType.COLLISION, package_dirs=dirs)
+    q = pin.neutral(whole)
+    for name, value in problem["held"].items():
+        q[whole.joints[whole.getJointId(name)].idx_q] = value
+    held = [whole.getJointId(name) for name in whole.names[1:] if name not in problem["joints"]]
+    model, geometry = pin.buildReducedModel(whole, shapes, held, q)
+    links = [whole.frames[item.parentFrame].name for item in shapes.geometryObjects]
+    robot = range(geometry.ngeoms)
+    free = {frozenset(pair) for pair in problem["free_pairs"]}
+    joints = [item.parentJoint for item in geometry.geometryObjects]
+    for i in robot:
+        for k in range(i):
+            if joints[i] != joints[k] and frozenset((links[i], links[k])) not in free:
+                geometry.addCollisionPair(pin.CollisionPair(i, k))
+    for item in problem["obstacles"]:
+        shape = {
+            "box": lambda item=item: coal.Box(*item["size"]),
+            "sphere": lambda item=item: coal.Sphere(item["radius"]),
+            "cylinder": lambda item=item: coal.Cylinder(item["radius"], item["length"]),
+        }[item["type"]]()
+        placement = pin.SE3(np.array(item["placement"]))
+        added = geometry.addGeometryObject(pin.GeometryObject(item["name"], 0, 0, placement, shape))
+        for i in robot:
+            geometry.addCollisionPair(pin.CollisionPair(i, added))
+    return model, geometry
+
+
+def main(method: str, problem: str, answer: str) -> None:
+    """Solve and write the answer; what the planner itself refuses is an answer without a path."""
+    asked = json.loads(Path(problem).read_text())
+    with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere):
+        try:
+            found = SOLVERS[method](asked)
+        except RuntimeError as error:
+            found = {"path": None, "message": str(error)}
+    Path(answer).write_text(json.dumps({"version": importlib.metadata.version(method), **found}))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

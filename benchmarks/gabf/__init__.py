@@ -1,0 +1,1 @@
+"""``benchmarks gabf``: the dynamics against other integrators and Dijkstra."""

@@ -1,0 +1,168 @@
+"""One size of ``benchmarks gabf``: the network, and every method timed on it in a process of its own.
+
+python -m benchmarks.gabf.case network.npz rows.json '{"repeats": 3, "rk45_repeats": 0}'
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.memory import peak_memory
+from planner import gabf
+from planner.base.arrays import Floats
+from planner.base.files import write_whole
+
+LAW = gabf.SingularityFree()
+KERNEL = gabf.TradeOff(beta=0.5)
+RTOL = 1e-6
+"""Relative tolerance of RK45; the absolute one stays at SciPy's default, 1e-6, to its advantage."""
+
+TAU_SPARE = 1.1
+"""RK45 in tau runs to this many times the tau at which GABF settled."""
+
+T_SHARE = 0.9975
+"""RK45 in t runs to this share of T_p, as the paper's ode45 would."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """One method: median ``seconds`` of ``repeats`` runs, ``error`` max |x - x*| / max(1, |x*|) against Dijkstra.
+
+    ``work``: steps of the splitting solver, or evaluations of the right side.
+    """
+
+    method: str
+    seconds: float
+    repeats: int
+    error: float
+    work: int | None = None
+
+
+def geometric_network(nodes: int, neighbours: int, rng: np.random.Generator) -> gabf.Network:
+    """Uniform points in a square, linked in both directions to their nearest ``neighbours``; unit density, one source.
+
+    Weights are distances, node costs uniform in [0.1, 1], the kernel is that of eq. (finew) with beta = 0.5.
+    """
+    from scipy.spatial import KDTree
+
+    points = rng.random((nodes, 2)) * np.sqrt(nodes)
+    near = np.asarray(KDTree(points).query(points, neighbours + 1)[1])[:, 1:]
+    i, j = np.repeat(np.arange(nodes), neighbours), near.ravel()
+    code = np.unique(np.concatenate((i * nodes + j, j * nodes + i)))
+    i, j = code // nodes, code % nodes
+    return gabf.Network.from_arcs(
+        i,
+        j,
+        np.linalg.norm(points[i] - points[j], axis=1),
+        sources=np.array([0]),
+        n_nodes=nodes,
+        node_cost=rng.uniform(0.1, 1.0, nodes),
+        kernel=KERNEL,
+    )
+
+
+def measure(network: gabf.Network, repeats: int, rk45_repeats: int) -> dict[str, Any]:
+    """Time GABF, Dijkstra and RK45 (unless ``rk45_repeats`` is 0) in turn, round by round, and GABF's peak memory.
+
+    The rounds are interleaved, so that a neighbour's load on the machine falls on all methods alike.
+    """
+    loaded = peak_memory()
+    result = _solve(network)
+    peak = peak_memory()
+    dijkstra = dijkstra_on(network)
+    x_star = dijkstra()
+    methods: dict[str, tuple[int, Callable[[], Any]]] = {
+        "dijkstra": (repeats, dijkstra),
+        "gabf": (repeats, lambda: _solve(network)),
+    }
+    outcomes = {"dijkstra": (0.0, None), "gabf": (gabf.max_error(result, x_star), result.steps)}
+    if rk45_repeats:
+        assert result.dated_tau is not None
+        methods |= _runge_kutta(network, TAU_SPARE * result.dated_tau, rk45_repeats)
+    seconds = _interleaved(methods, outcomes, x_star)
+    timings = [Timing(name, statistics.median(s), len(s), *outcomes[name]) for name, s in seconds.items()]
+    return {
+        "nodes": network.n_nodes,
+        "arcs": network.n_arcs,
+        "settling_tau": result.dated_tau,
+        "settled": result.outcome is gabf.Ending.SETTLED,
+        "memory_loaded_mib": loaded,
+        "memory_peak_mib": peak,
+        "timings": [vars(timing) for timing in timings],
+    }
+
+
+def _solve(network: gabf.Network) -> gabf.CostToGo:
+    """One solve from nothing but the arrays: a new network holds no reversed graph from an earlier run."""
+    return gabf.solve(replace(network), law=LAW)
+
+
+def dijkstra_on(network: gabf.Network) -> Callable[[], Floats]:
+    """SciPy's Dijkstra from the source against the arcs, on a matrix made beforehand."""
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.csgraph import dijkstra
+
+    shape = (network.n_nodes, network.n_nodes)
+    cost = network.arcs(np.zeros(network.n_arcs))
+    against = csr_matrix((cost, (network.indices, network.tails)), shape=shape)
+    source = int(network.sources[0])
+    return lambda: dijkstra(against, indices=source)
+
+
+def _runge_kutta(network: gabf.Network, tau_end: float, repeats: int) -> dict[str, tuple[int, Callable[[], Any]]]:
+    """RK45 on right sides without overhead; only the state at the end is kept."""
+    from planner.gabf.solvers import disequilibrium
+    from planner.reproduce.textbook import Initial
+
+    start = Initial(network, LAW, gabf.overestimate(network), np.zeros(network.n_nodes))
+    problem, anchored = start.problem, np.zeros(start.problem.anchors.size)
+
+    def in_tau(_: float, y: Floats) -> Floats:
+        return np.concatenate((-LAW.flow.rate(disequilibrium(problem, y)), anchored))
+
+    def run(slope: Callable[[float, Floats], Floats], end: float) -> tuple[Floats, int]:
+        from scipy.integrate import solve_ivp
+
+        solution = solve_ivp(slope, (0.0, end), start.y0, rtol=RTOL, t_eval=[end])
+        last = solution.y[:, -1] if solution.status == 0 else np.full(start.y0.size, np.inf)
+        return problem.unpack(last), solution.nfev
+
+    return {
+        "rk45 in tau": (repeats, lambda: run(in_tau, tau_end)),
+        "rk45 in t": (repeats, lambda: run(start.slope, T_SHARE * LAW.T)),
+    }
+
+
+def _interleaved(
+    methods: dict[str, tuple[int, Callable[[], Any]]], outcomes: dict[str, tuple[float, int | None]], x_star: Floats
+) -> dict[str, list[float]]:
+    """Seconds of every run of every method; the error and work of each are added to ``outcomes``."""
+    seconds: dict[str, list[float]] = {name: [] for name in methods}
+    for turn in range(max(repeats for repeats, _ in methods.values())):
+        for name, (repeats, run) in methods.items():
+            if turn < repeats:
+                begin = time.perf_counter()
+                answer = run()
+                seconds[name].append(time.perf_counter() - begin)
+                if name not in outcomes:
+                    outcomes[name] = (gabf.max_error(answer[0], x_star), answer[1])
+    return seconds
+
+
+def main(network: str, out: str, options: str) -> None:
+    """The work of the process: read, measure, write."""
+    rows = measure(gabf.read_network(Path(network), KERNEL), **json.loads(options))
+    write_whole(Path(out), json.dumps(rows).encode())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

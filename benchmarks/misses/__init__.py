@@ -1,0 +1,1 @@
+"""``benchmarks misses``: thin obstacles, proofs against samples."""

@@ -1,0 +1,1 @@
+"""``benchmarks plan``: a folder of planning problems, one row each."""

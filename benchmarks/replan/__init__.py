@@ -1,0 +1,1 @@
+"""``benchmarks replan``: replanning in a changing world against planning anew; a healing field against D* Lite."""

@@ -1,0 +1,1 @@
+"""``benchmarks roadmap``: proven roadmaps and queries against other PRMs."""

@@ -1,0 +1,225 @@
+"""One method of ``benchmarks roadmap``, in a process of its own: build a roadmap, query it, check it.
+
+python -m benchmarks.roadmap.case out.json '{"method": "gabf-planner", "robot": "panda", ...}'
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.agreement.check_speed import measure_speed
+from benchmarks.memory import peak_memory
+from benchmarks.plan.case import path_contacts
+from benchmarks.roadmap.report import (
+    CHECKS,
+    MEASURED,
+    NOT_INSTALLED,
+    OMPL,
+    OMPL_PLAIN,
+    OURS,
+    PLAN,
+    PYROBOPLAN,
+)
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import SceneError
+from planner.base.files import write_whole
+from planner.base.request import PlanRequest, WorldRequest
+from planner.collision import BACKENDS, make_checker
+from planner.collision.checker import CollisionChecker, is_free
+from planner.collision.edge_prover import recheck
+from planner.costs.network import build_network
+from planner.gabf.routes import paths_from
+from planner.planning import plan
+from planner.query.open import open_world
+from planner.roadmap.attach import attach
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.node_checks import nobody, with_checked_nodes
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+
+_MOST_DRAWS = 20_000
+_EDGES_LOOKED_AT = 200
+_FREE_STATES = 2_000
+
+Columns = dict[str, Any]
+Answer = Callable[[Floats, Floats], Floats]
+"""From a start and a goal (dof,) to a path (k, dof), empty where there is none."""
+
+
+def measure(
+    method: str, robot: str, scene: str, collision: str, nodes: int, queries: int, seed: int
+) -> dict[str, Columns]:
+    """The columns of the rows that ``method`` fills, by the name of the row."""
+    if method == PLAN:
+        return {PLAN: _plan(PlanRequest(robot, scene, collision=collision, nodes=nodes, seed=seed))}  # type: ignore[arg-type]
+    checker = open_world(WorldRequest(robot, scene, collision=collision))  # type: ignore[arg-type]
+    if method in CHECKS:
+        return _checks(checker, seed)
+    pairs = random_pairs(checker, queries + 1, seed)
+    match method:
+        case _ if method == OURS:
+            return {OURS: _ours(checker, pairs, nodes, seed)}
+        case _ if method == OMPL:
+            return {OMPL: _ompl(checker, lambda q: is_free(checker, q), pairs, nodes, seed)}
+        case _ if method == OMPL_PLAIN:
+            return {OMPL_PLAIN: _ompl(checker, plain_check(checker), pairs, nodes, seed)}
+        case _:
+            return {PYROBOPLAN: _pyroboplan(checker, pairs, nodes, seed)}
+
+
+def random_pairs(checker: CollisionChecker, count: int, seed: int) -> Floats:
+    """Free configurations (count, 2, dof): starts and goals; :class:`SceneError` where hardly any is free."""
+    robot, rng = checker.robot, np.random.default_rng(seed)
+    found: list[Floats] = []
+    for _ in range(_MOST_DRAWS):
+        q = rng.uniform(robot.lower, robot.upper)
+        if is_free(checker, q):
+            found.append(q)
+        if len(found) == 2 * count:
+            return np.array(found).reshape(count, 2, robot.dof)
+    raise SceneError(
+        f"of {_MOST_DRAWS} random configurations of {robot.name} only {len(found)} are free in scene "
+        f"'{checker.world.scene.name}': choose another scene."
+    )
+
+
+def _ours(checker: CollisionChecker, pairs: Floats, nodes: int, seed: int) -> Columns:
+    begin, cpu = time.perf_counter(), time.process_time()
+    roadmap = build_roadmap(checker.robot, checker, pairs[0, 0], pairs[0, 1], nodes, seed)
+    seconds, cpu = time.perf_counter() - begin, time.process_time() - cpu
+    begin = time.perf_counter()
+    with_checked_nodes(replace(roadmap, checked_by=nobody(len(roadmap.nodes))), checker)
+    checks = time.perf_counter() - begin
+    columns = _asked(checker, pairs[1:], lambda start, goal: answer(roadmap, checker, start[None], goal)[0])
+    begin = time.perf_counter()
+    answer(roadmap, checker, pairs[1:, 0], pairs[1, 1])
+    many = 1e3 * (time.perf_counter() - begin) / len(pairs[1:])
+    graph = _looked_at(checker, roadmap.nodes, roadmap.edges, seed)
+    built = {"build_s": seconds, "node_checks_s": checks, "proven": int(roadmap.proven.sum()), "cpu_s": cpu}
+    return columns | graph | built | {"many_ms": many}
+
+
+def _plan(request: PlanRequest) -> Columns:
+    """A whole plan, refined as by default, in a process that has done nothing else: its time and its peak memory."""
+    begin, cpu = time.perf_counter(), time.process_time()
+    found = plan(request)
+    seconds, cpu = time.perf_counter() - begin, time.process_time() - cpu
+    columns = {"nodes": len(found.roadmap.nodes), "edges": len(found.roadmap.edges), "cpu_s": cpu}
+    return {"outcome": MEASURED, "plan_s": seconds, "memory_mib": peak_memory(), **columns}
+
+
+def answer(roadmap: Roadmap, checker: CollisionChecker, starts: Floats, goal: Floats) -> list[Floats]:
+    """The path from each of ``starts`` (s, dof) to ``goal`` (dof,) off one field; empty where there is none."""
+    joined = attach(roadmap, checker, starts, goal[None])
+    network = build_network(joined)
+    field = gabf.solve(network, law=gabf.SingularityFree())
+    return [path_waypoints(joined, checker.robot, steps) for steps in paths_from(network, field, joined.starts)]
+
+
+def plain_check(checker: CollisionChecker) -> Callable[[Floats], bool]:
+    """Whether a configuration (dof,) is free, by Pinocchio's loop over all pairs of the same world with coal."""
+    import pinocchio as pin
+
+    from planner.collision.coal import CoalChecker
+
+    model, geometry = checker.robot.model, CoalChecker(checker.world).geometry_model
+    data, found = model.createData(), geometry.createData()
+    return lambda q: not pin.computeCollisions(model, data, geometry, found, q, True)
+
+
+def _ompl(checker: CollisionChecker, free: Callable[[Floats], bool], pairs: Floats, nodes: int, seed: int) -> Columns:
+    from benchmarks.roadmap.ompl_prm import OmplPrm
+
+    prm = OmplPrm(checker.robot, free, seed)
+    return _peer(checker, pairs, seed, lambda: prm.build(nodes), prm.graph, prm.query)
+
+
+def _pyroboplan(checker: CollisionChecker, pairs: Floats, nodes: int, seed: int) -> Columns:
+    from benchmarks.roadmap.pyroboplan_prm import PyroboplanPrm, installed
+
+    if not installed():
+        return {"outcome": NOT_INSTALLED, "message": "pip install --no-deps pyroboplan"}
+    prm = PyroboplanPrm(checker.world, nodes, seed)
+    return _peer(checker, pairs, seed, prm.build, prm.graph, prm.query)
+
+
+def _peer(
+    checker: CollisionChecker,
+    pairs: Floats,
+    seed: int,
+    build: Callable[[], None],
+    graph: Callable[[], tuple[Floats, Ints]],
+    query: Answer,
+) -> Columns:
+    begin = time.perf_counter()
+    build()
+    seconds = time.perf_counter() - begin
+    columns = _looked_at(checker, *graph(), seed)  # before the queries, which may add to it
+    return columns | {"build_s": seconds} | _asked(checker, pairs[1:], query)
+
+
+def _asked(checker: CollisionChecker, pairs: Floats, query: Answer) -> Columns:
+    """How long the queries take, one by one, and whether their answers touch anything at a millimetre of motion."""
+    seconds, paths = [], []
+    for start, goal in pairs:
+        begin = time.perf_counter()
+        path = query(start, goal)
+        seconds.append(time.perf_counter() - begin)
+        if len(path):
+            paths.append(path)
+    coal = _with(checker, "coal")
+    return {
+        "outcome": MEASURED,
+        "query_ms": 1e3 * float(np.median(seconds)),
+        "query_worst_ms": 1e3 * max(seconds),
+        "solved": len(paths),
+        "contacts": sum(len(path_contacts(coal, checker.robot.unwound(path))) for path in paths),
+    }
+
+
+def _with(checker: CollisionChecker, backend: str) -> CollisionChecker:
+    """A checker of the same robot and scene by ``backend``."""
+    return make_checker(checker.robot, checker.world.scene, backend)
+
+
+def _looked_at(checker: CollisionChecker, nodes: Floats, edges: Ints, seed: int) -> Columns:
+    """The size of the roadmap, and how many of its edges touch something at a millimetre of motion."""
+    coal, rng = _with(checker, "coal"), np.random.default_rng(seed)  # FCL would take minutes
+    rows = rng.permutation(len(edges))[:_EDGES_LOOKED_AT]
+    a, b = nodes[edges[rows, 0]], nodes[edges[rows, 1]]
+    touching = sum(recheck(coal, q, d) is not None for q, d in zip(a, coal.robot.difference(a, b), strict=True))
+    return {"nodes": len(nodes), "edges": len(edges), "looked_at": len(rows), "touching": touching}
+
+
+def _checks(checker: CollisionChecker, seed: int) -> dict[str, Columns]:
+    """The speed of both libraries on the same free configurations and edges of this world."""
+    free = random_pairs(checker, _FREE_STATES // 2, seed).reshape(-1, checker.robot.dof)
+    speed = measure_speed({name: _with(checker, name) for name in BACKENDS}, free)
+    return {
+        row: {
+            "outcome": MEASURED,
+            "check_single_us": speed[name].single,
+            "check_batch_us": speed[name].batch,
+            "check_edge_us": speed[name].edge,
+        }
+        for row, name in zip(CHECKS, BACKENDS, strict=True)
+    }
+
+
+def main(out: str, options: str) -> None:
+    """What the process does: measure, write."""
+    importlib.import_module("scipy.sparse.csgraph")  # as the peers' libraries: before a clock starts
+    write_whole(Path(out), json.dumps(measure(**json.loads(options)), allow_nan=False).encode())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,1 @@
+"""``benchmarks scaling``: how batches scale with workers, measured and by a model."""

@@ -1,0 +1,1 @@
+"""``benchmarks tables``: ours beside published numbers, with their sources and what differs."""

@@ -1,0 +1,106 @@
+"""One method of ``benchmarks tables`` on tasks of one scene, in a process of its own: plan, measure, look.
+
+python -m benchmarks.tables.case out.json '{"method": "path only", "tasks": [...], "request": {...}}'
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.plan.case import path_contacts
+from benchmarks.tables.methods import KEPT
+from planner import gabf
+from planner.base.arrays import Floats
+from planner.base.errors import PlannerError
+from planner.base.files import write_whole
+from planner.base.request import PlanRequest
+from planner.batch.options import plan_request
+from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
+from planner.collision import BACKENDS, make_checker
+from planner.costs.network import build_network
+from planner.paths.measure import measure_path
+from planner.planning import plan
+from planner.query.open import Query, make_query
+from planner.roadmap.attach import attach
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.roadmap import path_waypoints
+
+Columns = dict[str, Any]
+Answer = Callable[[Query], tuple[Floats, float]]
+"""The path (k, dof), and the seconds of its set-up, which do not count."""
+
+
+def measure(method: str, tasks: Sequence[tuple[str, str]], request: PlanRequest) -> list[Columns]:
+    """The columns of each task (start, goal), which override those of ``request`` where they are not empty."""
+    requests = [replace(request, start=start, goal=goal) if start else request for start, goal in tasks]
+    try:
+        queries = [make_query(one) for one in requests]
+        if method == KEPT:
+            return _on_kept_roadmap(request, queries)
+        return [_timed(query, lambda _, one=one: _planned(one)) for query, one in zip(queries, requests, strict=True)]
+    except PlannerError as error:
+        return [{"outcome": REFUSED, "message": str(error)} for _ in tasks]
+
+
+def _planned(request: PlanRequest) -> tuple[Floats, float]:
+    found = plan(request)
+    return found.path, found.timings["setup"]
+
+
+def _on_kept_roadmap(request: PlanRequest, queries: Sequence[Query]) -> list[Columns]:
+    """A roadmap around the home configuration, which knows none of the tasks, asked for each of them."""
+    home = make_query(replace(request, start="home", goal="home"))
+    checker, begin = home.checker, time.perf_counter()
+    roadmap = build_roadmap(checker.robot, checker, home.starts, home.goals, request.nodes, request.seed)
+    built = time.perf_counter() - begin
+
+    def answer(query: Query) -> tuple[Floats, float]:
+        joined = attach(roadmap, checker, query.starts, query.goals, request.seed)
+        network = build_network(joined, request.beta)
+        field = gabf.solve(network, law=gabf.SingularityFree())
+        steps = gabf.cheapest_path(field, joined.starts[:1])
+        return path_waypoints(joined, checker.robot, steps), 0.0
+
+    return [_timed(query, answer) | {"built_s": built} for query in queries]
+
+
+def _timed(query: Query, answer: Answer) -> Columns:
+    """Seconds of the wall clock and of the processor to an answer, and the answer's measures."""
+    begin, cpu = time.perf_counter(), time.process_time()
+    path, setup = answer(query)
+    columns: Columns = {"seconds": time.perf_counter() - begin - setup, "cpu_s": time.process_time() - cpu}
+    if len(path) < 2:
+        return {"outcome": NO_PATH, **columns}
+    measures = measure_path(query.robot, path)
+    other = make_checker(query.robot, query.scene, next(name for name in BACKENDS if name != query.checker.name))
+    return columns | {
+        "outcome": SOLVED,
+        "length_rad": measures.joint_length,
+        "straight_rad": float(np.linalg.norm(query.robot.difference(path[0], path[-1]))),
+        "w_min": measures.w_min,
+        "w_mean": measures.w_mean,
+        "contacts": len(path_contacts(other, path)),
+    }
+
+
+def main(out: str, options: str) -> None:
+    """What the process does: plan, look, write."""
+    importlib.import_module("scipy.sparse.csgraph")  # before a clock starts
+    values = json.loads(options)
+    asked = values["request"]
+    request = plan_request(asked)
+    rows = measure(values["method"], [tuple(task) for task in values["tasks"]], request)
+    write_whole(Path(out), json.dumps(rows, allow_nan=False).encode())
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,1 @@
+"""The simulations of the paper, with a verdict on each of its sentences (``planner reproduce``)."""

@@ -1,0 +1,229 @@
+"""Learning on a robot's roadmap: what its edges cost is not known until a path has come past them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache, partial
+
+import numpy as np
+
+from planner import gabf, learning
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import OptionError, StateError
+from planner.base.objective import Objective
+from planner.base.progress import QUIET, Progress
+from planner.base.request import SERIAL, RoadmapRequest, WorkersRequest
+from planner.costs.network import build_network, distance_cost
+from planner.kinematics.forward import tool_positions
+from planner.learning import ErrorDriven, Execution
+from planner.learning.executions import believed, policy_cost, run_executions
+from planner.learning.roadmap_costs import SlowZone, edge_of_arc, execution_costs, greatest_costs, least_costs
+from planner.paths.measure import dense_path
+from planner.processes.parallel import collected
+from planner.query.open import Query, make_query
+from planner.roadmap.build import build_roadmap
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+
+DENSITY = 6.0
+"""Edges per node. At the paper's two there is so little to choose that learning ends after two or three executions."""
+
+BETA = 0.1
+"""Share of plain motion in what an edge costs; the rest is manipulability."""
+
+ZONE_RADIUS, ZONE_FACTOR = 0.25, 4.0
+"""The slow zone, m, around the tool half-way along the shortest path, and the factor on the cost of motion in it."""
+
+LOSS = 1e-3
+"""K is chosen so that the path of eq. (wb) costs at most 0.1 % more than the cheapest one: K_for_excess."""
+
+PRIORS = ("optimistic", "average", "pessimistic")
+"""The believed cost of an edge before it is seen.
+
+It is the edge's least cost, the roadmap's mean cost per rad times its length (which takes experience that the planner
+does not have), or its greatest cost."""
+
+TASKS = ("one start", "many starts")
+"""Every execution from the scene's start, or each from another node drawn at random."""
+
+
+@dataclass(frozen=True)
+class RobotSettings:
+    """Which robot, where, on how many roadmaps of how many nodes, and how many executions on each."""
+
+    robot: str
+    scene: str = "paper"
+    start: str = "start"
+    goal: str = "goal"
+    roadmaps: int = 8
+    nodes: int = 300
+    executions: int = 200
+
+    def __post_init__(self) -> None:
+        for name, least in (("roadmaps", 1), ("executions", 1), ("nodes", 20)):
+            if getattr(self, name) < least:
+                raise OptionError(f"{name} must be at least {least}, not {getattr(self, name)}.")
+
+
+@dataclass(frozen=True)
+class Step:
+    """One execution in numbers, all relative to the informed optimum of its start.
+
+    ``regret``: the executed path's cost over the optimum, less 1; ``estimate``: the cost the planner believed, over the
+    optimum; ``field_regret``: the mean over all nodes of the regret that following the field from there would have;
+    ``known``: the share of edges seen so far, this execution included; ``settled``: GABF settled before T_p.
+    """
+
+    regret: float
+    estimate: float
+    field_regret: float
+    known: float
+    settled: bool
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """All executions on one roadmap with one prior and one kind of task."""
+
+    roadmap: int
+    prior: str
+    task: str
+    steps: tuple[Step, ...]
+    costly: int
+    allowed: int
+    """Executions that exceed the optimum by more than K leaves open, and how many the optimistic bound allows."""
+
+    @property
+    def last_regret(self) -> float:
+        return self.steps[-1].regret
+
+
+@dataclass(frozen=True, eq=False)
+class RobotCase:
+    """One roadmap with its true costs. Arrays over the arcs of ``network``: lengths, true costs, prior beliefs."""
+
+    number: int
+    roadmap: Roadmap
+    network: gabf.Network
+    costs: Floats
+    priors: dict[str, Floats]
+    rule: ErrorDriven
+    optimum: Floats
+    zone: SlowZone
+
+    @property
+    def start(self) -> int:
+        """The start from which the goal is reached at least cost."""
+        starts = self.roadmap.starts
+        return int(starts[np.argmin(self.optimum[starts])])
+
+
+def run_campaigns(
+    settings: RobotSettings,
+    seed: int = 0,
+    progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
+) -> list[Campaign]:
+    """Every prior and task on every roadmap; whole roadmaps only, where it is stopped early.
+
+    Raises :class:`PlannerError` for an unusable robot, scene or state, StateError among them where a roadmap came out
+    without a path from start to goal.
+    """
+    _query(settings)  # refuses what cannot be used before anything is begun
+    on_roadmap = partial(_all_campaigns, settings=settings, seed=seed)
+    done = collected(range(settings.roadmaps), on_roadmap, workers, "roadmaps", progress)
+    return [campaign for campaigns in done for campaign in campaigns]
+
+
+@lru_cache(1)
+def _query(settings: RobotSettings) -> Query:
+    request = RoadmapRequest(settings.robot, settings.scene, start=settings.start, goal=settings.goal)
+    return make_query(request, near_start=False)
+
+
+def _all_campaigns(number: int, progress: Progress, settings: RobotSettings, seed: int) -> list[Campaign] | None:
+    """Every prior and task on one roadmap; None where stopped."""
+    case = make_case(_query(settings), settings.nodes, seed, number, progress)
+    if case is None:
+        return None
+    kinds = [(task, prior) for task in TASKS for prior in PRIORS]
+    found = [campaign(case, prior, task, settings.executions, seed) for task, prior in kinds if not progress.stopped]
+    return None if progress.stopped else found
+
+
+def campaigns_in(settings: RobotSettings | None) -> int:
+    """How many campaigns a whole run has."""
+    return settings.roadmaps * len(TASKS) * len(PRIORS) if settings else 0
+
+
+def make_case(query: Query, nodes: int, seed: int, number: int, progress: Progress = QUIET) -> RobotCase | None:
+    """Grow roadmap ``number`` of a seed and measure what its edges cost; None where it was interrupted."""
+    own = int(np.random.default_rng([seed, number]).integers(2**31))
+    ends = query.starts, query.goals
+    roadmap = build_roadmap(query.robot, query.checker, *ends, nodes, own, progress, density=DENSITY)
+    if progress.stopped:
+        return None
+    if not roadmap.connected:
+        raise StateError(f"roadmap {number} joins no start to a goal within {nodes} nodes: raise --nodes.")
+    plain = build_network(roadmap, Objective(1.0, charge="nodes"))
+    zone = slow_zone(query, roadmap, plain)
+    edge = edge_of_arc(roadmap, plain)
+    costs = execution_costs(query.robot, roadmap, BETA, [zone])
+    length = distance_cost(roadmap)
+    greatest = greatest_costs(roadmap, [zone])
+    rule = ErrorDriven(beta=1.0 / learning.K_for_excess(float(greatest.max()), LOSS))
+    priors = (least_costs(roadmap, BETA), costs.sum() / length.sum() * length, greatest)
+    informed = gabf.Network(plain.indptr, plain.indices, costs[edge], sources=roadmap.goals, kernel=gabf.Additive())
+    return RobotCase(
+        number=number,
+        roadmap=roadmap,
+        network=plain,
+        costs=costs[edge],
+        priors={name: prior[edge] for name, prior in zip(PRIORS, priors, strict=True)},
+        rule=rule,
+        optimum=gabf.oracle(informed),
+        zone=zone,
+    )
+
+
+def slow_zone(query: Query, roadmap: Roadmap, network: gabf.Network) -> SlowZone:
+    """A zone that the planner is not told of, in the middle of where it would go if it minded length only."""
+    field = gabf.oracle(network)
+    start = int(roadmap.starts[np.argmin(field[roadmap.starts])])
+    path = dense_path(path_waypoints(roadmap, query.robot, gabf.extract_path(network, field, start)))
+    middle = tool_positions(query.robot, path[len(path) // 2][None])[0]
+    return SlowZone(middle, ZONE_RADIUS, ZONE_FACTOR)
+
+
+def campaign(case: RobotCase, prior: str, task: str, executions: int, seed: int) -> Campaign:
+    """Execute, reveal, learn, plan again."""
+    beliefs = believed(case.network, case.rule, case.priors[prior])
+    starts = _starts(case, task, executions, np.random.default_rng([seed, case.number, 1]))
+    known = np.zeros(case.network.n_arcs, dtype=bool)
+    steps, costly = [], 0
+    for done in run_executions(beliefs, case.costs, case.rule, starts):
+        known[done.seen] = True
+        steps.append(_step(case, done, float(known.mean())))
+        costly += int(steps[-1].regret > LOSS)
+    return Campaign(case.number, prior, task, tuple(steps), costly, case.network.n_nodes // 2)
+
+
+def _starts(case: RobotCase, task: str, executions: int, rng: np.random.Generator) -> Ints:
+    if task == TASKS[0]:
+        return np.full(executions, case.start)
+    rooms = np.setdiff1d(np.flatnonzero(np.isfinite(case.optimum)), case.roadmap.goals)
+    return rng.choice(rooms, executions)
+
+
+def _step(case: RobotCase, done: Execution, known: float) -> Step:
+    start, x = int(done.path[0]), done.stage.field.x
+    law = done.stage.field.law
+    settled = done.stage.field.settling_time
+    rooms = np.isfinite(case.optimum) & (case.optimum > 0.0)
+    field_regret = policy_cost(done.stage, case.costs)[rooms] / case.optimum[rooms] - 1.0
+    return Step(
+        regret=done.cost / case.optimum[start] - 1.0,
+        estimate=float(-np.log1p(-x[start]) / case.rule.beta / case.optimum[start]),
+        field_regret=float(field_regret.mean()),
+        known=known,
+        settled=settled is not None and (law.prescribed_time is None or settled < law.prescribed_time),
+    )

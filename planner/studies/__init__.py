@@ -1,1 +1,0 @@
-"""Evidence: what the paper claims, reproduced, and what we claim, measured."""

@@ -1,1 +1,0 @@
-"""``planner batch``: many plans, one row and one folder each."""

@@ -1,1 +1,0 @@
-"""``planner bench agreement``: FCL against coal on random states."""

@@ -1,1 +1,0 @@
-"""``planner bench attack``: an optimiser against every claim that proofs rest on."""

@@ -1,1 +1,0 @@
-"""``planner bench fuzz``: changed files of every kind load, or are refused with one sentence."""

@@ -1,1 +1,0 @@
-"""``planner bench gabf``: the dynamics against other integrators and Dijkstra."""

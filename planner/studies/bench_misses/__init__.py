@@ -1,1 +1,0 @@
-"""``planner bench misses``: thin obstacles, proofs against samples."""

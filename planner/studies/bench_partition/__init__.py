@@ -1,1 +1,0 @@
-"""``planner bench partition|stale``: the dynamics on blocks: what it costs, and what old values do to it."""

@@ -1,1 +1,0 @@
-"""``planner bench plan``: a folder of planning problems, one row each."""

@@ -1,1 +1,0 @@
-"""``planner bench quality``: how good paths are, at several betas and efforts, beside OMPL's planners."""

@@ -1,1 +1,0 @@
-"""``planner bench roadmap``: proven roadmaps and queries against other PRMs."""

@@ -1,1 +1,0 @@
-"""``planner bench scaling``: how batches scale with workers, measured and by a model."""

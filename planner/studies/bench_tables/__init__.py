@@ -1,1 +1,0 @@
-"""``planner bench tables``: ours beside published numbers, with their sources and what differs."""

@@ -1,0 +1,10 @@
+"""How one of many plans ended."""
+
+from __future__ import annotations
+
+from planner.base.outcome import Outcome
+from planner.batch.outcomes import NO_PATH, SOLVED
+
+
+def test_the_words_are_those_of_a_plan() -> None:
+    assert {SOLVED, NO_PATH} <= {outcome.key for outcome in Outcome}

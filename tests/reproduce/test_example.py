@@ -1,0 +1,74 @@
+"""``planner reproduce example``: the facts of the nine-node graph, and verdicts that can say no."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.base.errors import OptionError
+from planner.reproduce.example import example_verdicts, optimal_paths, run_example
+from planner.reproduce.report import Report, write_report
+
+
+@pytest.fixture(scope="module")
+def report() -> Report:
+    return run_example()
+
+
+def test_the_seed_is_kept() -> None:
+    assert run_example(3).config == {"seed": 3}
+    with pytest.raises(OptionError, match="seed"):
+        run_example(-1)
+
+
+def test_every_sentence_is_confirmed(report: Report) -> None:
+    assert len(report.verdicts) >= 10
+    assert [verdict.sentence for verdict in report.verdicts if not verdict.holds] == []
+
+
+def test_the_table_says_what_the_text_says(report: Report) -> None:
+    rows = {row["node"]: row for row in report.table}
+    assert rows[1]["x*"] == rows[9]["x*"] == 1.0
+    assert rows[4]["x*"] == rows[6]["x*"] == 7.0
+    assert rows[4]["parents"] == "{2, 3}"
+    assert rows[6]["F"] == 2
+    assert rows[1]["F"] == rows[9]["S"] == 0
+    assert report.more["diameter"] == 3
+
+
+def test_each_law_is_run_from_the_starts_that_it_allows(report: Report) -> None:
+    runs = {(run["law"], run["start"]) for run in report.more["runs"]}
+    above = {(law, "above") for law in ("nominal", "prescribed-time", "fixed-time", "singularity-free")}
+    assert runs == above | {("fixed-time", "below"), ("singularity-free", "below")}
+
+
+def test_optimal_paths_of_node_6() -> None:
+    network = gabf.examples.nine_node()
+    assert optimal_paths(network, gabf.structure(network), 6) == [(6, 8, 9), (6, 9)]
+
+
+def test_a_doctored_graph_is_not_confirmed() -> None:
+    network = gabf.examples.nine_node()
+    weight = network.weight.copy()
+    weight[network.arcs_between(3, 1)] = 1.5  # node 4 reads node 2 at a higher price
+    doctored = replace(network, weight=weight)
+    verdicts = {v.sentence: v for v in example_verdicts(doctored, gabf.structure(doctored))}
+    assert not verdicts["P(4) = {2, 3}."].holds
+    assert not verdicts["x_4* = 7 is achievable via paths 4 -> 2 -> 1 or 4 -> 3 -> 1."].holds
+    assert verdicts["6 is in F_2 but not in F_1."].holds
+
+
+def test_a_flat_graph_is_judged_and_not_confirmed() -> None:
+    network = gabf.examples.nine_node()
+    all_sources = replace(network, sources=np.arange(9), source_values=np.ones(9))
+    verdicts = example_verdicts(all_sources, gabf.structure(all_sources))
+    assert not any(v.holds for v in verdicts if "F_2" in v.sentence or "D(G)" in v.sentence)
+
+
+def test_the_figure_is_written(report: Report, tmp_path: Path) -> None:
+    write_report(report, tmp_path)
+    assert (tmp_path / "example_graph.png").read_bytes()[:4] == b"\x89PNG"
