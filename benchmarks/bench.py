@@ -12,8 +12,8 @@ import numpy as np
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
-from planner.base.request import SERIAL, WorkersRequest
 from planner.batch.results import Results, ResultsFile, measure_missing
+from planner.problem.request import SERIAL, WorkersRequest
 from planner.processes import source
 from planner.processes.parallel import Measure
 from planner.reproduce.report import Verdict

@@ -8,8 +8,8 @@ from typing import Annotated
 import tyro
 
 from benchmarks.terminal import measure
-from planner.base.request import PlanRequest
 from planner.cli.common import Flag
+from planner.problem.request import PlanRequest
 
 
 def scaling(

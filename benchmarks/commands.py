@@ -9,8 +9,8 @@ import tyro
 from benchmarks.block_commands import partition, scaling, stale
 from benchmarks.problem_commands import first_path, motion, plan, quality, replan
 from benchmarks.terminal import measure, measured
-from planner.base.request import SERIAL, Backend, WorldRequest
 from planner.cli.common import Flag, Workers
+from planner.problem.request import SERIAL, Backend, WorldRequest
 
 
 def gabf(

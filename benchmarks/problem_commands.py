@@ -8,8 +8,8 @@ from typing import Annotated
 import tyro
 
 from benchmarks.terminal import measure
-from planner.base.request import DEFAULT_CHARGE, PAPER_NODES, SERIAL, Backend, Charge, LimitsRequest, PlanRequest
 from planner.cli.common import Flag, Workers
+from planner.problem.request import DEFAULT_CHARGE, PAPER_NODES, SERIAL, Backend, Charge, LimitsRequest, PlanRequest
 
 
 def plan(

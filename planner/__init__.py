@@ -4,8 +4,8 @@
     found = planner.plan(robot="panda", scene="shelf", beta=0.2)
     found.path                       # (k, dof) rad
 
-Start reading at :mod:`planner.planning`. The names below are loaded on first use (they stand in ``__init__.pyi``), so
-that importing the package, or only :mod:`planner.gabf`, loads no robot library.
+Start reading at :mod:`planner.planning.plan`. The names below are loaded on first use (they stand in ``__init__.pyi``),
+so that importing the package, or only :mod:`planner.gabf`, loads no robot library.
 """
 
 from __future__ import annotations

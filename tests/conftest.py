@@ -12,7 +12,7 @@ from benchmarks.__main__ import main as benchmarks_main
 from planner import cli
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.plan_record import Plan
+from planner.planning.result import Plan
 from planner.roadmap.roadmap import Roadmap
 from tests.batch.posts import write_problem
 from tests.command_line import Run

@@ -10,9 +10,9 @@ import json
 from pathlib import Path
 from typing import Any
 
-from planner.base.request import PlanRequest
 from planner.base.versions import versions
-from planner.planning import plan
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest
 from planner.tradeoff.sweep import sweep
 
 FILE = Path(__file__).with_name("golden.json")

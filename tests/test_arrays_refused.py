@@ -20,7 +20,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.world.shapes import Carried
+from planner.models.shapes import Carried
 from tests.worlds import load, make_post, post_roadmap
 
 NAN, EYE = np.nan, np.eye(4)

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base import request
-from planner.base.request import LiveRequest, PlanRequest, WorkersRequest
 from planner.gabf.laws import SingularityFree
-from planner.motion.limits import ASSUMED_JERK_PER_ACCELERATION
-from planner.query.resolve import IK_STARTS
+from planner.problem import request
+from planner.problem.request import LiveRequest, PlanRequest, WorkersRequest
 from planner.reproduce.learning.robot import RobotSettings
-from planner.roadmap.grow import join_settings
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.sampling.grow import join_settings
+from planner.sampling.growth_settings import GrowthSettings
+from planner.setup.resolve import IK_STARTS
 from planner.tradeoff.nondominated import MAX_LABELS
+from planner.trajectory.limits import ASSUMED_JERK_PER_ACCELERATION
 from tests.documents import ROOT
 from tests.worlds import load
 
@@ -29,12 +29,16 @@ HELD = float(np.array(NETWORK.source_values, dtype=float).sum())
 NUMBERS = {"one": "1", "two": "2", "six": "6", "twelve": "12"}
 # a file, words of it around what is told, and what the code has
 TOLD: list[tuple[str, str, float | str]] = [
-    ("planner/base/request.py", r"others searched; left out, (\S+), or 0 with --roadmap", PLAIN.rounds),
-    ("planner/base/request.py", r"left out, \d+, or (\S+) with --roadmap: as it is", PlanRequest(roadmap="x").rounds),
-    ("planner/base/request.py", r"Trade-off in \[0, 1\], with --live; (\S+) where left out", LIVE["beta"]),
-    ("planner/base/request.py", r"Configurations in the roadmap, with --live; (\S+) where left out", LIVE["nodes"]),
-    ("planner/base/request.py", r"Seed of all randomness, with --live; (\S+) where left out", LIVE["seed"]),
-    ("planner/base/request.py", r"Tasks at once: (\S+) where left out", int(WorkersRequest().serial)),
+    ("planner/problem/request.py", r"others searched; left out, (\S+), or 0 with --roadmap", PLAIN.rounds),
+    (
+        "planner/problem/request.py",
+        r"left out, \d+, or (\S+) with --roadmap: as it is",
+        PlanRequest(roadmap="x").rounds,
+    ),
+    ("planner/problem/request.py", r"Trade-off in \[0, 1\], with --live; (\S+) where left out", LIVE["beta"]),
+    ("planner/problem/request.py", r"Configurations in the roadmap, with --live; (\S+) where left out", LIVE["nodes"]),
+    ("planner/problem/request.py", r"Seed of all randomness, with --live; (\S+) where left out", LIVE["seed"]),
+    ("planner/problem/request.py", r"Tasks at once: (\S+) where left out", int(WorkersRequest().serial)),
     ("planner/cli/reproduce.py", r"number of roadmaps, (\S+) where left out", RobotSettings("x").roadmaps),
     ("planner/cli/reproduce.py", r"nodes of each roadmap, (\S+) where left out", RobotSettings("x").nodes),
     ("planner/cli/reproduce.py", r"executed on each roadmap, (\S+) where left out", RobotSettings("x").executions),
@@ -42,7 +46,7 @@ TOLD: list[tuple[str, str, float | str]] = [
     ("planner/cli/sweep.py", r"--front may make, (\S+) where left out", MAX_LABELS),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
     (
-        "planner/roadmap/growth_settings.py",
+        "planner/sampling/growth_settings.py",
         r"before it gives up, (\S+) per joint",
         JOIN,
     ),

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from planner.world.scene import SceneFile
+from planner.models.scene import SceneFile
 from tests.command_line import Run
 from tests.documents import ROOT, assert_options_are_known, assert_they_run, blocks, commands
 

@@ -15,14 +15,14 @@ import pytest
 
 import planner
 from planner import gabf
-from planner.base import request
 from planner.base.errors import FileError
-from planner.motion.file import load_trajectory, save_trajectory
-from planner.motion.points import read_points
+from planner.models.files.meshes import read_mesh
+from planner.models.files.moveit.requests import read_motion_plan_request
+from planner.models.files.scene_writer import write_scene
 from planner.paths.file import read_joint_path
-from planner.world.meshes import read_mesh
-from planner.world.moveit.requests import read_motion_plan_request
-from planner.world.scene_writer import write_scene
+from planner.problem import request
+from planner.trajectory.file import load_trajectory, save_trajectory
+from planner.trajectory.points import read_points
 from tests.worlds import load, post_roadmap
 
 ROBOT = load("planar_2r")

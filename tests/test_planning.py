@@ -10,30 +10,31 @@ import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-import planner.costs.healing as module
-import planner.planning as module_planning
+import planner.planning.healing as module
+import planner.planning.plan as module_planning
 from planner import gabf
 from planner.base.errors import OptionError, SceneError, StateError
-from planner.base.outcome import Outcome
 from planner.base.progress import Progress
-from planner.base.reasons import BlockedInTime, FloorTooHigh, Separated
-from planner.base.request import PlanRequest, TimingRequest
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.collision.edge_prover import recheck, states_along
 from planner.collision.world import Contact
-from planner.costs.network import build_network, distance_cost
+from planner.construction.build import build_roadmap
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.motion.file import load_trajectory
+from planner.models.scene import Scene
 from planner.objective.scale import COSTS
 from planner.paths.measure import dense_path, path_manipulability, tool_path_length
-from planner.planning import plan, with_alternatives
-from planner.roadmap.build import build_roadmap
+from planner.planning.network import build_network, distance_cost
+from planner.planning.plan import plan
+from planner.planning.schema import PlanRecord
+from planner.problem.outcome import Outcome
+from planner.problem.reasons import BlockedInTime, FloorTooHigh, Separated
+from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import save_roadmap
-from planner.schemas.plan import PlanRecord
-from planner.world.scene import Scene
+from planner.tradeoff.alternatives import with_alternatives
+from planner.trajectory.file import load_trajectory
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, post_roadmap, random_q
 

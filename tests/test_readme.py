@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.world.scene import Scene
+from planner.models.scene import Scene
 from tests.command_line import Run
 from tests.documents import ROOT, assert_options_are_known, assert_they_run, blocks, commands
 from tests.test_imports import MODULES, imported, room

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.base.request import PlanRequest
 from planner.collision import make_checker
-from planner.motion.timing import time_path
-from planner.planning import plan
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest
 from planner.session.session import Session
-from planner.world.robot import Robot
-from planner.world.scene import Scene
+from planner.trajectory.timing import time_path
 
 THREADS = 4
 REQUESTS = [
@@ -105,7 +105,7 @@ def test_one_path_is_timed_in_four_threads_as_in_one() -> None:
 
 _PRINTS = """
 import sys, threading
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 done = threading.Event()
 def talk(name):
     k = 0

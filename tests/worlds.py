@@ -7,18 +7,18 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.base.request import PlanRequest
 from planner.base.resources import robot_names, scene_names
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.plan_record import Plan
-from planner.planning import plan
-from planner.roadmap.build import build_roadmap
+from planner.construction.build import build_roadmap
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Body, Box, Capsule, Cylinder, Obstacle, Shape, Sphere
+from planner.planning.plan import plan
+from planner.planning.result import Plan
+from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import Roadmap
-from planner.world.poses import pose
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Body, Box, Capsule, Cylinder, Obstacle, Shape, Sphere
 
 ROBOTS = robot_names()
 

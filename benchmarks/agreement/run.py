@@ -17,11 +17,11 @@ from benchmarks.bench import run_bench, software
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, WorkersRequest, WorldRequest, require_margin, require_seed
 from planner.base.resources import robot_names, scene_names
 from planner.batch.results import Results
 from planner.collision.checker import CollisionChecker, is_free
-from planner.query.open import open_world
+from planner.problem.request import SERIAL, WorkersRequest, WorldRequest, require_margin, require_seed
+from planner.setup.open import open_world
 
 CROSSINGS = 40  # contacts of each robot and scene whose surroundings are checked
 _LISTED = 20  # disagreements of a row that are kept one by one

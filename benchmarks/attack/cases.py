@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.world.poses import pose
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, corners
+from planner.models.poses import pose
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere, corners
 
 KINDS = ("box", "sphere", "cylinder", "capsule", "mesh")
 

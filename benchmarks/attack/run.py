@@ -19,10 +19,10 @@ from benchmarks.attack.segments import attack_segments
 from benchmarks.bench import run_bench, software
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, WorkersRequest, require_seed
 from planner.batch.results import Results
 from planner.collision import BACKENDS
-from planner.world.robot import Robot
+from planner.models.robot import Robot
+from planner.problem.request import SERIAL, WorkersRequest, require_seed
 
 ROBOTS = ("planar_2r", "iiwa14")
 PAIRS = tuple(combinations_with_replacement(KINDS, 2))

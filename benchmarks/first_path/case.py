@@ -27,14 +27,14 @@ from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
 from planner.base.progress import Progress
-from planner.base.request import PlanRequest
 from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision import BACKENDS, make_checker
 from planner.paths.measure import corners, joint_path_length
-from planner.planning import plan
-from planner.query.open import Query, make_query
-from planner.roadmap.first_path import FIRST_PATH
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest
+from planner.sampling.first_path import FIRST_PATH
+from planner.setup.open import Query, make_query
 
 _WAIT = 30.0  # s that a process of another environment may take beyond the time for its search
 

@@ -10,7 +10,7 @@ from ompl import geometric as og
 
 from benchmarks.roadmap.ompl_prm import configurations, sampled_space, state_of
 from planner.base.arrays import Floats
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 
 
 class OmplConnect:

@@ -11,11 +11,11 @@ from benchmarks.first_path.report import OMPL, OTHERS, OURS, Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.files import is_file
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PlanRequest
 from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED
 from planner.batch.problems import Problem, find_problems
 from planner.batch.results import Results
+from planner.problem.request import PlanRequest
 from planner.processes.process import run_case
 
 

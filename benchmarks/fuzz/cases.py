@@ -23,13 +23,13 @@ from planner.base.hashing import content_hash
 from planner.base.resources import robots_folder, scenes_folder
 from planner.base.yamlfile import parse_yaml
 from planner.collision import make_checker
-from planner.motion.ros_bag import write_bag
-from planner.roadmap.build import build_roadmap
+from planner.construction.build import build_roadmap
+from planner.models.files.srdf import read_srdf
+from planner.models.files.urdf import example_robot_data
+from planner.models.scene import Scene
 from planner.roadmap.roadmap import DTYPES
 from planner.roadmap.storage import save_roadmap
-from planner.world.scene import Scene
-from planner.world.srdf import read_srdf
-from planner.world.urdf import example_robot_data
+from planner.trajectory.ros_bag import write_bag
 
 
 @dataclass(frozen=True)

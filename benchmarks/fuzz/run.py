@@ -23,9 +23,9 @@ from benchmarks.fuzz.cases import FileKind, kinds
 from planner.base.errors import OptionError, PlannerError, choices
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
-from planner.base.request import require_seed
 from planner.base.silenced import Silenced
 from planner.base.tables import markdown_table
+from planner.problem.request import require_seed
 from planner.processes.process import Ended, run_module
 
 _BATCH = 200  # cases a process

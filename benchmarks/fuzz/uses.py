@@ -12,27 +12,27 @@ import numpy as np
 from benchmarks.fuzz.mesh_files import robot_with_mesh
 from planner import gabf
 from planner.base.beside import mismatch
-from planner.base.request import LimitsRequest, PlanRequest
 from planner.base.resources import robots_folder
-from planner.base.targets import parse_target
 from planner.batch.tasks import read_tasks
 from planner.collision import BACKENDS, make_checker
 from planner.collision.edge_prover import EdgeProver
+from planner.construction.repair import verify
 from planner.kinematics.manipulability import manipulability
-from planner.motion.check import check_trajectory
-from planner.motion.export import export
-from planner.motion.file import TRAJECTORY_NAME, load_trajectory
-from planner.motion.limits import MotionLimits
-from planner.motion.points import read_points
-from planner.motion.report import report_record, report_rows
+from planner.models.files.moveit.requests import read_motion_plan_request
+from planner.models.model_checks import notes
+from planner.models.robot import Robot, with_carried
+from planner.models.scene import Scene
 from planner.paths.file import read_joint_path
-from planner.query.message import goals_of, joints_of
-from planner.roadmap.repair import verify
+from planner.problem.request import LimitsRequest, PlanRequest
+from planner.problem.targets import parse_target
 from planner.roadmap.storage import load_roadmap
-from planner.world.moveit.requests import read_motion_plan_request
-from planner.world.plausible import notes
-from planner.world.robot import Robot, with_carried
-from planner.world.scene import Scene
+from planner.setup.message import goals_of, joints_of
+from planner.trajectory.check import check_trajectory
+from planner.trajectory.export import export
+from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.points import read_points
+from planner.trajectory.report import report_record, report_rows
 
 KERNEL = gabf.TradeOff(beta=0.5)  # of networks
 ARM = "planar_2r"  # two joints: every use takes milliseconds

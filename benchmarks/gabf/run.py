@@ -18,8 +18,8 @@ from benchmarks.gabf.report import Row, to_markdown
 from planner import gabf
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import require_seed
 from planner.batch.results import Results, ResultsFile
+from planner.problem.request import require_seed
 from planner.processes.process import run_module
 
 SIZES = (1_000, 4_000, 10_000, 20_000, 100_000, 1_000_000)

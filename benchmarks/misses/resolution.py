@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 
 FRACTION = 0.01
 """OMPL's default longest valid segment, as a share of the space's extent."""

@@ -18,14 +18,14 @@ from benchmarks.misses.thin_obstacles import KINDS, ThinCase, thin_case
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, WorkersRequest, require_seed
 from planner.batch.results import Results
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, dense_states
 from planner.collision.self_pairs import generate_disabled_pairs
-from planner.world.robot import Robot
-from planner.world.scene import Scene
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.problem.request import SERIAL, WorkersRequest, require_seed
 
 ROBOTS = ("iiwa14", "panda", "ur5", "planar_2r", "kinova")
 THICKNESSES = (1.0, 2.0, 3.0, 4.0, 5.0)  # mm

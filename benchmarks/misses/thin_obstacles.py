@@ -10,10 +10,10 @@ from planner.base.arrays import Floats
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.kinematics.forward import joint_placements
-from planner.world.poses import pose
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Cylinder, Obstacle, Shape, corners
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Cylinder, Obstacle, Shape, corners
 
 KINDS = ("wall", "pole", "window")
 

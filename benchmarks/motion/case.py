@@ -8,16 +8,16 @@ from typing import Any
 from benchmarks.motion.other_law import roboplan_law
 from benchmarks.motion.toppra_law import installed, toppra_duration
 from planner.base.errors import PlannerError
-from planner.base.outcome import Outcome
 from planner.base.progress import Progress
-from planner.base.request import DEFAULT_TIME_LAW, LimitsRequest, PlanRequest
 from planner.collision import BACKENDS, make_checker
-from planner.motion.check import sampled_contact
-from planner.motion.limits import KINDS, MotionLimits
-from planner.motion.timing import time_path, timed_curve
-from planner.motion.trajectory import Trajectory
-from planner.plan_record import Plan
-from planner.planning import cost_in_motion, plan
+from planner.planning.plan import cost_in_motion, plan
+from planner.planning.result import Plan
+from planner.problem.outcome import Outcome
+from planner.problem.request import DEFAULT_TIME_LAW, LimitsRequest, PlanRequest
+from planner.trajectory.check import sampled_contact
+from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.timing import time_path, timed_curve
+from planner.trajectory.trajectory import Trajectory
 
 STEP = 1e-4  # m of motion between two looks at a motion
 REFUSED = "refused"

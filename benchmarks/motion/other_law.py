@@ -14,9 +14,9 @@ from benchmarks.motion import runner
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.collision.checker import CollisionChecker
-from planner.motion.check import sampled_contact
-from planner.motion.limits import MotionLimits
-from planner.motion.trajectory import Trajectory
+from planner.trajectory.check import sampled_contact
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.trajectory import Trajectory
 
 _WAIT = 60.0  # s
 

@@ -11,11 +11,11 @@ from benchmarks.motion.case import measure
 from benchmarks.motion.report import Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest
 from planner.batch.problems import Problem, find_problems
 from planner.batch.results import Results
-from planner.motion.limits import MotionLimits
-from planner.world.robot import Robot
+from planner.models.robot import Robot
+from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, WorkersRequest
+from planner.trajectory.limits import MotionLimits
 
 
 def bench_motion(

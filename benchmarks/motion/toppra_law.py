@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.motion.curve import Curve
+from planner.trajectory.curve import Curve
 
 _GRID = 30  # intervals of a piece
 

@@ -13,12 +13,12 @@ from benchmarks.optimum.arms import ARMS, PlanarArm
 from benchmarks.optimum.grid import grid_optimum, path_cost
 from benchmarks.optimum.report import Row, to_markdown
 from planner.base.errors import OptionError
-from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PlanRequest
 from planner.batch.results import Results
 from planner.paths.measure import corners
-from planner.planning import plan
+from planner.planning.plan import plan
+from planner.problem.outcome import Outcome
+from planner.problem.request import PlanRequest
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,9 @@ from benchmarks.partition.case import ACTORS, METHODS, WHOLE
 from planner import gabf
 from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import require_seed
 from planner.base.tables import markdown_table
 from planner.batch.results import Results, ResultsFile
+from planner.problem.request import require_seed
 from planner.processes.process import run_module
 
 ARCS_PER_NODE = 9.7  # of geometric networks with 8 neighbours

@@ -19,7 +19,6 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import require_seed
 from planner.base.tables import markdown_table
 from planner.batch.results import Results
 from planner.gabf.laws import Law
@@ -27,6 +26,7 @@ from planner.gabf.partitioned.cut import Cut, bands
 from planner.gabf.partitioned.run import LocalBlocks, PartitionedField
 from planner.gabf.problem import reduce
 from planner.gabf.solvers import State, disequilibrium, mean_cost
+from planner.problem.request import require_seed
 
 NODES, BLOCKS, MOST_STEPS = 500, 4, 4000
 LAWS: dict[str, Law] = {law.name: law for law in (gabf.SingularityFree(), gabf.PrescribedTime(), gabf.Nominal())}

@@ -18,17 +18,17 @@ from benchmarks.memory import peak_memory
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
-from planner.base.outcome import Outcome
 from planner.base.progress import Progress
-from planner.base.request import PlanRequest
 from planner.batch.options import plan_request
 from planner.batch.outcomes import REFUSED
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker
 from planner.paths.measure import path_clearance, path_contact
-from planner.plan_record import Plan, plan_record
-from planner.planning import plan
-from planner.roadmap.first_path import FIRST_PATH
+from planner.planning.plan import plan
+from planner.planning.result import Plan, plan_record
+from planner.problem.outcome import Outcome
+from planner.problem.request import PlanRequest
+from planner.sampling.first_path import FIRST_PATH
 
 _STAGES = ("setup", "roadmap", "costs", "gabf", "path")
 

@@ -14,11 +14,11 @@ from benchmarks.plan.rows import Row
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, PlanRequest, WorkersRequest
 from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED, TIMED_OUT
 from planner.batch.problems import Problem, find_problems
 from planner.batch.results import ResultsFile, measure_missing
+from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.processes.process import run_case
 
 CSV_NAME, MARKDOWN_NAME, LOGS_NAME = "plan.csv", "plan.md", "logs"

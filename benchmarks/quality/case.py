@@ -18,18 +18,18 @@ from benchmarks.quality.ompl_paths import OmplPaths
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
-from planner.base.outcome import Outcome
-from planner.base.request import PlanRequest
 from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision.edge_prover import EdgeProver
+from planner.models.robot import Robot
 from planner.paths.measure import corners, measure_path, path_manipulability
-from planner.plan_record import plan_record
-from planner.planning import plan
-from planner.query.open import Query, make_query
-from planner.roadmap.motions import Motions
-from planner.roadmap.ompl_planners import JointSpace
-from planner.world.robot import Robot
+from planner.planning.plan import plan
+from planner.planning.result import plan_record
+from planner.problem.outcome import Outcome
+from planner.problem.request import PlanRequest
+from planner.roadmap.straight_motions import Motions
+from planner.sampling.ompl_planners import JointSpace
+from planner.setup.open import Query, make_query
 
 OURS = "planner"
 _STEP = 0.02  # m of motion between two states that OMPL's planners check

@@ -8,7 +8,7 @@ from ompl import base as ob
 from ompl import geometric as og
 
 from planner.base.arrays import Floats
-from planner.roadmap.ompl_planners import TreePlanners
+from planner.sampling.ompl_planners import TreePlanners
 
 PLANNERS = {"RRTConnect": og.RRTConnect, "RRT*": og.RRTstar, "BIT*": og.BITstar}
 _OPTIMISING = ("RRT*", "BIT*")

@@ -12,11 +12,11 @@ from benchmarks.quality.case import OURS
 from benchmarks.quality.report import Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, PlanRequest, WorkersRequest
 from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED
 from planner.batch.problems import Problem, find_problems
 from planner.batch.results import Results
+from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.processes.process import run_case
 
 METHODS = ("RRTConnect", "RRT*", "BIT*")

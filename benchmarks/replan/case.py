@@ -24,15 +24,15 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
-from planner.base.request import RoadmapRequest
 from planner.collision import BACKENDS, make_checker
 from planner.collision.edge_prover import EdgeProver
-from planner.motion.timing import time_path
-from planner.query.open import make_query
-from planner.roadmap.grow import grow
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.problem.request import RoadmapRequest
+from planner.sampling.grow import grow
+from planner.sampling.growth_settings import GrowthSettings
 from planner.session.report import Answer
 from planner.session.session import Session
+from planner.setup.open import make_query
+from planner.trajectory.timing import time_path
 
 _ANEW_EVERY = 5  # changes, for each kind: planning anew takes many times as long
 _COMPARED = 100  # changes; of further ones only the session's own times, error and memory are measured

@@ -9,10 +9,10 @@ import numpy as np
 
 from planner.base.errors import SceneError, StateError
 from planner.kinematics.forward import tool_positions
+from planner.models.poses import pose
+from planner.models.shapes import Box, Obstacle
 from planner.session.report import Answer, Change
 from planner.session.session import Session
-from planner.world.poses import pose
-from planner.world.shapes import Box, Obstacle
 
 KINDS = ("moved", "added", "removed", "blocking the route")
 _TRIES = 30  # places drawn for one change: many touch the arm, the start or the goal

@@ -10,9 +10,17 @@ from benchmarks.bench import run_bench, software
 from benchmarks.replan.report import Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PAPER_NODES, SERIAL, Backend, PlanRequest, WorkersRequest, require_nodes, require_seed
 from planner.batch.problems import Problem, find_problems
 from planner.batch.results import Results, ResultsFile
+from planner.problem.request import (
+    PAPER_NODES,
+    SERIAL,
+    Backend,
+    PlanRequest,
+    WorkersRequest,
+    require_nodes,
+    require_seed,
+)
 from planner.processes.process import run_case
 
 

@@ -8,13 +8,13 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
-from planner.collision.in_time import TimedProver
+from planner.collision.moving_prover import TimedProver
 from planner.kinematics.forward import joint_placements
-from planner.motion.in_time import certified_horizon, first_touch_in_time
-from planner.motion.trajectory import Trajectory
-from planner.world.moving import KnownMotion, MovingObstacle
-from planner.world.poses import pose
-from planner.world.shapes import Box, Obstacle, farthest
+from planner.models.moving import KnownMotion, MovingObstacle
+from planner.models.poses import pose
+from planner.models.shapes import Box, Obstacle, farthest
+from planner.trajectory.moving_obstacles import certified_horizon, first_touch_in_time
+from planner.trajectory.trajectory import Trajectory
 
 _BOXES, _KNOTS = 3, 20  # boxes a run, and changes of course of each
 _SIZE, _SPEED = (0.05, 0.2), (0.05, 0.6)  # m, m/s

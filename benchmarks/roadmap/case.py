@@ -33,18 +33,18 @@ from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import SceneError
 from planner.base.files import write_whole
-from planner.base.request import PlanRequest, WorldRequest
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import recheck
-from planner.costs.network import build_network
+from planner.construction.build import build_roadmap
+from planner.construction.connect_endpoints import attach
 from planner.gabf.routes import paths_from
-from planner.planning import plan
-from planner.query.open import open_world
-from planner.roadmap.attach import attach
-from planner.roadmap.build import build_roadmap
+from planner.planning.network import build_network
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest, WorldRequest
 from planner.roadmap.node_checks import nobody, with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.setup.open import open_world
 
 _MOST_DRAWS = 20_000
 _EDGES_LOOKED_AT = 200

@@ -11,7 +11,7 @@ from ompl import util as ou
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 
 QUERY_SECONDS = 5.0  # a query that is not answered by then counts as not solved
 
@@ -99,7 +99,7 @@ def configurations(path: og.PathGeometric, dof: int) -> Floats:
 
 
 class _StateCheck(ob.StateValidityChecker):
-    """A class of Python's, and kept, for the reason that :mod:`planner.roadmap.ompl_planners` gives."""
+    """A class of Python's, and kept, for the reason that :mod:`planner.sampling.ompl_planners` gives."""
 
     def __init__(self, info: ob.SpaceInformation, is_free: Callable[[Floats], bool], dof: int) -> None:
         super().__init__(info)

@@ -12,10 +12,10 @@ from benchmarks.bench import run_bench, software
 from benchmarks.roadmap.report import CHECKS, CRASHED, OURS, PEERS, PLAN, TIMED_OUT, Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import WorldRequest, require_nodes, require_seed
 from planner.batch.results import Results, ResultsFile
+from planner.problem.request import WorldRequest, require_nodes, require_seed
 from planner.processes.process import run_module
-from planner.query.open import open_world
+from planner.setup.open import open_world
 
 METHODS = (OURS, *PEERS, CHECKS[0])
 """What is run; the last fills the rows of both checkers."""

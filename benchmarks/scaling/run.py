@@ -18,11 +18,11 @@ from benchmarks.bench import closing_lines, run_bench, software
 from benchmarks.scaling.model import drawn, makespan
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PlanRequest, WorkersRequest
 from planner.base.tables import markdown_table
 from planner.batch.results import Results
 from planner.batch.run import run_batch
 from planner.batch.tasks import read_tasks
+from planner.problem.request import PlanRequest, WorkersRequest
 from planner.processes.parallel import measured_cases
 
 PROBLEMS, WORKERS = 10_000, (1, 10, 100)

@@ -22,17 +22,17 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
-from planner.base.request import PlanRequest
 from planner.batch.options import plan_request
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision import BACKENDS, make_checker
-from planner.costs.network import build_network
+from planner.construction.build import build_roadmap
+from planner.construction.connect_endpoints import attach
 from planner.paths.measure import measure_path
-from planner.planning import plan
-from planner.query.open import Query, make_query
-from planner.roadmap.attach import attach
-from planner.roadmap.build import build_roadmap
+from planner.planning.network import build_network
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest
 from planner.roadmap.roadmap import path_waypoints
+from planner.setup.open import Query, make_query
 
 Columns = dict[str, Any]
 Answer = Callable[[Query], tuple[Floats, float]]

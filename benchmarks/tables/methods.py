@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from planner.base.request import PlanRequest
+from planner.problem.request import PlanRequest
 
 PATH_ONLY, KEPT = "path only", "kept roadmap"
 

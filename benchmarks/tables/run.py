@@ -12,13 +12,13 @@ from benchmarks.tables.published import GCS, GCS_TASKS, MBM
 from benchmarks.tables.report import Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PlanRequest
 from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED
 from planner.batch.problems import find_problems
 from planner.batch.results import Results
+from planner.models.scene import Scene
+from planner.problem.request import PlanRequest
 from planner.processes.process import run_case
-from planner.world.scene import Scene
 
 
 @dataclass(frozen=True)

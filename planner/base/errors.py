@@ -5,13 +5,27 @@ A message is one sentence built from the data: what is wrong, where, and the rem
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from numbers import Real
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from planner.base.reasons import Reason
+from typing import Any, ClassVar
 
 _LONGEST_NAME, _MOST_NAMES = 200, 50  # characters, names: a sentence stays one
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Base of all reasons; ``kind`` is what ``plan.json`` calls it."""
+
+    kind: ClassVar[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The kind, then the fields as plain data."""
+        return {"kind": self.kind, **asdict(self)}
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The links and obstacles that it blames: a page draws them red."""
+        return frozenset()
 
 
 class PlannerError(Exception):

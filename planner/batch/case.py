@@ -12,11 +12,12 @@ from typing import Any
 
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
-from planner.base.request import PlanRequest
 from planner.batch.options import plan_request
 from planner.batch.outcomes import REFUSED
-from planner.plan_record import save_plan, save_plan_without_page
-from planner.planning import plan, with_alternatives
+from planner.planning.plan import plan
+from planner.planning.result import save_plan, save_plan_without_page
+from planner.problem.request import PlanRequest
+from planner.tradeoff.alternatives import with_alternatives
 
 
 def planned(request: PlanRequest, folder: Path, page: bool) -> dict[str, Any]:

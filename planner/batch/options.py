@@ -7,7 +7,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from planner.base.request import PlanRequest, SweepRequest
+from planner.problem.request import PlanRequest, SweepRequest
 
 _PATHS = ("srdf", "motion_plan_request", "roadmap")  # options that are paths, which JSON holds as text
 

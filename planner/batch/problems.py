@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import FileError
-from planner.base.request import PlanRequest
-from planner.query.sources import sources_hash
+from planner.problem.request import PlanRequest
+from planner.setup.sources import sources_hash
 
 _SCENES, _REQUESTS = (".yaml", ".yml", ".scene"), (".yaml", ".yml")
 

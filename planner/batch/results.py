@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar, get_args, get_type_hints
 from planner.base.errors import FileError
 from planner.base.files import write_whole
 from planner.base.progress import Progress
-from planner.base.request import SERIAL, WorkersRequest
+from planner.problem.request import SERIAL, WorkersRequest
 from planner.processes.parallel import Measure, measured_cases
 
 C = TypeVar("C")

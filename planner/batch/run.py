@@ -15,11 +15,11 @@ import pydantic
 from planner.base.errors import OptionError
 from planner.base.files import is_file, make_folder, write_json, write_whole
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, PlanRequest, WorkersRequest
 from planner.base.tables import markdown_table, median
 from planner.batch.outcomes import CRASHED, SOLVED, TIMED_OUT
 from planner.batch.results import Results, to_csv
 from planner.batch.tasks import CSV_NAME, Task, read_tasks
+from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.processes.parallel import measured_cases
 from planner.processes.process import Ended, run_module
 from planner.processes.source import software

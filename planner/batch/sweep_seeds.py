@@ -10,12 +10,12 @@ from pathlib import Path
 
 from planner.base.errors import OptionError
 from planner.base.files import is_file, make_folder
-from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, SweepRequest, WorkersRequest
 from planner.base.tables import markdown_table
 from planner.batch.results import Results, ResultsFile, measure_missing
 from planner.batch.tasks import request_hash
+from planner.problem.outcome import Outcome
+from planner.problem.request import SERIAL, SweepRequest, WorkersRequest
 from planner.processes.source import software
 from planner.tradeoff.nondominated import MAX_LABELS
 from planner.tradeoff.record import JSON_NAME, save_sweep

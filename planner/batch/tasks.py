@@ -15,11 +15,11 @@ import pydantic
 
 from planner.base.errors import FileError, PlannerError, choices
 from planner.base.files import is_file, is_folder
-from planner.base.request import PlanRequest, SweepRequest
 from planner.base.yamlfile import Strict, nearest, parse_yaml, read_text, repeated, validate
 from planner.batch.options import plain_options
 from planner.batch.problems import find_problems
-from planner.query.sources import sources_hash
+from planner.problem.request import PlanRequest, SweepRequest
+from planner.setup.sources import sources_hash
 
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.+-]*(/[A-Za-z0-9_][A-Za-z0-9_.+-]*)*")  # a folder below the batch's own
 CSV_NAME = "batch.csv"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from planner.base.errors import OptionError
-from planner.base.targets import AND
+from planner.problem.targets import AND
 
 _GOAL = "--goal"
 

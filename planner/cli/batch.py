@@ -7,9 +7,9 @@ from typing import Annotated
 
 import tyro
 
-from planner.base.request import SERIAL, PlanRequest
 from planner.cli.common import Flag, Workers
 from planner.cli.terminal import run_into, say
+from planner.problem.request import SERIAL, PlanRequest
 
 
 def batch(

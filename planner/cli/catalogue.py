@@ -10,8 +10,8 @@ from planner.cli.common import Flag
 from planner.cli.terminal import say
 
 if TYPE_CHECKING:
-    from planner.world.robot import Robot
-    from planner.world.scene import Scene
+    from planner.models.robot import Robot
+    from planner.models.scene import Scene
 
 WIDTH = 79  # columns
 
@@ -24,7 +24,7 @@ def robots(json: Flag = False, debug: Flag = False) -> int:
         debug: Show tracebacks of errors.
     """
     from planner.base.resources import robot_names
-    from planner.world.robot import Robot
+    from planner.models.robot import Robot
 
     records = [robot_record(Robot.load(name)) for name in robot_names()]
     say(json_text.dumps(records, indent=1, ensure_ascii=False) if json else "\n\n".join(map(_robot_text, records)))
@@ -39,7 +39,7 @@ def scenes(json: Flag = False, debug: Flag = False) -> int:
         debug: Show tracebacks of errors.
     """
     from planner.base.resources import published_scene_names, scene_names
-    from planner.world.scene import Scene
+    from planner.models.scene import Scene
 
     records = [scene_record(Scene.load(name)) for name in (*scene_names(), *published_scene_names())]
     say(json_text.dumps(records, indent=1, ensure_ascii=False) if json else "\n\n".join(map(_scene_text, records)))

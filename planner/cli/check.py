@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from planner.base.request import LimitsRequest, WorldRequest
 from planner.cli.common import Flag
 from planner.cli.terminal import complain, facts, say, show, watching
+from planner.problem.request import LimitsRequest, WorldRequest
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
-    from planner.motion.points import Points
+    from planner.trajectory.points import Points
 
 EXIT_NOT_USABLE = 4
 
@@ -61,11 +61,11 @@ def check(
     from planner.paths.check import check_path, require_step, worst_excess
 
     require_step(step)
-    from planner.motion.points import read_points
     from planner.paths.file import read_joint_path
     from planner.paths.report import excess_text, report_record, report_rows, verdict_sentence
-    from planner.query.open import open_world
-    from planner.query.resolve import looks_like_degrees
+    from planner.setup.open import open_world
+    from planner.setup.resolve import looks_like_degrees
+    from planner.trajectory.points import read_points
 
     checker = open_world(request)
     robot, scene = checker.robot, checker.world.scene
@@ -90,9 +90,9 @@ def check(
 def _check_trajectory(
     path: Path, checker: CollisionChecker, points: Points, motion: LimitsRequest, step: float, json: bool
 ) -> int:
-    from planner.motion.check import check_trajectory
-    from planner.motion.limits import MotionLimits
-    from planner.motion.report import report_record, report_rows, verdict_sentence
+    from planner.trajectory.check import check_trajectory
+    from planner.trajectory.limits import MotionLimits
+    from planner.trajectory.report import report_record, report_rows, verdict_sentence
 
     own = points.limits if motion == LimitsRequest() else None
     limits = own or MotionLimits.of(checker.robot, motion)

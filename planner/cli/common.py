@@ -9,7 +9,7 @@ from typing import Annotated, Any, Optional, Union, get_args, get_type_hints
 
 import tyro
 
-from planner.base.request import (
+from planner.problem.request import (
     KeptRequest,
     LimitsRequest,
     PlanRequest,

@@ -13,7 +13,7 @@ from planner.cli.terminal import complain, say
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
-    from planner.motion.trajectory import Trajectory
+    from planner.trajectory.trajectory import Trajectory
 
 Format: TypeAlias = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
 
@@ -60,9 +60,9 @@ def export(
     if knots and rate is None:
         raise OptionError("--knots says what becomes of the knots beside the rows of --rate: add --rate.")
     from planner.base.files import is_folder, require_writable_file, write_whole
-    from planner.motion import export as formats
-    from planner.motion.file import load_trajectory
-    from planner.motion.grid import require_rate
+    from planner.trajectory import export as formats
+    from planner.trajectory.file import load_trajectory
+    from planner.trajectory.grid import require_rate
 
     if rate is not None:
         require_rate(rate)
@@ -86,7 +86,7 @@ def export(
 
 def _between_knots(found: Trajectory, rate: float) -> tuple[Trajectory, str]:
     """The trajectory with rows between its knots, and what is to be said of it."""
-    from planner.motion.grid import between_knots
+    from planner.trajectory.grid import between_knots
 
     made = between_knots(found, rate)
     gaps = 1e3 * made.seconds
@@ -102,7 +102,7 @@ def _on_grid(found: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, 
 
     Raises :class:`FileError` where it is not proven any more.
     """
-    from planner.motion.grid import on_grid
+    from planner.trajectory.grid import on_grid
 
     try:
         checker, unknown = _world(folder, found), ""
@@ -125,7 +125,7 @@ def _on_grid(found: Trajectory, rate: float, folder: Path) -> tuple[Trajectory, 
 
 def _told(found: Trajectory, made: Trajectory, rate: float) -> str:
     """What became of a trajectory on a grid, as the beginning of a sentence."""
-    from planner.motion.grid import off_the_curve, period_of
+    from planner.trajectory.grid import off_the_curve, period_of
 
     period = period_of(rate)
     whole = period.denominator == 1
@@ -138,9 +138,9 @@ def _told(found: Trajectory, made: Trajectory, rate: float) -> str:
 def _world(folder: Path, found: Trajectory) -> CollisionChecker:
     """The world of the plan in ``folder``; :class:`PlannerError` where there is none, or it is another robot's."""
     from planner.base.yamlfile import read_text
+    from planner.construction.world_of import reopen_plan
     from planner.paths.file import parse
-    from planner.plan_record import JSON_NAME, ROADMAP_NAME
-    from planner.roadmap.world_of import reopen_plan
+    from planner.planning.result import JSON_NAME, ROADMAP_NAME
 
     where = folder / JSON_NAME
     record = parse(read_text(where, "plan"), f"plan {where}")
@@ -154,7 +154,7 @@ def _world(folder: Path, found: Trajectory) -> CollisionChecker:
 
 
 def _goal(place: Path, size: int) -> str:
-    from planner.motion.export import LONGEST_ARGUMENT, goal_command
+    from planner.trajectory.export import LONGEST_ARGUMENT, goal_command
 
     command = goal_command(place)
     if size < LONGEST_ARGUMENT:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.base.interrupts import leaving_on_interrupt
-from planner.base.request import PlanRequest, TimingRequest
 from planner.cli.common import STARTED, Flag
 from planner.cli.terminal import complain, facts, say, show, working
+from planner.problem.request import PlanRequest, TimingRequest
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -69,15 +69,16 @@ def plan(
     from planner.base.files import require_writable_folder
 
     require_writable_folder(out)
-    from planner import planning
-    from planner.base.outcome import Outcome
     from planner.cli.interrupted import folder_for_interrupted, kept
-    from planner.motion.file import TRAJECTORY_NAME
-    from planner.plan_record import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_plan_page, save_plan_without_page
+    from planner.planning.plan import plan as find_plan
+    from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_plan_page, save_plan_without_page
+    from planner.problem.outcome import Outcome
+    from planner.tradeoff.alternatives import with_alternatives
+    from planner.trajectory.file import TRAJECTORY_NAME
 
     imported = time.perf_counter() - STARTED
     with working() as progress:
-        result = planning.with_alternatives(planning.plan(request, progress, None if no_timing else timing), progress)
+        result = with_alternatives(find_plan(request, progress, None if no_timing else timing), progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
         record = save_plan_without_page(result, place, {"import": imported, "total": time.perf_counter() - STARTED})
@@ -103,7 +104,7 @@ def plan(
 
 
 def _plan_table(record: dict[str, Any]) -> Table:
-    from planner.plan_record import summary_rows
+    from planner.planning.result import summary_rows
 
     seconds = ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items())
     return facts(f"{record['robot']} in {record['scene']}", [*summary_rows(record), ("seconds", seconds)])

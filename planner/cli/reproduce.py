@@ -10,9 +10,9 @@ import tyro
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.base.request import PAPER_NODES, SERIAL, Backend
 from planner.cli.common import Flag, Workers
 from planner.cli.terminal import report_table, run_into, say, show, verdict_table
+from planner.problem.request import PAPER_NODES, SERIAL, Backend
 
 if TYPE_CHECKING:
     from planner.reproduce.report import Report

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.base.errors import FileError, OptionError
-from planner.base.request import KeptRequest, RoadmapRequest, require_nodes, require_seed
 from planner.cli.common import Flag
 from planner.cli.terminal import facts, say, show, working
+from planner.problem.request import KeptRequest, RoadmapRequest, require_nodes, require_seed
 
 if TYPE_CHECKING:
     from planner.roadmap.roadmap import Roadmap
@@ -42,11 +42,11 @@ def build(
     from planner.base.files import require_writable_file
 
     require_writable_file(file)
-    from planner.base.outcome import Outcome
-    from planner.base.request import SweepRequest
     from planner.cli.interrupted import file_for_interrupted, kept
-    from planner.query.open import make_query
-    from planner.roadmap.obtain import obtain_roadmap
+    from planner.construction.obtain import obtain_roadmap
+    from planner.problem.outcome import Outcome
+    from planner.problem.request import SweepRequest
+    from planner.setup.open import make_query
 
     sweep = SweepRequest(**vars(request))
     with working() as progress:
@@ -114,9 +114,9 @@ def check(
 
 def _check(file: Path, request: KeptRequest) -> int:
     from planner.collision.edge_prover import Verdict
-    from planner.roadmap import repair as repairing
+    from planner.construction import repair as repairing
+    from planner.construction.world_of import reopen
     from planner.roadmap.storage import load_roadmap, require_same_world
-    from planner.roadmap.world_of import reopen
 
     kept = load_roadmap(file)
     checker = reopen(request, kept, file)
@@ -147,9 +147,9 @@ def _check(file: Path, request: KeptRequest) -> int:
 
 def _repair(file: Path, request: KeptRequest, target: Path) -> int:
     from planner.base.files import require_writable_file
-    from planner.roadmap import repair as repairing
+    from planner.construction import repair as repairing
+    from planner.construction.world_of import reopen
     from planner.roadmap.storage import load_roadmap
-    from planner.roadmap.world_of import reopen
 
     kept = load_roadmap(file)
     require_writable_file(target)
@@ -200,9 +200,9 @@ def extend(
     from planner.base.files import require_writable_file
     from planner.cli.interrupted import file_for_interrupted
     from planner.cli.interrupted import kept as was_kept
-    from planner.roadmap.extend import extend as grow_on
+    from planner.construction.extend import extend as grow_on
+    from planner.construction.world_of import reopen
     from planner.roadmap.storage import load_roadmap, require_same_world
-    from planner.roadmap.world_of import reopen
 
     kept, target = load_roadmap(file), out or file
     require_nodes(len(kept.nodes) + nodes)

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import tyro
 
 from planner.base.errors import FileError, OptionError
-from planner.base.request import names_text, require_one_choice, require_seed
 from planner.cli.common import Flag
 from planner.cli.terminal import say, watching
+from planner.problem.request import names_text, require_one_choice, require_seed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from planner.collision.pair_survey import Survey
-    from planner.world.robot import Robot
+    from planner.models.robot import Robot
 
 
 def robot_yaml(
@@ -67,10 +67,10 @@ def robot_yaml(
     require_writable_file(out)
     from planner.collision.coal import CoalChecker
     from planner.collision.pair_survey import survey_pairs
-    from planner.query.robot_yaml import robot_yaml as text_of
-    from planner.world.plausible import require_bodies
-    from planner.world.robot import assemble
-    from planner.world.robot_files import JointChoice, read_robot
+    from planner.models.files.robot_files import JointChoice, read_robot
+    from planner.models.model_checks import require_bodies
+    from planner.models.robot import assemble
+    from planner.setup.robot_yaml import robot_yaml as text_of
 
     files = read_robot(robot, srdf)
     names = None if joints is None else tuple(names_text(joints).split(","))
@@ -91,8 +91,8 @@ def _outlook(arm: Robot, unchecked: frozenset[frozenset[str]]) -> Iterator[str]:
     """How usable the robot is with what has been written, and what stands in the way."""
     from planner.collision.coal import CoalChecker
     from planner.collision.world import World
-    from planner.query.trial import try_robot
-    from planner.world.scene import Scene
+    from planner.models.scene import Scene
+    from planner.setup.trial import try_robot
 
     disabled = unchecked | (arm.disabled_pairs or frozenset()) | arm.touching
     found = try_robot(CoalChecker(World.of(arm, Scene("none"), disabled)))

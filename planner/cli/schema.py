@@ -34,18 +34,18 @@ def schema(file: tyro.conf.Positional[Format], debug: Flag = False) -> int:
 def _model(file: Format) -> type[pydantic.BaseModel]:
     match file:
         case "plan":
-            from planner.schemas.plan import PlanRecord
+            from planner.planning.schema import PlanRecord
 
             return PlanRecord
         case "sweep":
-            from planner.schemas.sweep import SweepRecord
+            from planner.tradeoff.schema import SweepRecord
 
             return SweepRecord
         case "scene":
-            from planner.world.scene import SceneFile
+            from planner.models.scene import SceneFile
 
             return SceneFile
         case "robot":
-            from planner.world.robot_files import RobotFile
+            from planner.models.files.robot_files import RobotFile
 
             return RobotFile

@@ -10,9 +10,9 @@ import tyro
 
 from planner.base.errors import OptionError
 from planner.base.interrupts import leaving_on_interrupt
-from planner.base.request import SERIAL, SweepRequest, WorkersRequest
 from planner.cli.common import STARTED, Flag, Workers
 from planner.cli.terminal import report_table, run_into, say, show, working
+from planner.problem.request import SERIAL, SweepRequest, WorkersRequest
 
 if TYPE_CHECKING:
     from planner.tradeoff.sweep import Tradeoff
@@ -66,8 +66,8 @@ def sweep(
     require_writable_folder(out)
     if seeds:
         return _many(request, seeds, out, front, max_labels, workers)
-    from planner.base.outcome import Outcome
     from planner.cli.interrupted import folder_for_interrupted, kept
+    from planner.problem.outcome import Outcome
     from planner.tradeoff.nondominated import MAX_LABELS
     from planner.tradeoff.record import NAMES, PAGE_NAME, read_checkpoint, save_sweep_page, save_sweep_without_page
     from planner.tradeoff.sweep import sweep as find_tradeoff
@@ -105,8 +105,8 @@ def _many(
     max_labels: int | None,
     workers: WorkersRequest,
 ) -> int:
-    from planner.base.outcome import Outcome
     from planner.batch.sweep_seeds import sweep_seeds
+    from planner.problem.outcome import Outcome
     from planner.tradeoff.nondominated import MAX_LABELS
 
     labels = MAX_LABELS if max_labels is None else max_labels
@@ -131,7 +131,7 @@ def _tell(record: dict[str, Any], said: str) -> None:
 
 
 def _ending(result: Tradeoff, place: Path) -> str:
-    from planner.base.outcome import Outcome
+    from planner.problem.outcome import Outcome
 
     match result.outcome:
         case Outcome.SOLVED:

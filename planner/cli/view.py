@@ -10,13 +10,13 @@ import tyro
 
 from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError, OptionError
-from planner.base.request import LiveRequest, WorldRequest
-from planner.base.targets import HOME, parse_target
 from planner.cli.common import Flag
 from planner.cli.terminal import say
+from planner.problem.request import LiveRequest, WorldRequest
+from planner.problem.targets import HOME, parse_target
 
 if TYPE_CHECKING:
-    from planner.live.desk import Desk
+    from planner.live.controller import Desk
 
 
 def view(
@@ -94,12 +94,12 @@ def _require_no_state(result: Path | None, state: str | None) -> None:
 def _desk(request: WorldRequest, question: LiveRequest, out: Path | None) -> Desk:
     """The live page's other side, with its first question answered."""
     from planner.base.files import require_writable_file
-    from planner.live.desk import Desk
+    from planner.live.controller import Desk
     from planner.live.state import Question
-    from planner.query.open import open_world
+    from planner.models.frames import in_world
+    from planner.models.scene import Scene
     from planner.session.session import Session
-    from planner.world.frames import in_world
-    from planner.world.scene import Scene
+    from planner.setup.open import open_world
 
     out = Path(f"{Path(str(request.scene)).stem}-moved.yaml") if out is None else out
     if out.suffix.lower() not in (".yaml", ".yml"):
@@ -142,8 +142,8 @@ def _page_beside(result: Path) -> Path:
 
 def _state_page(request: WorldRequest, state: str | None) -> str:
     target = None if state is None else parse_target(state)
-    from planner.query.open import open_world, states_of
-    from planner.query.resolve import resolve_as_is
+    from planner.setup.open import open_world, states_of
+    from planner.setup.resolve import resolve_as_is
     from planner.view.state import inspect_state, state_page
 
     checker = open_world(request)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 from planner.base.errors import OptionError, choices, require_kind
-from planner.base.request import require_margin
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import worked_out
 from planner.collision.world import World
-from planner.world.frames import in_world
-from planner.world.robot import Robot
-from planner.world.scene import Scene
+from planner.models.frames import in_world
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.problem.request import require_margin
 
 BACKENDS = ("fcl", "coal")
 

@@ -18,13 +18,13 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.kept import kept
 from planner.base.products import product
-from planner.collision.covers import Spheres, box_cover, sphere_cover
+from planner.collision.bounding_volumes import Spheres, box_cover, sphere_cover
 from planner.collision.hulls import dent, hull_corners
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
+from planner.models.moving import KnownMotion
+from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
 from planner.native.library import NativeWorld
-from planner.world.moving import KnownMotion
-from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
 
 _NONE: Mapping[str, KnownMotion] = MappingProxyType({})
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)

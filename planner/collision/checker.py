@@ -12,10 +12,10 @@ from planner.base.arrays import Bools, Floats, Ints, rows
 from planner.base.errors import StateError, require_kind
 from planner.base.yamlfile import FARTHEST
 from planner.collision.bounds import ClearanceBound
-from planner.collision.inside import Inside
+from planner.collision.containment import Inside
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 
 APART = 1e-9  # m: what is proven to be so far apart touches for nobody
 

@@ -16,12 +16,12 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.base.process_lock import PROCESS
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker, configurations
-from planner.collision.needles import widened
+from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain
-from planner.world.moving import KnownMotion
-from planner.world.poses import se3
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.models.moving import KnownMotion
+from planner.models.poses import se3
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
 _BEND = 1e-6  # m

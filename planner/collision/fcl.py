@@ -13,10 +13,10 @@ import numpy as np
 from planner.base.arrays import Floats, Ints
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import CollisionChecker
-from planner.collision.needles import widened
+from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere
+from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere
 
 _NEAREST_POINTS = fcl.DistanceRequest(enable_nearest_points=True)
 _APART = 1e-12  # m: what no plane proves apart and FCL does not call touching

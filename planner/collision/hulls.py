@@ -9,8 +9,8 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, distinct_rows
 from planner.base.kept import kept
 from planner.base.products import product
-from planner.world.shapes import Mesh
-from planner.world.solids import solid_of
+from planner.models.shapes import Mesh
+from planner.models.solids import solid_of
 
 _MANY = 200  # points: of more only the corners of their hull are kept
 _MOST = 4_000_000  # distances of corners from planes: larger meshes are taken to have dents

@@ -22,15 +22,15 @@ from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import APART, CollisionChecker
-from planner.collision.inside import Inside
+from planner.collision.containment import Inside
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
 from planner.kinematics.reach import pair_reach
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Mesh
-from planner.world.urdf import Description
+from planner.models.files.urdf import Description
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Mesh
 
 _BATCH = 100  # configurations between two looks at which pairs are decided
 # boxes of joint values that the proof of one pair may look at: with two joints between the links they suffice for a

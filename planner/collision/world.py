@@ -9,9 +9,9 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.kinematics.reach import Reach, pair_reach
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Body, Mesh, Obstacle
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Body, Mesh, Obstacle
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker
 from planner.figures.strokes import marked, stroke
 from planner.kinematics.manipulability import manipulability
+from planner.models.robot import Robot
 from planner.paths.measure import dense_path, path_clearance
-from planner.world.robot import Robot
 
 UNITS = {"pose": "m³", "translation": "m³", "planar": "m²"}
 """The unit of w by the rows of the Jacobian that it is taken over."""

@@ -17,9 +17,9 @@ from planner.base.arrays import Bools, Floats
 from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker, is_free
 from planner.kinematics.manipulability import jacobian
+from planner.models.robot import Robot
 from planner.roadmap.roadmap import Roadmap
 from planner.view.colours import ramp_stops
-from planner.world.robot import Robot
 
 _HATCHED: dict[str, Any] = {"colors": ["0.85"], "hatches": ["////"]}
 _SINGULAR: dict[str, Any] = {"colors": "black", "linestyles": [(0, (6, 2, 1, 2))], "linewidths": 1.4}

@@ -12,7 +12,7 @@ from matplotlib.ticker import StrMethodFormatter
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
-from planner.base.objective import traded_off
+from planner.base.shares import traded_off
 from planner.figures.strokes import SHADES, marked, stroke
 from planner.tradeoff.sweep import Interval, Tradeoff, reached_by_beta
 

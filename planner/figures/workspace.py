@@ -15,10 +15,10 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from planner.base.arrays import Floats
 from planner.figures.strokes import MARKS, stroke
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.paths.measure import dense_path
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 Polygons: TypeAlias = list[Floats]
 """Corners (k, 3) of flat faces."""

@@ -11,7 +11,7 @@ from planner.base.errors import AssumptionError
 from planner.gabf.assumptions import Premises, start_above
 from planner.gabf.flows import Flow
 from planner.gabf.problem import Problem
-from planner.gabf.sides import Side, limit
+from planner.gabf.sub_super_solutions import Side, limit
 
 WIDTH = 0.5
 """Share of the latest settling tau that a bracket may be wide before it is computed again with smaller steps.

@@ -18,8 +18,8 @@ from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
 from planner.gabf.problem import Problem, reduce
-from planner.gabf.readers import Readers
 from planner.gabf.result import CostToGo
+from planner.gabf.reverse_adjacency import Readers
 from planner.gabf.solve import solve
 
 

@@ -5,17 +5,29 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import AssumptionError, OptionError
-from planner.base.objective import require_share, traded_off
+from planner.base.shares import require_share, traded_off
 from planner.gabf.arcmaps import AffineArcs, ArcMap, FunctionArcs, UserFunction
 
-if TYPE_CHECKING:
-    from planner.gabf.network import Network
+
+class ArcData(Protocol):
+    """What kernels read of a network: its arcs i -> j, and what they and the nodes they lead to cost."""
+
+    @property
+    def tails(self) -> Ints: ...
+    @property
+    def indices(self) -> Ints: ...
+    @property
+    def weight(self) -> Floats: ...
+    @property
+    def node_cost(self) -> Floats | None: ...
+    @property
+    def arc_cost(self) -> Floats | None: ...
 
 
 @dataclass(frozen=True)
@@ -47,14 +59,14 @@ class Kernel(ABC):
         return Domain()
 
     @abstractmethod
-    def bind(self, net: Network) -> ArcMap: ...
+    def bind(self, net: ArcData) -> ArcMap: ...
 
 
 @dataclass(frozen=True)
 class Additive(Kernel):
     """f_i(a, b) = a + b: the shortest path, where GABF is the biased min-consensus (DBMC). zeta = min b, L = 1."""
 
-    def bind(self, net: Network) -> AffineArcs:
+    def bind(self, net: ArcData) -> AffineArcs:
         return AffineArcs(None, net.weight)
 
 
@@ -72,7 +84,7 @@ class TradeOff(Kernel):
     def __post_init__(self) -> None:
         require_share(self.beta)
 
-    def bind(self, net: Network) -> AffineArcs:
+    def bind(self, net: ArcData) -> AffineArcs:
         omega = _required(net.node_cost, "TradeOff", "node_cost")
         return AffineArcs(None, traded_off(self.beta, omega[net.indices], net.weight))
 
@@ -90,7 +102,7 @@ class EdgeIntegral(Kernel):
     def __post_init__(self) -> None:
         require_share(self.beta)
 
-    def bind(self, net: Network) -> AffineArcs:
+    def bind(self, net: ArcData) -> AffineArcs:
         cost = _required(net.arc_cost, "EdgeIntegral", "arc_cost")
         return AffineArcs(None, traded_off(self.beta, cost, net.weight))
 
@@ -114,7 +126,7 @@ class Multiplicative(Kernel):
     def domain(self) -> Domain:
         return Domain(upper=1.0, open_above=True)
 
-    def bind(self, net: Network) -> AffineArcs:
+    def bind(self, net: ArcData) -> AffineArcs:
         """The kernel on the arcs of ``net``; AssumptionError names an arc whose weight it does not allow."""
         wbar = net.weight if self.K is None else 1.0 - net.weight / self.K
         bad = np.flatnonzero(~((wbar > 0) & (wbar < 1)))
@@ -139,7 +151,7 @@ class NodeDependent(Kernel):
     def domain(self) -> Domain:
         return Domain(lower=1.0)
 
-    def bind(self, net: Network) -> AffineArcs:
+    def bind(self, net: ArcData) -> AffineArcs:
         even, length = (net.tails + 1) % 2 == 0, np.abs(net.weight)
         return AffineArcs(np.where(even, 2.0, 1.0), np.where(even, length, 2.0 * length))
 
@@ -161,7 +173,7 @@ class UserKernel(Kernel):
     def domain(self) -> Domain:
         return Domain(self.lower, self.upper)
 
-    def bind(self, net: Network) -> FunctionArcs:
+    def bind(self, net: ArcData) -> FunctionArcs:
         return FunctionArcs(self.f, net.tails, net.weight)
 
 

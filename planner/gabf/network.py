@@ -13,7 +13,7 @@ from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, plain_
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
-from planner.gabf.readers import Readers
+from planner.gabf.reverse_adjacency import Readers
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +103,7 @@ class Network:
     @cached_property
     def arcs(self) -> ArcMap:
         """The kernel bound to every arc."""
-        return self.kernel.bind(self)
+        return self.kernel.bind(self)  # pyright: ignore[reportArgumentType]  (a cached property is one)
 
     @cached_property
     def readers(self) -> tuple[Ints, Ints]:

@@ -11,8 +11,8 @@ from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce
-from planner.gabf.readers import Readers
 from planner.gabf.result import CostToGo
+from planner.gabf.reverse_adjacency import Readers
 from planner.native.graphs import cheapest_costs
 
 

@@ -14,8 +14,8 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.resolutions import TOOL_ALONG_EDGE
+from planner.models.robot import Robot
 from planner.native.library import NativeChain
-from planner.world.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ import pinocchio as pin
 from planner.base.arrays import Floats
 from planner.base.products import dot, length
 from planner.kinematics.forward import Chain, joint_placements
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 
 POSITION_TOLERANCE = 1e-6  # m
 ANGLE_TOLERANCE = 1e-6  # rad

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats
 from planner.kinematics.forward import Chain
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 
 ROWS = {"pose": slice(0, 6), "translation": slice(0, 3), "planar": slice(0, 2)}
 

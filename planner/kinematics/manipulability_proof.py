@@ -18,8 +18,8 @@ from planner.base.arrays import Bools, Floats, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
 from planner.kinematics.manipulability import jacobians
 from planner.kinematics.reach import Reach
-from planner.world.robot import Robot
-from planner.world.shapes import Body, Sphere
+from planner.models.robot import Robot
+from planner.models.shapes import Body, Sphere
 
 _FINEST = 2e-5  # rad (m): intervals on which no joint moves further are not halved again
 _SAFE = 1e-9  # relative: rounding of Jacobians and singular values

@@ -14,8 +14,8 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.base.products import dot, length, product
 from planner.kinematics.forward import Chain
-from planner.world.robot import Robot
-from planner.world.shapes import Body, farthest, farthest_from_axis
+from planner.models.robot import Robot
+from planner.models.shapes import Body, farthest, farthest_from_axis
 
 
 @dataclass(frozen=True, eq=False)

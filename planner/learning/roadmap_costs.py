@@ -11,14 +11,14 @@ from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import OptionError
 from planner.base.polylines import parts_of
-from planner.base.request import require_share
 from planner.base.resolutions import COST_ALONG_EDGE
-from planner.costs.network import distance_cost
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
+from planner.models.robot import Robot
 from planner.objective.scale import manipulability_cost
+from planner.planning.network import distance_cost
+from planner.problem.request import require_share
 from planner.roadmap.roadmap import Roadmap
-from planner.world.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,8 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.base.errors import choices
 from planner.kinematics.forward import tool_positions
+from planner.models.poses import quaternion_of
+from planner.models.shapes import Cylinder
 from planner.roadmap.roadmap import Roadmap
 from planner.session.report import Answer
 from planner.session.session import Session, Snapshot
@@ -17,8 +19,6 @@ from planner.view.canvas import Canvas
 from planner.view.drawing import place_obstacles
 from planner.view.page import Content, draw_answer, field_data, page
 from planner.view.shown_path import ShownPath, path_rows
-from planner.world.poses import quaternion_of
-from planner.world.shapes import Cylinder
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.resolutions import W_IN_COST, W_STATES_PER_EDGE
 from planner.kinematics.manipulability import manipulability_along
+from planner.models.robot import Robot
 from planner.objective.scale import COSTS, CostScale, mean_manipulability_cost
-from planner.world.robot import Robot
 
 _BOUNDS = (W_STATES_PER_EDGE - 1) * W_IN_COST * 2.0 ** np.arange(8)  # rad: on longer motions states are doubled
 

@@ -8,11 +8,11 @@ from typing import Protocol
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.objective import Objective
 from planner.kinematics.forward import tool_path_lengths
+from planner.models.robot import Robot
 from planner.objective.integral import w_along
 from planner.objective.scale import CostScale, cost_number, length_cost, manipulability_cost, mean_manipulability_cost
-from planner.world.robot import Robot
+from planner.problem.objective import Objective
 
 LONGEST = 2.0  # rad: longer motions take no part in refinement
 
@@ -34,7 +34,7 @@ class MeasuredEdges(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class MotionCost:
-    """What straight motions cost under an :class:`Objective`, as :func:`planner.costs.network.build_network` charges.
+    """What straight motions cost under an :class:`Objective`, as ``planning.network.build_network`` charges.
 
     The length is divided by the longest edge of the roadmap that ``scale`` was measured on; omega is integrated along
     the motion and multiplied by that, or with ``charge`` "nodes" that of the state it leads to. Infinite for motions

@@ -16,10 +16,10 @@ from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
+from planner.models.robot import Robot
 from planner.paths.clearance import Place, nearest_pair, slack, smallest_clearance
 from planner.paths.measure import PathContact, dense_path, joint_path_length, path_contact
-from planner.query.resolve import beyond_limits, looks_like_degrees
-from planner.world.robot import Robot
+from planner.setup.resolve import beyond_limits, looks_like_degrees
 
 
 @dataclass(frozen=True)

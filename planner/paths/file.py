@@ -18,7 +18,7 @@ from planner.base.errors import FileError, choices
 from planner.base.formats import require_readable_version
 from planner.base.places import Place, place
 from planner.base.yamlfile import read_text, shown
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 
 _log = logging.getLogger(__name__)
 

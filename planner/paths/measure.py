@@ -17,7 +17,7 @@ from planner.collision.edge_prover import dense_states, states_along
 from planner.collision.world import Contact
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 
 _AT_ONCE = 4096  # states
 _STRAIGHT = 1e-3  # rad: a smaller change of direction is no corner

@@ -9,10 +9,10 @@ import numpy as np
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import Verdict
 from planner.collision.world import Contact
+from planner.models.robot import Robot
 from planner.paths.check import Excess, PathReport
 from planner.paths.clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, Place, clearance_text
-from planner.query.resolve import DEGREES
-from planner.world.robot import Robot
+from planner.setup.resolve import DEGREES
 
 _PROFILE = 101  # places of the w profile in the record
 

@@ -15,8 +15,8 @@ from typing import Generic, TypeAlias, TypeVar
 from planner.base.cluster import StopSignal, cluster
 from planner.base.errors import InstallationError
 from planner.base.progress import Progress
-from planner.base.request import WorkersRequest
 from planner.base.versions import versions
+from planner.problem.request import WorkersRequest
 from planner.processes.apart import call_apart
 from planner.processes.source import source_hash
 

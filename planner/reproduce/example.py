@@ -8,7 +8,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.errors import AssumptionError
-from planner.base.request import require_seed
+from planner.problem.request import require_seed
 from planner.reproduce.report import Report, Row, Verdict, require_figures, tally
 
 Nodes = tuple[int, ...]

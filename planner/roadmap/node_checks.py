@@ -48,14 +48,3 @@ def _refused(checker: CollisionChecker, q: Floats) -> Ints:
         _log.warning("node left out: %s says that %s %s there, against the proofs", checker.name, contact, how)
         rows, begin = [*rows, row], row + 1
     return np.array(rows, dtype=np.int64)
-
-
-def checks_text(checked: dict[str, int], nodes: int) -> str:
-    """Who looked at how many of the ``nodes``, as words behind their number."""
-    parts = [f"{'each' if count == nodes else count} checked by {name}" for name, count in checked.items() if count]
-    return ", ".join(parts) or "checked by no library"
-
-
-def checks_record(roadmap: Roadmap) -> dict[str, int]:
-    """How many nodes each library has found free."""
-    return {name: int((roadmap.checked_by == k).sum()) for k, name in enumerate(LIBRARIES) if k}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
 from planner.base.hashing import content_hash
+from planner.base.html import html_table
+from planner.models.robot import Robot
 from planner.objective.scale import CostScale
+from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.world_record import WorldRecord
-from planner.world.robot import Robot
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,34 @@ class Roadmap:
         return f"<Roadmap: {origin.robot} in {origin.scene}, {size}>"
 
     def _repr_html_(self) -> str:
-        from planner.roadmap.summary import roadmap_table
+        w, length, origin = self.manipulability, self.joint_length, self.origin
+        edges = f"mean {length.mean():.3f} rad, longest {length.max():.3f} rad" if len(length) else "none"
+        rows = [
+            ("size", roadmap_text(self.record())),
+            ("starts, goals", f"{len(self.starts)}, {len(self.goals)}"),
+            ("manipulability w", f"{w.min():.3g} to {w.max():.3g} at its nodes"),
+            ("edges", edges),
+            ("seed", str(origin.seed)),
+        ]
+        return html_table(f"Roadmap of {origin.robot} in {origin.scene}", rows)
 
-        return roadmap_table(self)
+    def record(self, edges_removed: int = 0) -> dict[str, Any]:
+        """Size, proofs and hash as plain data, and how many edges failed when they were proven again."""
+        return {
+            "nodes": len(self.nodes),
+            "nodes_checked": self.nodes_checked,
+            "edges": len(self.edges),
+            "components": self.component_count,
+            "edges_certified": int(self.proven.sum()),
+            "edges_removed": edges_removed,
+            "sha256": self.sha256,
+            "scale": asdict(self.scale),
+        }
+
+    @property
+    def nodes_checked(self) -> dict[str, int]:
+        """How many nodes each library has found free."""
+        return {name: int((self.checked_by == k).sum()) for k, name in enumerate(LIBRARIES) if k}
 
     def __post_init__(self) -> None:
         for name, dtype in DTYPES.items():

@@ -2,7 +2,7 @@
 
 A file is believed when it is whole: sizes are compared before anything is unpacked, shapes, types and numbers before
 anything is used, and a hash over everything last. A hash is no signature: what the certificates say is proven anew by
-:func:`planner.roadmap.repair.verify`.
+:func:`planner.construction.repair.verify`.
 """
 
 from __future__ import annotations

@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.html import html_table
-from planner.roadmap.node_checks import checks_record, checks_text
 from planner.roadmap.roadmap import Roadmap
 
 QUANTILES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
@@ -36,7 +34,7 @@ def summary(roadmap: Roadmap) -> dict[str, Any]:
         "nodes": n,
         "edges": len(roadmap.edges),
         "edges_certified": int(roadmap.proven.sum()),
-        "nodes_checked": checks_record(roadmap),
+        "nodes_checked": roadmap.nodes_checked,
         "starts": roadmap.starts.tolist(),
         "goals": roadmap.goals.tolist(),
         "connected": roadmap.connected,
@@ -59,40 +57,3 @@ def _spread(values: Floats) -> dict[str, float | None]:
         return dict.fromkeys(("min", "median", "max"))
     ends = float(values.min()), float(np.median(values)), float(values.max())
     return {key: end if math.isfinite(end) else None for key, end in zip(("min", "median", "max"), ends, strict=True)}
-
-
-def roadmap_record(roadmap: Roadmap, edges_removed: int) -> dict[str, Any]:
-    """Size, proofs and hash of a roadmap, and how many edges failed when they were proven again."""
-    return {
-        "nodes": len(roadmap.nodes),
-        "nodes_checked": checks_record(roadmap),
-        "edges": len(roadmap.edges),
-        "components": roadmap.component_count,
-        "edges_certified": int(roadmap.proven.sum()),
-        "edges_removed": edges_removed,
-        "sha256": roadmap.sha256,
-        "scale": asdict(roadmap.scale),
-    }
-
-
-def roadmap_text(roadmap: dict[str, Any]) -> str:
-    """A roadmap's record as a line of a table."""
-    return (
-        f"{roadmap['nodes']} nodes ({checks_text(roadmap['nodes_checked'], roadmap['nodes'])}), "
-        f"{roadmap['edges']} edges, {roadmap['edges_certified']} of them proven free, "
-        f"{roadmap['components']} component{'s' if roadmap['components'] != 1 else ''}"
-    )
-
-
-def roadmap_table(roadmap: Roadmap) -> str:
-    """A roadmap as an HTML table."""
-    w, length, origin = roadmap.manipulability, roadmap.joint_length, roadmap.origin
-    rows = [
-        ("size", roadmap_text(roadmap_record(roadmap, 0))),
-        ("starts, goals", f"{len(roadmap.starts)}, {len(roadmap.goals)}"),
-        ("manipulability w", f"{w.min():.3g} to {w.max():.3g} at its nodes"),
-        ("seed", str(origin.seed)),
-    ]
-    if len(length):
-        rows.insert(3, ("edges", f"mean {length.mean():.3f} rad, longest {length.max():.3f} rad"))
-    return html_table(f"Roadmap of {origin.robot} in {origin.scene}", rows)

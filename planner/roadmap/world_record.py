@@ -16,7 +16,7 @@ from planner.base.arrays import Bools, Floats
 from planner.base.hashing import content_hash
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
-from planner.world.shapes import Body
+from planner.models.shapes import Body
 
 
 @dataclass(frozen=True)

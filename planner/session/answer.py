@@ -9,21 +9,21 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, frozen
-from planner.base.objective import Objective
-from planner.base.outcome import Outcome
 from planner.base.progress import QUIET, Progress
-from planner.costs.network import build_network, path_cost
-from planner.query.open import Query
-from planner.roadmap.attach import attach
-from planner.roadmap.build import build_roadmap
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.construction.build import build_roadmap
+from planner.construction.connect_endpoints import attach
+from planner.construction.repair import repair
+from planner.planning.network import build_network, path_cost
+from planner.problem.objective import Objective
+from planner.problem.outcome import Outcome
 from planner.roadmap.node_checks import with_checked_nodes
-from planner.roadmap.repair import repair
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.roadmap.storage import same_world
+from planner.sampling.growth_settings import GrowthSettings
 from planner.session.live_world import LiveWorld
 from planner.session.report import Answer, Edges
 from planner.session.search import Found, RoadmapNetwork, go_on, search
+from planner.setup.open import Query
 
 _GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: beyond it the oldest ones go
 

@@ -15,9 +15,9 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.roadmap.repair import batches
+from planner.construction.repair import batches
+from planner.models.shapes import Shape, corners
 from planner.roadmap.roadmap import Roadmap, segments
-from planner.world.shapes import Shape, corners
 
 ARM = ""  # the part that all links of the robot are
 _BLOCKED = -np.inf

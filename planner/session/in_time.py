@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.base.outcome import Outcome
-from planner.base.reasons import NoPath
-from planner.motion.earliest import earliest_motion, why_not_in_time
-from planner.motion.limits import MotionLimits
-from planner.motion.trajectory import Trajectory
+from planner.construction.infeasibility import why_apart
+from planner.problem.outcome import Outcome
+from planner.problem.reasons import NoPath
 from planner.roadmap.roadmap import path_waypoints
-from planner.roadmap.separation import why_apart
 from planner.session.live_world import LiveWorld
 from planner.session.report import Answer
+from planner.trajectory.earliest import earliest_motion, why_not_in_time
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

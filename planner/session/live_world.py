@@ -11,24 +11,24 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import SceneError, choices
-from planner.base.request import WorldRequest
 from planner.base.yamlfile import SMALLEST, validate
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import Contact, World
+from planner.construction.build import origin_of
 from planner.kinematics.forward import tool_pose
-from planner.query.open import open_world
-from planner.query.resolve import touching
-from planner.roadmap.build import origin_of
+from planner.models.frames import in_world
+from planner.models.moving import MovingObstacle
+from planner.models.robot import Robot, with_carried, with_tool
+from planner.models.scene import PoseFile, Scene
+from planner.models.shapes import Box, Carried, Mesh, Obstacle, Shape
+from planner.problem.request import WorldRequest
 from planner.roadmap.node_checks import nobody
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap
 from planner.session.edge_proofs import EdgeProofs, displacement
-from planner.world.frames import in_world
-from planner.world.moving import MovingObstacle
-from planner.world.robot import Robot, with_carried, with_tool
-from planner.world.scene import PoseFile, Scene
-from planner.world.shapes import Box, Carried, Mesh, Obstacle, Shape
+from planner.setup.open import open_world
+from planner.setup.resolve import touching
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,9 +7,9 @@ from functools import cached_property
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.outcome import Outcome
-from planner.base.reasons import NoPath
-from planner.costs.network import PathCost
+from planner.planning.network import PathCost
+from planner.problem.outcome import Outcome
+from planner.problem.reasons import NoPath
 from planner.session.edge_proofs import EdgeProofs
 
 

@@ -13,10 +13,16 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, PlannerError, StateError
-from planner.base.objective import DEFAULT_BETA, Objective
 from planner.base.places import Place
 from planner.base.progress import Progress
-from planner.base.request import (
+from planner.collision.checker import CollisionChecker, is_free
+from planner.construction.infeasibility import why_apart
+from planner.models.moving import MovingObstacle
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Obstacle
+from planner.problem.objective import DEFAULT_BETA, Objective
+from planner.problem.request import (
     DEFAULT_CHARGE,
     DEFAULT_COST,
     DEFAULT_METRIC,
@@ -33,24 +39,18 @@ from planner.base.request import (
     require_seed,
     require_share,
 )
-from planner.base.targets import joints_text, parse_target, parse_targets
-from planner.collision.checker import CollisionChecker, is_free
-from planner.motion.limits import MotionLimits
-from planner.query.open import Query, resolve_query, states_of
-from planner.query.resolve import resolve_as_is
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.problem.targets import joints_text, parse_target, parse_targets
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.separation import why_apart
 from planner.roadmap.storage import load_roadmap
+from planner.sampling.growth_settings import GrowthSettings
 from planner.session.answer import Moment, Planning, adopted, answered
 from planner.session.in_time import TimedAnswer, timed_answer
 from planner.session.live_world import LiveWorld
 from planner.session.report import Answer, Change, Edges
 from planner.session.search import go_on, prove_path
-from planner.world.moving import MovingObstacle
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Obstacle
+from planner.setup.open import Query, resolve_query, states_of
+from planner.setup.resolve import resolve_as_is
+from planner.trajectory.limits import MotionLimits
 
 IK_SOLUTIONS = 8  # of a goal that is a tool position, as `planner plan` has it
 

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from planner.base.progress import QUIET, Progress
-from planner.costs.manipulability_floor import LayeredNetwork
-from planner.roadmap.roadmap import Roadmap, path_waypoints
+from dataclasses import replace
+
+from planner.base.progress import QUIET, Progress, Stopwatch
+from planner.planning.manipulability_floor import LayeredNetwork
+from planner.planning.result import Plan
+from planner.roadmap.roadmap import path_waypoints
 from planner.tradeoff.envelope import EnvelopeSearch, pieces
-from planner.view.shown_path import ShownPath, on_roadmap, path_rows
-from planner.world.robot import Robot
+from planner.view.shown_path import ShownPath, path_rows
 
 
-def paths_for_every_beta(
-    roadmap: Roadmap, robot: Robot, layered: LayeredNetwork, progress: Progress = QUIET
-) -> tuple[ShownPath, ...]:
-    """One path for every interval of beta, sorted; none where the search was stopped.
+def with_alternatives(plan: Plan, progress: Progress = QUIET) -> Plan:
+    """The plan with the paths that every other beta would choose on its network, for its page; a search of its own.
 
-    They consist of proven edges, and are not checked a second time. Their fields are the oracle's, which the dynamics
-    would settle at.
+    One path for every interval of beta, sorted; none where the search was stopped. They consist of proven edges, and
+    are not checked a second time. Their fields are the oracle's, which the dynamics would settle at. Where obstacles
+    move there are none: no beta chooses among motions in time.
     """
+    if plan.layered is None or plan.cost is None or plan.scene.moving:
+        return plan
+    clock = Stopwatch()
+    with clock("alternatives"):
+        found = _paths_for_every_beta(plan, plan.layered, progress)
+    return replace(plan, alternatives=found, timings=plan.timings | clock.seconds)
+
+
+def _paths_for_every_beta(plan: Plan, layered: LayeredNetwork, progress: Progress) -> tuple[ShownPath, ...]:
     search = EnvelopeSearch(layered.network, layered.starts)
     while not search.done:
         if progress.stopped:
@@ -27,8 +37,8 @@ def paths_for_every_beta(
     shown = []
     for piece in pieces(search.supports):
         support = piece.support
-        path = path_waypoints(roadmap, robot, layered.roadmap_node[support.nodes])
+        path = path_waypoints(plan.roadmap, plan.robot, layered.roadmap_node[support.nodes])
         costs = support.manipulability, support.distance
-        field = on_roadmap(layered, support.x)
-        shown.append(ShownPath(path, path_rows(robot, path, *costs), (piece.beta_min, piece.beta_max), field, costs))
+        rows, field = path_rows(plan.robot, path, *costs), layered.on_roadmap(support.x)
+        shown.append(ShownPath(path, rows, (piece.beta_min, piece.beta_max), field, costs))
     return tuple(shown)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Ints
-from planner.base.outcome import Outcome
+from planner.problem.outcome import Outcome
+from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import path_waypoints
-from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.tradeoff.sweep import Tradeoff, reached_by_beta
 from planner.view.page import Content, page
-from planner.view.shown_path import Rows, ShownPath, on_roadmap, path_rows
+from planner.view.shown_path import Rows, ShownPath, path_rows
 
 MOST_BEYOND = 30  # paths that no beta reaches, drawn at most: each is some ten kilobytes of a page
 
@@ -41,7 +41,7 @@ def of_tradeoff(tradeoff: Tradeoff) -> list[ShownPath]:
             item.path,
             path_rows(tradeoff.robot, item.path, item.manipulability_cost, item.distance_cost),
             (item.beta_min, item.beta_max),
-            on_roadmap(tradeoff.layered, item.cost_to_go),
+            None if tradeoff.layered is None else tradeoff.layered.on_roadmap(item.cost_to_go.x),
             (item.manipulability_cost, item.distance_cost),
         )
         for item in tradeoff.intervals
@@ -82,7 +82,7 @@ def _message(tradeoff: Tradeoff) -> str:
 
 
 def _about_sweep(tradeoff: Tradeoff) -> Rows:
-    rows = [("roadmap", roadmap_text(roadmap_record(tradeoff.roadmap, tradeoff.edges_removed)))]
+    rows = [("roadmap", roadmap_text(tradeoff.roadmap.record(tradeoff.edges_removed)))]
     if tradeoff.solves:
         rows.append(("fields solved", str(tradeoff.solves)))
         rows.append(("error against oracle", f"{tradeoff.max_error_vs_oracle:.1e} relative"))

@@ -18,15 +18,15 @@ from planner.base.files import is_file, make_folder, remove, write_json, write_w
 from planner.base.formats import require_readable_version
 from planner.base.html import html_table
 from planner.base.progress import rounded
-from planner.base.request import SweepRequest
 from planner.base.yamlfile import Strict, read_text, shown, validate
+from planner.models.run_record import run_record
+from planner.problem.request import SweepRequest
+from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.storage import load_roadmap, save_roadmap
-from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.tradeoff.nondominated import Front
 from planner.tradeoff.page import sweep_page
 from planner.tradeoff.sweep import Checkpoint, Interval, Tradeoff, range_text, reached_by_beta
 from planner.view.page import save_page
-from planner.world.run_record import run_record
 
 JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "sweep.html", "roadmap.npz"
 NAMES = (JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME)
@@ -47,7 +47,7 @@ def sweep_record(tradeoff: Tradeoff) -> dict[str, Any]:
         "complete": tradeoff.complete,
         "intervals": [_interval_record(interval) for interval in tradeoff.intervals],
         "front": None if tradeoff.front is None else _front_record(tradeoff.front, tradeoff),
-        "roadmap": roadmap_record(tradeoff.roadmap, tradeoff.edges_removed),
+        "roadmap": tradeoff.roadmap.record(tradeoff.edges_removed),
         "solves": tradeoff.solves,
         "max_error_vs_oracle": tradeoff.max_error_vs_oracle,
         "search": {

@@ -11,25 +11,25 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import FileError, StateError
-from planner.base.outcome import Outcome
 from planner.base.places import Place, place
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.base.request import SweepRequest
 from planner.collision.checker import CollisionChecker
-from planner.costs.healing import HealingNetwork
-from planner.costs.improvement import improved_roadmap, roomy_roadmap
-from planner.costs.manipulability_floor import LayeredNetwork
-from planner.costs.network import arc_costs, build_network
+from planner.construction.connect_endpoints import SAME
+from planner.construction.obtain import obtain_roadmap
+from planner.models.robot import Robot
+from planner.models.scene import Scene
 from planner.paths.measure import measure_path
-from planner.query.open import Query, make_query
-from planner.roadmap.attach import SAME
-from planner.roadmap.obtain import obtain_roadmap
+from planner.planning.healing import HealingNetwork
+from planner.planning.improvement import improved_roadmap, roomy_roadmap
+from planner.planning.manipulability_floor import LayeredNetwork
+from planner.planning.network import arc_costs, build_network
+from planner.problem.outcome import Outcome
+from planner.problem.request import SweepRequest
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import require_same_world
+from planner.setup.open import Query, make_query
 from planner.tradeoff.envelope import TOLERANCE, EnvelopeSearch, Piece, pieces
 from planner.tradeoff.nondominated import MAX_LABELS, Front, non_dominated, require_labels
-from planner.world.robot import Robot
-from planner.world.scene import Scene
 
 IMPROVED_AT = (0.0, 0.25, 0.5, 0.75, 1.0)  # betas at which the roadmap is improved before the sweep
 
@@ -94,7 +94,7 @@ class Tradeoff:
     for. ``solves`` counts runs of the dynamics, ``max_error_vs_oracle`` is the largest relative error of all of them.
     ``found``, ``settled``, ``barred`` (arcs that fall below the manipulability floor) and ``grown`` (whether the
     roadmap is whole) are what a later sweep goes on from; their nodes are those of ``layered``, see
-    :mod:`planner.costs.manipulability_floor`.
+    :mod:`planner.planning.manipulability_floor`.
     """
 
     request: SweepRequest
@@ -220,7 +220,7 @@ def _obtain(request: SweepRequest, query: Query, progress: Progress, earlier: Ch
 
 
 def _roomy(request: SweepRequest, query: Query, roadmap: Roadmap, progress: Progress) -> tuple[Roadmap, float]:
-    """As :func:`planner.costs.improvement.roomy_roadmap`; a kept roadmap that is not refined stays as it is."""
+    """As :func:`planner.planning.improvement.roomy_roadmap`; a kept roadmap that is not refined stays as it is."""
     if request.rounds < 1:
         return roadmap, 0.0
     return roomy_roadmap(roadmap, query.checker, request, progress)

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.view import commands
 from planner.view.colours import hex_colour
 from planner.view.surfaces import tube
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _SCRIPTS = (  # one script, in this order, the last one after those of a live page
     *("page_robot.js", "page_roadmap.js", "page_pointer.js"),

@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, frozen
-from planner.base.reasons import Gap
 from planner.base.yamlfile import SMALLEST
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
+from planner.models.poses import pose, quaternion_of
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Body, Box, Shape, Sphere, corners
 from planner.paths.measure import dense_path
+from planner.problem.reasons import Gap
 from planner.roadmap.roadmap import Roadmap
 from planner.view.canvas import Canvas
 from planner.view.surfaces import smoothed, tube
-from planner.world.poses import pose, quaternion_of
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Body, Box, Shape, Sphere, corners
 
 _OBSTACLES = (  # one after another: neighbours in the list are told apart, and none looks like a path or red
     (0.55, 0.60, 0.68, 0.85),

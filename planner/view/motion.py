@@ -11,9 +11,9 @@ from planner.base.arrays import Floats, Ints
 from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobians, manipulability
+from planner.models.robot import Robot
 from planner.paths.measure import dense_path
 from planner.view.shown_path import ShownMotion
-from planner.world.robot import Robot
 
 _SECONDS_PER_RADIAN = 0.8  # how fast the motion is shown
 _FINE = 1001  # moments at which the lowest w of a motion is looked for

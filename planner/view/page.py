@@ -12,14 +12,18 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats
 from planner.base.beside import hashes
+from planner.base.errors import Reason
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
-from planner.base.reasons import NoWay, Reason
 from planner.base.resolutions import SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Body
+from planner.problem.reasons import NoWay
+from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.summary import roadmap_record, roadmap_text
 from planner.view.canvas import Canvas, render_page
 from planner.view.colours import css_gradient, ramp_stops
 from planner.view.drawing import (
@@ -39,9 +43,6 @@ from planner.view.motion import chain_data, configurations_at, joint_data, motio
 from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
 from planner.view.surfaces import smoothed
 from planner.view.visuals import drawn_bodies, visuals_of
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Body
 
 _LOOKS = 9  # places of each path that the picture is made to hold
 
@@ -97,7 +98,7 @@ class Content:
 def roadmap_page(roadmap: Roadmap, checker: CollisionChecker) -> str:
     """The page of a roadmap by itself, in the world that ``checker`` knows."""
     world = checker.world
-    details = [("roadmap", roadmap_text(roadmap_record(roadmap, 0)))]
+    details = [("roadmap", roadmap_text(roadmap.record()))]
     message = f"A roadmap of {len(roadmap.nodes)} configurations."
     configuration = roadmap.nodes[roadmap.starts[0] if len(roadmap.starts) else 0]
     return page(Content(world.robot, world.scene, message, configuration, details=details, roadmap=roadmap))

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.resolutions import CLEARANCES_OF_MOTION
 from planner.collision.checker import CollisionChecker
-from planner.costs.manipulability_floor import LayeredNetwork
-from planner.motion.in_time import clearance_in_time
-from planner.motion.trajectory import Trajectory
+from planner.models.robot import Robot
 from planner.paths.measure import measure_path
-from planner.world.robot import Robot
+from planner.trajectory.moving_obstacles import clearance_in_time
+from planner.trajectory.trajectory import Trajectory
 
 Rows = list[tuple[str, str]]
 W_UNIT = {"pose": "m³", "translation": "m³", "planar": "m²"}
@@ -62,13 +60,3 @@ def path_rows(robot: Robot, path: Floats, omega: float, distance: float) -> Rows
         ("tool's path", f"{measures.workspace_length:.3f} m"),
         ("waypoints", str(len(path))),
     ]
-
-
-def on_roadmap(layered: LayeredNetwork | None, cost_to_go: gabf.CostToGo | Floats | None) -> Floats | None:
-    """The cost-to-go (n,) of the roadmap's own nodes; where a floor has several stretches, a node's least on any."""
-    if layered is None or cost_to_go is None:
-        return None
-    least = np.full(layered.roadmap_node.max() + 1, np.inf)
-    x = cost_to_go if isinstance(cost_to_go, np.ndarray) else cost_to_go.x
-    np.minimum.at(least, layered.roadmap_node, x)
-    return least

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, distinct_rows
-from planner.world.shapes import Mesh, Shape
+from planner.models.shapes import Mesh, Shape
 
 _CREASE = np.cos(np.radians(35.0))  # faces that meet at more than this stay sharp
 

@@ -23,13 +23,13 @@ from planner.base.files import write_whole
 from planner.base.hashing import content_hash
 from planner.base.kept import cache_folder
 from planner.base.yamlfile import SMALLEST
+from planner.models.files.urdf_geometry import visual_mesh_files
+from planner.models.robot import Robot, load_visuals
+from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.view.canvas import Canvas
 from planner.view.commands import Packed, packed
 from planner.view.drawing import boxed, draw_visuals
 from planner.view.surfaces import smoothed
-from planner.world.robot import Robot, load_visuals
-from planner.world.shapes import Body, Box, Capsule, Cylinder, Mesh, Shape, Sphere
-from planner.world.urdf_geometry import visual_mesh_files
 
 T = TypeVar("T")
 
@@ -48,7 +48,7 @@ class Visuals:
 
 
 def drawn_bodies(robot: Robot) -> tuple[Body, ...]:
-    """The visual bodies of ``robot`` with smoothed meshes, see :func:`planner.world.robot.load_visuals`.
+    """The visual bodies of ``robot`` with smoothed meshes, see :func:`planner.models.robot.load_visuals`.
 
     Without what the robot carries.
     """

@@ -9,7 +9,7 @@ import pytest
 
 from planner.base.errors import FileError
 from planner.base.formats import FORMAT_VERSION, require_readable_version
-from planner.plan_record import Plan, plan_record
+from planner.planning.result import Plan, plan_record
 from tests.command_line import Run
 
 

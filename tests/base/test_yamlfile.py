@@ -11,7 +11,7 @@ import pytest
 
 from planner.base.errors import FileError, PlannerError, SceneError
 from planner.base.yamlfile import Coordinate, Size, Strict, parse_yaml, read_text, shown, validate
-from planner.world.scene import Scene
+from planner.models.scene import Scene
 
 
 def test_what_has_no_end_is_not_read_to_its_end() -> None:

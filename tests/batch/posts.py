@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from planner.base.request import PlanRequest
+from planner.problem.request import PlanRequest
 from tests.worlds import load
 
 PLAIN = PlanRequest(robot="planar_2r", nodes=40, collision="coal")

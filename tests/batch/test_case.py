@@ -9,7 +9,7 @@ import pytest
 
 from planner.batch.case import main
 from planner.batch.outcomes import REFUSED
-from planner.planning import plan
+from planner.planning.plan import plan
 from tests.batch.test_run import PLAIN
 
 ASKED = {"robot": "planar_2r", "scene": "empty", "nodes": 40, "collision": "coal"}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from planner.base.request import PlanRequest
 from planner.batch.options import plain_options, plan_request
+from planner.problem.request import PlanRequest
 
 
 def test_a_request_survives_json() -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from planner.base.outcome import Outcome
 from planner.batch.outcomes import NO_PATH, SOLVED
+from planner.problem.outcome import Outcome
 
 
 def test_the_words_are_those_of_a_plan() -> None:

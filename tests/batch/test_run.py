@@ -13,12 +13,12 @@ import pytest
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.base.request import PlanRequest, WorkersRequest
 from planner.batch import run as module
 from planner.batch.outcomes import CRASHED, REFUSED, SOLVED, TIMED_OUT
 from planner.batch.results import Results, read_rows
 from planner.batch.run import Row, run_batch
-from planner.planning import plan
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest, WorkersRequest
 from planner.processes.process import Ended, run_module
 
 PLAIN = PlanRequest(robot="planar_2r", scene="empty", nodes=40, collision="coal")

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from planner.base.progress import Progress
-from planner.base.request import SERIAL, SweepRequest, WorkersRequest
 from planner.batch.sweep_seeds import Row, sweep_seeds
+from planner.problem.request import SERIAL, SweepRequest, WorkersRequest
 from planner.tradeoff.sweep import sweep
 from tests.command_line import Run, assert_refused
 

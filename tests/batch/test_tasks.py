@@ -9,8 +9,8 @@ import pytest
 from planner.base.errors import FileError
 from planner.batch.run import ROW_NAME
 from planner.batch.tasks import CSV_NAME, read_tasks
-from planner.motion.file import TRAJECTORY_NAME
-from planner.plan_record import JSON_NAME, PAGE_NAME, ROADMAP_NAME
+from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME
+from planner.trajectory.file import TRAJECTORY_NAME
 from tests.batch.test_run import PLAIN
 
 WRITTEN = (JSON_NAME, PAGE_NAME, ROADMAP_NAME, TRAJECTORY_NAME, ROW_NAME)  # into a plan's folder

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from planner.base.request import PlanRequest, TimingRequest
-from planner.plan_record import save_plan_without_page
-from planner.planning import plan
+from planner.planning.plan import plan
+from planner.planning.result import save_plan_without_page
+from planner.problem.request import PlanRequest, TimingRequest
 
 
 @pytest.fixture(scope="session")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from planner.base.errors import OptionError
-from planner.base.targets import AND
 from planner.cli.arguments import prepared
+from planner.problem.targets import AND
 
 
 @pytest.mark.parametrize(

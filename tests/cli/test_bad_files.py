@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from planner.base.errors import RobotError
-from planner.world.robot import Robot, load_visuals
-from planner.world.scene import Scene
+from planner.models.robot import Robot, load_visuals
+from planner.models.scene import Scene
 from tests.refusals import refusal_of
 from tests.worlds import joint_xml, link_xml
 

@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from planner.base.request import KeptRequest, RoadmapRequest
 from planner.cli import common
+from planner.problem.request import KeptRequest, RoadmapRequest
 from tests.command_line import Run
 
 

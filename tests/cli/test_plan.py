@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.request import PlanRequest
-from planner.query.open import make_query
+from planner.problem.request import PlanRequest
+from planner.setup.open import make_query
 from tests.command_line import Run, assert_refused, command
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap
 

@@ -57,7 +57,7 @@ def test_build_is_what_plan_grows(run: Run, kept: Path, tmp_path: Path) -> None:
 
 def test_build_of_what_cannot_be_joined(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Kept all the same. The 40000 motions that it would take to give up on a real one are spared."""
-    from planner.roadmap import obtain
+    from planner.construction import obtain
 
     real = obtain.obtain_roadmap
 

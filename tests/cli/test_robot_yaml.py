@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from planner.base.resources import robots_folder
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 from tests.command_line import Run, assert_refused
 from tests.worlds import joint_xml, link_xml
 

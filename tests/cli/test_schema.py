@@ -1,4 +1,4 @@
-"""``planner schema``: sound schemas of four files, and of nothing else. What they hold for: tests/schemas."""
+"""``planner schema``: sound schemas of four files, and of nothing else. What they hold for: tests/planning."""
 
 from __future__ import annotations
 

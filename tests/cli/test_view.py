@@ -22,8 +22,8 @@ from planner.base.errors import FileError
 from planner.collision import make_checker
 from planner.collision.clearance import Clearance
 from planner.kinematics.forward import tool_positions
+from planner.models.scene import Scene
 from planner.view.serve import read_page
-from planner.world.scene import Scene
 from tests.browser import page_data
 from tests.command_line import Run, assert_refused, command
 from tests.worlds import load

@@ -8,14 +8,14 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.bounds import ClearanceBound
 from planner.collision.fcl import FclChecker
-from planner.collision.in_time import moving_world
+from planner.collision.moving_prover import moving_world
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.world.moving import KnownMotion
-from planner.world.poses import pose
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Obstacle, Sphere
+from planner.models.moving import KnownMotion
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Obstacle, Sphere
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import KINDS, PRIMITIVES, random_pose, random_shape
 from tests.worlds import body, checker_of, load, random_q, scene_of

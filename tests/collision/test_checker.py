@@ -7,8 +7,8 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.checker import contact_of, is_free
-from planner.world.poses import pose
-from planner.world.shapes import Sphere
+from planner.models.poses import pose
+from planner.models.shapes import Sphere
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, random_q, scene_of
 

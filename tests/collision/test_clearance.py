@@ -8,7 +8,7 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.collision.clearance import Clearance
-from planner.world.scene import Scene
+from planner.models.scene import Scene
 from tests.worlds import checker_of, load, random_q
 
 

@@ -15,9 +15,9 @@ from planner.collision.edge_prover import dense_states
 from planner.collision.fcl import FclChecker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
-from planner.world.poses import pose
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Mesh
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Mesh
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, random_q, scene_of
 

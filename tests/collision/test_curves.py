@@ -10,9 +10,9 @@ from planner.collision import make_checker, second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
 from planner.collision.edge_prover import EdgeProver, Verdict
-from planner.world.poses import pose
-from planner.world.robot import Robot
-from planner.world.shapes import Box
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.shapes import Box
 from tests.worlds import checker_of, load, scene_of
 
 WALL = scene_of((Box((0.02, 0.3, 0.3)), pose([0.6, 0.3, 0.0])))

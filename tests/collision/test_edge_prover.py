@@ -15,10 +15,10 @@ from planner.collision.coal import CoalChecker
 from planner.collision.edge_prover import EdgeProver, Verdict, recheck, states_along
 from planner.collision.fcl import FclChecker
 from planner.collision.world import World
-from planner.world.poses import pose
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from tests.coal_judge import CoalWorld, coal_geometry, coal_transform
 from tests.random_shapes import FCL_AT_ITS_WORST, box_mesh, random_pose
 from tests.worlds import body, checker_of, joint_xml, link_xml, load, random_q, scene_of

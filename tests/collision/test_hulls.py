@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import linprog
 
 from planner.collision.hulls import dent, hull_corners
-from planner.world.shapes import Mesh
+from planner.models.shapes import Mesh
 from tests.random_shapes import box_mesh
 
 

@@ -12,8 +12,8 @@ from planner.collision.coal import CoalChecker
 from planner.collision.pair_survey import Reason, adjacent_links, survey_pairs
 from planner.collision.world import World
 from planner.kinematics.reach import Reach, pair_reach
-from planner.world.robot import Robot
-from planner.world.scene import Scene
+from planner.models.robot import Robot
+from planner.models.scene import Scene
 from tests.coal_judge import CoalWorld
 from tests.worlds import joint_xml, link_xml, load, random_q
 

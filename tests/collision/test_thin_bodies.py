@@ -13,12 +13,12 @@ from planner.base.kept import cache_folder
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import joint_placements
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Mesh, Obstacle, Sphere
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Mesh, Obstacle, Sphere
 from tests.coal_judge import CoalWorld
-from tests.world.test_stl import stl_of
-from tests.world.test_thinned import ball
+from tests.models.files.test_stl import stl_of
+from tests.models.files.test_thinned import ball
 from tests.worlds import joint_xml, link_xml
 
 MESH = ball(0.012)

@@ -6,9 +6,9 @@ import numpy as np
 
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
-from planner.world.poses import pose
-from planner.world.scene import Scene
-from planner.world.shapes import Obstacle, Sphere
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Obstacle, Sphere
 from tests.worlds import load, random_q
 
 ROBOT = load("planar_2r")

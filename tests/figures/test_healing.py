@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from planner import gabf
-from planner.costs.network import build_network
 from planner.figures.figure import healing_fields
+from planner.planning.network import build_network
 from tests import worlds
 
 

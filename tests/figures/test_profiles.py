@@ -11,7 +11,7 @@ from planner.base.errors import OptionError
 from planner.figures import figure as figures
 from planner.kinematics.manipulability import manipulability
 from planner.paths.measure import dense_path, path_clearance
-from planner.plan_record import Plan
+from planner.planning.result import Plan
 from tests.figures.panels import data, lines, require_labels
 
 

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 
 from planner import gabf
 from planner.base.errors import OptionError
-from planner.costs.network import build_network
 from planner.figures import figure as figures
 from planner.figures.space import blocked_grid, determinant_grid
-from planner.plan_record import Plan
+from planner.planning.network import build_network
+from planner.planning.result import Plan
 from tests import worlds
 from tests.coal_judge import CoalWorld
 from tests.figures.panels import data, lines, require_labels

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from planner.base.errors import OptionError
-from planner.base.outcome import Outcome
-from planner.base.request import SweepRequest
 from planner.figures import figure as figures
+from planner.problem.outcome import Outcome
+from planner.problem.request import SweepRequest
 from planner.tradeoff.nondominated import Front
 from planner.tradeoff.sweep import Interval, Tradeoff
 from tests.figures.panels import data, lines, require_labels

@@ -11,10 +11,10 @@ import pytest
 from planner.figures import figure as figures
 from planner.figures.workspace import clipped, faces_of
 from planner.kinematics.forward import tool_positions
+from planner.models.poses import pose
+from planner.models.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from planner.paths.measure import dense_path
-from planner.plan_record import Plan
-from planner.world.poses import pose
-from planner.world.shapes import Box, Capsule, Cylinder, Shape, Sphere
+from planner.planning.result import Plan
 from tests.random_shapes import box_mesh
 
 

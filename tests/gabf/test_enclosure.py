@@ -9,7 +9,7 @@ from planner.base.errors import AssumptionError
 from planner.gabf import bounds, enclosure
 from planner.gabf.enclosure import bracket_settling
 from planner.gabf.problem import reduce
-from planner.gabf.sides import Side
+from planner.gabf.sub_super_solutions import Side
 
 from . import judge
 from .networks import chain, from_arcs, scattered, solve

@@ -12,11 +12,11 @@ from scipy.sparse.csgraph import dijkstra
 import planner
 from planner import gabf
 from planner.base.errors import StateError
-from planner.base.objective import Objective
-from planner.costs.network import build_network, distance_cost, path_cost
+from planner.construction.connect_endpoints import attach
 from planner.gabf.routes import paths_from
 from planner.objective.scale import manipulability_cost
-from planner.roadmap.attach import attach
+from planner.planning.network import build_network, distance_cost, path_cost
+from planner.problem.objective import Objective
 from planner.roadmap.roadmap import path_waypoints
 from tests.worlds import load, make_post, post_roadmap
 

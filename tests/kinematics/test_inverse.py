@@ -7,9 +7,9 @@ import pytest
 from planner.kinematics import inverse
 from planner.kinematics.forward import Chain
 from planner.kinematics.manipulability import manipulability
-from planner.query.resolve import IK_STARTS
-from planner.world.poses import pose
-from planner.world.robot import Robot
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.setup.resolve import IK_STARTS
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, random_q
 
 STARTS = 25

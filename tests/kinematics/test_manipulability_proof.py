@@ -9,7 +9,7 @@ from planner.base.arrays import ArrayError
 from planner.base.polynomials import evaluate
 from planner.kinematics.manipulability import jacobian, manipulability
 from planner.kinematics.manipulability_proof import ManipulabilityBound, column_rates, prove_floor
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 from tests.worlds import joint_xml, link_xml, load, random_q
 
 

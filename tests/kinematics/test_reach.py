@@ -5,8 +5,8 @@ import pinocchio as pin
 import pytest
 
 from planner.kinematics.reach import Reach
-from planner.world.robot import Robot, load_visuals
-from planner.world.shapes import Box, Cylinder
+from planner.models.robot import Robot, load_visuals
+from planner.models.shapes import Box, Cylinder
 from tests.random_shapes import moved, points_in
 from tests.worlds import ROBOTS, checker_of, geometry_xml, joint_xml, link_xml, load, random_q
 

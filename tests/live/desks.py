@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from planner.live.desk import Desk
+from planner.live.controller import Desk
 from planner.live.state import Question
+from planner.models.scene import Scene
 from planner.session.session import Session
-from planner.world.scene import Scene
 
 SCENE = """
 obstacles:

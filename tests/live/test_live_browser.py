@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.live.desk import Desk
+from planner.live.controller import Desk
+from planner.models.scene import Scene
 from planner.view.serve import running
-from planner.world.scene import Scene
 from tests.browser import Tab, browser
 from tests.live.desks import make_desk
 

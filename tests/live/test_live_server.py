@@ -14,7 +14,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from planner.live.desk import Desk
+from planner.live.controller import Desk
 from planner.view import serve
 from planner.view.serve import TOKEN_HEADER, running
 from tests.live.desks import make_desk

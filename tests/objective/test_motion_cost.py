@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.base.objective import Objective
-from planner.base.request import Charge, Metric
-from planner.costs.network import build_network
 from planner.kinematics.manipulability import manipulability
 from planner.objective.motion_cost import MotionCost
 from planner.objective.scale import manipulability_cost
+from planner.planning.network import build_network
+from planner.problem.objective import Objective
+from planner.problem.request import Charge, Metric
 from tests.worlds import small_plan
 
 

@@ -13,13 +13,13 @@ from planner.collision import make_checker
 from planner.collision.checker import is_free
 from planner.collision.edge_prover import Verdict
 from planner.kinematics.manipulability import manipulability
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.shapes import Box
 from planner.paths.check import check_path, prove_path, worst_excess
 from planner.paths.clearance import slack, smallest_clearance
 from planner.paths.report import report_record, report_rows, verdict_sentence
-from planner.plan_record import Plan
-from planner.world.poses import pose
-from planner.world.robot import Robot
-from planner.world.shapes import Box
+from planner.planning.result import Plan
 from tests.coal_judge import CoalWorld
 from tests.worlds import checker_of, joint_xml, link_xml, load, scene_of
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.paths.check import check_path
 from planner.paths.report import excess_text, report_record, report_rows, verdict_sentence
-from planner.plan_record import Plan
+from planner.planning.result import Plan
 from tests.worlds import checker_of, make_post
 
 

@@ -14,8 +14,8 @@ from benchmarks.misses.run import bench_misses
 from planner.base.cluster import local_cluster
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, PlanRequest, WorkersRequest
 from planner.batch.run import run_batch
+from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.processes.parallel import collected, measured_cases
 from tests.batch.test_run import PLAIN, timeless
 from tests.processes.functions import killed_at_first, process_id, refused, square

@@ -10,11 +10,12 @@ import pytest
 
 from planner.collision import make_checker
 from planner.collision.world import Contact
-from planner.roadmap.attach import attach
-from planner.roadmap.build import build_roadmap
-from planner.roadmap.extend import extend
-from planner.roadmap.node_checks import checks_record, checks_text, nobody, with_checked_nodes
-from planner.world.scene import Scene
+from planner.construction.build import build_roadmap
+from planner.construction.connect_endpoints import attach
+from planner.construction.extend import extend
+from planner.models.scene import Scene
+from planner.roadmap.node_checks import nobody, with_checked_nodes
+from planner.roadmap.record_text import checks_text
 from tests.worlds import load, make_post, post_roadmap
 
 
@@ -44,10 +45,10 @@ def test_the_library_that_was_asked_for_checks_every_node(backend: str) -> None:
     roadmap = build_roadmap(robot, checker, [0.0, 0.6], [2.0, 0.6], 40)
     seen = {q.tobytes() for rows in asked for q in rows}
     assert all(q.tobytes() in seen for q in roadmap.nodes)
-    assert checks_record(roadmap) == {"fcl": 0, "coal": 0} | {backend: len(roadmap.nodes)}
+    assert roadmap.nodes_checked == {"fcl": 0, "coal": 0} | {backend: len(roadmap.nodes)}
     asked.clear()
     bigger = extend(roadmap, checker, 10)
-    assert checks_record(bigger)[backend] == len(bigger.nodes) > len(roadmap.nodes)
+    assert bigger.nodes_checked[backend] == len(bigger.nodes) > len(roadmap.nodes)
     assert sum(map(len, asked)) == len(bigger.nodes) - len(roadmap.nodes)  # the others are not looked at again
 
 
@@ -64,13 +65,13 @@ def test_a_node_that_the_library_refuses_is_left_out_and_said(caplog: pytest.Log
     assert len(left.edges) == int((roadmap.nodes[roadmap.edges, 0] <= limit).all(axis=1).sum())
     assert len(caplog.messages) == refused
     assert all("node left out: fcl says that 'link_2' and 'post' touch there" in text for text in caplog.messages)
-    assert checks_record(left)["fcl"] == len(left.nodes)
+    assert left.nodes_checked["fcl"] == len(left.nodes)
 
 
 def test_a_query_has_its_new_nodes_checked_only() -> None:
     checker = Strict(make_post(), np.inf)
     found = attach(post_roadmap(), checker, np.array([[-0.9, 0.9]]), np.array([[0.9, -0.9]]))  # pyright: ignore[reportArgumentType]
-    assert checks_record(found)["fcl"] == len(found.nodes)
+    assert found.nodes_checked["fcl"] == len(found.nodes)
     # the two ends are asked for once more when they are resolved
     assert checker.asked == len(found.nodes) - 60 + 2
 

@@ -8,8 +8,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from planner.collision.edge_prover import recheck
+from planner.construction.build import build_roadmap, origin_of, versions
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.build import build_roadmap, origin_of, versions
 from planner.roadmap.measure import edge_lengths
 from tests.worlds import load, make_post, post_roadmap, small_plan
 

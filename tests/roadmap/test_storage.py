@@ -19,14 +19,14 @@ from hypothesis import strategies as st
 from planner.base.errors import FileError, PlannerError
 from planner.base.hashing import content_hash
 from planner.collision import make_checker
-from planner.costs.network import build_network
+from planner.construction.connect_endpoints import attach
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.shapes import Box
+from planner.planning.network import build_network
 from planner.roadmap import storage
-from planner.roadmap.attach import attach
 from planner.roadmap.roadmap import DTYPES
 from planner.roadmap.storage import load_roadmap, require_same_world, save_roadmap
-from planner.world.poses import pose
-from planner.world.robot import Robot
-from planner.world.shapes import Box
 from tests.random_shapes import QUICK
 from tests.worlds import checker_of, load, make_post, post_roadmap, scene_of
 
@@ -440,7 +440,7 @@ def test_a_forger_who_names_the_right_hashes_is_refused_as_well(content, tmp_pat
 
 
 def test_a_forger_can_name_the_right_hashes(content, tmp_path):
-    """So a hash is no signature: a lie within bounds loads, and is for planner.roadmap.repair.verify to find."""
+    """So a hash is no signature: a lie within bounds loads, and is for planner.construction.repair.verify to find."""
     path = rewritten(content, tmp_path / "x.npz", arrays={"clearance": ROADMAP.clearance + 1.0}, forged=True)
     np.testing.assert_array_equal(load_roadmap(path).clearance, ROADMAP.clearance + 1.0)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from planner.collision import make_checker
+from planner.models.poses import pose
 from planner.roadmap.storage import same_world
 from planner.roadmap.world_record import changes, record_of, unproven_pairs
-from planner.world.poses import pose
-from tests.roadmap.test_repair import AT, OLD, POST, WORLDS, made
+from tests.construction.test_repair import AT, OLD, POST, WORLDS, made
 from tests.worlds import load, make_post, scene_of
 
 

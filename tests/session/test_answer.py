@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.base.objective import Objective
-from planner.base.request import WorldRequest
-from planner.base.targets import Joints
-from planner.query.open import Query, resolve_query
-from planner.roadmap.growth_settings import GrowthSettings
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Obstacle, Sphere
+from planner.problem.objective import Objective
+from planner.problem.request import WorldRequest
+from planner.problem.targets import Joints
+from planner.sampling.growth_settings import GrowthSettings
 from planner.session.answer import Moment, Planning, adopted, answered
 from planner.session.live_world import LiveWorld
-from planner.world.poses import pose
-from planner.world.scene import Scene
-from planner.world.shapes import Obstacle, Sphere
+from planner.setup.open import Query, resolve_query
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 PLANNING = Planning(gabf.SingularityFree(), Objective(), 60, 0, GrowthSettings())

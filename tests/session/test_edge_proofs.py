@@ -8,11 +8,11 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
+from planner.models.poses import pose
+from planner.models.robot import with_carried
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Capsule, Carried, Sphere
 from planner.session.edge_proofs import ARM, EdgeProofs, clauses_of, displacement
-from planner.world.poses import pose
-from planner.world.robot import with_carried
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Capsule, Carried, Sphere
 from tests.worlds import load, post_roadmap, scene_of
 
 ROBOT = load("planar_2r")

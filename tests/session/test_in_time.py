@@ -8,21 +8,21 @@ import numpy as np
 import pytest
 
 from planner.base.errors import SceneError
-from planner.base.outcome import Outcome
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.fcl import FclChecker
-from planner.collision.in_time import moving_world
+from planner.collision.moving_prover import moving_world
 from planner.kinematics.forward import tool_positions
-from planner.motion.check import TrajectoryReport, check_trajectory
-from planner.motion.limits import MotionLimits
-from planner.motion.points import Points
-from planner.motion.report import report_record, report_rows, verdict_sentence
-from planner.motion.timing import time_path
-from planner.motion.trajectory import Trajectory
+from planner.models.moving import KnownMotion, MovingObstacle
+from planner.models.poses import pose
+from planner.models.shapes import Box, Obstacle, Sphere
+from planner.problem.outcome import Outcome
 from planner.session.session import Session
-from planner.world.moving import KnownMotion, MovingObstacle
-from planner.world.poses import pose
-from planner.world.shapes import Box, Obstacle, Sphere
+from planner.trajectory.check import TrajectoryReport, check_trajectory
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.points import Points
+from planner.trajectory.report import report_record, report_rows, verdict_sentence
+from planner.trajectory.timing import time_path
+from planner.trajectory.trajectory import Trajectory
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 
 ACROSS = KnownMotion([0, 3, 6, 9], [pose(p) for p in ([1.2, 0.9, 0], [0.3, -0.5, 0], [0.3, -0.5, 0], [-1.5, -1.5, 0])])

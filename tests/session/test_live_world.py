@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from planner.base.errors import SceneError
-from planner.base.request import WorldRequest
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Carried, Obstacle, Sphere
+from planner.problem.request import WorldRequest
 from planner.roadmap.storage import same_world
 from planner.session.live_world import LiveWorld
-from planner.world.poses import pose
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Carried, Obstacle, Sphere
 from tests.worlds import load, make_post, post_roadmap
 
 FAR = Obstacle("far", Sphere(0.1), pose([0.0, 0.0, 3.0]))

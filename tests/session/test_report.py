@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from planner.base.outcome import Outcome
+from planner.problem.outcome import Outcome
 from planner.session.edge_proofs import ARM, EdgeProofs
 from planner.session.report import Answer, Edges
 

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from planner import gabf
-from planner.base.request import WorldRequest
 from planner.collision import make_checker
-from planner.costs.network import build_network
+from planner.models.poses import pose
+from planner.models.shapes import Obstacle, Sphere
 from planner.paths.measure import path_contact
+from planner.planning.network import build_network
+from planner.problem.request import WorldRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.session.live_world import LiveWorld
 from planner.session.search import RoadmapNetwork, edges_of, search
-from planner.world.poses import pose
-from planner.world.shapes import Obstacle, Sphere
 from tests.worlds import load, make_post, post_roadmap
 
 ROBOT, LAW = load("planar_2r"), gabf.SingularityFree()

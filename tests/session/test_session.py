@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 
 from planner.base.errors import OptionError, PlannerError, SceneError, StateError
-from planner.base.outcome import Outcome
-from planner.base.reasons import Separated
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Obstacle, Sphere
 from planner.paths.measure import path_contact
+from planner.problem.outcome import Outcome
+from planner.problem.reasons import Separated
 from planner.roadmap.roadmap import segments
 from planner.roadmap.storage import same_world
 from planner.session.live_world import LiveWorld
 from planner.session.session import Session
-from planner.world.poses import pose
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Obstacle, Sphere
 from tests.coal_judge import CoalWorld
 from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from planner.base.request import SweepRequest
+from planner.problem.request import SweepRequest
 from planner.roadmap.storage import save_roadmap
 from planner.tradeoff.sweep import Tradeoff, sweep
 from tests.tradeoff.posts import asked

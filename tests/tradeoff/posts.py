@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from planner.base.request import SweepRequest
+from planner.problem.request import SweepRequest
 
 SCENE = """
 obstacles: [{{name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}}]

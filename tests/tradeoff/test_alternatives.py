@@ -7,15 +7,15 @@ import pytest
 
 from planner import gabf
 from planner.base.progress import Progress
-from planner.costs.network import at_beta
-from planner.plan_record import Plan
-from planner.tradeoff.alternatives import paths_for_every_beta
+from planner.planning.network import at_beta
+from planner.planning.result import Plan
+from planner.tradeoff.alternatives import with_alternatives
 
 
 def test_each_interval_has_its_optimum_and_together_they_are_all_of_it(solved: Plan) -> None:
     assert solved.layered is not None
     layered = solved.layered
-    shown = paths_for_every_beta(solved.roadmap, solved.robot, layered)
+    shown = with_alternatives(solved).alternatives
     ends = [path.interval for path in shown if path.interval]
     assert (ends[0][0], ends[-1][1]) == (0.0, 1.0)
     assert [low for low, _ in ends[1:]] == pytest.approx([high for _, high in ends[:-1]])
@@ -29,6 +29,4 @@ def test_each_interval_has_its_optimum_and_together_they_are_all_of_it(solved: P
 
 
 def test_a_stopped_search_shows_none(solved: Plan) -> None:
-    assert solved.layered is not None
-    stopped = Progress(stop=lambda: True)
-    assert paths_for_every_beta(solved.roadmap, solved.robot, solved.layered, stopped) == ()
+    assert with_alternatives(solved, Progress(stop=lambda: True)).alternatives == ()

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from planner.base.outcome import Outcome
+from planner.problem.outcome import Outcome
 from planner.tradeoff.page import MOST_BEYOND, of_tradeoff, sweep_page
 from planner.tradeoff.sweep import Tradeoff
 from tests.browser import page_data

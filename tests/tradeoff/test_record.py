@@ -15,12 +15,12 @@ import pytest
 from planner.base.beside import mismatch
 from planner.base.errors import FileError
 from planner.base.formats import FORMAT_VERSION
-from planner.base.request import SweepRequest
+from planner.problem.request import SweepRequest
 from planner.roadmap.storage import load_roadmap
 from planner.tradeoff.nondominated import MAX_LABELS
 from planner.tradeoff.record import interval_rows, read_checkpoint, save_sweep, summary_lines, sweep_record
 from planner.tradeoff.sweep import Tradeoff, sweep
-from tests.schemas.records import SMALL
+from tests.planning.records import SMALL
 from tests.tradeoff.test_sweep import refused
 
 

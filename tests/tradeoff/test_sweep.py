@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 import planner.tradeoff.sweep as module
 from planner import gabf
 from planner.base.errors import FileError, OptionError
-from planner.base.outcome import Outcome
 from planner.base.progress import Progress
-from planner.base.request import PlanRequest, SweepRequest
-from planner.costs.healing import HealingNetwork
-from planner.costs.network import build_network, path_cost
 from planner.paths.measure import joint_path_length, path_contact, path_manipulability, tool_path_length
-from planner.plan_record import Plan
-from planner.planning import plan
+from planner.planning.healing import HealingNetwork
+from planner.planning.network import build_network, path_cost
+from planner.planning.plan import plan
+from planner.planning.result import Plan
+from planner.problem.outcome import Outcome
+from planner.problem.request import PlanRequest, SweepRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.tradeoff.record import read_checkpoint, save_sweep, summary_lines, sweep_record

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from planner.base.request import PlanRequest
-from planner.plan_record import Plan
-from planner.planning import plan, with_alternatives
+from planner.planning.plan import plan
+from planner.planning.result import Plan
+from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
+from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.sweep import Tradeoff, sweep
 
 TASK = PlanRequest(robot="planar_2r", scene="empty", start="q:-2,1.5", goal="q:2,-2", nodes=150, seed=4)

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 import umsgpack
 
+from planner.models.poses import pose
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.view.canvas import Canvas, render_page, script_json
-from planner.world.poses import pose
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from tests.browser import page_data
 
 GREY = (0.5, 0.5, 0.5, 1.0)

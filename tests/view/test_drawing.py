@@ -9,6 +9,11 @@ import pinocchio as pin
 import pytest
 
 from planner.kinematics.forward import tool_positions
+from planner.models.moving import KnownMotion, MovingObstacle
+from planner.models.poses import pose
+from planner.models.robot import load_visuals
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Obstacle, Sphere
 from planner.view import drawing
 from planner.view.canvas import Canvas
 from planner.view.drawing import (
@@ -24,11 +29,6 @@ from planner.view.drawing import (
     swept_corners,
     visual_names,
 )
-from planner.world.moving import KnownMotion, MovingObstacle
-from planner.world.poses import pose
-from planner.world.robot import load_visuals
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Obstacle, Sphere
 from tests.worlds import load, make_post, post_roadmap, random_q, scene_of
 
 ROBOT = load("planar_2r")

@@ -8,7 +8,7 @@ import pytest
 
 import planner
 from planner.base.errors import OptionError
-from planner.plan_record import Plan
+from planner.planning.result import Plan
 from planner.tradeoff.sweep import Tradeoff
 
 

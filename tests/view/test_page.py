@@ -11,10 +11,11 @@ from IPython.core.interactiveshell import InteractiveShell
 
 import planner
 from planner.base.errors import FileError
-from planner.base.request import PlanRequest
-from planner.plan_record import Plan, shown_paths
-from planner.planning import plan, with_alternatives
+from planner.planning.plan import plan
+from planner.planning.result import Plan, shown_paths
+from planner.problem.request import PlanRequest
 from planner.roadmap.storage import save_roadmap
+from planner.tradeoff.alternatives import with_alternatives
 from planner.tradeoff.page import of_tradeoff
 from planner.tradeoff.sweep import Tradeoff, sweep
 from planner.view.page import field_data

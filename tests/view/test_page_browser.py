@@ -12,27 +12,27 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import pytest
 
-from planner.base.outcome import Outcome
-from planner.base.reasons import Separated
-from planner.base.request import PlanRequest, TimingRequest
 from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
-from planner.motion.timing import time_path
+from planner.models.moving import KnownMotion, MovingObstacle
+from planner.models.poses import pose
+from planner.models.robot import Robot, load_visuals
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Cylinder, Obstacle, Sphere
 from planner.paths.measure import path_manipulability
-from planner.plan_record import Plan
-from planner.planning import plan, with_alternatives
-from planner.tradeoff.alternatives import ShownPath
+from planner.planning.plan import plan
+from planner.planning.result import Plan
+from planner.problem.outcome import Outcome
+from planner.problem.reasons import Separated
+from planner.problem.request import PlanRequest, TimingRequest
+from planner.tradeoff.alternatives import ShownPath, with_alternatives
 from planner.tradeoff.sweep import Tradeoff, reached_by_beta, sweep
+from planner.trajectory.timing import time_path
 from planner.view.drawing import joint_matrices
 from planner.view.motion import chain_data
 from planner.view.page import Content, page
 from planner.view.state import inspect_state, state_page
-from planner.world.moving import KnownMotion, MovingObstacle
-from planner.world.poses import pose
-from planner.world.robot import Robot, load_visuals
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Cylinder, Obstacle, Sphere
 from tests.browser import Tab, browser
 from tests.worlds import ROBOTS, joint_xml, link_xml, load, planar_trap, random_q
 

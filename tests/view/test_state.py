@@ -11,9 +11,9 @@ import pytest
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
+from planner.models.poses import pose
+from planner.models.shapes import Sphere
 from planner.view.state import inspect_state, state_page
-from planner.world.poses import pose
-from planner.world.shapes import Sphere
 from tests.browser import page_data
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, random_q, scene_of

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from planner.models.shapes import Mesh
 from planner.view.surfaces import creased, tube
-from planner.world.shapes import Mesh
 from tests.random_shapes import QUICK, blob, box_mesh
 
 

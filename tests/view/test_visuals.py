@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planner.models.robot import Robot, load_visuals
+from planner.models.shapes import Body, Mesh
 from planner.view import visuals
 from planner.view.canvas import Canvas
 from planner.view.commands import packed
 from planner.view.drawing import draw_visuals, swept_corners
 from planner.view.surfaces import creased
 from planner.view.visuals import drawn_bodies, visuals_of
-from planner.world.robot import Robot, load_visuals
-from planner.world.shapes import Body, Mesh
 from tests.worlds import random_q
 
 

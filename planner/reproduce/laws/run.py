@@ -12,7 +12,7 @@ import numpy as np
 from planner import gabf
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, WorkersRequest, require_seed
+from planner.problem.request import SERIAL, WorkersRequest, require_seed
 from planner.processes.parallel import collected
 from planner.reproduce.laws.cases import CASES, T_P, Measurement, Trace, run_case, trace
 from planner.reproduce.laws.fixed_time_bound import ScalarTime, extreme_time, paper_times

@@ -10,19 +10,19 @@ import numpy as np
 from planner import gabf, learning
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, StateError
-from planner.base.objective import Objective
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, RoadmapRequest, WorkersRequest
-from planner.costs.network import build_network, distance_cost
+from planner.construction.build import build_roadmap
 from planner.kinematics.forward import tool_positions
 from planner.learning import ErrorDriven, Execution
 from planner.learning.executions import believed, policy_cost, run_executions
 from planner.learning.roadmap_costs import SlowZone, edge_of_arc, execution_costs, greatest_costs, least_costs
 from planner.paths.measure import dense_path
+from planner.planning.network import build_network, distance_cost
+from planner.problem.objective import Objective
+from planner.problem.request import SERIAL, RoadmapRequest, WorkersRequest
 from planner.processes.parallel import collected
-from planner.query.open import Query, make_query
-from planner.roadmap.build import build_roadmap
 from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.setup.open import Query, make_query
 
 DENSITY = 6.0
 """Edges per node. At the paper's two there is so little to choose that learning ends after two or three executions."""

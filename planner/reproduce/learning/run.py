@@ -11,8 +11,8 @@ import numpy as np
 
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SERIAL, WorkersRequest, require_seed
 from planner.learning import FIRST_WEIGHT, LearningRule
+from planner.problem.request import SERIAL, WorkersRequest, require_seed
 from planner.processes.parallel import collected
 from planner.reproduce.learning.cases import RULES, T_P
 from planner.reproduce.learning.graphs import OFFSET, RANGE, SIDE_NODES

@@ -8,17 +8,17 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.objective import traded_off
 from planner.base.progress import QUIET, Progress
-from planner.base.request import SweepRequest
-from planner.costs.network import PathCost, build_network, path_cost
+from planner.base.shares import traded_off
+from planner.construction.build import build_roadmap
 from planner.paths.measure import measure_path, path_contact
-from planner.query.open import Query
+from planner.planning.network import PathCost, build_network, path_cost
+from planner.problem.request import SweepRequest
 from planner.reproduce.manipulator.geometry import kinks, sampled_tool_path, turning
-from planner.roadmap.build import build_roadmap
-from planner.roadmap.growth_settings import GrowthSettings
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.sampling.growth_settings import GrowthSettings
+from planner.setup.open import Query
 
 BETAS = (0.0, 0.3, 0.5, 0.7, 1.0)
 """The betas of section 4.2."""

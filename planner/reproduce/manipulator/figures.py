@@ -8,10 +8,10 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.figures.figure import beta_costs, path_profiles, tool_paths
-from planner.query.open import Query
 from planner.reproduce.manipulator.case import BETAS, RRT, SHORTENED, SeedStudy, label_of
 from planner.reproduce.manipulator.verdicts import PAPER_COSTS
 from planner.reproduce.report import Picture
+from planner.setup.open import Query
 
 
 def manipulator_pictures(query: Query, shown: SeedStudy, cases: Sequence[SeedStudy]) -> dict[str, Picture]:

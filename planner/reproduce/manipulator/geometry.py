@@ -9,8 +9,8 @@ import numpy as np
 from planner.base.arrays import Floats
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
+from planner.models.robot import Robot
 from planner.paths.measure import dense_path
-from planner.world.robot import Robot
 
 SPACING = 0.005
 """m between two points of an evenly spaced tool path."""

@@ -11,12 +11,12 @@ import numpy as np
 
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import PAPER_NODES, SERIAL, Backend, SweepRequest, WorkersRequest
+from planner.problem.request import PAPER_NODES, SERIAL, Backend, SweepRequest, WorkersRequest
 from planner.processes.parallel import collected
-from planner.query.open import Query, make_query
 from planner.reproduce.manipulator.case import BETAS, RRT, SHORTENED, MeasuredPath, SeedStudy, label_of, study_seed
 from planner.reproduce.manipulator.verdicts import BLUE, PAPER_COSTS, RED, manipulator_verdicts, sharp_turns
 from planner.reproduce.report import Picture, Report, Row, require_figures
+from planner.setup.open import Query, make_query
 
 LABELS = (*map(label_of, BETAS), RRT, SHORTENED)
 _COLUMNS = {

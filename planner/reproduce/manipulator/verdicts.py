@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from planner.base.request import PAPER_EDGES, PAPER_NODES
+from planner.problem.request import PAPER_EDGES, PAPER_NODES
 from planner.reproduce.manipulator.case import BETAS, RRT, SHORTENED, MeasuredPath, SeedStudy, label_of
 from planner.reproduce.manipulator.geometry import mean_distance, shared_segments
 from planner.reproduce.report import Verdict, spread, tally

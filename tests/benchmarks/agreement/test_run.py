@@ -18,9 +18,9 @@ from planner.batch.results import read_rows
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
-from planner.world.poses import pose
-from planner.world.scene import Scene
-from planner.world.shapes import Obstacle, Sphere
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Obstacle, Sphere
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, random_q
 

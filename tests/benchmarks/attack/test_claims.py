@@ -16,8 +16,8 @@ from planner.collision import BACKENDS
 from planner.collision.bounds import ClearanceBound
 from planner.collision.coal import CoalChecker
 from planner.collision.fcl import FclChecker, _geometry
-from planner.world.poses import pose
-from planner.world.shapes import Box, Capsule, Mesh, Shape
+from planner.models.poses import pose
+from planner.models.shapes import Box, Capsule, Mesh, Shape
 from tests.worlds import load
 
 

@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.attack.cases import KINDS, random_case
 from benchmarks.attack.true_distance import Placed, nearest, true_distance
-from planner.world.poses import pose
-from planner.world.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+from planner.models.poses import pose
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 from tests.coal_judge import coal_distance, coal_geometry
 from tests.random_shapes import box_mesh, random_pose, random_shape
 

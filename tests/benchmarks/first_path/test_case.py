@@ -13,10 +13,10 @@ import pytest
 from benchmarks.first_path import case
 from benchmarks.first_path.case import _FirstPath, main, measure
 from benchmarks.first_path.report import OMPL, OURS
-from planner.base.request import PlanRequest
 from planner.batch.outcomes import NO_PATH, REFUSED, SOLVED
 from planner.collision import make_checker
-from planner.roadmap.first_path import FIRST_PATH
+from planner.problem.request import PlanRequest
+from planner.sampling.first_path import FIRST_PATH
 from tests.worlds import planar_trap
 
 POST = "obstacles: [{name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}]\n"

@@ -9,9 +9,9 @@ import pytest
 from benchmarks.first_path.exchange import exchanged
 from benchmarks.first_path.runner import _pinocchio_models
 from planner.base.errors import PlannerError
-from planner.base.request import PlanRequest
 from planner.collision.checker import is_free
-from planner.query.open import make_query
+from planner.problem.request import PlanRequest
+from planner.setup.open import make_query
 from tests.worlds import random_q
 
 

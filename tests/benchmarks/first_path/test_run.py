@@ -11,8 +11,8 @@ import pytest
 from benchmarks.first_path.report import OMPL, OURS
 from benchmarks.first_path.run import bench_first_path, environments
 from planner.base.errors import OptionError
-from planner.base.request import PlanRequest
 from planner.batch.outcomes import REFUSED, SOLVED
+from planner.problem.request import PlanRequest
 from tests.batch.posts import write_problem
 
 PLAIN = PlanRequest(robot="planar_2r", collision="coal", path_only=True)

@@ -16,8 +16,8 @@ import pytest
 from benchmarks.first_path import runner
 from benchmarks.first_path.exchange import exchanged
 from benchmarks.first_path.runner import STEP, _Clock, main, solve_by_pyroboplan, solve_by_roboplan
-from planner.base.request import PlanRequest
-from planner.query.open import make_query
+from planner.problem.request import PlanRequest
+from planner.setup.open import make_query
 
 PATH = [np.array([-1.0, 0.8]), np.array([-1.0, 2.5]), np.array([1.0, -0.8])]
 SHORT = [PATH[0], PATH[2]]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.fuzz import mesh_files
-from planner.world.meshes import read_mesh
+from planner.models.files.meshes import read_mesh
 
 FILES = {
     "a.stl": mesh_files.stl,

@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.fuzz import mesh_files, uses
 from planner.base.errors import PlannerError
-from planner.world.scene import Scene
+from planner.models.scene import Scene
 
 
 @pytest.mark.parametrize(

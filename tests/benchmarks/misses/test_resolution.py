@@ -9,10 +9,10 @@ from ompl import base as ob
 from benchmarks.misses.resolution import states_by_ompls_rule
 from benchmarks.misses.run import look_closely
 from planner.collision import make_checker
-from planner.world.poses import pose
-from planner.world.robot import Robot
-from planner.world.scene import Scene
-from planner.world.shapes import Box, Obstacle
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Obstacle
 from tests.worlds import load, random_q
 
 

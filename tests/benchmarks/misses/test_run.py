@@ -15,7 +15,7 @@ from planner.base.errors import OptionError, RobotError
 from planner.base.progress import Progress
 from planner.batch.results import read_rows
 from planner.collision import make_checker
-from planner.world.scene import Scene
+from planner.models.scene import Scene
 from tests.worlds import load
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from benchmarks.misses.thin_obstacles import KINDS, thin_case
 from planner.collision import make_checker
-from planner.world.scene import Scene
-from planner.world.shapes import Box
+from planner.models.scene import Scene
+from planner.models.shapes import Box
 from tests.worlds import load
 
 

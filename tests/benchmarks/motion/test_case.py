@@ -7,9 +7,9 @@ from dataclasses import replace
 from benchmarks.motion.case import REFUSED, measure
 from benchmarks.motion.toppra_law import installed
 from planner.base.progress import QUIET
-from planner.base.request import LimitsRequest, PlanRequest
-from planner.motion.timing import time_path
-from planner.planning import plan
+from planner.planning.plan import plan
+from planner.problem.request import LimitsRequest, PlanRequest
+from planner.trajectory.timing import time_path
 
 REQUEST = PlanRequest("planar_2r", "empty", start="q:-1,0.5", goal="q:1,0.9", nodes=40)
 

@@ -13,9 +13,9 @@ from benchmarks.motion import runner
 from benchmarks.motion.other_law import roboplan_law
 from planner.base.errors import PlannerError
 from planner.collision import make_checker
-from planner.motion.limits import MotionLimits
-from planner.world.poses import pose
-from planner.world.shapes import Box
+from planner.models.poses import pose
+from planner.models.shapes import Box
+from planner.trajectory.limits import MotionLimits
 from tests.worlds import load, scene_of
 
 ARM = load("planar_2r")

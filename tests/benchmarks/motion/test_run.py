@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.motion.run import bench_motion
 from planner.base.errors import PlannerError
-from planner.base.request import LimitsRequest, PlanRequest
+from planner.problem.request import LimitsRequest, PlanRequest
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "scenes" / "examples"
 PLAIN = PlanRequest("panda", collision="coal", nodes=60)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks.motion import toppra_law
-from planner.motion.curve import rounded
-from planner.motion.time_optimal import quickest
+from planner.trajectory.curve import rounded
+from planner.trajectory.time_optimal import quickest
 
 PATH = np.array([[0.0, 0.0], [0.8, 0.1], [0.9, 0.9], [0.2, 1.0]])
 VELOCITY, ACCELERATION = np.array([1.0, 1.5]), np.array([4.0, 3.0])

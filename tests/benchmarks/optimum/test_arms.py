@@ -10,7 +10,7 @@ import pytest
 from benchmarks.optimum.arms import ARMS, PlanarArm, segment_to_box
 from planner.collision import make_checker
 from planner.kinematics.manipulability import manipulability
-from planner.world.robot import Robot
+from planner.models.robot import Robot
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)

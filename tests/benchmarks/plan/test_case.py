@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from benchmarks.plan.case import measure, path_contacts
-from planner.base.request import PlanRequest
 from planner.batch.outcomes import NO_PATH
 from planner.batch.problems import find_problems
 from planner.collision import make_checker
 from planner.paths.measure import joint_path_length
-from planner.planning import plan
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest
 from tests.batch.posts import PLAIN
 from tests.benchmarks.plan.test_run import rows_of
 from tests.worlds import POST_GOAL, POST_START, load, make_post

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from benchmarks.quality.case import OURS, measure
-from planner.base.request import PlanRequest
 from planner.batch.outcomes import REFUSED
 from planner.paths.measure import path_manipulability
-from planner.planning import plan
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest
 from tests.worlds import make_post
 
 REQUEST = PlanRequest(

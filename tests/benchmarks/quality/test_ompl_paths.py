@@ -11,9 +11,9 @@ from benchmarks.quality.ompl_paths import PLANNERS, OmplPaths
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.paths.measure import path_contact
-from planner.query.open import make_query
-from planner.roadmap.motions import Motions
-from planner.roadmap.ompl_planners import JointSpace
+from planner.roadmap.straight_motions import Motions
+from planner.sampling.ompl_planners import JointSpace
+from planner.setup.open import make_query
 from tests.benchmarks.quality.test_run import PLAIN
 
 

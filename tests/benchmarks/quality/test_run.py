@@ -8,8 +8,8 @@ import pytest
 
 from benchmarks.quality.run import bench_quality
 from planner.base.errors import OptionError
-from planner.base.request import PlanRequest
 from planner.batch.outcomes import SOLVED
+from planner.problem.request import PlanRequest
 from tests.batch.posts import write_problem
 
 PLAIN = PlanRequest(robot="planar_2r", nodes=40, collision="coal")

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.replan import case
 from benchmarks.replan.case import measure
 from benchmarks.replan.changes import KINDS
-from planner.base.request import RoadmapRequest
+from planner.problem.request import RoadmapRequest
 from tests.worlds import load, make_post
 
 REQUEST = RoadmapRequest(

@@ -6,8 +6,8 @@ import numpy as np
 
 from benchmarks.replan.simulation import _draw, _sent, simulate
 from planner.collision import make_checker
-from planner.motion.trajectory import Trajectory
-from planner.world.scene import Scene
+from planner.models.scene import Scene
+from planner.trajectory.trajectory import Trajectory
 from tests.worlds import load
 
 MOVING = Trajectory.through(("joint_1", "joint_2"), np.array([0.0, 2.0]), np.array([[-1.0, 0.8], [1.0, -0.8]]))

@@ -23,8 +23,8 @@ from benchmarks.roadmap.report import (
 from benchmarks.roadmap.run import METHODS, bench_roadmap
 from planner.base.errors import OptionError, RobotError, SceneError
 from planner.base.progress import QUIET, Progress
-from planner.base.request import WorldRequest
 from planner.batch.results import read_rows
+from planner.problem.request import WorldRequest
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import pytest
 from benchmarks.tables.case import measure
 from benchmarks.tables.methods import KEPT, PATH_ONLY, asked_by
 from benchmarks.tables.published import GCS
-from planner.base.request import PlanRequest
 from planner.batch.outcomes import REFUSED, SOLVED
+from planner.problem.request import PlanRequest
 
 PLAIN = PlanRequest("iiwa14", GCS, collision="coal", nodes=30, effort=0)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.tables.methods import KEPT, PATH_ONLY, asked_by
-from planner.base.request import PlanRequest
+from planner.problem.request import PlanRequest
 
 PLAIN = PlanRequest("iiwa14", "gcs", nodes=30, beta=0.7, collision="coal", seed=4)
 

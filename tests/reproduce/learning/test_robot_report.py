@@ -25,8 +25,8 @@ def test_robot_verdicts_say_no_where_regret_stays(report: Report) -> None:
 
 
 def query_of(settings: RobotSettings):
-    from planner.base.request import RoadmapRequest
-    from planner.query.open import make_query
+    from planner.problem.request import RoadmapRequest
+    from planner.setup.open import make_query
 
     request = RoadmapRequest(settings.robot, settings.scene, start=settings.start, goal=settings.goal)
     return make_query(request, near_start=False)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from planner.query.open import Query, make_query
 from planner.reproduce.manipulator.case import SeedStudy, study_seed
 from planner.reproduce.manipulator.run import run_manipulator
 from planner.reproduce.report import Report
+from planner.setup.open import Query, make_query
 from tests.reproduce.manipulator.small import SMALL
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from planner.kinematics.manipulability import manipulability
 from planner.objective.scale import manipulability_cost
-from planner.query.open import Query
 from planner.reproduce.manipulator.case import (
     BETAS,
     RRT,
@@ -16,7 +15,8 @@ from planner.reproduce.manipulator.case import (
     label_of,
     study_seed,
 )
-from planner.roadmap.ompl_planners import JointSpace, TreePlanners
+from planner.sampling.ompl_planners import JointSpace, TreePlanners
+from planner.setup.open import Query
 from tests.reproduce.manipulator.small import SMALL
 
 

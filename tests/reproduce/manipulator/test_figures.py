@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.query.open import Query
 from planner.reproduce.manipulator import figures
 from planner.reproduce.manipulator.case import BETAS, RRT, SHORTENED, SeedStudy
 from planner.reproduce.manipulator.verdicts import PAPER_COSTS
+from planner.setup.open import Query
 from tests.reproduce.manipulator.test_run import ideal
 
 

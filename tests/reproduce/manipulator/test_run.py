@@ -14,7 +14,6 @@ import pytest
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.query.open import Query
 from planner.reproduce.manipulator import run as experiment
 from planner.reproduce.manipulator.case import (
     BETAS,
@@ -28,6 +27,7 @@ from planner.reproduce.manipulator.case import (
 from planner.reproduce.manipulator.run import LABELS, run_manipulator, shown_case
 from planner.reproduce.manipulator.verdicts import PAPER_COSTS
 from planner.reproduce.report import Report, write_report
+from planner.setup.open import Query
 from tests.reproduce.manipulator.small import SMALL
 
 

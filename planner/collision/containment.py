@@ -1,0 +1,127 @@
+"""What lies wholly inside a mesh: collision libraries know meshes as surfaces, and find only what crosses them.
+
+Where no surfaces touch, a body cannot get into a closed mesh or out of it without crossing its surface. So one look at
+one point of every piece of a body settles a configuration that touches nothing, and one look at the beginning settles
+a motion along which no surfaces touch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.collision.world import World
+from planner.kinematics.forward import Chain
+from planner.models.shapes import Body, Mesh, Shape
+from planner.models.solids import Solid, may_hold, measures_of, points_of_pieces, solid_of
+from planner.native.library import NativeBoxes
+
+
+class Inside:
+    """Which checked pairs lie one inside the other, in configurations of one world. Stateless once made.
+
+        inside = Inside(world, chain)
+        inside.pairs(q)                # (n,) the number of such a pair, -1 where there is none
+
+    Only pairs of which one is a mesh with closed pieces, and the other small enough to lie in it, are asked about.
+    Where there are none it costs nothing; a few microseconds for a configuration.
+    """
+
+    def __init__(self, world: World, chain: Chain) -> None:
+        asked = _Questions.of(world)
+        self._pair, self._solids = asked.pair, asked.solids
+        joints = np.array([item.joint if isinstance(item, Body) else 0 for item in world.items], dtype=np.int64)
+        placements = np.array([item.placement for item in world.items]).reshape(-1, 4, 4)
+        inner, outer = placements[asked.inner], placements[asked.outer]
+        self._boxes = NativeBoxes(
+            chain.native,
+            joints[asked.inner],
+            _apply(inner[:, :3, :3], asked.points) + inner[:, :3, 3],
+            joints[asked.outer],
+            outer[:, :3, :3],
+            outer[:, :3, 3],
+            np.array([solid.low for solid in asked.solids]).reshape(-1, 3),
+            np.array([solid.high for solid in asked.solids]).reshape(-1, 3),
+        )
+
+    def pairs(self, q: Floats) -> Ints:
+        """The number of a pair (n,) of which one lies inside the other, for configurations (n, dof); -1 for none."""
+        result = np.full(len(q), -1, dtype=np.int64)
+        if not (self._solids and len(q)):
+            return result
+        hits, local = self._boxes.hits(q)
+        for k in np.unique(hits[:, 1]) if len(hits) else ():
+            near = np.flatnonzero((hits[:, 1] == k) & (result[hits[:, 0]] < 0))
+            held = near[self._solids[k].contains(local[near])]
+            result[hits[held, 0]] = self._pair[k]
+        return result
+
+
+def _apply(turn: Floats, vectors: Floats) -> Floats:
+    """Rotations (k, 3, 3) of vectors (k, 3)."""
+    return (turn @ vectors[..., None])[..., 0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Questions:
+    """Whether ``points`` (k, 3) of the items ``inner`` (k,), in their frames, lie in the ``solids`` of ``outer`` (k,).
+
+    In the order of the pairs (k,) that are checked; their shapes are compared kind by kind, as pairs are many.
+    """
+
+    pair: Ints
+    outer: Ints
+    inner: Ints
+    points: Floats
+    solids: list[Solid]
+
+    @staticmethod
+    def of(world: World) -> _Questions:
+        numbers: dict[Shape, int] = {}
+        kind = np.array([numbers.setdefault(item.shape, len(numbers)) for item in world.items], dtype=np.int64)
+        shapes = list(numbers)
+        known = {k: solid_of(shape) for k, shape in enumerate(shapes) if isinstance(shape, Mesh)}
+        solids = {k: solid for k, solid in known.items() if solid is not None}
+        measures = measures_of(shapes)
+        pair, first, second = _checked_pairs(world)
+        rows, outer, inner = [np.zeros(0, dtype=np.int64)], [], []
+        for k, solid in solids.items():
+            holds = may_hold(solid, measures)
+            for one, other in ((first, second), (second, first)):
+                found = np.flatnonzero((kind[one] == k) & holds[kind[other]])
+                rows.append(found)
+                outer.append(one[found])
+                inner.append(other[found])
+        row = np.concatenate(rows)
+        outside, held = (np.concatenate([rows[0], *part]) for part in (outer, inner))
+        order = np.lexsort((outside != first[row], row))
+        points = [points_of_pieces(shape) for shape in shapes]
+        count = np.array([len(each) for each in points], dtype=np.int64)
+        order = np.repeat(order, count[kind[held[order]]])
+        return _Questions(
+            pair[row[order]],
+            outside[order],
+            held[order],
+            np.concatenate([np.zeros((0, 3)), *(points[k] for k in kind[held[_once(order)]])]),
+            [solids[k] for k in kind[outside[order]]],
+        )
+
+
+def _once(order: Ints) -> Ints:
+    """What is repeated in ``order`` (k,), once each."""
+    return order[np.flatnonzero(np.diff(order, prepend=-1))]
+
+
+def _checked_pairs(world: World) -> tuple[Ints, Ints, Ints]:
+    """The numbers of the pairs (k,) that are checked, and of their items (k,) each."""
+    scene = np.flatnonzero(world.checked)
+    first, second = np.unravel_index(scene, world.checked.shape)
+    own = world.checked.size + np.arange(len(world.self_pairs))
+    bodies = len(world.bodies)
+    return (
+        np.concatenate([scene, own]),
+        np.concatenate([first, world.self_pairs[:, 0]]),
+        np.concatenate([second + bodies, world.self_pairs[:, 1]]),
+    )

@@ -1,0 +1,37 @@
+"""The roadmap that a request names: loaded and linked to the query's ends, or grown around them."""
+
+from __future__ import annotations
+
+from planner.base.progress import QUIET, Progress
+from planner.construction.connect_endpoints import attach
+from planner.problem.request import SweepRequest
+from planner.roadmap.node_checks import with_checked_nodes
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import load_roadmap, require_same_world
+from planner.setup.open import Query
+
+_FEWEST_NODES = 2  # those of the first paths, and links between them that shorten them
+
+
+def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUIET, path_only: bool = False) -> Roadmap:
+    """A roadmap whose starts and goals are the query's; with ``path_only`` nothing grows around the first paths.
+
+    Raises :class:`PlannerError` for a file of another world.
+    """
+    if request.roadmap is None:
+        from planner.construction.build import build_roadmap  # with all that grows roadmaps, and OMPL
+
+        return build_roadmap(
+            query.robot,
+            query.checker,
+            query.starts,
+            query.goals,
+            _FEWEST_NODES if path_only else request.nodes,
+            request.seed,
+            progress,
+            request.min_manipulability,
+        )
+    roadmap = load_roadmap(request.roadmap)
+    require_same_world(roadmap, query.checker, request.roadmap)
+    roadmap = with_checked_nodes(roadmap, query.checker)
+    return attach(roadmap, query.checker, query.starts, query.goals, request.seed, progress=progress)

@@ -1,1 +1,0 @@
-"""From a roadmap to the network that GABF solves."""

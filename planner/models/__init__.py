@@ -1,0 +1,1 @@
+"""Robots, scenes and shapes as the planner has them, and how plausible they are."""

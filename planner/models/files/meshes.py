@@ -1,0 +1,143 @@
+"""The door through which geometry read by coal enters: mesh files and URDF geometry as backend-neutral shapes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import coal
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import FileError
+from planner.base.files import is_file
+from planner.base.kept import kept
+from planner.base.places import Place, place
+from planner.base.silenced import Silenced
+from planner.base.yamlfile import FARTHEST
+from planner.models.files.dae import dae_fault
+from planner.models.files.ply import ply_fault
+from planner.models.files.stl import binary_stl
+from planner.models.files.thinned import CELL, MANY, thinned
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
+
+_LARGEST = 512 << 20  # bytes of a mesh file
+_MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
+
+
+def read_mesh(path: Place, scale: float | Floats = 1.0) -> Mesh:
+    """The triangles of an STL, OBJ, DAE or PLY file, in metres after ``scale``; :class:`FileError` otherwise."""
+    path = place(path)
+    if not is_file(path):
+        raise FileError(f"mesh file {path} not found: check 'file', which is relative to the scene file.")
+    require_readable_mesh(path)
+    try:
+        with Silenced():
+            # boxes along the axes: fitting oriented ones, as is the default, prints for NaN and never ends for 1e300
+            loaded = coal.MeshLoader(coal.NODE_TYPE.BV_AABB).load(str(path), np.full(3, scale, dtype=float))
+    except (ValueError, RuntimeError) as error:
+        raise FileError(
+            f"mesh file {path} cannot be read ({reason(error)}): give an STL, OBJ, DAE or PLY file."
+        ) from None
+    try:
+        mesh = shape_of(loaded)
+    except MeshFault as error:
+        raise FileError(f"mesh file {path} {error}: check 'scale', or export it again.") from None
+    if not isinstance(mesh, Mesh):
+        raise FileError(f"mesh file {path} holds no usable triangles: export it again.")
+    return mesh
+
+
+def link_mesh(path: Path, scale: Floats) -> Mesh:
+    """The mesh file of a link, :func:`~planner.models.files.thinned.thinned`, in metres after ``scale`` (3,).
+
+    It is made once: then it comes from the cache. :class:`FileError` as :func:`read_mesh`.
+    """
+    content = path.read_bytes()
+    made_of = [path.suffix.lower(), scale, np.frombuffer(content, dtype=np.uint8), CELL, MANY]
+    arrays = kept("meshes", made_of, lambda: _arrays(_thin_mesh(path, content, scale)))
+    return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
+
+
+def _arrays(mesh: Mesh) -> dict[str, Any]:
+    return {"vertices": mesh.vertices, "triangles": mesh.triangles, "radius": np.array(mesh.radius)}
+
+
+def _thin_mesh(path: Path, content: bytes, scale: Floats) -> Mesh:
+    corners = binary_stl(content) if path.suffix.lower() == ".stl" else None
+    if corners is not None and len(corners) > MANY:
+        vertices, triangles = (corners * scale).reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+        wrong = fault(vertices, triangles)
+        if wrong:
+            raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
+        found = thinned(Mesh(vertices, triangles))
+        if found.radius:
+            return found
+    return thinned(read_mesh(path, scale))  # with the vertices as the library joins them
+
+
+def mesh_loader() -> coal.MeshLoader:
+    """What reads the meshes of one URDF, each once."""
+    return coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBBRSS)  # Pinocchio knows no other kind by its name
+
+
+def require_readable_mesh(path: Path) -> None:
+    """Raise :class:`FileError` for a mesh file that its reader would not survive."""
+    if path.stat().st_size > _LARGEST:
+        raise FileError(f"mesh file {path} is larger than {_LARGEST >> 20} MiB: simplify the mesh.")
+    looked_through = {".ply": ply_fault, ".dae": dae_fault}.get(path.suffix.lower())
+    wrong = looked_through(path.read_bytes()) if looked_through else None
+    if wrong:
+        raise FileError(f"mesh file {path} {wrong}: export it again.")
+
+
+class MeshFault(ValueError):
+    """What makes a mesh unusable, as the words after its name."""
+
+
+def fault(vertices: Floats, triangles: Ints) -> str | None:
+    """What makes a mesh unusable, as the words after its name; None where nothing does."""
+    if not len(triangles) or not np.isfinite(vertices).all():
+        return "holds no usable triangles"
+    if len(triangles) > _MOST:
+        return f"has {len(triangles)} triangles, more than {_MOST}"
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        return "has triangles of vertices that are not there"
+    largest = float(np.abs(vertices).max())
+    if largest > FARTHEST:
+        return f"reaches {largest:g} m far"
+    if float(np.ptp(vertices.T.copy(), axis=1).max()) < 1e-6:
+        return "is smaller than a micrometre"
+    return None
+
+
+def reason(error: Exception) -> str:
+    """The line of coal's report on a mesh file that says what is wrong, without the places in its source."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    after = [k for k, line in enumerate(lines) if "Could not load resource" in line]
+    found = lines[after[0] + 1 :] if after else lines
+    return (found[0].rstrip(".") if found else "no reason is known")[:200]
+
+
+def shape_of(geometry: coal.CollisionGeometry) -> Shape:
+    """A coal geometry as one of our shapes; ValueError names a kind that we do not have, MeshFault what is wrong."""
+    match geometry:
+        case coal.Box():
+            x, y, z = (float(2 * half) for half in geometry.halfSide)
+            return Box((x, y, z))
+        case coal.Sphere():
+            return Sphere(float(geometry.radius))
+        case coal.Capsule():
+            return Capsule(float(geometry.radius), float(2 * geometry.halfLength))
+        case coal.Cylinder():
+            return Cylinder(float(geometry.radius), float(2 * geometry.halfLength))
+        case coal.BVHModelBase():
+            triangles = np.empty((geometry.num_tris, 3), dtype=np.int64)
+            for row, triangle in zip(triangles, map(geometry.tri_indices, range(len(triangles))), strict=True):
+                row[:] = triangle[0], triangle[1], triangle[2]  # not iterable: it has no end
+            vertices = np.array(geometry.vertices(), dtype=float).reshape(-1, 3)
+            wrong = fault(vertices, triangles)
+            if wrong:
+                raise MeshFault(wrong)
+            return Mesh(vertices, triangles)
+    raise ValueError(f"geometry of type {type(geometry).__name__} is not supported")

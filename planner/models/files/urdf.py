@@ -1,0 +1,316 @@
+"""URDF and SRDF into a Pinocchio model of the planned joints and backend-neutral bodies."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Floats
+from planner.base.errors import RobotError, choices
+from planner.base.resources import robots_folder
+from planner.base.silenced import Silenced
+from planner.base.yamlfile import FARTHEST, shown
+from planner.models.files import mjcf
+from planner.models.files.meshes import reason
+from planner.models.files.urdf_rules import ends, require_sane_urdf
+from planner.models.files.xacro import read_xml
+from planner.models.poses import se3
+
+MJCF = "mujoco"  # the root element of MJCF files
+_LINK = " (link)"
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint whose value is ``multiplier`` times that of the joint ``leader``, plus ``offset`` (rad, m)."""
+
+    joint: str
+    leader: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Description:
+    """A URDF as read: its text made fit for Pinocchio, where its meshes are looked for, its continuous joints."""
+
+    path: Path
+    name: str
+    xml: str
+    continuous: frozenset[str]
+    collision_elements: int
+    mimics: tuple[Mimic, ...] = ()
+    bare: frozenset[str] = frozenset()  # links with visual and without collision geometry
+    links: frozenset[str] = frozenset()
+    joints: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # fixed ones too: (parent, child) link
+    passed_over: tuple[str, ...] = ()  # elements of an MJCF that are not followed
+
+    @cached_property
+    def package_dirs(self) -> list[str]:
+        """Folders that may hold the packages of its meshes."""
+        above = [str(folder) for folder in self.path.resolve().parents][:4]
+        ros = [part for part in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+        return [*above, *ros, str(robots_folder()), str(example_robot_data().parent)]
+
+    @cached_property
+    def mesh_names(self) -> dict[str, list[str]]:
+        """The meshes that it names, for collision and for visual geometry."""
+        root = ET.fromstring(self.xml)
+        if root.tag == MJCF:
+            return dict.fromkeys(("collision", "visual"), mjcf.mesh_files_of(root))
+        return {
+            kind: sorted({mesh.get("filename", "") for element in root.iter(kind) for mesh in element.iter("mesh")})
+            for kind in ("collision", "visual")
+        }
+
+    @property
+    def is_mjcf(self) -> bool:
+        return self.xml.startswith(f"<{MJCF}")
+
+    def child_of(self, joint: str) -> str:
+        """The link that ``joint`` moves."""
+        return self.joints[joint][1]
+
+
+@cache
+def example_robot_data() -> Path:
+    """The folder of example-robot-data's files; its wheel holds no Python module to ask."""
+    installed = importlib.metadata.distribution("example-robot-data")
+    record = installed.read_text("RECORD") or ""  # a line for each of a thousand files: the path comes first
+    for path in (line.partition(",")[0] for line in record.splitlines()):
+        if path.endswith("/package.xml"):
+            return Path(str(installed.locate_file(path))).resolve().parent
+    raise RobotError("example-robot-data is installed without its data: reinstall it with pip.")
+
+
+def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> Description:
+    """The URDF at ``path``; continuous joints become revolute ones of one turn, so that every joint is one angle.
+
+    It may be xacro, which is expanded with ``arguments``, or MuJoCo's MJCF. Capsules are read only from version 1.1 on
+    (they vanish otherwise), so the version is raised.
+    """
+    text = read_xml(path, "URDF", arguments)
+    try:
+        root = ET.fromstring(text)
+    except ET.ParseError as error:
+        raise RobotError(f"URDF {path} is not well-formed XML ({error}): mend the file.") from None
+    if root.tag == MJCF:
+        return _of_mjcf(path, root)
+    if root.tag != "robot":
+        raise RobotError(
+            f"{path} is no URDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot> (run xacro first)."
+        )
+    require_sane_urdf(root, path)
+    root.set("version", "1.1")
+    continuous = frozenset(
+        _make_revolute(joint) for joint in root.findall("joint") if joint.get("type") == "continuous"
+    )
+    for joint in root.findall("joint"):
+        _keep_soft_limits(joint)
+    elements = sum(1 for _ in root.iterfind("link/collision"))
+    name = root.get("name") or path.stem
+    # talos_reduced leaves <mimic> in joints that it makes fixed: those follow nobody
+    moving = [joint for joint in root.findall("joint") if joint.get("type") != "fixed"]
+    mimics = tuple(_mimic(joint) for joint in moving if joint.find("mimic") is not None)
+    bare = frozenset(
+        link.get("name", "")
+        for link in root.findall("link")
+        if link.find("visual/geometry") is not None and link.find("collision") is None
+    )
+    links = frozenset(link.get("name", "") for link in root.findall("link"))
+    joints = {joint.get("name", ""): ends(joint) for joint in root.findall("joint")}
+    xml = ET.tostring(root, encoding="unicode")
+    return Description(path, name, xml, continuous, elements, mimics, bare, links, joints)
+
+
+def _of_mjcf(path: Path, root: ET.Element) -> Description:
+    mjcf.require_one_robot(root, path)
+    model, turning = mjcf.model_of(path)
+    links = frozenset(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+    return Description(
+        path=path,
+        name=root.get("model") or path.stem,
+        xml=ET.tostring(root, encoding="unicode"),
+        continuous=turning,
+        collision_elements=0,
+        links=links,
+        joints=mjcf.ends_of(model),
+        passed_over=tuple(mjcf.passed_over(root)),
+    )
+
+
+def _mimic(joint: ET.Element) -> Mimic:
+    found = joint.find("mimic")
+    said = {} if found is None else found.attrib
+    factor, offset = float(said.get("multiplier", 1.0)), float(said.get("offset", 0.0))
+    return Mimic(joint.get("name", ""), said.get("joint", ""), factor, offset)
+
+
+def _keep_soft_limits(joint: ET.Element) -> None:
+    """Narrow a joint's limits to those of its safety controller, which lets no motion come beyond them."""
+    limit, safety = joint.find("limit"), joint.find("safety_controller")
+    if limit is None or safety is None or joint.get("type") not in ("revolute", "prismatic"):
+        return
+    soft = [safety.get(f"soft_{side}_limit") for side in ("lower", "upper")]
+    if None in soft or not float(soft[0] or 0) < float(soft[1] or 0):  # without a soft limit both are 0
+        return
+    for side, narrower, text in zip(("lower", "upper"), (max, min), soft, strict=True):
+        own = limit.get(side, "0")
+        limit.set(side, narrower(own, str(text), key=float))
+
+
+def _make_revolute(joint: ET.Element) -> str:
+    joint.set("type", "revolute")
+    limit = joint.find("limit")
+    if limit is None:
+        limit = ET.SubElement(joint, "limit", effort="0", velocity="0")
+    limit.set("lower", repr(-np.pi))
+    limit.set("upper", repr(np.pi))
+    return joint.get("name", "")
+
+
+def _model_of_urdf(description: Description) -> pin.Model:
+    printed = Silenced()
+    try:
+        with printed:
+            return pin.buildModelFromXML(description.xml)
+    except (ValueError, RuntimeError) as error:
+        said = printed.complaint() or reason(error)
+        raise RobotError(f"URDF {description.path} cannot be built: {said}; mend the file.") from None
+
+
+def build_model(description: Description) -> pin.Model:
+    """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
+    model = mjcf.model_of(description.path)[0] if description.is_mjcf else _model_of_urdf(description)
+    for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
+        if joint.nv != 1 or joint.nq != 1:
+            raise RobotError(
+                f"joint '{name}' of {description.path} has {joint.nv} degrees of freedom: "
+                "only revolute, continuous and prismatic joints are supported."
+            )
+    return model
+
+
+def followed(
+    description: Description,
+    model: pin.Model,
+    geometry: pin.GeometryModel,
+    planned: Sequence[str],
+    fixed: Mapping[str, float],
+) -> dict[str, float]:
+    """``fixed`` with the values of held joints that mimic others, which they follow unless ``fixed`` names them.
+
+    Raises :class:`RobotError` where a mimic joint is planned, or follows a planned joint and moves a body.
+    """
+    held, waiting = dict(fixed), {item.joint: item for item in description.mimics if item.joint not in fixed}
+    while waiting:
+        # a leader may mimic another joint: that one first
+        item = next((item for item in waiting.values() if item.leader not in waiting), None)
+        if item is None or not (model.existJointName(item.leader) and model.existJointName(item.joint)):
+            wrong = item or next(iter(waiting.values()))
+            raise RobotError(
+                f"joint '{wrong.joint}' of {description.path} mimics {shown(wrong.leader)}, but those are not two "
+                "moving joints of which one leads: mend the file."
+            )
+        del waiting[item.joint]
+        follows = f"joint '{item.joint}' mimics '{item.leader}'"
+        if item.joint in planned:
+            raise RobotError(
+                f"{follows} and cannot be planned by itself: choose another --tool, or remove its <mimic>."
+            )
+        if item.leader not in planned:
+            value = item.multiplier * held.get(item.leader, 0.0) + item.offset
+            held |= {item.joint: value} if value else {}
+        elif _carries_body(model, geometry, item.joint):
+            raise RobotError(
+                f"{follows}, which is planned, and moves a collision body: hold it with fixed_joints, or remove its "
+                "<mimic> from the URDF."
+            )
+    return held
+
+
+def _carries_body(model: pin.Model, geometry: pin.GeometryModel, joint: str) -> bool:
+    moved = model.getJointId(joint)
+    return any(moved in model.supports[item.parentJoint] for item in geometry.geometryObjects)
+
+
+def reduce(
+    model: pin.Model,
+    geometry: pin.GeometryModel,
+    planned: Sequence[str],
+    fixed: Mapping[str, float],
+    base: Floats,
+) -> tuple[pin.Model, pin.GeometryModel]:
+    """The model of the ``planned`` joints, the others held at ``fixed`` (else at neutral), placed at ``base``."""
+    reference = pin.neutral(model)
+    for name, value in fixed.items():
+        if not model.existJointName(name):
+            raise RobotError(f"joint '{name}' not found; joints are {choices(model.names[1:])}.")
+        if not abs(value) <= FARTHEST:
+            raise RobotError(f"joint '{name}' cannot be held at {value:g}: give a value of at most {FARTHEST:g}.")
+        reference[model.joints[model.getJointId(name)].idx_q] = value
+    locked = [model.getJointId(name) for name in model.names[1:] if name not in planned]
+    with _links_renamed(model):
+        reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)
+    _rename(reduced, _LINK, "")
+    _move_base(reduced, geometry, se3(base))
+    return reduced, geometry
+
+
+@contextmanager
+def _links_renamed(model: pin.Model) -> Iterator[None]:
+    """While entered links with the name of a joint have another one: Pinocchio looks joints up among all frames."""
+    _rename(model, "", _LINK)
+    try:
+        yield
+    finally:
+        _rename(model, _LINK, "")
+
+
+def _rename(model: pin.Model, old: str, new: str) -> None:
+    """Another ending for the names of links: of all that have the ``old`` one, or, without one, the name of a joint."""
+    joints = {frame.name for frame in model.frames if frame.type != pin.FrameType.BODY}  # of fixed ones too
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY and (frame.name.endswith(old) if old else frame.name in joints):
+            frame.name = frame.name.removesuffix(old) + new
+
+
+def _move_base(model: pin.Model, geometry: pin.GeometryModel, base: pin.SE3) -> None:
+    for joint in range(1, model.njoints):
+        if model.parents[joint] == 0:
+            model.jointPlacements[joint] = base * model.jointPlacements[joint]
+    for frame in list(model.frames)[1:]:
+        if frame.parentJoint == 0:
+            frame.placement = base * frame.placement
+    for item in geometry.geometryObjects:
+        if item.parentJoint == 0:
+            item.placement = base * item.placement
+
+
+def leaf_links(model: pin.Model) -> list[str]:
+    """Names of the body frames that nothing hangs on: the candidates for a tool."""
+    parents = {frame.parentFrame for frame in model.frames}
+    return [f.name for k, f in enumerate(model.frames) if k not in parents and f.type == pin.FrameType.BODY]
+
+
+def frame_id(model: pin.Model, name: str) -> int:
+    """The index of the frame called ``name``, the link where a joint has the same name; raises naming the frames."""
+    matches = [k for k, frame in enumerate(model.frames) if frame.name == name]
+    if not matches:
+        raise RobotError(f"frame {shown(name)} not found; frames are {choices(frame.name for frame in model.frames)}.")
+    return next((k for k in matches if model.frames[k].type == pin.FrameType.BODY), matches[0])
+
+
+def chain_joints(model: pin.Model, frame: str) -> list[str]:
+    """Movable joints between the base and ``frame``, base first."""
+    joint = model.frames[frame_id(model, frame)].parentJoint
+    return [model.names[k] for k in model.supports[joint] if k != 0]

@@ -1,0 +1,161 @@
+"""Models that load and still make little sense: what a user is told about them before a plan is believed."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+
+import numpy as np
+
+from planner.base.errors import RobotError, choices
+from planner.base.notes import Note
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Mesh
+from planner.models.solids import is_watertight
+
+_log = logging.getLogger(__name__)
+
+_TOO_LARGE = 50  # times the arm's length: a part in millimetres that was read as metres is 1000 times too large
+_TOO_SMALL = 1e-4  # of the arm's length
+_SHOWN = 3  # pairs of links in a note
+_SHORTEST = 1e-3  # m: of an arm without length nothing can be said
+
+
+def require_bodies(robot: Robot) -> None:
+    """Raise :class:`RobotError` for a robot that can touch nothing."""
+    if not robot.bodies:
+        raise RobotError(
+            f"robot '{robot.name}' has no collision geometry at all, so every path would be called free: add "
+            "<collision> elements to its URDF."
+        )
+
+
+def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
+    """What is doubtful about a robot and a scene, and what of their files was passed over."""
+    models = (*_bare_links(robot), *_link_meshes(robot), *_obstacle_meshes(robot, scene), *_movers(scene))
+    return (*models, *robot.notes, *scene.notes, *_strangers(robot, scene), *_permissions(robot, scene))
+
+
+def tell(robot: Robot, scene: Scene) -> None:
+    """Log the notes on a robot and a scene: warnings where they are grave."""
+    for note in notes(robot, scene):
+        _log.log(logging.WARNING if note.grave else logging.INFO, "%s", note.text)
+
+
+def _bare_links(robot: Robot) -> list[Note]:
+    """Links that are seen and move, and that nothing can touch."""
+    moving = {frame.name for frame in robot.model.frames if frame.parentJoint != 0}
+    bare = sorted(robot.source.bare & moving)
+    if not bare:
+        return []
+    return [
+        Note(
+            f"robot '{robot.name}' has visual but no collision geometry on {choices(bare)}: contacts of these links "
+            "are not seen; add <collision> elements to the URDF."
+        )
+    ]
+
+
+def _link_meshes(robot: Robot) -> list[Note]:
+    arm, found = _length(robot), []
+    for body in robot.bodies:
+        size = _size(body.shape) if isinstance(body.shape, Mesh) else 0.0
+        if arm > _SHORTEST and size > _TOO_LARGE * arm:
+            found.append(
+                Note(
+                    f"a mesh of link '{body.link}' is {size:.3g} m across, and the arm is {arm:.3g} m long: if it is "
+                    'in millimetres, give <mesh scale="0.001 0.001 0.001">.'
+                )
+            )
+    thin = {body.link: body.shape.radius for body in robot.bodies if isinstance(body.shape, Mesh) and body.shape.radius}
+    if thin:
+        text = f"meshes of {choices(thin)} are thinned to fewer triangles: what comes within "
+        found.append(Note(f"{text}{1000 * max(thin.values()):.1f} mm of these counts as a contact.", grave=False))
+    open_ = [body.link for body in robot.bodies if isinstance(body.shape, Mesh) and not is_watertight(body.shape)]
+    if open_:
+        text = f"meshes of {choices(dict.fromkeys(open_))} are not closed: what is wholly inside them is not seen."
+        found.append(Note(text, grave=False))
+    return found
+
+
+def _obstacle_meshes(robot: Robot, scene: Scene) -> list[Note]:
+    arm, found = _length(robot), []
+    for item in scene.obstacles:
+        if not isinstance(item.shape, Mesh):
+            continue
+        size = _size(item.shape)
+        across = f"mesh '{item.name}' is {size:.3g} m across, and the arm is {arm:.3g} m long"
+        if arm > _SHORTEST and size > _TOO_LARGE * arm:
+            found.append(Note(f"{across}: if it is in millimetres, give it 'scale: 0.001'."))
+        elif arm > _SHORTEST and size < _TOO_SMALL * arm:
+            found.append(Note(f"{across}: if it is in metres, take its 'scale' away."))
+        if not is_watertight(item.shape):
+            found.append(
+                Note(
+                    f"mesh '{item.name}' is not closed, or its triangles do not all face in one direction: only what "
+                    "crosses its surface is seen, not what is wholly inside."
+                )
+            )
+    return found
+
+
+def _movers(scene: Scene) -> list[Note]:
+    """What moves is seen by what has times only."""
+    found = []
+    if scene.moving:
+        names = choices(item.name for item in scene.moving)
+        text = f"{names} move: motions in time are planned and checked among them, paths without times are not."
+        found.append(Note(text))
+    if scene.limited:
+        names = choices(item.name for item in scene.limited)
+        text = f"{names} may leave their places: a trajectory's proof says until when nothing can touch."
+        found.append(Note(text, grave=False))
+    return found
+
+
+def _strangers(robot: Robot, scene: Scene) -> list[Note]:
+    """A scene that was made for another robot, or sets up others only, or speaks of names that nobody has."""
+    message, found = scene.message, []
+    if message is not None and message.robot not in ("", robot.name, robot.source.name):
+        found.append(
+            Note(f"scene '{scene.name}' was made for robot '{message.robot}', and this one is '{robot.name}'.")
+        )
+    if scene.robots and robot.name not in scene.robots:
+        text = f"scene '{scene.name}' sets up {choices(scene.robots)}, not '{robot.name}', which stands as it is."
+        found.append(Note(text, grave=False))
+    known = {*robot.source.links, *(item.object for item in scene.obstacles), *(body.link for body in robot.bodies)}
+    known |= {item.name for item in (*scene.obstacles, *scene.moving)}
+    named = [*itertools.chain(*scene.allowed), *(link for item in scene.carried for link in item.touch_links)]
+    unknown = sorted({name for name in named if name not in known}) if message is None else []
+    if unknown:
+        text = f"scene '{scene.name}' allows contacts of {choices(unknown)}, which neither it nor the robot has."
+        found.append(Note(text))
+    return found
+
+
+def _permissions(robot: Robot, scene: Scene) -> list[Note]:
+    """A scene cannot allow two links of the robot to touch: only the robot's own SRDF can."""
+    links, own = {body.link for body in robot.bodies}, robot.disabled_pairs or frozenset()
+    pairs = [sorted(pair) for pair in scene.allowed if pair <= links and len(pair) == 2]
+    ignored = sorted(" and ".join(pair) for pair in pairs if frozenset(pair) not in own | robot.touching)
+    if not ignored:
+        return []
+    text = (
+        f"scene '{scene.name}' allows links of the robot to touch, which are checked all the same, as the SRDF does "
+        f"not: {'; '.join(ignored[:_SHOWN])}"
+    )
+    more = f" and {len(ignored) - _SHOWN} more pairs" if len(ignored) > _SHOWN else ""
+    return [Note(f"{text}{more}.", grave=False)]
+
+
+def _length(robot: Robot) -> float:
+    """How long the arm is (m) from its first planned joint to its tool, along the chain."""
+    model = robot.model
+    steps = [model.jointPlacements[joint].translation for joint in range(2, model.njoints)]
+    return float(sum(map(np.linalg.norm, [*steps, model.frames[robot.tool_id].placement.translation])))
+
+
+def _size(mesh: Mesh) -> float:
+    """The longest side (m) of the box around the triangles, along the mesh's own axes."""
+    return float(np.ptp(mesh.vertices[mesh.triangles].reshape(-1, 3), axis=0).max())

@@ -1,0 +1,303 @@
+"""A robot arm as the planner sees it: planned joints, limits, bodies, tool frame."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Bools, Floats, frozen, placement
+from planner.base.errors import RobotError, choices
+from planner.base.hashing import content_hash
+from planner.base.notes import Note
+from planner.base.places import Place
+from planner.base.yamlfile import FARTHEST
+from planner.models.files import urdf
+from planner.models.files.robot_files import ALL_JOINTS, JointChoice, MotionFile, RobotFiles, Rows, read_robot
+from planner.models.files.srdf import states_of_joints
+from planner.models.files.urdf_geometry import bodies, read_geometry
+from planner.models.poses import pose
+from planner.models.shapes import Body, Carried
+from planner.problem.targets import TURN
+
+_log = logging.getLogger(__name__)
+
+_MOST_TURNS = 4  # in either direction: limits of more are taken for degrees
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A robot arm with its planned joints; configurations are (n, dof) arrays of joint values, rad (m where prismatic).
+
+    A continuous joint is one angle like any other; ``continuous`` says which may wrap. Load with :meth:`load`:
+
+        robot = Robot.load("iiwa14")
+        robot.joints, robot.lower, robot.upper
+
+    It holds no state: where a configuration puts the links is asked of :mod:`planner.kinematics`.
+    """
+
+    name: str
+    description: str
+    model: pin.Model
+    joints: tuple[str, ...]
+    lower: Floats  # (dof,)
+    upper: Floats  # (dof,)
+    velocity: Floats  # (dof,) rad/s, 0 where the URDF says nothing
+    continuous: Bools  # (dof,)
+    tool: str
+    home: Floats  # (dof,)
+    manipulability: Rows  # rows of the tool's Jacobian that w is taken of
+    bodies: tuple[Body, ...]
+    disabled_pairs: frozenset[frozenset[str]] | None  # None: nobody has said
+    fixed_joints: Mapping[str, float]
+    base: Floats  # (4, 4)
+    source: urdf.Description = field(repr=False)
+    carried: tuple[Body, ...] = ()  # of ``bodies``, those that a link holds without being part of it
+    touching: frozenset[frozenset[str]] = frozenset()  # what these may touch, by name
+    states: Mapping[str, tuple[float, ...]] = field(default_factory=dict)  # named by its SRDF, of the planned joints
+    motion: MotionFile | None = None  # of the planned joints, in their order; None: nobody has said
+    shares: Mapping[str, float] = field(default_factory=dict)  # of its velocities and accelerations, as a request asks
+    world_frame: str = ""  # how its SRDF calls the frame that its base stands in
+    notes: tuple[Note, ...] = ()  # of what was passed over in its files, or in a request to it
+
+    @staticmethod
+    def load(
+        name: Place,
+        tool: str | None = None,
+        fixed_joints: Mapping[str, float] | None = None,
+        base: Floats | None = None,
+        choice: JointChoice = ALL_JOINTS,
+        srdf: Place | None = None,
+    ) -> Robot:
+        """A built-in robot by name, or any robot by the path of its robot.yaml or URDF.
+
+        ``tool`` is a frame of the URDF (for a URDF by path, needed unless it has one single tip), ``fixed_joints``
+        holds joints at values (rad, m), ``base`` places the robot in the world (4, 4), ``choice`` says which joints are
+        planned, ``srdf`` is a file in place of the robot's own. Raises :class:`RobotError` naming the choices.
+        """
+        return assemble(read_robot(name, srdf), tool, choice, fixed_joints, base)
+
+    @property
+    def dof(self) -> int:
+        return len(self.joints)
+
+    @property
+    def prismatic(self) -> Bools:
+        """(dof,) which joints slide (their values are metres)."""
+        return np.array([self.model.joints[k].shortname().startswith("JointModelP") for k in range(1, self.dof + 1)])
+
+    @cached_property
+    def tool_id(self) -> int:
+        return urdf.frame_id(self.model, self.tool)
+
+    @property
+    def identity(self) -> str:
+        """A hash of everything that decides where a configuration puts which geometry, and what is checked."""
+        return _identity(self)
+
+    def difference(self, a: Floats, b: Floats) -> Floats:
+        """The joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
+        return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
+
+    def unwound(self, path: Floats) -> Floats:
+        """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump.
+
+        What takes no whole turns stays the same to the last bit.
+        """
+        if not self.continuous.any():
+            return np.array(path)
+        turns = np.rint((self.difference(path[:-1], path[1:]) - np.diff(path, axis=0)) / (2 * np.pi))
+        return path + 2 * np.pi * np.vstack([np.zeros(path.shape[1]), np.cumsum(turns, axis=0)])
+
+    def normalise(self, q: Floats) -> Floats:
+        """Continuous joints brought into [-pi, pi)."""
+        if not self.continuous.any():
+            return np.array(q, dtype=float)
+        wrapped = np.mod(np.asarray(q) + np.pi, 2 * np.pi) - np.pi
+        return np.where(self.continuous, wrapped, q)
+
+
+def shorter_way(delta: Floats, turns: Bools) -> Floats:
+    """Joint motions (..., dof) in the shorter direction for joints that turn freely; back is the exact opposite."""
+    if not turns.any():
+        return delta
+    wrapped = np.mod(delta + np.pi, 2 * np.pi) - np.pi
+    half = (wrapped == -np.pi) & (
+        delta > 0
+    )  # half a turn: keep the sign of delta, so that the motion back is the opposite
+    return np.where(turns, np.where(half, np.pi, wrapped), delta)
+
+
+def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
+    """The robot holding further shapes; each counts as a link of its own name that may touch the link that holds it.
+
+    Raises :class:`RobotError` where a frame is not there, or a name is a link's.
+    """
+    bodies, touching = [], set(robot.touching)
+    for item in carried:
+        if item.name in {body.link for body in robot.bodies}:
+            raise RobotError(f"the robot carries '{item.name}', but a link has that name: give it another one.")
+        frame = held_in(robot, item)
+        placement = frozen(frame.placement.homogeneous @ item.placement)
+        bodies.append(Body(item.name, item.name, int(frame.parentJoint), item.shape, placement, (0.8, 0.6, 0.3, 1.0)))
+        touching |= {frozenset((item.name, link)) for link in (item.link, *item.touch_links)}
+    return replace(
+        robot,
+        bodies=(*robot.bodies, *bodies),
+        carried=(*robot.carried, *bodies),
+        touching=frozenset(touching),
+    )
+
+
+def held_in(robot: Robot, item: Carried) -> pin.Frame:
+    """The frame that a carried shape is placed in; :class:`RobotError` where it does not move with its link."""
+    holder = robot.model.frames[urdf.frame_id(robot.model, item.link)]
+    if item.frame in ("", item.link):
+        return holder
+    found = [each for each in robot.model.frames if each.name == item.frame and each.parentJoint == holder.parentJoint]
+    if not found:
+        raise RobotError(
+            f"'{item.name}' is attached to link '{item.link}' and placed in frame '{item.frame}', which does not move "
+            "with it; place it in the frame of its link."
+        )
+    return found[0]
+
+
+def with_tool(robot: Robot, tool: str | None) -> Robot:
+    """The robot with another tool frame, where one is named; :class:`RobotError` names the choices."""
+    if tool is None or tool == robot.tool:
+        return robot
+    urdf.frame_id(robot.model, tool)
+    return replace(robot, tool=tool)
+
+
+def with_widened_limits(robot: Robot, configurations: Floats) -> Robot:
+    """The robot with limits that hold all of ``configurations`` (n, dof), where its own do not."""
+    lower = np.minimum(robot.lower, np.min(configurations, axis=0))
+    upper = np.maximum(robot.upper, np.max(configurations, axis=0))
+    return replace(robot, lower=frozen(lower), upper=frozen(upper))
+
+
+def load_visuals(robot: Robot) -> tuple[Body, ...]:
+    """The bodies that are drawn; slow for detailed meshes, so asked only when a picture is made.
+
+    Where they cannot be read these are the collision bodies: by now a path has been planned, which is not to be lost.
+    """
+    full = urdf.build_model(robot.source)
+    try:
+        geometry = read_geometry(robot.source, full, pin.GeometryType.VISUAL)
+        _, placed = urdf.reduce(full, geometry.model, robot.joints, robot.fixed_joints, robot.base)
+        return (*bodies(placed, geometry), *robot.carried)
+    except RobotError as error:
+        _log.warning("the page shows the shapes that collide, as those to look at cannot be read: %s", error)
+        return robot.bodies
+
+
+def assemble(
+    files: RobotFiles,
+    tool: str | None = None,
+    choice: JointChoice = ALL_JOINTS,
+    fixed: Mapping[str, float] | None = None,
+    base: Floats | None = None,
+) -> Robot:
+    """The robot of ``files``, set up as :meth:`Robot.load` says."""
+    file, description = files.file, files.description
+    tool, planned = files.tool(tool, choice), files.planned_joints(tool, choice, fixed or {})
+    _check_joints(files, planned, tool)
+    fixed = {**(file.fixed_joints if file else {}), **(fixed or {})}
+    fixed = _held_at_home(files, planned, fixed) | fixed
+    base = pose() if base is None else placement("base", base)
+    parts = _parts(description, files.model, planned, fixed, base)
+    model = parts["model"]
+    lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
+    _check_limits(model, lower, upper)
+    home = [files.home.get(name, at) for name, at in zip(planned, np.clip(0.0, lower, upper), strict=True)]
+    return Robot(
+        name=files.name,
+        description=(file.description if file else "") or f"from {files.origin}",
+        joints=tuple(model.names[1:]),
+        lower=lower,
+        upper=upper,
+        velocity=frozen(model.upperVelocityLimit),
+        continuous=frozen([joint in description.continuous for joint in model.names[1:]], np.bool_),
+        tool=tool,
+        home=frozen(home),
+        manipulability=(file.manipulability if file else None) or ("pose" if model.nv >= 6 else "translation"),
+        disabled_pairs=files.disabled_pairs,
+        base=frozen(base),
+        source=description,
+        states=states_of_joints(files.srdf, planned) if files.srdf else {},
+        motion=files.motion(planned),
+        world_frame=files.srdf.world_frame if files.srdf else "",
+        notes=files.notes,
+        **parts,
+    )
+
+
+def _held_at_home(files: RobotFiles, planned: Sequence[str], fixed: Mapping[str, float]) -> dict[str, float]:
+    """Where joints that are neither planned nor fixed are held, unless at zero: as home says; others follow."""
+    free = {*planned, *fixed, *(item.joint for item in files.description.mimics)}
+    return {joint: value for joint, value in files.home.items() if joint not in free and value}
+
+
+def _parts(
+    description: urdf.Description,
+    full: pin.Model,
+    planned: Sequence[str],
+    fixed: Mapping[str, float],
+    base: Floats,
+) -> dict[str, Any]:
+    geometry = read_geometry(description, full, pin.GeometryType.COLLISION)
+    held = urdf.followed(description, full, geometry.model, planned, fixed)
+    model, placed = urdf.reduce(full, geometry.model, planned, held, base)
+    return {"model": model, "bodies": bodies(placed, geometry), "fixed_joints": held}
+
+
+def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:
+    between = urdf.chain_joints(files.model, tool)
+    if not between:
+        raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another --tool.")
+    if not set(planned) & set(between):
+        raise RobotError(
+            f"no joint that moves frame '{tool}' is planned: plan one of {choices(between)}, or choose another --tool."
+        )
+
+
+def _check_limits(model: pin.Model, lower: Floats, upper: Floats) -> None:
+    for joint, name, low, high in zip(list(model.joints)[1:], model.names[1:], lower, upper, strict=True):
+        if not (np.isfinite(low) and np.isfinite(high) and low < high):
+            raise RobotError(
+                f"joint '{name}' has limits [{low:g}, {high:g}]: give it finite limits, lower below upper, in the URDF."
+            )
+        farthest = max(abs(low), abs(high))
+        if not joint.shortname().startswith("JointModelP") and farthest > _MOST_TURNS * TURN:
+            raise RobotError(
+                f"joint '{name}' has limits [{low:g}, {high:g}] in rad: degrees? 180 degrees are 3.1416; a joint that "
+                "turns without end is of type continuous."
+            )
+        if farthest > FARTHEST:
+            raise RobotError(f"joint '{name}' has limits [{low:g}, {high:g}] in metres: give it real ones in the URDF.")
+
+
+def _identity(robot: Robot) -> str:
+    model, tool = robot.model, robot.model.frames[robot.tool_id]
+    disabled = None if robot.disabled_pairs is None else sorted(sorted(pair) for pair in robot.disabled_pairs)
+    values: list[Any] = [robot.joints, robot.lower, robot.upper, robot.continuous, robot.manipulability, disabled]
+    values += [sorted(sorted(pair) for pair in robot.touching)]
+    values += [int(tool.parentJoint), np.array(tool.placement.homogeneous)]
+    for joint in range(1, model.njoints):
+        values += [int(model.parents[joint]), model.joints[joint].shortname()]
+        values += [np.array(model.jointPlacements[joint].homogeneous)]
+    # axes that are no coordinate axes show in where the joints are once all have moved
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.full(model.nq, 0.5))
+    values += [np.round(data.oMi[joint].homogeneous, 9) + 0.0 for joint in range(1, model.njoints)]
+    for body in robot.bodies:
+        values += [body.link, body.joint, body.placement, *body.shape.content()]
+    return content_hash(values)

@@ -1,1 +1,0 @@
-"""From a proven path to a motion that a robot can run: limits, time laws, proofs of the curve, files."""

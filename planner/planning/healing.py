@@ -1,0 +1,80 @@
+"""Second checks of paths, and healing: what fails is removed from the network, and the field finds another path."""
+
+from __future__ import annotations
+
+import itertools
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
+from planner.collision import second_checker
+from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import recheck
+from planner.planning.manipulability_floor import first_violation, layered_network
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+
+
+class HealingNetwork:
+    """A roadmap and its network, from which whatever fails a second check is removed.
+
+        healing = HealingNetwork(checker, roadmap, network, floor)
+        while not healing.accepts(path := ...a node path on healing.layered...):
+            ...                                            # solve again: what failed is gone
+
+    An edge fails that touches something when coal samples it every millimetre of motion, or the ``checker`` itself,
+    where that is another library, every ``RECHECK_BY_BACKEND``; an arc fails
+    that falls below the manipulability ``floor``, see :func:`first_violation`. ``barred``: the failed arcs, pairs
+    of nodes of ``layered.network``; give those of an earlier run to leave them out from the beginning.
+    """
+
+    def __init__(
+        self,
+        checker: CollisionChecker,
+        roadmap: Roadmap,
+        network: gabf.Network,
+        floor: float = 0.0,
+        barred: tuple[tuple[int, int], ...] = (),
+    ) -> None:
+        self.roadmap, self.layered, self.floor = roadmap, layered_network(roadmap, network, floor), floor
+        self.barred, self.edges_removed = barred, 0
+        for arc in barred:
+            self.layered = self.layered.without_arcs_between(*arc)
+        self._judges = dict([(checker, RECHECK_BY_BACKEND), (second_checker(checker), RECHECK)])
+        self.robot = checker.robot
+        self._seen: set[tuple[int, int]] = set()  # edges that passed: a sweep meets them many times
+
+    def accepts(self, steps: Ints) -> bool:
+        """Whether the path over nodes ``steps`` (k,) of the layered network holds; if not, what failed is removed."""
+        nodes = self.layered.roadmap_node[steps]
+        for i, j in itertools.pairwise(nodes.tolist()):
+            if (min(i, j), max(i, j)) not in self._seen and not self._is_free(i, j):
+                self.roadmap = self.roadmap.without_edge(self.roadmap.edge_index(i, j))
+                self.layered = self.layered.without_edge(i, j)
+                self.edges_removed += 1
+                return False
+            self._seen.add((min(i, j), max(i, j)))
+        low = first_violation(self.robot, self.waypoints(steps), self.floor)
+        if low is None:
+            return True
+        arc = int(steps[low]), int(steps[low + 1])
+        self.layered, self.barred = self.layered.without_arcs_between(*arc), (*self.barred, arc)
+        return False
+
+    def waypoints(self, steps: Ints) -> Floats:
+        """The configurations (k, dof) of a path over nodes of the layered network."""
+        return path_waypoints(self.roadmap, self.robot, self.layered.roadmap_node[steps])
+
+    def _is_free(self, i: int, j: int) -> bool:
+        delta = self.robot.difference(self.roadmap.nodes[i], self.roadmap.nodes[j])
+        start = self.roadmap.nodes[i]
+        return all(recheck(judge, start, delta, step) is None for judge, step in self._judges.items())
+
+
+def warm_start(network: gabf.Network, cost_to_go: gabf.CostToGo | None, law: gabf.Law) -> Floats | None:
+    """The current x as initial states for ``network``, raised where it relied on what was removed.
+
+    None, for the law's own, if there is no x or the law needs an overestimate.
+    """
+    if cost_to_go is None or law.needs_overestimate:
+        return None
+    return gabf.raised_start(network, cost_to_go.x)

@@ -1,0 +1,122 @@
+"""A roadmap improved for what a request asks for: its best path refined, others searched, all of it made part of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner.base.arrays import Ints
+from planner.base.progress import QUIET, Progress
+from planner.collision.checker import CollisionChecker, keeping
+from planner.construction.improve import Improvement, improve, without_last_grown
+from planner.kinematics.manipulability import manipulability
+from planner.native.graphs import cheapest_nodes
+from planner.objective.motion_cost import MotionCost
+from planner.paths.measure import path_manipulability
+from planner.planning.extra_clearance import with_clearance
+from planner.planning.manipulability_floor import LayeredNetwork, layered_network
+from planner.planning.network import build_network
+from planner.problem.request import PlanRequest, SweepRequest
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+
+_ROUNDS_WITHOUT_DIP = 2  # where nothing but the cost decides
+_ROUNDING = 1e-9  # relative: w of one state computed from two ends of an edge
+
+
+def roomy_roadmap(
+    roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, progress: Progress = QUIET
+) -> tuple[Roadmap, float]:
+    """The roadmap with what is known of its edges at the clearance (m) beyond the margin that its paths can keep.
+
+    That is ``request.room``, or half of it, a quarter, ...: the largest at which a path is left, above the floor if one
+    is asked for. See :func:`planner.planning.extra_clearance.with_clearance`.
+    """
+
+    def joins(judged: Roadmap, clearance: float) -> bool:
+        return len(_best_nodes(judged, request, 1.0, clearance)) > 0
+
+    return with_clearance(roadmap, checker, request.room, joins, progress)
+
+
+def improved_roadmap(
+    roadmap: Roadmap,
+    checker: CollisionChecker,
+    request: SweepRequest,
+    beta: float,
+    progress: Progress = QUIET,
+    clearance: float = 0.0,
+) -> Improvement:
+    """``request.rounds`` rounds of :func:`planner.construction.improve.improve` at ``beta``, from its best path.
+
+    That path, and what takes its place, keeps ``clearance`` (m) beyond the margin. With a floor only the part of that
+    path above it is improved, and stays above it. Nothing is improved where the roadmap has no path, or none above the
+    floor.
+    """
+    if request.rounds < 1 or progress.stopped:
+        return Improvement(roadmap)
+    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, request, beta, clearance))
+    above = np.flatnonzero(manipulability(checker.robot, path) >= request.min_manipulability)
+    if len(above) < 2:
+        return Improvement(roadmap)
+    cost = motion_cost(roadmap, checker, request, beta)
+    part, wider = path[above[0] : above[-1] + 1], keeping(checker, clearance)
+    return improve(roadmap, wider, cost, part, request.rounds, request.seed, progress, clearance=clearance)
+
+
+def without_dip(
+    roadmap: Roadmap,
+    checker: CollisionChecker,
+    request: PlanRequest,
+    progress: Progress = QUIET,
+    clearance: float = 0.0,
+) -> tuple[Roadmap, float]:
+    """The roadmap with a path whose w does not fall below both its ends', and the floor under w that holds it there.
+
+    The roadmap is as it was where the best path is such a path, or where none is found. With ``request.above_ends`` the
+    floor is the lower end's w, if the path found costs at most 2 - beta times as much: with length only, beta = 1, none
+    is taken. Otherwise it is 0, and the path found is taken where it is the cheaper one.
+    """
+    unbounded = replace(request, min_manipulability=0.0)
+    path = path_waypoints(roadmap, checker.robot, _best_nodes(roadmap, unbounded, request.beta, clearance))
+    rounds = request.rounds if request.above_ends else min(request.rounds, _ROUNDS_WITHOUT_DIP)
+    if len(path) < 2 or rounds < 1:
+        return roadmap, 0.0
+    w = path_manipulability(checker.robot, path)
+    level = (1.0 - _ROUNDING) * float(min(w[0], w[-1]))
+    if w.min() >= level:
+        return roadmap, 0.0
+    cost = motion_cost(roadmap, checker, request, request.beta)
+    limit = (2.0 - request.beta) * float(cost(path[:-1], path[1:]).sum())
+    cost = cost.above(level)
+    wider = keeping(checker, clearance)
+    found = improve(roadmap, wider, cost, None, rounds, request.seed, progress, path, clearance)
+    if not request.above_ends:
+        return found.roadmap, 0.0
+    return (found.roadmap, level) if found.curve and found.curve[-1][1] <= limit else (roadmap, 0.0)
+
+
+def motion_cost(roadmap: Roadmap, checker: CollisionChecker, request: SweepRequest, beta: float) -> MotionCost:
+    """What motions cost at ``beta`` on the network of ``roadmap`` that the request asks for."""
+    return MotionCost(checker.robot, roadmap.scale, request.objective_at(beta))
+
+
+def of_size_asked(roadmap: Roadmap, grown: int, request: PlanRequest, clearance: float = 0.0) -> Roadmap:
+    """An improved roadmap, ``grown`` of whose nodes were grown, with the number of nodes that was asked for."""
+    best = _best_nodes(roadmap, request, request.beta, clearance)
+    return without_last_grown(roadmap, grown, request.nodes, best)
+
+
+def _best_nodes(roadmap: Roadmap, request: SweepRequest, beta: float, clearance: float) -> Ints:
+    """The nodes (k,) of the best path at ``beta`` that keeps ``clearance`` (m), and the floor that is asked for."""
+    network = build_network(roadmap, request.objective_at(beta), clearance)
+    return best_nodes(layered_network(roadmap, network, request.min_manipulability))
+
+
+def best_nodes(layered: LayeredNetwork) -> Ints:
+    """The roadmap's nodes (k,) along the cheapest path; none where no start reaches a goal."""
+    network = layered.network
+    arcs = np.column_stack([network.tails, network.indices])
+    cost = network.arcs(np.zeros(network.n_arcs))
+    steps = cheapest_nodes(network.n_nodes, arcs, cost, layered.starts, network.sources)
+    return layered.roadmap_node[steps]

@@ -1,0 +1,257 @@
+"""One plan, as the paper's method section: a roadmap, costs, the dynamics, the path. Read this file first.
+
+What grows and improves roadmaps, OMPL with it, is imported where it is used: a plan on a kept roadmap needs none of it,
+and would wait for it longer than it takes itself.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import asdict, replace
+from typing import Unpack
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import frozen
+from planner.base.errors import SceneError, require_kind
+from planner.base.progress import QUIET, Progress, Stopwatch
+from planner.collision.checker import keeping
+from planner.construction.obtain import obtain_roadmap
+from planner.objective.motion_cost import MotionCost
+from planner.planning.conditioning import judge_conditioning
+from planner.planning.extra_clearance import clearance_of_path
+from planner.planning.healing import HealingNetwork, warm_start
+from planner.planning.network import build_network, path_cost
+from planner.planning.result import Plan
+from planner.problem.options import PlanOptions, plan_request
+from planner.problem.outcome import Outcome
+from planner.problem.reasons import FloorTooHigh, NoPath
+from planner.problem.request import PlanRequest, TimingRequest
+from planner.roadmap.roadmap import path_waypoints
+from planner.setup.open import make_query
+from planner.trajectory.check import looked_at
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.timing import time_path
+from planner.trajectory.trajectory import Trajectory
+
+_log = logging.getLogger(__name__)
+
+_EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 2  # betas refined too, else the one asked for would be best for all
+_NODES_FOR_REASON = 300
+_OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
+
+
+def plan(
+    request: PlanRequest | None = None,
+    progress: Progress = QUIET,
+    timing: TimingRequest | None = None,
+    **options: Unpack[PlanOptions],
+) -> Plan:
+    """Plan as the paper does: RRT roadmap, manipulability at nodes, GABF for the cost-to-go, minimising neighbours.
+
+        plan(robot="panda", scene="shelf", beta=0.2)
+        plan(PlanRequest(seed=3), nodes=200)
+
+    ``options`` are fields of :class:`PlanRequest`, in place of those of ``request``. With ``timing`` a path that is
+    found becomes a trajectory too, see :func:`planner.trajectory.timing.time_path`. ``progress`` is called with
+    (stage, done, total); once it is asked to stop the work ends as soon as it can, and what there is comes back with
+    ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input, :class:`KeywordError` for other options.
+
+    Where obstacles move along known motions the plan is the earliest motion through the roadmap that keeps clear of
+    them, waiting included, and ``beta`` shapes the roadmap only; this needs ``timing``.
+    """
+    fits = timing is None or isinstance(timing, TimingRequest)
+    require_kind("timing", timing, fits, "a planner.TimingRequest, or None for a path without times")
+    request, clock = plan_request(request, options), Stopwatch()
+    with clock("setup"):
+        query = make_query(request, in_time=timing is not None)
+        limits = None if timing is None else MotionLimits.of(query.robot, timing)
+        if query.scene.moving:
+            _require_earliest(request, timing)
+    with clock("roadmap"):
+        roadmap = obtain_roadmap(request, query, progress, request.path_only)
+    draft = Plan(request, Outcome.INTERRUPTED, query.robot, query.scene, query.checker, roadmap, timings=clock.seconds)
+    if progress.stopped:
+        return draft
+    with clock("improve"):
+        improved = _improve(draft, progress)
+    if progress.stopped:
+        return draft
+    solved = _solved(improved, progress, clock)
+    if solved.outcome is Outcome.INTERRUPTED:
+        return draft
+    if solved.outcome is not Outcome.SOLVED:
+        with clock("reason"):
+            return replace(solved, reason=_reason(solved, progress))
+    if query.scene.moving and limits is not None:
+        with clock("timing"):
+            solved = _in_time(solved, limits, progress)
+        if solved.outcome is not Outcome.SOLVED:
+            return solved
+    with clock("path"):
+        conditioning = judge_conditioning(query.robot, solved.roadmap, solved.path, request)
+    solved = replace(solved, goal=query.goal_at(solved.path[-1]), conditioning=conditioning)
+    if timing is None or solved.trajectory is not None:
+        return solved
+    with clock("timing"):
+        return replace(solved, trajectory=_timed(solved, timing, limits))
+
+
+def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
+    """The path on the edges that keep the plan's clearance; on all, should second checks leave none of those."""
+    request = improved.request
+    with clock("costs"):
+        network = build_network(improved.roadmap, request.objective, improved.clearance_kept)
+    if progress.stopped:
+        return improved
+    solved = _solve_and_heal(improved, network, clock)
+    if solved.outcome is Outcome.SOLVED or improved.clearance_kept <= 0:
+        return solved
+    left = replace(improved, roadmap=solved.roadmap, edges_removed=solved.edges_removed, clearance_kept=0.0)
+    return _solved(left, progress, clock)
+
+
+def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> None:
+    """Refuse options that say how a path is run, or which paths are good, where the earliest motion is asked for."""
+    plain = TimingRequest()
+    if timing is not None and (timing.time_law, timing.extra_cost) != (plain.time_law, plain.extra_cost):
+        raise SceneError(
+            "obstacles move in this scene, so the motion runs from rest to rest: leave --time-law and --extra-cost out."
+        )
+    if request.min_manipulability > 0 or request.above_ends:
+        raise SceneError(
+            "obstacles move in this scene, so the earliest motion is looked for, and no floor under manipulability is "
+            "kept: leave --min-manipulability and --above-ends out."
+        )
+
+
+def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
+    """The earliest motion through the plan's roadmap in place of its path, or the reason why there is none."""
+    from planner.trajectory.earliest import earliest_motion, why_not_in_time
+
+    none = replace(found, path=found.path[:0], path_nodes=found.path_nodes[:0], cost=None)
+    roomy = found.roadmap.part(np.ones(len(found.roadmap.nodes), bool), found.roadmap.clearance >= found.clearance_kept)
+    earliest = earliest_motion(roomy, found.checker, limits, progress)
+    if progress.stopped:
+        return replace(none, outcome=Outcome.INTERRUPTED)
+    if earliest is None and found.clearance_kept > 0:
+        return _in_time(_solved(replace(found, clearance_kept=0.0), progress, Stopwatch()), limits, progress)
+    if earliest is None:
+        reason = why_not_in_time(found.roadmap, found.checker, limits, progress)
+        return replace(none, outcome=Outcome.NO_PATH, reason=reason)
+    assert found.network is not None  # it was solved
+    removed = len(roomy.edges) - len(earliest.roadmap.edges)
+    return replace(
+        found,
+        roadmap=earliest.roadmap,
+        path=path_waypoints(earliest.roadmap, found.robot, earliest.route.nodes),
+        path_nodes=earliest.route.nodes,
+        cost=path_cost(found.network, earliest.route.nodes),
+        edges_removed=found.edges_removed + removed,
+        trajectory=earliest.trajectory,
+        route=earliest.route,
+    )
+
+
+def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
+    """The motion along a plan's path."""
+    floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
+    how = {"law": timing.time_law, "floor": floor, "cost": cost_in_motion(found), "extra_cost": timing.extra_cost}
+    wanted = 0.0 if found.scene.limited else found.request.room  # until when these cannot touch is told for the margin
+    clearance = clearance_of_path(found.path, found.checker, wanted)
+    made = time_path(found.path, keeping(found.checker, clearance), limits, **how)
+    if not made.proven and clearance > 0:
+        made = time_path(found.path, found.checker, limits, **how)
+    contact = looked_at(made, found.checker)
+    if contact is None:
+        return made
+    _log.warning(
+        "the motion touches at %.3f s (%s), against its proof: it is not to be run", contact.begin, contact.contact
+    )
+    return replace(made, proven=False, proof=made.proof | {"contact": asdict(contact.contact) | {"t": contact.begin}})
+
+
+def cost_in_motion(found: Plan) -> MotionCost:
+    """The objective along motions of any length, charged along them whatever the roadmap charges."""
+    objective = replace(found.request.objective, charge="edges", floor=0.0)
+    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf)
+
+
+def _improve(draft: Plan, progress: Progress) -> Plan:
+    """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for."""
+    request = draft.request
+    if request.roadmap is not None and request.rounds < 1:
+        return draft  # on the roadmap as it is kept
+    from planner.planning.improvement import improved_roadmap, of_size_asked, roomy_roadmap, without_dip
+
+    roadmap, room = roomy_roadmap(draft.roadmap, draft.checker, request, progress)
+    improved = improved_roadmap(roadmap, draft.checker, request, request.beta, progress, room)
+    roadmap, level = improved.roadmap, 0.0
+    for beta in _EXTREMES:
+        if beta != request.beta:
+            fewer = replace(request, effort=min(request.rounds, _ROUNDS_PER_EXTREME))
+            roadmap = improved_roadmap(roadmap, draft.checker, fewer, beta, progress, room).roadmap
+    if (request.above_ends or request.beta == 0.0) and request.min_manipulability <= 0:
+        roadmap, level = without_dip(roadmap, draft.checker, request, progress, room)
+    if request.roadmap is None:
+        roadmap = of_size_asked(roadmap, len(draft.roadmap.nodes), request, room)
+    return replace(draft, roadmap=roadmap, curve=improved.curve, dip_floor=level, clearance_kept=room)
+
+
+def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:
+    """The field and its path from the cheapest start; what fails a second check is removed and the field heals."""
+    request = draft.request
+    law, cost_to_go = gabf.named_law(request.law, request.prescribed_time), None
+    with clock("path"):
+        floor = max(request.min_manipulability, draft.dip_floor)
+        healing = HealingNetwork(draft.checker, draft.roadmap, network, floor)
+    while True:
+        layered = healing.layered
+        with clock("gabf"):
+            cost_to_go = gabf.solve(layered.network, law=law, x0=warm_start(layered.network, cost_to_go, law))
+        with clock("path"):
+            steps = gabf.cheapest_path(cost_to_go, layered.starts)
+            if not len(steps) or healing.accepts(steps):
+                break
+    failed = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
+    return replace(
+        draft,
+        outcome=Outcome.SOLVED if len(steps) else failed,
+        roadmap=healing.roadmap,
+        layered=layered,
+        cost_to_go=cost_to_go,
+        path=healing.waypoints(steps),
+        path_nodes=frozen(layered.roadmap_node[steps], np.int64),
+        cost=path_cost(layered.network, steps) if len(steps) else None,
+        edges_removed=draft.edges_removed + healing.edges_removed,
+        max_error_vs_oracle=gabf.max_error(cost_to_go, gabf.oracle(layered.network)),
+        certificate=tuple(gabf.certify(layered.network, law, cost_to_go)),
+    )
+
+
+def _reason(failed: Plan, progress: Progress) -> NoPath | None:
+    """Why a plan has no path: a floor that is too high, or what keeps the parts of the roadmap from each other.
+
+    A roadmap that grew above a floor says little of lower ones: a small one that grew without it does.
+    """
+    from planner.construction.build import build_roadmap
+    from planner.construction.infeasibility import why_apart
+    from planner.planning.highest_floor import highest_floor, highest_grown_floor
+
+    request, checker, roadmap = failed.request, failed.checker, failed.roadmap
+    floor = request.min_manipulability
+    grew_above = floor > 0 and request.roadmap is None
+    if grew_above:
+        ends = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
+        nodes = min(request.nodes, _NODES_FOR_REASON)
+        roadmap = build_roadmap(failed.robot, checker, *ends, nodes, request.seed, progress)
+    if progress.stopped:
+        return None
+    if not roadmap.connected:
+        return why_apart(roadmap, checker)
+    if floor <= 0:
+        return None  # every path fell below its own ends, or failed the second check
+    if grew_above:
+        return FloorTooHigh(floor, highest_grown_floor(roadmap, checker, request, progress))
+    return FloorTooHigh(floor, highest_floor(roadmap, checker, request))

@@ -1,0 +1,420 @@
+"""A plan with everything it was made from, and its files: plan.json, plan.html, roadmap.npz and trajectory.json."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.base.beside import hashes
+from planner.base.errors import choices
+from planner.base.files import make_folder, remove, write_json
+from planner.base.html import html_table
+from planner.base.places import Place, place
+from planner.base.progress import rounded
+from planner.collision.checker import CollisionChecker
+from planner.kinematics.manipulability import manipulability
+from planner.models.robot import Robot
+from planner.models.run_record import run_record
+from planner.models.scene import Scene
+from planner.paths.clearance import TOO_CLOSE
+from planner.paths.measure import corners, measure_path, path_manipulability
+from planner.planning.conditioning import Conditioning
+from planner.planning.lower_bound import cost_lower_bound
+from planner.planning.manipulability_floor import LayeredNetwork, first_violation
+from planner.planning.network import PathCost
+from planner.problem.outcome import Outcome
+from planner.problem.reasons import NoPath
+from planner.problem.request import PlanRequest
+from planner.roadmap.record_text import roadmap_text
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import save_roadmap
+from planner.trajectory.clearance import clearance_rows, nearest_in_motion, nearest_on_path
+from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.report import floor_text
+from planner.trajectory.trajectory import Trajectory
+from planner.view.page import Content, page, save_page
+from planner.view.shown_path import ShownPath, path_rows, shown_motion
+
+if TYPE_CHECKING:
+    from planner.trajectory.safe_intervals import TimedRoute
+
+JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
+_CORNERS = ("corners", "corners_blended", "shortcuts")  # what a trajectory's proof says of a path's corners
+CONDITIONING = "conditioning"  # the row of the summary that is there only where it is bad
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A plan with everything it was made from; ``path`` (k, dof) and ``path_nodes`` are empty where there is none.
+
+    A continuous joint is unwound along the path, so that following it is never a jump. ``layered`` is what the dynamics
+    ran on, where it came so far: the roadmap, or with a manipulability floor the layers of
+    :mod:`planner.planning.manipulability_floor`; ``cost_to_go`` is of its nodes. ``goal`` is the text of the goal
+    that is reached, ``alternatives`` the paths of other betas, see :mod:`planner.tradeoff.alternatives`. ``reason``
+    says why there is no path.
+    """
+
+    request: PlanRequest
+    outcome: Outcome
+    robot: Robot
+    scene: Scene
+    checker: CollisionChecker
+    roadmap: Roadmap
+    layered: LayeredNetwork | None = None
+    cost_to_go: gabf.CostToGo | None = None
+    path: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    goal: str | None = None  # the text of the goal that the path reaches
+    cost: PathCost | None = None
+    conditioning: Conditioning | None = None
+    curve: tuple[tuple[int, float], ...] = ()  # (rounds of effort, best cost)
+    dip_floor: float = 0.0  # under w, so that the path does not fall below both its ends; 0 where none was set
+    clearance_kept: float = 0.0  # m beyond the margin, by all edges that the path was chosen from
+    edges_removed: int = 0
+    trajectory: Trajectory | None = None  # along the path, where one was asked for
+    route: TimedRoute | None = None  # when each waypoint is reached and left, where obstacles move
+    max_error_vs_oracle: float | None = None
+    certificate: tuple[gabf.Certificate, ...] = ()
+    alternatives: tuple[ShownPath, ...] = ()
+    reason: NoPath | None = None
+    timings: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        size = f"{len(self.path)} waypoints" if len(self.path) else "no path"
+        return f"<Plan: {self.robot.name} in {self.scene.name}, {self.outcome.key}, {size}>"
+
+    @property
+    def message(self) -> str:
+        """How the plan ended, in one sentence: without a path the reason, as far as it is known."""
+        return self.outcome.value if self.reason is None else self.reason.sentence
+
+    @cached_property
+    def clearance(self) -> dict[str, Any] | None:
+        """How near path and motion come to anything that is checked, and what refined paths ``kept``, m.
+
+        See :class:`planner.trajectory.clearance.Nearest`; None where there is no path.
+        """
+        if self.outcome is not Outcome.SOLVED:
+            return None
+        path = nearest_on_path(self.path, self.checker)
+        motion = None if self.trajectory is None else nearest_in_motion(self.trajectory, self.checker)
+        found = {"path": path, "motion": motion}
+        return {key: item and item.to_dict() for key, item in found.items()} | {"kept": self.clearance_kept}
+
+    @property
+    def network(self) -> gabf.Network | None:
+        """The network of ``layered``."""
+        return None if self.layered is None else self.layered.network
+
+    def _repr_html_(self) -> str:
+        caption = f"{self.robot.name} in {self.scene.name}. {self.message}"
+        return html_table(caption, summary_rows(plan_record(self)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of ``plan.json``; units in rad, m and s."""
+        return plan_record(self)
+
+    def page(self) -> str:
+        """The page as HTML text that needs nothing but a browser; it draws what is there and computes nothing."""
+        return plan_page(self)
+
+    def save(self, folder: Place) -> None:
+        """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
+
+        With a trajectory also ``trajectory.json``. Raises :class:`FileError` where that cannot be done.
+        """
+        save_plan(self, place(folder, "folder"))
+
+
+def plan_record(plan: Plan) -> dict[str, Any]:
+    """The plan as plain data, the keys of ``plan.json``; units in rad, m and s."""
+    return {
+        **run_record(plan.request, plan.outcome, plan.robot, plan.scene),
+        "message": plan.message,
+        "reason": None if plan.reason is None else plan.reason.to_dict(),
+        "path": plan.path.tolist(),
+        "path_nodes": plan.path_nodes.tolist(),
+        "goal": plan.goal,
+        "cost": asdict(plan.cost) if plan.cost else None,
+        "quality": _quality(plan),
+        **_measures(plan),
+        "clearance": plan.clearance,
+        "trajectory": _motion(plan.trajectory),
+        "in_time": _in_time(plan),
+        "roadmap": plan.roadmap.record(plan.edges_removed),
+        "gabf": _gabf(plan),
+        "timings_s": rounded(plan.timings),
+    }
+
+
+def save_plan(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
+    """Write the files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
+    return save_plan_page(plan, folder, save_plan_without_page(plan, folder, timings))
+
+
+def save_plan_without_page(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
+    """Write all but the page, take what an earlier plan left of the rest away, and return the record.
+
+    The record comes last, with the hashes of the others, see :mod:`planner.base.beside`.
+    """
+    make_folder(folder)
+    remove(folder / PAGE_NAME)
+    save_roadmap(plan.roadmap, folder / ROADMAP_NAME)
+    if plan.trajectory is None:
+        remove(folder / TRAJECTORY_NAME)
+    else:
+        save_trajectory(plan.trajectory, folder / TRAJECTORY_NAME, plan.robot.name, plan.scene.name)
+    record = plan_record(plan)
+    record["timings_s"] |= rounded(timings or {})
+    record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME))
+    write_json(folder / JSON_NAME, record)
+    return record
+
+
+def save_plan_page(plan: Plan, folder: Path, record: dict[str, Any]) -> dict[str, Any]:
+    """Write ``plan.html``, and the record again with its hash and the seconds that took."""
+    return save_page(lambda: plan_page(plan), folder / PAGE_NAME, record, folder / JSON_NAME)
+
+
+def plan_page(plan: Plan) -> str:
+    """A plan's page as HTML text; without a path the roadmap shows where it stops."""
+    paths, current = shown_paths(plan)
+    content = Content(
+        plan.robot,
+        plan.scene,
+        plan.message,
+        plan.roadmap.nodes[plan.roadmap.starts[0]],
+        details=summary_rows(plan_record(plan)),
+        roadmap=plan.roadmap,
+        cost_to_go=_field(plan),
+        paths=paths,
+        current=current,
+        beta=plan.request.beta,
+        floor=plan.request.min_manipulability,
+        curve=plan.curve,
+        highlighted=(CONDITIONING, TOO_CLOSE),
+        reason=plan.reason,
+    )
+    return page(content)
+
+
+def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
+    """The alternatives with the plan's own path among them, and which it is; none without a path."""
+    if plan.cost is None:
+        return [], 0
+    beta, shown, costs = plan.request.beta, list(plan.alternatives), (plan.cost.manipulability, plan.cost.distance)
+    rows, field = path_rows(plan.robot, plan.path, *costs), _field(plan)
+    motion = None if plan.trajectory is None else shown_motion(plan.trajectory, plan.checker)
+    if plan.scene.moving:  # the earliest motion, which no beta has chosen
+        return [ShownPath(plan.path, rows, cost_to_go=field, motion=motion)], 0
+    for k, other in enumerate(shown):
+        assert other.interval is not None
+        assert other.costs is not None
+        if np.isclose(other.costs, costs, rtol=1e-9).all() and other.interval[0] <= beta <= other.interval[1]:
+            shown[k] = ShownPath(plan.path, rows, other.interval, field, costs, motion)
+            return shown, k
+    # as good as the others at this one beta, as may be at 0, at 1 and where two intervals meet
+    place = sum(other.interval is not None and other.interval[0] < beta for other in shown)
+    shown.insert(place, ShownPath(plan.path, rows, (beta, beta), field, costs, motion))
+    return shown, place
+
+
+def _field(plan: Plan) -> Floats | None:
+    """The cost-to-go (n,) of the roadmap's nodes, where it came so far."""
+    if plan.layered is None or plan.cost_to_go is None:
+        return None
+    return plan.layered.on_roadmap(plan.cost_to_go.x)
+
+
+def _motion(trajectory: Trajectory | None) -> dict[str, Any] | None:
+    """What ``plan.json`` says of the trajectory beside it."""
+    if trajectory is None:
+        return None
+    corners = {key: trajectory.proof[key] for key in _CORNERS if key in trajectory.proof}
+    limits = "" if trajectory.limits is None else trajectory.limits.text()
+    law = {"law": trajectory.law, "duration": trajectory.duration, "limits": limits}
+    return {**law, **corners, "proven": trajectory.proven, "floor": trajectory.proof.get("floor")}
+
+
+def _in_time(plan: Plan) -> dict[str, Any] | None:
+    """What ``plan.json`` says of obstacles that move or may move; None where there are none, or no motion."""
+    scene, route = plan.scene, plan.route
+    if plan.trajectory is None or not (scene.moving or scene.limited):
+        return None
+    times = None if route is None else {"arrivals": route.arrivals.tolist(), "departures": route.departures.tolist()}
+    return {
+        "moving": [item.name for item in scene.moving],
+        "waypoints": times,
+        "horizon": plan.trajectory.proof.get("horizon"),
+    }
+
+
+def _measures(plan: Plan) -> dict[str, Any]:
+    """What is measured along the path; empty where there is no path."""
+    if plan.outcome is not Outcome.SOLVED:
+        return {"manipulability": None, "conditioning": None, "path_length": None}
+    found, robot = measure_path(plan.robot, plan.path), plan.robot
+    w = {"min": found.w_min, "mean": found.w_mean, "rows": robot.manipulability, "frame": robot.tool}
+    lengths = {"joint": found.joint_length, "workspace": found.workspace_length}
+    conditioning = None if plan.conditioning is None else plan.conditioning.to_dict()
+    return {"manipulability": w | _floor(plan), "conditioning": conditioning, "path_length": lengths}
+
+
+def _quality(plan: Plan) -> dict[str, Any] | None:
+    """How good the path is: the best cost over the effort, a lower bound on every path's cost, and the gap to it."""
+    if plan.cost is None:
+        return None
+    request = plan.request
+    bound = cost_lower_bound(plan.roadmap, plan.robot, request.objective)
+    w = path_manipulability(plan.robot, plan.path)
+    return {
+        "effort": request.rounds,
+        "curve": [{"rounds": rounds, "cost": cost} for rounds, cost in plan.curve],
+        "lower_bound": bound,
+        "gap": plan.cost.total / bound - 1.0 if bound > 0 else None,
+        "corners": corners(plan.path),
+        "dip": {"below_both_ends": bool(w.min() < (1.0 - 1e-9) * min(w[0], w[-1])), "floor": plan.dip_floor},
+    }
+
+
+def _floor(plan: Plan) -> dict[str, Any]:
+    """The result for the manipulability floor that was asked for; empty where none was."""
+    floor = plan.request.min_manipulability
+    if floor <= 0:
+        return {}
+    ends = [float(w) for w in manipulability(plan.robot, plan.path[[0, -1]])]
+    holds = first_violation(plan.robot, plan.path, floor) is None
+    reached = bool(path_manipulability(plan.robot, plan.path).max() >= floor)
+    return {"floor": {"asked": floor, "start": ends[0], "goal": ends[1], "reached": reached, "holds": holds}}
+
+
+def _gabf(plan: Plan) -> dict[str, Any] | None:
+    if plan.cost_to_go is None:
+        return None
+    return {
+        "law": plan.request.law,
+        "prescribed_time": plan.request.prescribed_time,
+        "settling_time": plan.cost_to_go.settling_time,
+        "settling_tau": plan.cost_to_go.settling_tau,
+        "settling_tau_bracket": _bracket(plan.cost_to_go.settling_tau_bracket),
+        "log10_remaining": plan.cost_to_go.log10_remaining,
+        "steps": plan.cost_to_go.steps,
+        "residual": plan.cost_to_go.residual,
+        "max_error_vs_oracle": plan.max_error_vs_oracle,
+        "outcome": plan.cost_to_go.outcome.key,
+        "certificate": [bound.to_dict() for bound in plan.certificate],
+    }
+
+
+def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the terminal's table and the page's panel say about a plan."""
+    field, cost, w = (record[key] for key in ("gabf", "cost", "manipulability"))
+    rows = [("roadmap", roadmap_text(record["roadmap"]))]
+    if cost:
+        rows.append(
+            (
+                "cost",
+                f"{cost['total']:.4f} = {1 - cost['beta']:g} x {cost['manipulability']:.4f} manipulability"
+                f" + {cost['beta']:g} x {cost['distance']:.4f} distance",
+            )
+        )
+        rows += _quality_rows(record["quality"], bool(record["in_time"]))
+        rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
+        if record["conditioning"] and record["conditioning"]["poor"]:
+            rows.append((CONDITIONING, record["conditioning"]["advice"]))
+        rows += clearance_rows(record["clearance"], record["config"]["room"])
+        length = record["path_length"]
+        rows.append(("goal reached", record["goal"]))
+        rows.append(
+            ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
+        )
+    if record["trajectory"]:
+        rows.append(("motion", _motion_text(record["trajectory"], bool(w and "floor" in w))))
+    if record["in_time"]:
+        rows += _rows_in_time(record["in_time"], record["trajectory"])
+    if field:
+        rows.append(("settled", _settling(field)))
+        rows += _certified(field)
+        rows.append(("error against oracle", f"{field['max_error_vs_oracle']:.1e} relative"))
+    return rows
+
+
+def _quality_rows(quality: dict[str, Any], in_time: bool) -> list[tuple[str, str]]:
+    """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""
+    bound, gap = quality["lower_bound"], quality["gap"]
+    apart = "" if gap is None or in_time else f"; this path is at most {100 * gap:.1f} % above the optimum"
+    rows = [("bound", f"no path costs less than {bound:.4f}{apart}")]
+    costs = [point["cost"] for point in quality["curve"]]
+    if len(costs) > 1:
+        rounds = quality["curve"][-1]["rounds"]
+        rows.append(("effort", f"{rounds} rounds took the best cost from {costs[0]:.4f} to {costs[-1]:.4f}"))
+    return rows
+
+
+def _motion_text(motion: dict[str, Any], floored: bool) -> str:
+    corners = "from rest to rest, the earliest through the roadmap"
+    if "corners" in motion:
+        corners = (
+            f"{motion['corners_blended']} of {motion['corners']} corners rounded, shortcuts: {motion['shortcuts']}"
+        )
+    proof = "proven free and within limits" if motion["proven"] else "NOT proven as a whole"
+    above = f"{floor_text(motion['floor'])}; " if floored and motion["floor"] else ""
+    return f"{motion['duration']:.3f} s, {corners}, {proof}; {above}{motion['limits']}"
+
+
+def _rows_in_time(in_time: dict[str, Any], motion: dict[str, Any]) -> list[tuple[str, str]]:
+    """How the motion keeps clear of what moves, and until when what may move cannot touch."""
+    rows, times, horizon = [], in_time["waypoints"], in_time["horizon"]
+    if times:
+        waits = sum(times["departures"]) - sum(times["arrivals"])
+        stands = f"it stands {waits:.3f} s on the way" if waits > 0 else "it need not wait"
+        clear = "proven clear" if motion["proven"] else "NOT proven clear"
+        rows.append(("known motions", f"{clear} of {choices(in_time['moving'])}; {stands}"))
+    if horizon:
+        limits = choices(f"{name} below {limit:g} m/s" for name, limit in horizon["speed_limits"].items())
+        until = horizon["free_until"]
+        when = "at any time" if until is None else f"before {until:.3f} s"
+        rows.append(("horizon", f"no contact {when}, whatever these do: {limits}"))
+    return rows
+
+
+def _floor_text(w: dict[str, Any]) -> str:
+    if "floor" not in w:
+        return ""
+    asked, ends = w["floor"]["asked"], min(w["floor"]["start"], w["floor"]["goal"])
+    if not w["floor"]["holds"]:
+        return f"; NOT above the floor of {asked:g}"
+    if not w["floor"]["reached"]:
+        return f"; it never reaches the floor of {asked:g}, and stays above its lower end's {ends:.5f}"
+    low = "" if ends >= asked else f" but for the stretches from and to its ends, of w {ends:.5f}"
+    return f"; above the floor of {asked:g}{low}"
+
+
+def _bracket(proved: tuple[float, float] | None) -> list[float | None] | None:
+    """Earliest and latest; None stands for a latest that was not found."""
+    return None if proved is None else [tau if math.isfinite(tau) else None for tau in proved]
+
+
+def _certified(field: dict[str, Any]) -> list[tuple[str, str]]:
+    """The sharpest bound on the settling time that is proven for this run."""
+    proven = [c for c in field["certificate"] if c["quantity"] == "settling tau" and c["applies"] and c["proven"]]
+    if not proven:
+        return []
+    best = min(proven, key=lambda c: c["bound"])
+    remaining = best["log10_remaining"]
+    ahead = "" if remaining is None else f", {10**remaining:.2g} s before T_p" if remaining > -300 else ", before T_p"
+    return [("certified", f"to settle by tau = {best['bound']:.1f}{ahead} ({best['name']})")]
+
+
+def _settling(field: dict[str, Any]) -> str:
+    if field["settling_time"] is None:
+        return "not within the budget"
+    limit = f" of T_p = {field['prescribed_time']:g} s" if field["log10_remaining"] is not None else " s"
+    return f"at t = {field['settling_time']:.4f}{limit} (tau = {field['settling_tau']:.2f}), law {field['law']}"

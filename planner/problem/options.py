@@ -1,0 +1,84 @@
+"""The options of :func:`planner.plan` by name, as type checkers and people who mistype them are told."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from numbers import Integral, Real
+from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
+
+from planner.base.errors import KeywordError, OptionError, choices, require_kind
+from planner.base.yamlfile import nearest, shown
+from planner.problem.request import (
+    Backend,
+    Charge,
+    File,
+    LawName,
+    ManipulabilityCost,
+    Metric,
+    Names,
+    PlanRequest,
+    State,
+    Thing,
+    TimingRequest,
+)
+
+
+class PlanOptions(TypedDict, total=False):
+    """The fields of :class:`PlanRequest` as :func:`planner.plan` takes them by name: a test holds both equal."""
+
+    robot: Thing
+    scene: Thing
+    tool: str | None
+    srdf: File | None
+    group: str | None
+    joints: Names | None
+    collision: Backend
+    margin: float
+    base: str | None
+    start: State
+    goal: State
+    motion_plan_request: File | None
+    ik_solutions: int
+    widen_limits: bool
+    nodes: int
+    seed: int
+    min_manipulability: float
+    roadmap: File | None
+    law: LawName
+    prescribed_time: float
+    metric: Metric
+    manipulability_cost: ManipulabilityCost
+    charge: Charge
+    effort: int | None
+    room: float
+    beta: float
+    above_ends: bool
+    path_only: bool
+
+
+def plan_request(request: PlanRequest | None, options: PlanOptions) -> PlanRequest:
+    """A request, the default for None, with ``options`` in place of its fields; :class:`KeywordError` for others."""
+    fits = request is None or isinstance(request, PlanRequest)
+    require_kind("request", request, fits, "a planner.PlanRequest, or options by their names")
+    known = get_type_hints(PlanOptions)
+    for name, value in options.items():
+        if name in known:
+            _require_kind(name, value, known[name])
+            continue
+        remedy = f"options are {choices(known)}"
+        if name in (field.name for field in fields(TimingRequest)):
+            remedy = f"give it as timing=planner.TimingRequest({name}=...)"
+        raise KeywordError(f"plan knows no option '{name}'{nearest(name, known)}: {remedy}.")
+    return replace(request or PlanRequest(), **options)
+
+
+def _require_kind(name: str, value: object, hint: Any) -> None:
+    """Raise :class:`OptionError` for a number that is none, and for a word that is not among the choices."""
+    kinds = [kind for kind in get_args(hint) or (hint,) if kind is not type(None)]
+    if get_origin(hint) is Literal and value not in kinds:
+        raise OptionError(f"{name} {shown(value)} is not usable: give one of {choices(kinds)}.")
+    if name in ("tool", "group", "base") and not isinstance(value, str | None):
+        raise OptionError(f"{name} {shown(value)} is not usable: give text.")
+    for kind, numbers, what in ((int, Integral, "a whole number"), (float, Real, "a number")):
+        if kind in kinds and not isinstance(value, numbers) and (value is not None or hint is kind):
+            raise OptionError(f"{name} {shown(value)} is not usable: give {what}.")

@@ -1,0 +1,167 @@
+"""Why there is no path, or no usable start or goal: each reason as data, and as a sentence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from planner.base.errors import Reason, choices
+
+
+@dataclass(frozen=True)
+class Touching(Reason):
+    """Two things touch, or come closer than the margin, where ``role`` ("start", "goal", "world") puts the robot.
+
+    ``enclosed``: one lies wholly inside the other.
+    """
+
+    role: str
+    first: str
+    second: str
+    enclosed: bool
+    kind = "touching"
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset((self.first, self.second))
+
+
+@dataclass(frozen=True)
+class BeyondLimit(Reason):
+    """``role`` puts a joint at ``value``, outside [``lower``, ``upper``]: rad, or m where it slides."""
+
+    role: str
+    joint: str
+    value: float
+    lower: float
+    upper: float
+    kind = "beyond_limit"
+
+
+@dataclass(frozen=True)
+class OutOfReach(Reason):
+    """No configuration brings the tool to ``role``: the nearest found stays ``distance`` (m) away."""
+
+    role: str
+    distance: float
+    kind = "out_of_reach"
+
+
+@dataclass(frozen=True)
+class Gap:
+    """How near the parts of a roadmap came that hold start and goal: the shortest straight motion between them.
+
+    ``joint_distance`` (rad) from the configuration ``start_side`` to ``goal_side``, and the two things ``between`` that
+    stop it; None where none was found, as where manipulability forbids it.
+    """
+
+    joint_distance: float
+    start_side: tuple[float, ...]
+    goal_side: tuple[float, ...]
+    between: tuple[str, str] | None
+
+    @property
+    def sentence(self) -> str:
+        stop = f", where '{self.between[0]}' and '{self.between[1]}' come too near" if self.between else ""
+        return f"their parts of the roadmap came within {self.joint_distance:.3g} rad of each other{stop}"
+
+
+@dataclass(frozen=True)
+class Separated(Reason):
+    """Without ``obstacles`` start and goal would be joined; no smaller set was found that does as much."""
+
+    obstacles: tuple[str, ...]
+    gap: Gap
+    kind = "separated"
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.obstacles)
+
+    @property
+    def sentence(self) -> str:
+        """What the user reads."""
+        named = choices(f"'{name}'" for name in self.obstacles)
+        one = len(self.obstacles) == 1
+        return (
+            f"Start and goal were not connected within the budget: as far as was found {named} "
+            f"{'separates' if one else 'together separate'} them (without {'it' if one else 'them'} they are joined), "
+            f"and {self.gap.sentence}: move {'it' if one else 'one of them'}, raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
+class BudgetSpent(Reason):
+    """``nodes`` and a bounded search did not join start and goal, and no obstacle is to blame as far as was found."""
+
+    nodes: int
+    gap: Gap
+    kind = "budget_spent"
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.gap.between or ())
+
+    @property
+    def sentence(self) -> str:
+        """What the user reads."""
+        return (
+            f"Start and goal were not connected within the budget of {self.nodes} nodes: {self.gap.sentence}; no "
+            "obstacle was found without which they are joined: raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
+class FloorTooHigh(Reason):
+    """No path keeps to the floor ``asked`` (w); ``reachable`` is the highest floor found that a path keeps to."""
+
+    asked: float
+    reachable: float
+    kind = "floor_too_high"
+
+    @property
+    def sentence(self) -> str:
+        """What the user reads."""
+        head = f"No path above the manipulability floor of {self.asked:g} was found within the budget: "
+        if self.reachable <= 0:
+            return head + "all paths that were found pass through w = 0: leave --min-manipulability out."
+        return head + (
+            f"the highest floor found that a path keeps to is {self.reachable:g}: take --min-manipulability "
+            f"{self.reachable:g}, raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
+class BlockedInTime(Reason):
+    """Start and goal are joined, but no motion in time keeps clear of ``obstacles``, which move along known motions.
+
+    ``place``: "start", where the arm is not clear of them at time 0; "goal", where it cannot stay for good; "route",
+    where without them there is a motion, as far as that was found. None of them can be put back.
+    """
+
+    place: str
+    obstacles: tuple[str, ...]
+    kind = "blocked_in_time"
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.obstacles)
+
+    @property
+    def sentence(self) -> str:
+        """What the user reads."""
+        named, head = choices(f"'{name}'" for name in self.obstacles), "Start and goal are joined, but not in time: "
+        if self.place == "start":
+            return head + f"at time 0 {named} cannot be proven clear of the arm at the start: choose another start."
+        if self.place == "goal":
+            come = "comes" if len(self.obstacles) == 1 else "come"
+            return head + f"the arm cannot stay at the goal, where {named} {come} too near: choose another goal."
+        return head + (
+            f"no motion through the roadmap was found that keeps clear of {named}, waiting included: "
+            "raise --nodes, or try another --seed."
+        )
+
+
+NoWay = Separated | BudgetSpent
+"""Start and goal lie in different parts of the roadmap."""
+
+NoPath = NoWay | FloorTooHigh | BlockedInTime

@@ -1,0 +1,433 @@
+"""What can be asked of the planner, as typed options; loads no library, so that ``planner --help`` is quick."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from numbers import Integral
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
+
+from planner.base.errors import OptionError, PlannerError, choices, require_kind, require_number
+from planner.base.places import Place, place, place_text
+from planner.base.shares import require_share
+from planner.problem.objective import (
+    DEFAULT_BETA,
+    DEFAULT_CHARGE,
+    DEFAULT_COST,
+    DEFAULT_METRIC,
+    Charge,
+    ManipulabilityCost,
+    Metric,
+    Objective,
+    require_floor,
+)
+from planner.problem.targets import joints_text, parse_base, parse_target, parse_targets
+
+
+class Named(Protocol):
+    """A robot or a scene itself, in place of its name."""
+
+    @property
+    def name(self) -> str: ...
+
+
+if TYPE_CHECKING:
+    Thing: TypeAlias = Place | Named
+    File: TypeAlias = Place
+    State: TypeAlias = str | Iterable[float]
+    Names: TypeAlias = str | Iterable[str]
+else:  # what the command line gives; from Python a robot, a scene, joint values and lists of names will do as well
+    Thing = State = Names = str
+    File = Path
+
+LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
+Backend = Literal["fcl", "coal"]
+TimeLaw = Literal["shortcuts", "blended", "stop-at-corners"]
+DEFAULT_TIME_LAW: TimeLaw = "shortcuts"
+WorkersBackend = Literal["processes", "dask"]
+
+PAPER_NODES, PAPER_EDGES = 1012, 2029  # section 4.2
+DEFAULT_EFFORT = 12  # rounds
+DEFAULT_ROOM = 5e-3  # m
+
+
+@dataclass(frozen=True)
+class WorldRequest:
+    """A robot in a scene, and how contacts are found."""
+
+    robot: Thing = "iiwa14"
+    """Name of a built-in robot (see 'planner robots') or of one in the package robot_descriptions, or the path of a
+    URDF, xacro, MJCF or robot.yaml ('planner robot-yaml' writes one)."""
+    scene: Thing = "paper"
+    """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
+    tool: str | None = None
+    """Frame of the robot that targets and manipulability speak of; where left out the scene's, else the robot's, else
+    the tip of --group, or of the group that --request names."""
+    srdf: File | None = None
+    """An SRDF in place of the robot's own: link pairs that need no check, groups, named states."""
+    group: str | None = None
+    """Planning group of the SRDF: only its joints are planned."""
+    joints: Names | None = None
+    """Joints to plan, with commas between; all others are held: at fixed_joints of the scene or robot file, else as the
+    state home has them."""
+    collision: Backend = "fcl"
+    """Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. Own
+    separating planes prove the edges, and coal looks at every answer too."""
+    margin: float = 0.0
+    """Distance in metres to keep from every obstacle, and between links."""
+    base: str | None = None
+    """Where the robot's base stands in the scene, in place of what the scene file says: x,y,z (m) or
+    x,y,z,roll,pitch,yaw (m and rad)."""
+
+    def __post_init__(self) -> None:
+        require_margin(self.margin)
+        if self.base is not None:
+            parse_base(self.base)
+        _take_places(self)
+        if self.joints is not None:
+            object.__setattr__(self, "joints", names_text(self.joints))
+        require_one_choice(self.group, self.joints)
+
+    @property
+    def joint_names(self) -> tuple[str, ...] | None:
+        """``joints`` by name; None where nobody has chosen."""
+        return None if self.joints is None else tuple(str(self.joints).split(","))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The options by their names on the command line, as plain data: objects by their names, paths as text."""
+        values = {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
+        return {"request" if name == "motion_plan_request" else name: value for name, value in values.items()}
+
+
+@dataclass(frozen=True)
+class RoadmapRequest(WorldRequest):
+    """A roadmap around a start and a goal.
+
+    Each is a name from the scene file, home, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
+    or pose:x,y,z,qx,qy,qz,qw.
+    """
+
+    start: State = "start"
+    """Where the arm starts."""
+    goal: State = "goal"
+    """Where the arm should go; several, with the option repeated or with ';' between them, are alternatives."""
+    motion_plan_request: File | None = None
+    """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
+    ik_solutions: int = 8
+    """Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to the
+    start, in turn; the dynamics picks one."""
+    widen_limits: bool = False
+    """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
+    nodes: int = PAPER_NODES
+    """Configurations in the roadmap; more find better paths and take longer."""
+    seed: int = 0
+    """Seed of all randomness: the same command, seed and versions give the same path on x86-64 processors with FMA."""
+    min_manipulability: float = 0.0
+    """A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a goal
+    below it. Where start and goal lie below, a path may stay there, no lower than they are. Growth keeps above too."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_floor(self.min_manipulability)
+        for role, parse in (("start", parse_target), ("goal", parse_targets)):
+            value = getattr(self, role)
+            if not isinstance(value, str):
+                value = joints_text(value, role)
+                object.__setattr__(self, role, value)
+            parse(value)
+        require_nodes(self.nodes)
+        if not 1 <= self.ik_solutions <= 100:
+            raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
+        require_seed(self.seed)
+
+
+@dataclass(frozen=True)
+class KeptRequest:
+    """The world to check a roadmap in; options left out are taken from the roadmap's file."""
+
+    robot: str | None = None
+    """Name of a built-in robot, or the path of a URDF or robot.yaml; the file's own if that is a built-in one."""
+    scene: str | None = None
+    """Name of a built-in scene or the path of a scene file; the file's own if that is a built-in one."""
+    tool: str | None = None
+    """Frame of the robot that manipulability speaks of."""
+    srdf: File | None = None
+    """The SRDF that the roadmap was built with, where it is not the robot's own."""
+    group: str | None = None
+    """The planning group that it was built with."""
+    joints: str | None = None
+    """The joints that it was built with, with commas between, where they were named."""
+    collision: Backend = "fcl"
+    """Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. Own
+    separating planes prove the edges, and coal looks at every answer too."""
+    margin: float | None = None
+    """Distance in metres to keep from every obstacle, and between links."""
+    motion_plan_request: File | None = None
+    """The MoveIt MotionPlanRequest (YAML) of the roadmap, to take the joints that are not planned from."""
+    widen_limits: bool = False
+    """Widen joint limits to those that the roadmap was grown within."""
+    base: str | None = None
+    """Where the robot's base stands in the scene, as the roadmap was built with it."""
+
+    def __post_init__(self) -> None:
+        _take_places(self)
+        if self.base is not None:
+            parse_base(self.base)
+        if self.margin is not None:
+            require_margin(self.margin)
+        require_one_choice(self.group, self.joints)
+
+
+@dataclass(frozen=True)
+class SweepRequest(RoadmapRequest):
+    """A roadmap and what its costs and its dynamics are, for every beta."""
+
+    roadmap: File | None = None
+    """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
+    law: LawName = "singularity-free"
+    """Control law under which the dynamics runs."""
+    prescribed_time: float = 4.0
+    """T_p in seconds: the field settles before it (laws without a prescribed time ignore it)."""
+    metric: Metric = DEFAULT_METRIC
+    """What distance means: joint motion (rad), or the length of the tool's path in the workspace (m)."""
+    manipulability_cost: ManipulabilityCost = DEFAULT_COST
+    """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
+    charge: Charge = DEFAULT_CHARGE
+    """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
+    effort: int | None = None
+    """Rounds in which the best path is refined and others searched; left out, 12, or 0 with --roadmap: as it is."""
+    room: float = DEFAULT_ROOM
+    """Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and so
+    on where start, goal or the narrowest passage leave no more. 0 for none."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 1e-9 <= self.prescribed_time <= 1e9:
+            raise OptionError(
+                f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number up to 1e9."
+            )
+        if self.effort is not None and not 0 <= self.effort <= 1_000_000:
+            raise OptionError(f"effort {self.effort} is not usable: give a whole number from 0 to 1000000.")
+        require_margin(self.room, "room")
+
+    @property
+    def rounds(self) -> int:
+        """The effort, or what stands for it where it was left out."""
+        if self.effort is not None:
+            return self.effort
+        return DEFAULT_EFFORT if self.roadmap is None else 0
+
+    def objective_at(self, beta: float) -> Objective:
+        """What a path at ``beta`` is to be good for."""
+        return Objective(beta, self.manipulability_cost, self.metric, self.charge, self.min_manipulability)
+
+
+@dataclass(frozen=True)
+class PlanRequest(SweepRequest):
+    """One plan. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles."""
+
+    beta: float = DEFAULT_BETA
+    """Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only."""
+    above_ends: bool = False
+    """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost."""
+    path_only: bool = False
+    """Only a path, the first that is proven, after short cuts: no roadmap grows around it, so beta has next to nothing
+    to choose from, and it is refined only where --effort is given."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_share(self.beta)
+        if self.path_only and (self.nodes != PAPER_NODES or self.roadmap is not None):
+            raise OptionError("a path only has no roadmap around it: leave out nodes and roadmap, or path-only.")
+
+    @property
+    def objective(self) -> Objective:
+        """What the path is to be good for."""
+        return self.objective_at(self.beta)
+
+    @property
+    def rounds(self) -> int:
+        """As without ``path_only``, but none where the effort was left out."""
+        return 0 if self.path_only and self.effort is None else super().rounds
+
+
+@dataclass(frozen=True)
+class LiveRequest:
+    """What the live page asks of the planner when it opens; None is what was not said."""
+
+    start: str | None = None
+    """Where the arm starts, with --live; the scene's start where left out."""
+    goal: str | None = None
+    """Where the arm should go, with --live; the scene's goal where left out."""
+    beta: float | None = None
+    """Trade-off in [0, 1], with --live; 0.5 where left out."""
+    nodes: int | None = None
+    """Configurations in the roadmap, with --live; 1012 where left out."""
+    seed: int | None = None
+    """Seed of all randomness, with --live; 0 where left out."""
+    roadmap: File | None = None
+    """A roadmap.npz of the same joints to begin with, with --live; what does not hold in the scene is left out."""
+
+    def __post_init__(self) -> None:
+        _take_places(self)
+        said = self.complete()
+        parse_target(said["start"])
+        parse_targets(said["goal"])
+        require_share(said["beta"])
+        require_nodes(said["nodes"])
+        require_seed(said["seed"])
+
+    def complete(self) -> dict[str, Any]:
+        """All options by their names, with their defaults where nothing was said."""
+        plain = {"start": "start", "goal": "goal", "beta": 0.5, "nodes": PAPER_NODES, "seed": 0, "roadmap": None}
+        return plain | {name: value for name, value in vars(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class LimitsRequest:
+    """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
+
+    limits: File | None = None
+    """A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints."""
+    velocity_scale: float | None = None
+    """Share of the velocity limits to use, above 0 up to 1."""
+    acceleration_scale: float | None = None
+    """Share of the acceleration limits to use, above 0 up to 1."""
+    acceleration: float | None = None
+    """Acceleration limit of every joint, rad/s² (m/s² where a joint slides), in place of the robot's own."""
+    jerk: float | None = None
+    """Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own."""
+
+    def __post_init__(self) -> None:
+        _take_places(self)
+        for name, scale in (("velocity", self.velocity_scale), ("acceleration", self.acceleration_scale)):
+            if scale is not None:
+                require_scale(name, scale)
+        for name, limit in (("acceleration", self.acceleration), ("jerk", self.jerk)):
+            if limit is None:
+                continue
+            require_number(f"{name} limit", limit)
+            if not 0.0 < limit < math.inf:
+                raise OptionError(f"{name} limit {limit:g} is not usable: give a number above 0.")
+
+
+@dataclass(frozen=True)
+class TimingRequest(LimitsRequest):
+    """How a path becomes a motion."""
+
+    time_law: TimeLaw = DEFAULT_TIME_LAW
+    """Corners rounded as far as that is proven free, with proven shortcuts in time or without; or a stop at each."""
+    extra_cost: float = 0.0
+    """Share by which shortcuts in time may raise what the path costs (its objective): more is quicker."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_timing(self.time_law, 0.0, self.extra_cost)
+
+
+@dataclass(frozen=True)
+class WorkersRequest:
+    """Who does independent work at once. The results do not depend on it, but for their seconds."""
+
+    jobs: int | None = None
+    """Tasks at once: 1 where left out, and with --backend dask as many as the cluster has threads."""
+    backend: WorkersBackend = "processes"
+    """Processes of this machine, or a Dask cluster."""
+    scheduler: str | None = None
+    """Address of the Dask cluster's scheduler, such as tcp://127.0.0.1:8786."""
+
+    def __post_init__(self) -> None:
+        if self.jobs is not None and not 1 <= self.jobs <= 10_000:
+            raise OptionError(f"{self.jobs} jobs are not usable: give a whole number from 1 to 10000.")
+        if (self.backend == "dask") != (self.scheduler is not None):
+            raise OptionError("a Dask cluster needs both --backend dask and --scheduler with its address.")
+
+    @property
+    def serial(self) -> bool:
+        """Whether one task after the other is done, in this process where it can be."""
+        return self.backend == "processes" and self.jobs in (None, 1)
+
+
+SERIAL = WorkersRequest()
+
+
+def _take_places(request: Any) -> None:
+    """Paths of a robot or a scene as text, all others as paths; :class:`FileError` for what is neither."""
+    for name in ("robot", "scene"):
+        value = getattr(request, name, None)
+        if isinstance(value, PathLike):
+            object.__setattr__(request, name, place_text(value, name))
+    for name in ("srdf", "motion_plan_request", "roadmap", "limits"):
+        value = getattr(request, name, None)
+        if value is not None:
+            object.__setattr__(request, name, place(value, name))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Path):
+        return str(value)
+    return value if isinstance(value, str | int | float | None) else value.name
+
+
+def names_text(names: str | Iterable[str]) -> str:
+    """Names as one text with commas between; :class:`OptionError` where one is missing or stands there twice."""
+    given = names.split(",") if isinstance(names, str) else list(names) if isinstance(names, Iterable) else [names]
+    if not all(isinstance(name, str) for name in given):
+        raise OptionError(f"joints {str(given)[:200]} are not usable: give their names, as text.")
+    found = [name.strip() for name in given]
+    if not all(found) or len(set(found)) < len(found):
+        raise OptionError(f"joints '{','.join(found)[:200]}' are not usable: name each once, with commas between.")
+    return ",".join(found)
+
+
+def require_one_choice(group: str | None, joints: object) -> None:
+    """Raise :class:`OptionError` where both a group and joints say what is planned."""
+    if group is not None and joints is not None:
+        raise OptionError("--group and --joints both say which joints are planned: give one of them.")
+
+
+def require_scale(kind: str, scale: float, error: type[PlannerError] = OptionError) -> None:
+    """Raise an ``error`` unless a share of limits of that ``kind`` lies above 0 and is at most 1."""
+    require_number(f"{kind} scale", scale)
+    if not 0.0 < scale <= 1.0:
+        raise error(f"{kind} scale {scale:g} is not usable: give a share of the limits, above 0 up to 1.")
+
+
+def require_timing(law: str, floor: float, extra_cost: float) -> None:
+    """Raise :class:`OptionError` unless a path can become a motion by these."""
+    require_number("floor", floor)
+    require_number("extra cost", extra_cost)
+    require_kind("law", law, isinstance(law, str), f"one of {choices(get_args(TimeLaw))}")
+    if law not in get_args(TimeLaw):
+        raise OptionError(f"time law '{law}' not found; laws are {choices(get_args(TimeLaw))}.")
+    if not 0.0 <= floor < math.inf:
+        raise OptionError(f"floor {floor:g} is not usable: give a manipulability of 0 or more.")
+    if not 0.0 <= extra_cost <= 100.0:
+        raise OptionError(f"extra cost {extra_cost:g} is not usable: give a share of 0 or more, 100 at most.")
+
+
+def require_nodes(nodes: int) -> None:
+    """Raise :class:`OptionError` unless a roadmap of so many nodes makes sense."""
+    require_number("nodes", nodes, Integral)
+    if not 2 <= nodes <= 10_000_000:
+        raise OptionError(
+            f"{nodes} nodes make no roadmap: give a whole number from 2 to 10000000; "
+            "'planner plan --path-only' needs none."
+        )
+
+
+def require_seed(seed: int) -> None:
+    """Raise :class:`OptionError` unless a seed fits every generator."""
+    require_number("seed", seed, Integral)
+    if not 0 <= seed < 2**31:
+        raise OptionError(f"seed {seed} is not usable: give a whole number from 0 to 2147483647.")
+
+
+def require_margin(margin: float, name: str = "margin") -> None:
+    """Raise :class:`OptionError` unless a margin (m), or what else has that ``name``, is a distance."""
+    require_number(name, margin)
+    if not 0.0 <= margin <= 100.0:
+        raise OptionError(f"{name} {margin:g} m is not usable: give a distance of 0 or more, 100 at most.")

@@ -1,0 +1,47 @@
+"""Straight motions as tree planners check them: proven, or sampled in a few states where the proof comes later."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.products import length
+from planner.base.resolutions import PROOF, W_IN_GROWTH
+from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.manipulability import manipulability
+
+MotionCheck = Callable[[Floats, Floats], bool]
+"""Whether the straight motion from a configuration (dof,) by a difference (dof,) is taken for free."""
+
+
+class Motions:
+    """Motion checks in one world; counts nothing, remembers nothing.
+
+    With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``W_IN_GROWTH`` apart.
+    ``room`` (m): how much a proof must leave, see :meth:`planner.collision.edge_prover.EdgeProver.prove`.
+    """
+
+    def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
+        self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
+        self._bound = prover.checker.bound
+
+    def proven(self, first: Floats, delta: Floats) -> bool:
+        """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
+        looks_free = self._looks_free(first, delta, np.inf) and self._well_conditioned(first, delta)
+        return looks_free and bool(self.prover.free(first[None], delta[None], self.room)[0])
+
+    def looks_free(self, step: float) -> MotionCheck:
+        """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""
+        return lambda first, delta: self._looks_free(first, delta, step) and self._well_conditioned(first, delta)
+
+    def _looks_free(self, first: Floats, delta: Floats, step: float) -> bool:
+        return self._bound.motion_looks_free(first, delta, step)
+
+    def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
+        if self.floor <= 0:
+            return True
+        count = max(1, int(np.ceil(length(delta) / W_IN_GROWTH)))
+        states = first + (np.arange(count + 1) / count)[:, None] * delta
+        return bool((manipulability(self.robot, states) >= self.floor).all())

@@ -1,0 +1,1 @@
+"""Sampling: OMPL's tree planners, first paths, growth, informed sets, connections of near neighbours."""

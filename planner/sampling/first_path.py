@@ -1,0 +1,193 @@
+"""The first path: RRTConnect on states, then proofs, repair where a proof fails, and shortcuts that are proven too.
+
+States are a tenth of the price of a proof and most motions that RRTConnect tries are refused, so it searches with
+states only. What it finds is not believed: every motion of the path is then proven or replaced by proven ones.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.products import length
+from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import EXTRA_CLEARANCE, FINEST_IN_FIRST_PATH, MOTION_IN_FIRST_PATH
+from planner.refinement.shortcuts import straight_paths, subdivided
+from planner.roadmap.straight_motions import Motions
+from planner.sampling.informed_set import InformedSet
+from planner.sampling.ompl_planners import JointSpace, TreePlanners
+
+_STEPS = (2.0, 4.0, 1.0)  # steps of the tries, alternately, in ranges
+_TRY = 10_000  # motions that one try may check: several shorter tries solved fewer problems than one long one
+_REPAIR_MOTIONS = 300
+_REPAIR_BOX = (0.3, 1.0)  # rad beyond the ends of a refused motion in which a detour is searched, one after the other
+# (rad, motions) of the boxes around a gap: there nine of ten gaps are bridged, by a tenth of the motions, shorter ones
+_GAP_BOXES = ((0.3, 500), (0.6, 1000), (1.0, 2000))
+_REPORT_EVERY = 500
+FIRST_PATH = "first path"  # a stage of progress
+
+
+@dataclass(frozen=True)
+class JoinSettings:
+    """How long to search the first path, in counts instead of seconds: so a run can be repeated on any load.
+
+    ``range`` (rad): the path is cut into pieces no longer than this. ``motions``: what RRTConnect may check before it
+    gives up; ``shortcuts``: attempts to shorten its path.
+    """
+
+    range: float
+    motions: int
+    shortcuts: int
+
+
+class FirstPathSearch:
+    """Searches a proven path between sets of configurations; ``checked`` counts the motions it checked.
+
+    With ``within`` RRTConnect stays in that set, so that a path is found which may be shorter than the one known.
+    """
+
+    def __init__(
+        self,
+        motions: Motions,
+        settings: JoinSettings,
+        rng: np.random.Generator,
+        progress: Progress = QUIET,
+        within: InformedSet | None = None,
+    ) -> None:
+        self._robot, self._motions, self._settings = motions.robot, motions, settings
+        self._rng, self._progress, self._within = rng, progress, within
+        self.checked = 0
+
+    def straight(self, starts: Floats, goals: Floats) -> list[Floats]:
+        """The proven ones of the straight motions from every row of ``starts`` to every row of ``goals``, in pieces."""
+        found = straight_paths(self._motions, starts, goals, self._settings.range)
+        self.checked += len(starts) * len(goals)
+        return found
+
+    def join(self, starts: Floats, goals: Floats) -> Floats | None:
+        """A path (k, dof) of proven motions from a row of ``starts`` to a row of ``goals``; None if none was found.
+
+        Tries alternate between medium, long and short steps: a long step rarely leaves a narrow passage, a short one
+        crosses open space slowly.
+        """
+        if not len(starts) or not len(goals):
+            return None
+        end, sample = self._settings.motions, MOTION_IN_FIRST_PATH
+        space = JointSpace.of(self._robot) if self._within is None else self._within.space
+        for factor in itertools.cycle(_STEPS):
+            left = end - self.checked
+            if left <= 0 or self._progress.stopped:
+                return None
+            found = self._search(space, starts, goals, factor * self._settings.range, sample, min(_TRY, left))
+            if found is None:
+                continue
+            path = self._prove(found)
+            if path is not None:
+                return self._finished(path)
+            sample = max(0.5 * sample, FINEST_IN_FIRST_PATH)
+
+    def join_near(self, starts: Floats, goals: Floats, gap: Floats) -> Floats | None:
+        """As :meth:`join`, in boxes around a ``gap`` (2, dof) between a row of ``starts`` and a row of ``goals``.
+
+        Only what lies within a box is joined, where motions are short and most states are near the gap.
+        """
+        robot, middle = self._robot, gap[0] + 0.5 * self._robot.difference(gap[0], gap[1])
+
+        def unwound(q: Floats) -> Floats:
+            return np.where(robot.continuous, middle + robot.difference(middle, q), q)
+
+        first, last, ends = unwound(starts), unwound(goals), unwound(gap)
+        for beyond, limit in _GAP_BOXES:
+            box = self._box(ends[0], ends[1], beyond)
+            mine, theirs = box.holds(first), box.holds(last)
+            step = self._settings.range
+            found = self._search(box, first[mine], last[theirs], step, MOTION_IN_FIRST_PATH, limit)
+            if found is None:
+                continue
+            a, b = (int(np.argmin(np.abs(q - end).max(axis=1))) for q, end in ((first, found[0]), (last, found[-1])))
+            path = self._prove(np.vstack([starts[a], robot.normalise(found[1:-1]), goals[b]]))
+            if path is not None:
+                return self._finished(path)
+        return None
+
+    def _finished(self, path: Floats) -> Floats:
+        """A proven path after short cuts, in pieces."""
+        self._progress(FIRST_PATH, self._settings.motions, self._settings.motions)
+        return subdivided(self._robot, self._shorten(path), self._settings.range)
+
+    def _search(
+        self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
+    ) -> Floats | None:
+        look, before, within = self._motions.looks_free(sample), self.checked, self._within
+
+        def check(first: Floats, delta: Floats) -> bool:
+            self.checked += 1
+            if self.checked % _REPORT_EVERY == 0:
+                self._progress(FIRST_PATH, self.checked, self._settings.motions)
+            return (within is None or within.holds(first + delta)) and look(first, delta)
+
+        with TreePlanners(space, check, self._rng, self._progress) as planners:
+            path = planners.rrt_connect(starts, goals, step, limit)
+        self.checked = max(self.checked, before + 1)  # a try that could not even begin counts, so that tries end
+        return path
+
+    def _prove(self, path: Floats) -> Floats | None:
+        """The path with every motion proven, refused ones replaced by a proven detour; None where there is none."""
+        delta = self._robot.difference(path[:-1], path[1:])
+        free = self._motions.prover.free(path[:-1], delta)
+        rows = [path[:1]]
+        for k, proven in enumerate(free):
+            piece = path[k : k + 2] if proven else self._detour(path[k], delta[k])
+            if piece is None:
+                return None
+            rows += [piece[1:-1], path[k + 1 : k + 2]]
+        return np.concatenate(rows)
+
+    def _detour(self, first: Floats, delta: Floats) -> Floats | None:
+        """Proven motions (k, dof) from ``first`` to ``first + delta`` within a box around both, angles unwound."""
+        robot, last = self._robot, first + delta
+        for beyond in _REPAIR_BOX:
+            box = self._box(first, last, beyond)
+            with TreePlanners(box, self._motions.proven, self._rng, self._progress) as planners:
+                step = max(0.5 * length(delta), 0.1)
+                path = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
+            self.checked += planners.checked
+            if path is not None:
+                return robot.normalise(path)
+        return None
+
+    def _box(self, first: Floats, last: Floats, beyond: float) -> JointSpace:
+        """The joint values within limits not farther than ``beyond`` (rad) from a box around two; no angle wraps."""
+        robot = self._robot
+        lower, upper = np.minimum(first, last) - beyond, np.maximum(first, last) + beyond
+        lower = np.where(robot.continuous, lower, np.maximum(lower, robot.lower))
+        upper = np.where(robot.continuous, upper, np.minimum(upper, robot.upper))
+        return JointSpace(lower, upper, np.zeros(robot.dof, dtype=bool))
+
+    def _shorten(self, path: Floats) -> Floats:
+        roomy = Motions(self._motions.prover, self._motions.floor, EXTRA_CLEARANCE)
+        with TreePlanners(JointSpace.of(self._robot), roomy.proven, self._rng, self._progress) as planners:
+            path = planners.shorten(path, self._settings.shortcuts)
+        self.checked += planners.checked
+        return path
+
+
+def shorter_path(
+    motions: Motions,
+    settings: JoinSettings,
+    starts: Floats,
+    goals: Floats,
+    longest: float,
+    rng: np.random.Generator,
+    progress: Progress,
+) -> tuple[Floats | None, int]:
+    """What :meth:`FirstPathSearch.join` finds where a path no longer than ``longest`` (rad) may pass, without reports.
+
+    With the number of motions that were checked.
+    """
+    silent, within = progress.renamed(lambda *report: None), InformedSet(motions.robot, starts, goals, longest)
+    search = FirstPathSearch(motions, settings, rng, silent, within)
+    return search.join(starts, goals), search.checked

@@ -1,0 +1,53 @@
+"""Where paths shorter than one that is known may pass: ellipsoids whose foci are a start and a goal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.models.robot import Robot
+from planner.sampling.ompl_planners import JointSpace
+
+_THINNEST = 1e-9  # rad: in a box without any extent OMPL cannot sample
+_ROUNDING = 1e-9  # relative: a straight path is as long as its ends are apart
+
+
+class InformedSet:
+    """The states that a path from a start to a goal no longer than ``longest`` (rad) may pass.
+
+    Informed RRT* (Gammell, Srinivasa, Barfoot, 2014) samples it; a tree that is to stay inside asks :meth:`holds`, and
+    samples ``space``, the least box around the set within joint limits.
+    """
+
+    def __init__(self, robot: Robot, starts: Floats, goals: Floats, longest: float) -> None:
+        """Of ``starts`` (s, dof) and ``goals`` (g, dof), one of each no farther apart than ``longest``."""
+        self._robot, self._starts, self._goals = robot, starts, goals
+        self._ends, self._wraps = np.concatenate([starts, goals]), bool(robot.continuous.any())
+        self._longest = (1.0 + _ROUNDING) * longest
+        self.space = self._box()
+
+    def holds(self, q: Floats) -> bool:
+        """Whether ``q`` (dof,) lies in the set."""
+        apart = self._robot.difference(self._ends, q) if self._wraps else q - self._ends
+        squares = np.add.reduce(apart * apart, axis=1).tolist()
+        first = len(self._starts)
+        return math.sqrt(min(squares[:first])) + math.sqrt(min(squares[first:])) <= self._longest
+
+    def _box(self) -> JointSpace:
+        robot, longest = self._robot, self._longest
+        if not math.isfinite(longest):
+            return JointSpace.of(robot)
+        apart = robot.difference(self._starts[:, None], self._goals[None])
+        middle, apart = (self._starts[:, None] + 0.5 * apart).reshape(-1, robot.dof), apart.reshape(-1, robot.dof)
+        far = (apart * apart).sum(axis=1, keepdims=True)
+        # half the box of an ellipsoid: half its long axis squared, seen along a joint, and its short axes likewise
+        along = apart * apart / np.maximum(far, 1e-300)
+        half = 0.5 * np.sqrt(along * longest**2 + (1.0 - along) * np.maximum(longest**2 - far, 0.0))
+        within = far[:, 0] <= longest**2
+        half = half if half[within].max() > _THINNEST else np.full_like(half, _THINNEST)
+        lower = np.maximum((middle - half)[within].min(axis=0), robot.lower)
+        upper = np.minimum((middle + half)[within].max(axis=0), robot.upper)
+        turns = robot.continuous  # these have no bounds
+        return JointSpace(np.where(turns, robot.lower, lower), np.where(turns, robot.upper, upper), turns)

@@ -1,0 +1,74 @@
+"""A robot tried before a user does: home, random configurations, targets, and which pairs of links stand in the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Bools
+from planner.base.errors import StateError
+from planner.collision.checker import APART, CollisionChecker
+from planner.kinematics.forward import joint_placements, tool_positions
+from planner.problem.targets import Position
+from planner.setup.resolve import resolve
+
+_SAMPLES, _TARGETS = 200, 8
+OFTEN = 0.5  # share of random configurations from which on a pair that touches is named
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What came of it: pairs of links that touch at home, and in how many random configurations pairs touch often.
+
+    ``free``: the share of random configurations in which nothing touches; ``reached``: of ``targets`` the tool's
+    positions, taken from random configurations, those that some free configuration reaches.
+    """
+
+    home: tuple[tuple[str, str], ...]
+    often: Mapping[tuple[str, str], float]
+    free: float
+    reached: int
+    targets: int
+
+    @property
+    def in_the_way(self) -> list[tuple[str, str]]:
+        """Pairs that make the robot hard or impossible to use, sorted."""
+        return sorted({*self.home, *self.often})
+
+
+def try_robot(checker: CollisionChecker, seed: int = 0) -> Trial:
+    """Try the robot of ``checker`` in its scene; the same for a seed."""
+    robot, rng = checker.robot, np.random.default_rng(seed)
+    q = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SAMPLES, robot.dof))])
+    touching = _touching(checker, q)
+    names = [_names(checker, pair) for pair in range(touching.shape[1])]
+    home = sorted({names[pair] for pair in np.flatnonzero(touching[0])})
+    shares = {name: max(touching[1:, k].mean() for k in range(len(names)) if names[k] == name) for name in set(names)}
+    often = {name: float(share) for name, share in sorted(shares.items()) if share >= OFTEN}
+    reached = sum(_is_reached(checker, xyz) for xyz in tool_positions(robot, q[1 : _TARGETS + 1]).tolist())
+    return Trial(tuple(home), often, float((~touching[1:].any(axis=1)).mean()), reached, _TARGETS)
+
+
+def _touching(checker: CollisionChecker, q: np.ndarray) -> Bools:
+    """(n, pairs) which pairs are not proven apart in which configurations."""
+    rotation, position = joint_placements(checker.chain, q)
+    touching = checker.bound.coarse(rotation, position) <= 0
+    rows, pairs = np.nonzero(touching)
+    touching[rows, pairs] = checker.bound.close(rotation, position, rows, pairs, APART) <= 0
+    return touching
+
+
+def _names(checker: CollisionChecker, pair: int) -> tuple[str, str]:
+    contact = checker.world.contact(pair)
+    return min(contact.first, contact.second), max(contact.first, contact.second)
+
+
+def _is_reached(checker: CollisionChecker, xyz: list[float]) -> bool:
+    x, y, z = xyz
+    try:
+        resolve(Position((x, y, z)), checker, {}, "goal")
+    except StateError:
+        return False
+    return True

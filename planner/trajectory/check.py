@@ -1,0 +1,163 @@
+"""A check of a trajectory from any source: what a controller makes of its points, against scene and limits."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.errors import FileError
+from planner.base.polynomials import bernstein, evaluate
+from planner.base.products import product
+from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import PROOF_OF_CHECK, RECHECK, RECHECK_BY_BACKEND
+from planner.collision import second_checker
+from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import EdgeProver, Verdict
+from planner.collision.world import Contact
+from planner.kinematics.manipulability import manipulability
+from planner.setup.resolve import looks_like_degrees
+from planner.trajectory.clearance import Nearest, nearest_in_motion
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.moving_obstacles import first_touch_in_time
+from planner.trajectory.points import Points
+from planner.trajectory.proof import MotionProof, limits_exceeded, prove_motion
+from planner.trajectory.trajectory import Trajectory
+
+_W_APART, _LOOKS = 0.01, 10_000  # s between two looks at w, and how many there are at most
+_FARTHEST = 1000.0  # rad (m)
+_AT_ONCE = 4096  # states
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectoryContact:
+    """Where a trajectory touches: between ``begin`` and ``end`` s; at ``begin``, in ``q``, where it was sampled."""
+
+    begin: float
+    end: float
+    contact: Contact
+    q: Floats | None
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectoryReport:
+    """What was found on a trajectory; where its times are at ``fault`` or it looks like ``degrees`` nothing else.
+
+    ``contact`` is the first one, seen by coal every ``step`` metres of motion, by the checker at fewer states, or by a
+    proof. ``w`` (n,) is sampled at ``w_times`` (n,). ``nearest`` is the smallest clearance, None where there is none.
+    """
+
+    checker: CollisionChecker
+    points: Points
+    limits: MotionLimits
+    step: float
+    fault: str | None
+    degrees: bool = False
+    trajectory: Trajectory | None = None
+    proof: MotionProof | None = None
+    contact: TrajectoryContact | None = None
+    w: Floats | None = None
+    w_times: Floats | None = None
+    nearest: Nearest | None = None
+
+    @property
+    def ok(self) -> bool:
+        """A controller runs it, within all limits, and no contact was found."""
+        if self.fault or self.degrees or self.proof is None:
+            return False
+        return not self.proof.excesses and self.contact is None
+
+
+def check_trajectory(
+    checker: CollisionChecker,
+    points: Points,
+    limits: MotionLimits,
+    step: float = RECHECK,
+    progress: Progress = QUIET,
+) -> TrajectoryReport:
+    """Rebuild what a controller runs between ``points``; prove it or refute it against the scene and ``limits``."""
+    report = TrajectoryReport(checker, points, limits, step, points.fault())
+    if report.fault:
+        return report
+    trajectory = points.trajectory()
+    _require_within_reason(trajectory)
+    degrees = bool(limits_exceeded(trajectory, checker.robot, limits)) and looks_like_degrees(
+        checker.robot, points.columns[0]
+    )
+    if degrees:
+        return TrajectoryReport(checker, points, limits, step, None, True)
+    pieces = len(trajectory.coefficients)
+    seen = _earliest(
+        looked_at(trajectory, checker, step, progress),
+        _contact_in_time(trajectory, checker, step),
+    )
+    proof = prove_motion(trajectory, EdgeProver(checker), limits, room=PROOF_OF_CHECK)
+    progress("proofs", pieces, pieces)
+    times = np.linspace(trajectory.times[0], trajectory.times[-1], min(int(trajectory.duration / _W_APART), _LOOKS) + 2)
+    w = manipulability(checker.robot, trajectory.at(times))
+    contact = seen or _proven_contact(trajectory, proof, checker)
+    nearest = nearest_in_motion(trajectory, checker)
+    return TrajectoryReport(checker, points, limits, step, None, False, trajectory, proof, contact, w, times, nearest)
+
+
+def _require_within_reason(trajectory: Trajectory) -> None:
+    """Raise :class:`FileError` for swings that no arm does, and that would take forever to sample."""
+    hull = np.abs(bernstein(trajectory.coefficients)).max(axis=(1, 2))
+    if hull.max() > _FARTHEST:
+        k = int(hull.argmax())
+        raise FileError(
+            f"between {trajectory.times[k]:g} and {trajectory.times[k + 1]:g} s the trajectory swings as far as "
+            f"{hull[k]:.3g} rad: mend its positions or velocities."
+        )
+
+
+def looked_at(
+    trajectory: Trajectory, checker: CollisionChecker, step: float = RECHECK, progress: Progress = QUIET
+) -> TrajectoryContact | None:
+    """The first contact that the checker sees every ``RECHECK_BY_BACKEND`` of motion, or coal every ``step`` metres."""
+    steps = dict([(checker, max(step, RECHECK_BY_BACKEND)), (second_checker(checker), step)])  # one, where it is coal
+    return _earliest(*(sampled_contact(trajectory, judge, apart, progress) for judge, apart in steps.items()))
+
+
+def sampled_contact(
+    trajectory: Trajectory, judge: CollisionChecker, step: float, progress: Progress = QUIET
+) -> TrajectoryContact | None:
+    """The first contact on a trajectory sampled every ``step`` metres of motion, without bounds or proofs."""
+    fastest = trajectory.largest(1) * trajectory.seconds[:, None]
+    motion = judge.world.reach.motion(fastest).max(axis=1, initial=0.0)
+    counts = np.maximum(1, np.ceil(motion / step)).astype(int) + 1  # both ends of every piece
+    apart = np.max(product(fastest, judge.world.pair_reach.T) / (counts - 1)[:, None], axis=0, initial=0.0)
+    ends = np.cumsum(counts)
+    piece = np.repeat(np.arange(len(counts)), counts)
+    u = (np.arange(ends[-1]) - (ends - counts)[piece]) / (counts - 1)[piece]
+    for first in range(0, len(u), _AT_ONCE):
+        rows = slice(first, first + _AT_ONCE)
+        states = evaluate(trajectory.coefficients[piece[rows]], u[rows])
+        found = judge.first_contact_along(states, apart)
+        if found is not None:
+            k = first + found[0]
+            t = float(trajectory.times[piece[k]] + u[k] * trajectory.seconds[piece[k]])
+            return TrajectoryContact(t, t, found[1], states[found[0]])
+        progress("contacts", int(piece[rows][-1]) + 1, len(counts))
+    return None
+
+
+def _contact_in_time(trajectory: Trajectory, checker: CollisionChecker, step: float) -> TrajectoryContact | None:
+    """The first contact with an obstacle that moves along a known motion."""
+    found = first_touch_in_time(trajectory, checker, checker.world.scene.moving, step)
+    return None if found is None else TrajectoryContact(found[0], found[0], found[1], found[2])
+
+
+def _earliest(*contacts: TrajectoryContact | None) -> TrajectoryContact | None:
+    return min((item for item in contacts if item is not None), key=lambda item: item.begin, default=None)
+
+
+def _proven_contact(trajectory: Trajectory, proof: MotionProof, checker: CollisionChecker) -> TrajectoryContact | None:
+    """The first piece that is proven to touch, where no sample has met it."""
+    for k, (begin, end) in enumerate(itertools.pairwise(trajectory.times.tolist())):
+        if proof.verdict[k] == Verdict.COLLIDES:
+            contact = EdgeProver(checker).static_contact or checker.world.contact(int(proof.pair[k]))
+            return TrajectoryContact(begin, end, contact, None)
+    return None

@@ -1,0 +1,133 @@
+"""A trajectory in the formats that controllers and other programs take.
+
+A ROS 2 joint trajectory controller runs positions as lines, positions and velocities as cubics, and with accelerations
+as quintics. The points are the knots of the trajectory's own polynomials, with what makes the controller interpolate
+these and nothing more: what it runs is what was proven. Other points are made by :mod:`planner.trajectory.grid`.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import shlex
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import FileError
+from planner.trajectory.ros_bag import write_bag
+from planner.trajectory.trajectory import Trajectory
+
+Format = Literal["ros-yaml", "ros-json", "moveit", "csv", "npz", "mcap"]
+SUFFIX: dict[Format, str] = {
+    "ros-yaml": "yaml",
+    "ros-json": "json",
+    "moveit": "yaml",
+    "csv": "csv",
+    "npz": "npz",
+    "mcap": "mcap",
+}
+
+_PER_SECOND = 1_000_000_000
+_LONGEST = 2**31 - 1  # s: the seconds of a ROS duration are an int32
+LONGEST_ARGUMENT = 131_000  # bytes of one argument of a command on Linux, and what stands around the message
+
+
+def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False) -> bytes:
+    """The content of a file of this ``kind``, point by point; times count from the first one.
+
+    ``skip_first_point`` leaves out the first one, which is where the robot stands: some controllers refuse a point at
+    time 0. The others keep their times.
+    """
+    first = int(skip_first_point)
+    nanoseconds, columns = _clock(trajectory)[first:], [rows[first:] for rows in trajectory.columns]
+    if kind == "csv":
+        return _csv(trajectory.joints, nanoseconds, columns).encode()
+    if kind == "npz":
+        return _npz(trajectory.joints, nanoseconds / _PER_SECOND, columns)
+    message = _message(trajectory.joints, nanoseconds, columns)
+    if kind == "moveit":
+        message = {"joint_trajectory": message, "multi_dof_joint_trajectory": {"joint_names": [], "points": []}}
+    if kind == "mcap":
+        return write_bag(message)
+    if kind == "ros-json":
+        return (_flow(message) + "\n").encode()
+    return _yaml(message).encode()
+
+
+def goal_command(file: Path) -> str:
+    """The command line that sends the trajectory of a ros-json ``file`` as a FollowJointTrajectory goal."""
+    action = "control_msgs/action/FollowJointTrajectory"
+    controller = "/joint_trajectory_controller/follow_joint_trajectory"
+    return f'ros2 action send_goal {controller} {action} "{{trajectory: $(cat {shlex.quote(str(file))})}}"'
+
+
+def _clock(trajectory: Trajectory) -> Ints:
+    """Whole nanoseconds from the first point of all points."""
+    clock = trajectory.nanoseconds - trajectory.nanoseconds[0]
+    if clock[-1] > _LONGEST * _PER_SECOND:
+        seconds = trajectory.duration
+        raise FileError(f"the trajectory takes {seconds:g} s: a ROS duration holds {_LONGEST} s; give a shorter one.")
+    return clock
+
+
+def _message(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> dict[str, Any]:
+    """trajectory_msgs/JointTrajectory as plain data."""
+    rows: list[list[list[float]]] = [column.tolist() for column in columns]
+    rows += [[[] for _ in nanoseconds]] * (3 - len(rows))
+    points = [
+        {
+            "positions": q,
+            "velocities": qd,
+            "accelerations": qdd,
+            "effort": [],
+            "time_from_start": dict(zip(("sec", "nanosec"), divmod(int(t), _PER_SECOND), strict=True)),
+        }
+        for t, q, qd, qdd in zip(nanoseconds, *rows, strict=True)
+    ]
+    header = {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}
+    return {"header": header, "joint_names": list(joints), "points": points}
+
+
+def _flow(value: Any) -> str:
+    """JSON that YAML reads alike: of a number such as 1e-09 YAML 1.1, which ROS reads, would make a text."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{json.dumps(key)}: {_flow(item)}" for key, item in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    text = json.dumps(value, allow_nan=False)
+    return text.replace("e", ".0e") if isinstance(value, float) and "." not in text else text
+
+
+def _yaml(value: dict[str, Any], indent: str = "") -> str:
+    """Mappings and lists of mappings in block style, everything in them in flow style, which is JSON."""
+    lines = []
+    for key, item in value.items():
+        if isinstance(item, dict) and key != "time_from_start":
+            lines.append(f"{indent}{key}:\n{_yaml(item, indent + '  ')}")
+        elif isinstance(item, list) and item and isinstance(item[0], dict):
+            entries = [_yaml(entry, indent + "    ") for entry in item]
+            lines.append(f"{indent}{key}:\n" + "".join(f"{indent}  - {e[len(indent) + 4 :]}" for e in entries))
+        else:
+            lines.append(f"{indent}{key}: {_flow(item)}\n")
+    return "".join(lines)
+
+
+def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> str:
+    names = [
+        "t",
+        *(f"{joint}{ending}" for ending in ("", "_velocity", "_acceleration")[: len(columns)] for joint in joints),
+    ]
+    lines = [",".join(names)]
+    for t, row in zip(nanoseconds.tolist(), np.concatenate(columns, axis=1).tolist(), strict=True):
+        lines.append(",".join([f"{t // _PER_SECOND}.{t % _PER_SECOND:09d}", *map(repr, row)]))
+    return "\n".join(lines) + "\n"
+
+
+def _npz(joints: tuple[str, ...], t: Floats, columns: list[Floats]) -> bytes:
+    content = io.BytesIO()
+    given = dict(zip(("q", "qd", "qdd"), columns, strict=False))
+    np.savez(content, t=t, **given, joints=np.array(joints))
+    return content.getvalue()

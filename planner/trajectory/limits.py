@@ -1,0 +1,275 @@
+"""How fast each joint may move, accelerate and jerk, and who says so."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pydantic
+
+from planner.base.arrays import Floats, frozen
+from planner.base.errors import FileError, PlannerError, choices
+from planner.base.places import Place, place
+from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
+from planner.models.robot import Robot
+from planner.problem.request import LimitsRequest, require_scale
+
+KINDS = ("velocity", "acceleration", "jerk")
+LEAST_JERK = 15 / 8, 10 / np.sqrt(3), 60.0  # largest derivatives of 10 u³ - 15 u⁴ + 6 u⁵, quintics from rest to rest
+USED = 0.999  # share of every limit that motions use, so that braking along the same curve can keep to all of it
+UNITS = {"velocity": "/s", "acceleration": "/s²", "jerk": "/s³"}
+
+ASSUMED_VELOCITY = 1.0  # rad/s, m/s
+ASSUMED_ACCELERATION = 5.0  # rad/s², m/s²
+ASSUMED_JERK_PER_ACCELERATION = 100.0  # 1/s: full acceleration is there 10 ms after none
+_SMALLEST = 1e-6
+_LARGEST = {"velocity": 1e4, "acceleration": 1e4, "jerk": 1e7}  # no joint comes near; times would drown in rounding
+
+
+class LimitError(PlannerError):
+    """A motion limit that no motion can keep, or that the robot does not allow."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionLimits:
+    """Limits (dof,) on the absolute velocity, acceleration and jerk of each joint, in the robot's order of joints.
+
+    Units are rad (m where a joint slides) and s. ``source`` says for each of the three where they come from.
+
+        MotionLimits.of(robot)                                          # the URDF's and the robot file's
+        MotionLimits.of(robot, LimitsRequest(velocity_scale=0.2))
+    """
+
+    joints: tuple[str, ...]
+    velocity: Floats
+    acceleration: Floats
+    jerk: Floats
+    source: dict[str, str]
+
+    def __post_init__(self) -> None:
+        for kind in KINDS:
+            _require_usable(self.joints, getattr(self, kind), kind, self.source[kind])
+
+    @staticmethod
+    def of(robot: Robot, request: LimitsRequest | None = None) -> MotionLimits:
+        """The robot's limits as ``request`` changes them; velocities beyond the URDF's are refused.
+
+        Where the URDF or the robot's file says nothing a figure is assumed, and ``source`` says so. The shares that a
+        MoveIt request asks of the robot come before a file's default factors, and after those of ``request``. Raises
+        :class:`LimitError` for limits of a file that no motion can keep, and for those beyond the robot's.
+        """
+        request = request or LimitsRequest()
+        limits, scales = _of_robot(robot), {}
+        if request.limits is not None:
+            limits, scales = _with_file(limits, request.limits, robot)
+        for kind in ("acceleration", "jerk"):
+            value = getattr(request, kind)
+            if value is not None:
+                limits = _with(limits, kind, np.full(robot.dof, float(value)), f"--{kind} {value:g}")
+        if request.acceleration is not None and request.jerk is None and "assumed" in limits.source["jerk"]:
+            limits = _with(limits, "jerk", ASSUMED_JERK_PER_ACCELERATION * limits.acceleration, _assumed_jerk())
+        for kind in ("velocity", "acceleration"):
+            asked, share = getattr(request, f"{kind}_scale"), robot.shares.get(kind)
+            limits = _scaled(limits, kind, scales.get(kind, 1.0) if share is None else share, asked, share)
+        _require_within_urdf(robot, limits)
+        return limits
+
+    def given(self, kind: str) -> bool:
+        """Whether somebody gives a limit of this kind; else it is assumed for want of any."""
+        return not self.source[kind].startswith("assumed")
+
+    def times(self, share: float) -> MotionLimits:
+        """A share of all of them."""
+        return replace(self, **{kind: frozen(share * getattr(self, kind)) for kind in KINDS})
+
+    def to_dict(self) -> dict[str, Any]:
+        """The limits as ``trajectory.json`` has them."""
+        return {kind: getattr(self, kind).tolist() for kind in KINDS} | {"source": dict(self.source)}
+
+    def text(self) -> str:
+        """The limits in words, as they stand beside every duration."""
+        return "; ".join(
+            f"{kind} up to {_range(getattr(self, kind))} rad{UNITS[kind]} ({self.source[kind]})" for kind in KINDS
+        )
+
+
+def _range(values: Floats) -> str:
+    low, high = float(values.min()), float(values.max())
+    return f"{high:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+
+
+def _with(limits: MotionLimits, kind: str, values: Floats, source: str) -> MotionLimits:
+    _require_usable(limits.joints, values, kind, source)
+    return replace(limits, **{kind: frozen(values)}, source={**limits.source, kind: source})
+
+
+def _scaled(limits: MotionLimits, kind: str, scale: float, asked: float | None, share: float | None) -> MotionLimits:
+    """The limits times ``asked``, else times ``scale``; the source says what became of the ``share`` of a request."""
+    scale = scale if asked is None else asked
+    require_scale(kind, scale, LimitError)
+    instead = share is not None and share != scale
+    if scale == 1.0 and not instead:
+        return limits
+    whose = (
+        f" (in place of the request's {share:g})" if instead else " (the request's)" if asked is None and share else ""
+    )
+    return _with(limits, kind, scale * getattr(limits, kind), f"{limits.source[kind]}, times {scale:g}{whose}")
+
+
+def _of_robot(robot: Robot) -> MotionLimits:
+    unknown = ~(robot.velocity > 0)
+    velocity, says = np.where(unknown, ASSUMED_VELOCITY, robot.velocity), "URDF"
+    if unknown.any():
+        of = "" if unknown.all() else f" for {choices(np.array(robot.joints)[unknown])}"
+        says = f"assumed{of}: the URDF gives none"
+    motion = robot.motion
+    if motion is None:
+        acceleration, source = np.full(robot.dof, ASSUMED_ACCELERATION), "assumed: the robot's file gives none"
+    else:
+        acceleration, source = _each_joint(robot, motion.acceleration), motion.source
+    if motion is None or motion.jerk is None:
+        jerk, of_jerk = ASSUMED_JERK_PER_ACCELERATION * acceleration, _assumed_jerk()
+    else:
+        jerk, of_jerk = _each_joint(robot, motion.jerk), motion.source
+    return MotionLimits(
+        robot.joints,
+        frozen(velocity),
+        frozen(acceleration),
+        frozen(jerk),
+        {"velocity": says, "acceleration": source, "jerk": of_jerk},
+    )
+
+
+def _assumed_jerk() -> str:
+    return f"assumed: {ASSUMED_JERK_PER_ACCELERATION:g}/s times the acceleration"
+
+
+def _each_joint(robot: Robot, values: float | list[float]) -> Floats:
+    """One number for all planned joints, or one for each."""
+    return np.full(robot.dof, float(values)) if isinstance(values, float | int) else np.array(values, dtype=float)
+
+
+def _require_usable(joints: tuple[str, ...], values: Floats, kind: str, source: str) -> None:
+    if np.shape(values) != (len(joints),):
+        raise LimitError(f"{kind} limits have shape {np.shape(values)}: give one for each of {choices(joints)}.")
+    bad = np.flatnonzero(~((values >= _SMALLEST) & (values <= _LARGEST[kind])))
+    if len(bad):
+        raise LimitError(
+            f"{kind} limit {values[bad[0]]:g} of joint '{joints[bad[0]]}' ({source}) is not usable: "
+            f"give a number above 0, from {_SMALLEST:g} to {_LARGEST[kind]:g}."
+        )
+
+
+def _require_within_urdf(robot: Robot, limits: MotionLimits) -> None:
+    known = robot.velocity > 0
+    beyond = np.flatnonzero(known & (limits.velocity > robot.velocity * (1 + 1e-9)))
+    if len(beyond):
+        k = beyond[0]
+        raise LimitError(
+            f"velocity limit {limits.velocity[k]:g} of joint '{robot.joints[k]}' ({limits.source['velocity']}) is "
+            f"beyond the URDF's {robot.velocity[k]:g}: give that or less."
+        )
+
+
+class _JointLimit(Strict):
+    """One joint of a joint_limits.yaml, as MoveIt and ros2_control write it; limits count unless has_ is false.
+
+    Positions are the URDF's: narrower ones are refused. Of efforts and gains no motion here knows.
+    """
+
+    has_position_limits: bool = True
+    min_position: float | None = None
+    max_position: float | None = None
+    has_soft_limits: bool = True
+    soft_lower_limit: float | None = None
+    soft_upper_limit: float | None = None
+    k_position: float | None = None
+    k_velocity: float | None = None
+    has_velocity_limits: bool = True
+    max_velocity: float | None = None
+    has_acceleration_limits: bool = True
+    max_acceleration: float | None = None
+    has_deceleration_limits: bool = True
+    max_deceleration: float | None = None
+    has_jerk_limits: bool = True
+    max_jerk: float | None = None
+    has_effort_limits: bool = True
+    max_effort: float | None = None
+    angle_wraparound: bool = False
+
+    @pydantic.model_validator(mode="after")
+    def _said(self) -> _JointLimit:
+        """A limit that is announced is there."""
+        for kind in ("velocity", "acceleration", "deceleration", "jerk"):
+            if (
+                f"has_{kind}_limits" in self.model_fields_set
+                and self._given(kind)
+                and getattr(self, f"max_{kind}") is None
+            ):
+                raise ValueError(f"it has_{kind}_limits and no max_{kind}; add it, or say false")
+        return self
+
+    def _given(self, kind: str) -> bool:
+        return getattr(self, f"has_{kind}_limits")
+
+    def value(self, kind: str) -> float | None:
+        """A joint brakes as it speeds up here: of acceleration and deceleration the smaller one counts."""
+        found = getattr(self, f"max_{kind}") if self._given(kind) else None
+        if kind != "acceleration" or self.max_deceleration is None or not self._given("deceleration"):
+            return found
+        return abs(self.max_deceleration) if found is None else min(found, abs(self.max_deceleration))
+
+    def bounds(self) -> tuple[float, float]:
+        """The positions that the file allows."""
+        lower, upper = [], []
+        if self.has_position_limits:
+            lower, upper = [self.min_position], [self.max_position]
+        if self.has_soft_limits:
+            lower, upper = [*lower, self.soft_lower_limit], [*upper, self.soft_upper_limit]
+        return (
+            max((value for value in lower if value is not None), default=-np.inf),
+            min((value for value in upper if value is not None), default=np.inf),
+        )
+
+
+class _LimitsFile(Strict):
+    joint_limits: dict[str, _JointLimit]
+    default_velocity_scaling_factor: float = 1.0
+    default_acceleration_scaling_factor: float = 1.0
+
+
+def _with_file(limits: MotionLimits, path: Place, robot: Robot) -> tuple[MotionLimits, dict[str, float]]:
+    """The limits with those of a MoveIt joint_limits.yaml in their place, and its default scaling factors."""
+    where = f"joint limits {path}"
+    path = place(path)
+    data = parse_yaml(read_text(path, "joint limits"), where)
+    if isinstance(data, dict) and "joint_limits" not in data:
+        raise FileError(f"{where} has no key 'joint_limits': give a MoveIt joint_limits.yaml.")
+    file = validate(_LimitsFile, data, where)
+    missing = [joint for joint in limits.joints if joint not in file.joint_limits]
+    if missing:
+        raise LimitError(f"{where} has no joint '{missing[0]}'; it has {choices(file.joint_limits)}: add it.")
+    _require_positions_within(file, robot, where)
+    efforts = [file.joint_limits[joint].max_effort for joint in limits.joints]
+    effort = "" if all(each is None for each in efforts) else " (its efforts are passed over)"
+    for kind in KINDS:
+        found = [file.joint_limits[joint].value(kind) for joint in limits.joints]
+        if any(value is not None for value in found):
+            own = getattr(limits, kind)
+            values = np.array([own[k] if value is None else value for k, value in enumerate(found)], dtype=float)
+            partly = "" if all(value is not None for value in found) else f", the rest {limits.source[kind]}"
+            limits = _with(limits, kind, values, f"{path.name}{effort}{partly}")
+    scales = {kind: getattr(file, f"default_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
+    return limits, scales
+
+
+def _require_positions_within(file: _LimitsFile, robot: Robot, where: str) -> None:
+    """Raise where the file allows fewer positions than the path was planned in."""
+    for joint, lower, upper in zip(robot.joints, robot.lower, robot.upper, strict=True):
+        low, high = file.joint_limits[joint].bounds()
+        if low > lower + 1e-9 or high < upper - 1e-9:
+            raise LimitError(
+                f"{where} allows joint '{joint}' positions from {max(low, lower):g} to {min(high, upper):g}, narrower "
+                f"than the robot's [{lower:g}, {upper:g}]: narrow them in the URDF, which is what paths are planned in."
+            )

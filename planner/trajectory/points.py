@@ -1,0 +1,194 @@
+"""Trajectories out of files of any origin, and what a controller makes of their points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from planner.base.arrays import Floats, frozen
+from planner.base.beside import warn_of_mismatch
+from planner.base.errors import FileError, choices
+from planner.base.files import is_folder
+from planner.base.npz import DAMAGE, require_sane_sizes
+from planner.base.places import Place, place
+from planner.base.yamlfile import parse_yaml, read_text
+from planner.models.robot import Robot
+from planner.paths.file import (
+    ENDINGS,
+    TIME,
+    PathFile,
+    column_kinds,
+    csv_table,
+    in_order,
+    left_out,
+    matrix,
+    parse,
+    require_known,
+)
+from planner.trajectory.file import TRAJECTORY_NAME, limits_in, require_near
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.messages import OWN, Raw, as_columns, points_of
+from planner.trajectory.ros_bag import read_bag
+from planner.trajectory.trajectory import Trajectory, whole_nanoseconds
+
+_SLACK = 64 << 20  # bytes: of rest and zeros much is made little
+_AT_REST = float(np.finfo(np.float32).eps)  # rad/s: what ROS 2's controller lets a trajectory end with
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """A trajectory as a file has it: ``times`` (k,) s, and positions, perhaps velocities and accelerations (k, dof).
+
+    Joints are in the robot's order. The times may be of no use; :meth:`fault` says so. ``notes`` say what of the file
+    is left aside.
+    """
+
+    joints: tuple[str, ...]
+    times: Floats
+    columns: tuple[Floats, ...]
+    limits: MotionLimits | None = None  # that the file says it was made for
+    notes: tuple[str, ...] = ()
+
+    def fault(self) -> str | None:
+        """Why no controller runs these times and velocities, as part of a sentence; None where one does."""
+        late = np.flatnonzero(np.diff(whole_nanoseconds(self.times)) <= 0)
+        if len(late):
+            k = int(late[0])
+            between = f"from point {k + 1} to point {k + 2} ({self.times[k]:.10g} s, {self.times[k + 1]:.10g} s)"
+            return f"time does not increase {between}"
+        if self.times[0] < 0:
+            return f"the first point is {-self.times[0]:g} s before the start"
+        if len(self.columns) > 1 and np.abs(self.columns[1][-1]).max() > _AT_REST:
+            joint = int(np.abs(self.columns[1][-1]).argmax())
+            return (
+                f"the last velocity is not 0: joint '{self.joints[joint]}' ends with {self.columns[1][-1, joint]:.3g}, "
+                "which a ROS 2 joint trajectory controller refuses"
+            )
+        return None
+
+    def beginning(self) -> tuple[str, ...]:
+        """What is to be said of how it begins: what comes before is the controller's, and nothing is known of it."""
+        found = []
+        if self.times[0] > 0:
+            found.append(f"until {self.times[0]:g} s it moves there from where the robot is: that is not checked")
+        velocity = self.columns[1][0] if len(self.columns) > 1 else np.zeros(len(self.joints))
+        joint = int(np.abs(velocity).argmax())
+        if abs(velocity[joint]) > _AT_REST:
+            moves = f"joint '{self.joints[joint]}' begins with a velocity of {velocity[joint]:.3g}"
+            found.append(f"{moves}: right only for a robot that moves so already")
+        return tuple(found)
+
+    def trajectory(self) -> Trajectory:
+        """What a ROS 2 joint trajectory controller runs: lines, cubics or quintics, by what is given."""
+        return Trajectory.through(self.joints, self.times, *self.columns)
+
+
+def read_points(path: Place, robot: Robot) -> Points | None:
+    """The trajectory of a file, in the robot's order of joints; None where the file holds a path without times.
+
+    Our own ``trajectory.json`` or its folder; a JointTrajectory, RobotTrajectory or FollowJointTrajectory goal as JSON
+    or YAML; a CSV with a column of times; an ``.npz`` with t, q, perhaps qd and qdd; the first JointTrajectory of a bag
+    in MCAP. Accelerations make quintics, as in a message; our own file says what its pieces are. Raises
+    :class:`FileError` for what cannot be read, and for what nobody knows: each field is honoured, noted or refused.
+    """
+    path = place(path)
+    path = path / TRAJECTORY_NAME if is_folder(path) else path
+    where = f"trajectory {path}"
+    warn_of_mismatch(path)
+    match path.suffix.lower():
+        case ".npz":
+            found = _from_npz(path, where)
+        case ".mcap":
+            message, count = read_bag(path, where)
+            found = _first_of(points_of(message, where), count, "messages")
+        case ".csv":
+            found = _from_csv(read_text(path, "joint path"), robot, where)
+        case ".yaml" | ".yml":
+            texts = [text for text in read_text(path, "trajectory").split("\n---") if text.strip(" -\n")]
+            found = _first_of(points_of(parse_yaml("".join(texts[:1]), where), where), len(texts), "documents")
+            if found is None:
+                raise FileError(f"{where} holds no trajectory: give one with joint_names and points with times.")
+        case ".json":
+            found = points_of(parse(read_text(path, "joint path"), where), where)
+        case _:
+            return None
+    if found is None:
+        return None
+    points = _in_order(found, robot, where)
+    own = path.suffix.lower() == ".json" and path.name.endswith(TRAJECTORY_NAME)
+    limits = limits_in(parse(read_text(path, "trajectory"), where), where) if own else None
+    return replace(points, limits=limits if limits is not None and limits.joints == robot.joints else None)
+
+
+def _first_of(found: Raw | None, count: int, of: str) -> Raw | None:
+    """With a note where a file holds more than one."""
+    if found is None or count < 2:
+        return found
+    return replace(found, notes=(f"the first of {count} {of} is looked at", *found.notes))
+
+
+def _in_order(found: Raw, robot: Robot, where: str) -> Points:
+    ordered, times = [], found.times
+    for rows in found.columns:
+        if rows.shape != found.columns[0].shape:
+            raise FileError(f"{where}: velocities or accelerations are not as many as positions; mend the file.")
+        ordered.append(frozen(in_order(PathFile(rows, found.names, found.robot), robot, where)))
+    for rows in (times[:, None], *ordered):
+        require_near(rows, where)
+    if len(times) < 2:
+        raise FileError(f"{where} holds one point: a trajectory has two or more.")
+    notes = (*found.notes, *left_out(found.names, robot))
+    return Points(robot.joints, frozen(times), tuple(ordered), notes=notes)
+
+
+def _from_csv(text: str, robot: Robot, where: str) -> Raw | None:
+    names, rows = csv_table(text, robot, where)
+    if names is None or not set(names) & set(TIME):
+        return None
+    table = matrix(rows, where)
+    if table.shape[1] != len(names):
+        raise FileError(f"{where} names {len(names)} columns and has {table.shape[1]}: mend the file.")
+    kinds = column_kinds(names, robot, where)
+    clock = next(k for k, name in enumerate(names) if kinds[name] == "time")
+    joints = tuple(name for name in names if kinds[name] == "position")
+    in_order(PathFile(table[:, [names.index(joint) for joint in joints]], joints), robot, where)
+    positions, notes = table[:, [names.index(joint) for joint in robot.joints]], left_out(joints, robot)
+    given = [positions, *(_of_kind(kind, names, table, robot, where) for kind in ("velocity", "acceleration"))]
+    if "effort" in kinds.values():
+        notes.append("effort is not checked")
+    return Raw(table[:, clock], as_columns(given, where), robot.joints, None, tuple(notes))
+
+
+def _of_kind(kind: str, names: tuple[str, ...], table: Floats, robot: Robot, where: str) -> Floats | None:
+    """The columns (k, dof) of a kind, in the robot's order of joints; None where there are none."""
+    found = [
+        [k for k, name in enumerate(names) if name in {joint + e for e in ENDINGS[kind]}] for joint in robot.joints
+    ]
+    if not any(found):
+        return None
+    bad = [joint for joint, columns in zip(robot.joints, found, strict=True) if len(columns) != 1]
+    if bad:
+        raise FileError(
+            f"{where} has not one column of {kind} for {choices(bad)}: give one each for all joints, or none."
+        )
+    return table[:, [columns[0] for columns in found]]
+
+
+def _from_npz(path: Path, where: str) -> Raw:
+    try:
+        require_sane_sizes(path, where, _SLACK)
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
+            content = {key: file[key] for key in file.files}
+            arrays = {key: content[key].astype(float, casting="same_kind") for key in ("t", *OWN) if key in content}
+            names = tuple(map(str, content["joints"].tolist())) if "joints" in content else None
+            times, q = arrays["t"], arrays["q"]
+    except FileNotFoundError:
+        raise FileError(f"{where} not found: check the path.") from None
+    except DAMAGE as error:
+        raise FileError(f"{where} is no .npz with t, q and qd: {type(error).__name__}; mend the file.") from None
+    require_known(content, ("t", *OWN, "joints"), where, "an array")
+    if times.ndim != 1 or q.ndim != 2 or len(q) != len(times):
+        raise FileError(f"{where}: t has to be (k,) and q (k, joints); mend the file.")
+    return Raw(times, as_columns([arrays.get(key) for key in OWN], where), names)

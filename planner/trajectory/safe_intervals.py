@@ -1,0 +1,245 @@
+"""Safe-interval search over a roadmap: the earliest arrival among obstacles that move, waiting included.
+
+Phillips and Likhachev 2011 (SIPP): of all times at which a node can be stood at in one stretch only the earliest
+arrival counts, as waiting leads from there to the later ones. Here the stretches, and the times at which an edge may be
+begun, are certified: each is a union of cells of time, and every cell is proven as a whole.
+
+A search looks no farther ahead than a horizon, and is made again with one twice as far where it finds nothing: what
+moves later than twice the arrival costs nothing but the proof that the goal can be stayed at.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.progress import QUIET, Progress
+from planner.collision.moving_prover import TimedProver
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.trajectory.certified_times import CertifiedTimes, TimeGrid
+from planner.trajectory.limits import LEAST_JERK, USED, MotionLimits
+from planner.trajectory.trajectory import NANOSECOND, Trajectory
+
+LAW = "safe-intervals"
+_SHORTEST = 1e-6  # s: a shorter wait is none
+# of the motion from rest to rest along a line that has the least jerk: 10 u^3 - 15 u^4 + 6 u^5
+_QUINTIC = np.array([0.0, 0.0, 0.0, 10.0, -15.0, 6.0])
+
+
+@dataclass(frozen=True, eq=False)
+class TimedRoute:
+    """Nodes (k,) of a roadmap, with when (s) each is reached and left; the last one is stayed at."""
+
+    nodes: Ints
+    arrivals: Floats
+    departures: Floats
+
+    @property
+    def waits(self) -> Floats:
+        """(k,) seconds stood at each node on the way."""
+        return self.departures - self.arrivals
+
+    def trajectory(self, roadmap: Roadmap, prover: TimedProver, limits: MotionLimits) -> Trajectory:
+        """The route in time: from rest to rest along every edge, standing at nodes in between."""
+        path = path_waypoints(roadmap, prover.robot, self.nodes)
+        stands = self.waits > _SHORTEST
+        rows = np.repeat(np.arange(len(path)), 1 + stands)
+        times = np.sort(np.concatenate([self.arrivals, self.departures[stands]]))
+        if len(path) == 1:
+            rows, times = np.zeros(2, dtype=np.int64), np.array([0.0, _SHORTEST])
+        rest = np.zeros((len(rows), path.shape[1]))
+        return Trajectory.through(prover.robot.joints, times, path[rows], rest, rest, law=LAW)
+
+
+class RoadmapInTime:
+    """A roadmap whose edges are run from rest to rest within limits, among what a timed prover knows.
+
+    ``seconds`` (m,) is how long an edge takes. Stretches of time are worked out when they are asked for, and kept.
+    """
+
+    def __init__(self, roadmap: Roadmap, prover: TimedProver, limits: MotionLimits) -> None:
+        self.roadmap, self.prover = roadmap, prover
+        first, last = (roadmap.nodes[roadmap.edges[:, k]] for k in (0, 1))
+        self.seconds = rest_to_rest(prover.robot.difference(first, last), limits.times(USED))
+        self.grid = TimeGrid(prover.end)
+        self._stays: dict[int, CertifiedTimes] = {}
+        self._departures: dict[tuple[int, int], CertifiedTimes] = {}
+        self.neighbours: list[list[tuple[int, int]]] = [[] for _ in roadmap.nodes]  # (node, edge)
+        for row, (i, j) in enumerate(roadmap.edges.tolist()):
+            self.neighbours[i].append((j, row))
+            self.neighbours[j].append((i, row))
+
+    def stays(self, node: int, until: float) -> Floats:
+        """(k, 2) stretches of time (s), up to ``until`` or later, in which standing at a node is proven free."""
+        return self._stays_at(node).within(0.0, until)
+
+    def stays_for_good_from(self, node: int) -> float:
+        """The time (s) from which on standing at a node is proven free for good; inf where it never is."""
+        return self._stays_at(node).for_good_from()
+
+    def _stays_at(self, node: int) -> CertifiedTimes:
+        if node not in self._stays:
+            still = np.stack([self.roadmap.nodes[node], np.zeros(self.prover.robot.dof)])
+
+            def proven(low: Floats, high: Floats) -> Bools:
+                spans = np.column_stack([low, high - low, np.zeros_like(low)])
+                return self.prover.free(np.repeat(still[None], len(low), axis=0), spans)
+
+            self._stays[node] = CertifiedTimes(proven, self.grid)
+        return self._stays[node]
+
+    def departures(self, i: int, j: int, edge: int, low: float, high: float) -> Floats:
+        """(k, 2) stretches of time (s) in which the ``edge`` may be begun at node ``i``, proven free as a whole.
+
+        Those of [low, high], and maybe some before and after.
+        """
+        if (i, j) not in self._departures:
+            a, robot = self.roadmap.nodes[i], self.prover.robot
+            delta, takes = robot.difference(a, self.roadmap.nodes[j]), float(self.seconds[edge])
+            motion = _QUINTIC[:, None] * delta
+            motion[0] = a
+
+            def proven(low: Floats, high: Floats) -> Bools:
+                spans = np.column_stack([0.5 * (low + high), np.full_like(low, takes), 0.5 * (high - low)])
+                return self.prover.free(np.repeat(motion[None], len(low), axis=0), spans)
+
+            self._departures[i, j] = CertifiedTimes(proven, self.grid)
+        return self._departures[i, j].within(low, high)
+
+    def horizons(self, least: float) -> Iterator[float]:
+        """How far (s) searches look ahead, one after the other, not less than ``least``; the last one for good."""
+        return self.grid.horizons(least)
+
+    def seconds_to_go(self, goals: Ints) -> Floats:
+        """(n,) seconds to the nearest of ``goals`` with nothing in the way; inf where there is no path."""
+        left = np.full(len(self.roadmap.nodes), np.inf)
+        left[goals] = 0.0
+        queue = [(0.0, int(goal)) for goal in goals]
+        while queue:
+            so_far, node = heapq.heappop(queue)
+            if so_far > left[node]:
+                continue
+            for other, edge in self.neighbours[node]:
+                if so_far + self.seconds[edge] < left[other]:
+                    left[other] = so_far + self.seconds[edge]
+                    heapq.heappush(queue, (float(left[other]), other))
+        return left
+
+
+def rest_to_rest(delta: Floats, limits: MotionLimits) -> Floats:
+    """Seconds (n,) in which straight motions (n, dof) of least jerk keep the limits, from rest to rest.
+
+    Whole nanoseconds, one more than it takes: when they begin and end is rounded to these.
+    """
+    size = np.abs(delta)
+    kinds = limits.velocity, limits.acceleration, limits.jerk
+    pairs = enumerate(zip(LEAST_JERK, kinds, strict=True), 1)
+    shares = [(most * size / limit) ** (1 / order) for order, (most, limit) in pairs]
+    return (np.ceil(np.max(shares, axis=(0, 2), initial=1e-3) / NANOSECOND) + 1.0) * NANOSECOND
+
+
+@dataclass(frozen=True, order=True)
+class _State:
+    """A node in one of its stretches."""
+
+    node: int
+    stretch: int
+
+
+def earliest_route(timed: RoadmapInTime, starts: Ints, goals: Ints, progress: Progress = QUIET) -> TimedRoute | None:
+    """The route that is the first to reach one of ``goals`` and can stay there for good; None where there is none.
+
+    It leaves one of ``starts`` at time 0 or later, and is the earliest for the certified stretches: what is free but
+    too tight to be proven in cells of 1/64 s is passed over. None too where ``progress`` is asked to stop.
+    """
+    good: dict[int, float] = {}
+    for goal in goals.tolist():
+        if not progress.stopped and np.isfinite(since := timed.stays_for_good_from(goal)):
+            good[goal] = since
+    left = timed.seconds_to_go(frozen(sorted(good), np.int64))
+    begun = [start for start in dict.fromkeys(starts.tolist()) if np.isfinite(left[start])]
+    if not good or not begun:
+        return None
+    for horizon in timed.horizons(max(min(good.values()), float(left[begun].min()))):
+        search = _Search(timed, good, left, horizon)
+        route = search.run(begun, progress)
+        if route is not None or progress.stopped or not search.cut:
+            return route
+    return None
+
+
+@dataclass(eq=False)
+class _Search:
+    """A search up to a ``horizon`` (s) for goals that can be stayed at for good from ``good`` on, s by node.
+
+    ``left`` (n,) s: to the nearest goal with nothing in the way. ``cut``: it might have found more beyond the horizon.
+    """
+
+    timed: RoadmapInTime
+    good: dict[int, float]
+    left: Floats
+    horizon: float
+    cut: bool = False
+    arrival: dict[_State, float] = field(default_factory=dict)
+    before: dict[_State, tuple[_State, float]] = field(default_factory=dict)
+
+    def run(self, starts: list[int], progress: Progress) -> TimedRoute | None:
+        queue: list[tuple[float, float, _State]] = []
+        for start in starts:
+            if len(stays := self.timed.stays(start, self.horizon)) and stays[0, 0] == 0.0:
+                self.arrival[_State(start, 0)] = 0.0
+                heapq.heappush(queue, (float(self.left[start]), 0.0, _State(start, 0)))
+        while queue and not progress.stopped:
+            _, now, state = heapq.heappop(queue)
+            if now > self.arrival[state]:
+                continue
+            end = float(self.timed.stays(state.node, self.horizon)[state.stretch, 1])
+            if state.node in self.good and self.good[state.node] <= end:
+                return _route(state, self.arrival, self.before)
+            for reached, departure, at in self._moves(state, now, end):
+                if at < self.arrival.get(reached, np.inf):
+                    self.arrival[reached], self.before[reached] = at, (state, departure)
+                    heapq.heappush(queue, (at + float(self.left[reached.node]), at, reached))
+        return None
+
+    def _moves(self, state: _State, now: float, end: float) -> Iterator[tuple[_State, float, float]]:
+        """What is reached from a state at ``now`` over one edge, left by ``end``; when it is left and reached first."""
+        for other, edge in self.timed.neighbours[state.node]:
+            if np.isinf(self.left[other]):
+                continue
+            takes = float(self.timed.seconds[edge])
+            latest = min(end, self.horizon - takes - float(self.left[other]))
+            self.cut = self.cut or latest < end or end == self.horizon < np.inf
+            if now > latest:
+                continue
+            windows = self.timed.departures(state.node, other, edge, now, latest)
+            stays = self.timed.stays(other, self.horizon)
+            for k, departure in _departures(windows, stays, takes, now, latest):
+                yield _State(other, k), departure, departure + takes
+
+
+def _departures(windows: Floats, stays: Floats, takes: float, now: float, latest: float) -> Iterator[tuple[int, float]]:
+    """Which of ``stays`` (k, 2) are reached by leaving in a window from ``now`` to ``latest``, and when at first."""
+    needed = np.maximum(now, stays[:, 0] - takes)
+    first = np.searchsorted(windows[:, 1], needed)  # the first window that has not closed by then
+    there = first < len(windows)
+    departure = np.full(len(stays), np.inf)
+    departure[there] = np.maximum(needed[there], windows[first[there], 0])
+    for k in np.flatnonzero(there & (departure <= np.minimum(latest, stays[:, 1] - takes))).tolist():
+        yield k, float(departure[k])
+
+
+def _route(last: _State, arrival: dict[_State, float], before: dict[_State, tuple[_State, float]]) -> TimedRoute:
+    states, departures = [last], [arrival[last]]
+    while states[-1] in before:
+        state, departure = before[states[-1]]
+        states.append(state)
+        departures.append(departure)
+    states.reverse()
+    departures.reverse()
+    nodes = frozen([state.node for state in states], np.int64)
+    return TimedRoute(nodes, frozen([arrival[state] for state in states]), frozen(departures))

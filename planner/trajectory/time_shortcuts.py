@@ -1,0 +1,139 @@
+"""Shortcuts in time along a rounded path: parabolic ramps between two of its moments (Hauser and Ng-Thow-Hing 2010).
+
+Between two states of the motion, position and velocity, every joint takes its own parabolic ramp, all in the same time.
+Where that takes less time than the motion did, is proven to keep clear and above the manipulability floor, and leaves
+the cost of the whole within what is allowed, it takes the place of what lies between. Ramps are parabolas, as rounded
+corners are: the path stays a curve of lines and parabolas, along which the quickest motion is found anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.polynomials import bernstein
+from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.manipulability_proof import prove_floor
+from planner.setup.resolve import beyond_limits
+from planner.trajectory.curve import Curve, Place, between, spliced
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.ramps import State, quickest_ramp
+from planner.trajectory.time_optimal import Phase, quickest
+
+TRIES = 60  # with twice as many motions take 2 % less, and timing them 1.6 times as long
+_SHARES = np.linspace(0.3, 0.98, 35)  # of the time between two moments: how long a ramp may take
+_SHORTEST = 0.05  # of the motion: moments nearer than this are not joined
+_POINTS = 16  # per piece, between which its length is measured
+_CHORD = 0.1  # rad (m): the cost is measured along chords that are about as long, or longer
+_LEAST = 1e-12  # rad (m)
+_STILL = 1e-9  # of the velocity at a ramp's other end: rest
+
+Cost = Callable[[Floats, Floats], Floats]
+
+
+def joint_motion(a: Floats, b: Floats) -> Floats:
+    """(k,) lengths from configurations ``a`` (k, dof) to ``b`` (k, dof): the cost where no other is given."""
+    return np.sqrt(((b - a) ** 2).sum(axis=1))
+
+
+def curve_cost(pieces: Floats, cost: Cost) -> float:
+    """What pieces (m, 3, dof) cost: along chords, each as much more as the curve is longer there."""
+    s = np.arange(_POINTS)[:, None] / _POINTS
+    c0, c1, c2 = np.moveaxis(pieces[:, :, None], 1, 0)
+    points = (c0 + (c1 + c2 * s) * s).reshape(-1, pieces.shape[2])
+    points = np.concatenate([points, pieces[-1:].sum(axis=1)])
+    walked = np.concatenate([[0.0], np.cumsum(joint_motion(points[:-1], points[1:]))])
+    count = max(1, int(walked[-1] / _CHORD))
+    kept = np.unique(np.searchsorted(walked, walked[-1] * np.arange(count) / count))
+    kept = np.append(kept, len(points) - 1)
+    start, end, along = points[kept[:-1]], points[kept[1:]], np.diff(walked[kept])
+    return float((cost(start, end) * along / np.maximum(joint_motion(start, end), _LEAST)).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Shortcuts:
+    """What shortcuts keep to: proofs, the ``floor`` under w, ``limits``, and what the whole costs.
+
+    ``cost`` gives that of straight motions from (k, dof) to (k, dof); for the whole curve it stays below ``most``, or
+    where it is beyond already below what it is.
+    """
+
+    prover: EdgeProver
+    limits: MotionLimits
+    floor: float
+    cost: Cost
+    most: float
+
+    def shorten(self, curve: Curve) -> tuple[Curve, int]:
+        """The curve with shortcuts in place of what takes longer, and how many there are."""
+        rng, found = np.random.default_rng(0), 0
+        motion, spent = self._motion(curve), curve_cost(curve.coefficients, self.cost)
+        for _ in range(TRIES):
+            span = motion.duration * _SHORTEST ** rng.random()
+            early = rng.random() * (motion.duration - span)
+            shorter = self._shortcut(motion, early, early + span, max(self.most - spent, 0.0))
+            if shorter is not None and (costs := curve_cost(shorter.coefficients, self.cost)) <= max(self.most, spent):
+                motion, spent, found = self._motion(shorter), costs, found + 1
+        return motion.curve, found
+
+    def _motion(self, curve: Curve) -> _Motion:
+        return _Motion(curve, quickest(curve, self.limits.velocity, self.limits.acceleration))
+
+    def _shortcut(self, motion: _Motion, early: float, late: float, spare: float) -> Curve | None:
+        """The curve with a ramp between two moments, which costs no more than what was there and ``spare``."""
+        (start, state), (end, goal) = motion.at(early), motion.at(late)
+        ramp = quickest_ramp(state, goal, _SHARES * (late - early), self.limits.velocity, self.limits.acceleration)
+        if ramp is None or any(beyond_limits(self.prover.robot, points).any() for points in bernstein(ramp)):
+            return None
+        more = curve_cost(ramp, self.cost) - curve_cost(between(motion.curve, start, end), self.cost)
+        if more > spare or not self._proven(ramp):
+            return None
+        return spliced(motion.curve, start, _without_rest(ramp), end)
+
+    def _proven(self, ramp: Floats) -> bool:
+        if not self.prover.prove_curves(ramp).free.all():
+            return False
+        return self.floor <= 0 or bool(prove_floor(self.prover.robot, ramp, self.floor).holds.all())
+
+
+@dataclass(frozen=True, eq=False)
+class _Motion:
+    """The quickest motion along a curve."""
+
+    curve: Curve
+    phases: list[Phase]
+    ends: Floats = field(init=False)  # s, of the phases
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "ends", np.cumsum([phase.duration for phase in self.phases]))
+
+    @property
+    def duration(self) -> float:
+        return float(self.ends[-1])
+
+    def at(self, t: float) -> tuple[Place, State]:
+        """The place on the curve at ``t`` s, position and velocity (dof,)."""
+        k = min(int(np.searchsorted(self.ends, t)), len(self.phases) - 1)
+        phase = self.phases[k]
+        into = min(max(t - (float(self.ends[k]) - phase.duration), 0.0), phase.duration)
+        s = min(max(phase.s + (phase.speed + 0.5 * phase.acceleration * into) * into, 0.0), 1.0)
+        c0, c1, c2 = self.curve.coefficients[phase.piece]
+        speed = max(phase.speed + phase.acceleration * into, 0.0)
+        return (phase.piece, s), (c0 + (c1 + c2 * s) * s, (c1 + 2.0 * c2 * s) * speed)
+
+
+def _without_rest(ramp: Floats) -> Floats:
+    """The ramp (m, 3, dof) with lines, whose parameter moves there, where it begins or ends at rest.
+
+    There its direction does not change: velocities grow in proportion to the accelerations.
+    """
+    made = ramp.copy()
+    for k, s in ((0, 0.0), (-1, 1.0)):
+        start, slope, bend = ramp[k]
+        at, other = np.abs(slope + 2.0 * s * bend).max(), np.abs(slope + 2.0 * (1.0 - s) * bend).max()
+        if at <= _STILL * other:
+            made[k] = np.stack([start, slope + bend, np.zeros_like(bend)])
+    return made

@@ -1,1 +1,0 @@
-"""Who stands where: robots, scenes, shapes, and the files they come from."""

@@ -1,0 +1,92 @@
+"""Covers contain their shape: points drawn from it lie in one of the spheres, or boxes."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from planner.collision.bounding_volumes import box_cover, sphere_cover
+from planner.models.robot import Robot
+from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Sphere
+from tests.random_shapes import QUICK, blob, box_mesh, points_in, shapes
+
+COUNTS = st.sampled_from([1, 2, 3, 6, 17, 48])
+
+
+def depth(cover, points) -> np.ndarray:
+    """How far each point lies inside the nearest sphere (negative: outside all of them)."""
+    apart = np.linalg.norm(points[:, None] - cover.centres[None], axis=2)
+    return (cover.radii[None] - apart).max(axis=1)
+
+
+@QUICK
+@given(shapes, COUNTS, st.sampled_from([0.0, 0.02, 0.08]), st.integers(0, 2**31))
+def test_every_point_lies_in_a_sphere(shape, count, enough, seed):
+    cover = sphere_cover(shape, count, enough)
+    points = points_in(shape, np.random.default_rng(seed), 300)
+    assert depth(cover, points).min() >= -1e-9
+    assert len(cover.centres) == len(cover.radii) <= max(count, 2)
+
+
+@QUICK
+@given(st.integers(0, 2**31), st.floats(0.01, 2), COUNTS)
+def test_every_point_of_a_mesh_lies_in_a_box(seed, size, count):
+    rng = np.random.default_rng(seed)
+    mesh = blob(rng, size)
+    centres, halves = box_cover(mesh, count)
+    beyond = np.abs(points_in(mesh, rng)[:, None] - centres[None]) - halves[None]
+    assert beyond.max(axis=2).min(axis=1).max() <= 1e-12
+    assert len(centres) == min(count, len(mesh.triangles))
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [Box((0.4, 0.1, 0.02)), Capsule(0.02, 0.5), Cylinder(0.05, 0.8), blob(np.random.default_rng(0), 0.4)],
+    ids=lambda shape: type(shape).__name__,
+)
+def test_more_spheres_fit_more_closely(shape):
+    """The volume that the spheres waste falls; a cover that ignores its count would still contain the shape."""
+    rough, fine = sphere_cover(shape, 3), sphere_cover(shape, 48)
+    assert len(fine.radii) > len(rough.radii)
+    assert fine.radii.max() < 0.75 * rough.radii.max()
+
+
+def test_a_ball_is_covered_by_itself():
+    cover = sphere_cover(Sphere(0.3), 10)
+    assert cover.radii.tolist() == [0.3]
+    assert cover.centres.tolist() == [[0, 0, 0]]
+
+
+def test_a_capsule_without_length_is_a_ball():
+    assert sphere_cover(Capsule(0.3, 1e-12), 10).radii.tolist() == [0.3]
+
+
+def test_the_cover_of_a_capsule_is_a_few_percent_thicker():
+    cover = sphere_cover(Capsule(0.1, 0.5), 48)
+    assert cover.radii.max() < 0.1 * 1.07
+
+
+def test_cells_are_not_cut_below_what_is_enough():
+    assert len(sphere_cover(Box((0.1, 0.1, 0.1)), 48, enough=0.2).radii) == 1
+    assert len(sphere_cover(Box((0.1, 0.1, 0.1)), 48, enough=0.06).radii) == 8
+
+
+def test_one_triangle_cannot_be_split():
+    one = Mesh(np.eye(3), np.array([[0, 1, 2]]))
+    assert len(sphere_cover(one, 10).radii) == 1
+    assert len(box_cover(one, 10)[0]) == 1
+
+
+@pytest.mark.parametrize("name", ["panda", "kinova", "ur5", "iiwa14"])
+def test_covers_of_real_links(name):
+    rng = np.random.default_rng(1)
+    for item in Robot.load(name).bodies:
+        points = points_in(item.shape, rng, 300)
+        points = points[rng.permutation(len(points))[:1500]]
+        for count, enough in ((6, 0.08), (48, 0.02)):
+            assert depth(sphere_cover(item.shape, count, enough), points).min() >= -1e-9
+
+
+def test_long_triangles_stay_covered():
+    points = points_in(box_mesh((2.0, 0.01, 0.5)), np.random.default_rng(2), 2000)
+    assert depth(sphere_cover(box_mesh((2.0, 0.01, 0.5)), 48), points).min() >= -1e-9

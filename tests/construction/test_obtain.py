@@ -1,0 +1,43 @@
+"""The roadmap that a request names: grown, or loaded, linked and refused where it is of another world."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.base.errors import FileError
+from planner.construction.build import build_roadmap
+from planner.construction.obtain import obtain_roadmap
+from planner.problem.request import PlanRequest
+from planner.roadmap.storage import save_roadmap
+from planner.setup.open import make_query
+from tests.worlds import load, make_post, post_roadmap
+
+REQUEST = PlanRequest(load("planar_2r"), make_post().world.scene, start="q:-1,0.8", goal="q:1,-0.8", nodes=40, seed=3)
+
+
+def test_without_a_file_it_is_grown_as_the_request_says() -> None:
+    query = make_query(REQUEST)
+    direct = build_roadmap(query.robot, query.checker, query.starts, query.goals, 40, 3)
+    assert obtain_roadmap(REQUEST, query).sha256 == direct.sha256
+
+
+def test_a_kept_one_gets_the_querys_ends(tmp_path: Path) -> None:
+    save_roadmap(post_roadmap(), tmp_path / "kept.npz")
+    request = replace(REQUEST, roadmap=tmp_path / "kept.npz", start="q:-1.1,0.7")
+    query = make_query(request)
+    found = obtain_roadmap(request, query)
+    np.testing.assert_array_equal(found.nodes[found.starts], query.starts)
+    np.testing.assert_array_equal(found.nodes[found.goals], query.goals)
+    np.testing.assert_array_equal(found.nodes[: len(post_roadmap().nodes)], post_roadmap().nodes)
+    assert found.connected
+
+
+def test_a_file_of_another_world_is_refused(tmp_path: Path) -> None:
+    save_roadmap(post_roadmap(), tmp_path / "kept.npz")
+    request = replace(REQUEST, roadmap=tmp_path / "kept.npz", scene="empty")
+    with pytest.raises(FileError, match=r"kept\.npz"):
+        obtain_roadmap(request, make_query(request))

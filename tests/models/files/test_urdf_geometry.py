@@ -1,0 +1,60 @@
+"""The geometry of links: none is lost, large meshes are thinned whatever their name and scale, damage is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from planner.base.errors import PlannerError
+from planner.models.files import urdf, urdf_geometry
+from planner.models.robot import Robot
+from planner.models.shapes import Mesh, Sphere
+from tests.models.files.test_stl import stl_of
+from tests.models.files.test_thinned import ball
+from tests.worlds import ROBOTS, joint_xml, link_xml, load
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_no_collision_geometry_is_lost(name: str) -> None:
+    robot = load(name)
+    assert robot.source.collision_elements == robot.source.xml.count("<collision") > 0
+    full = urdf.build_model(robot.source)
+    read = urdf_geometry.read_geometry(robot.source, full, pin.GeometryType.COLLISION)
+    assert len(robot.bodies) == read.model.ngeoms >= robot.source.collision_elements
+    assert {item.link for item in robot.bodies} == set(read.links.values())
+    for item in robot.bodies:
+        if isinstance(item.shape, Mesh):
+            assert item.shape.triangles.max() < len(item.shape.vertices)
+            assert np.ptp(item.shape.vertices, axis=0).max() < 1.0  # metres, not millimetres
+
+
+def test_large_meshes_are_thinned_in_their_place(urdf_file: Callable[..., str], tmp_path: Path) -> None:
+    mesh = ball(0.012)
+    (tmp_path / "ball.stl").write_bytes(stl_of(1000 * mesh.vertices[mesh.triangles]))
+    shape = f'<mesh filename="file://{tmp_path / "ball.stl"}" scale="0.001 -0.001 0.001"/>'
+    two = f"<collision><geometry>{shape}</geometry></collision><collision><origin xyz='0 0 1'/><geometry>{shape}"
+    links = link_xml("a", '<sphere radius="0.3"/>')
+    links += f'<link name="b"><collision><geometry><sphere radius="0.2"/></geometry></collision>{two}</geometry>'
+    robot = Robot.load(urdf_file(f"{links}</collision></link>" + joint_xml("j", "a", "b", xyz="0 0 2")))
+    plain, small, first, second = robot.bodies
+    assert (plain.shape, small.shape) == (Sphere(0.3), Sphere(0.2))
+    assert isinstance(first.shape, Mesh)
+    assert first.shape is second.shape, "read once"
+    assert first.shape.radius > 0
+    np.testing.assert_allclose(second.placement[:3, 3] - first.placement[:3, 3], [0, 0, 1])
+    mirrored = mesh.vertices * [1, -1, 1]
+    np.testing.assert_allclose(first.shape.vertices.max(axis=0), mirrored.max(axis=0), atol=1e-3)
+    np.testing.assert_allclose(first.shape.vertices.min(axis=0), mirrored.min(axis=0), atol=1e-3)
+
+
+@pytest.mark.parametrize("damage", [lambda b: b[:-7], lambda b: b[:200] + b"\xff" * (len(b) - 200)])
+def test_a_damaged_large_mesh_is_refused(urdf_file, tmp_path: Path, damage: Callable[[bytes], bytes]) -> None:
+    mesh = ball(0.012)
+    (tmp_path / "ball.stl").write_bytes(damage(stl_of(mesh.vertices[mesh.triangles])))
+    links = link_xml("a") + link_xml("b", f'<mesh filename="{tmp_path / "ball.stl"}"/>')
+    with pytest.raises(PlannerError, match=r"ball\.stl"):
+        Robot.load(urdf_file(links + joint_xml("j", "a", "b")))

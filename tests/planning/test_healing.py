@@ -1,0 +1,68 @@
+"""What fails a second look is removed once, and nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.planning.healing import HealingNetwork, warm_start
+from planner.planning.network import build_network
+from tests.worlds import make_post, post_roadmap
+
+
+@pytest.fixture
+def healing() -> HealingNetwork:
+    roadmap = post_roadmap()
+    return HealingNetwork(make_post(), roadmap, build_network(roadmap, 0.5))
+
+
+def cheapest(healing: HealingNetwork) -> np.ndarray:
+    network = healing.layered.network
+    return gabf.extract_path(network, gabf.oracle(network), int(healing.layered.starts[0]))
+
+
+def test_a_free_path_is_accepted_and_nothing_is_removed(healing: HealingNetwork) -> None:
+    edges = len(healing.roadmap.edges)
+    assert healing.accepts(cheapest(healing))
+    assert (healing.edges_removed, len(healing.roadmap.edges), healing.barred) == (0, edges, ())
+
+
+def test_an_edge_that_fails_goes_from_roadmap_and_network(
+    healing: HealingNetwork, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps = cheapest(healing)
+    bad = {int(steps[0]), int(steps[1])}
+    monkeypatch.setattr(HealingNetwork, "_is_free", lambda self, i, j: {i, j} != bad)
+    edges = len(healing.roadmap.edges)
+    assert not healing.accepts(steps)
+    assert (healing.edges_removed, len(healing.roadmap.edges)) == (1, edges - 1)
+    assert len(healing.layered.network.arcs_between(int(steps[0]), int(steps[1]))) == 0
+    assert healing.accepts(cheapest(healing))
+
+
+def test_an_arc_below_the_floor_is_barred_and_can_be_given_again() -> None:
+    roadmap = post_roadmap()
+    network = build_network(roadmap, 1.0)
+    floor = float(np.quantile(roadmap.manipulability, 0.6))
+    healing = HealingNetwork(make_post(), roadmap, network, floor)
+    while np.isfinite(gabf.oracle(healing.layered.network)[healing.layered.starts[0]]):
+        if healing.accepts(cheapest(healing)):
+            break
+    again = HealingNetwork(make_post(), roadmap, network, floor, healing.barred)
+    np.testing.assert_array_equal(again.layered.network.indices, healing.layered.network.indices)
+    assert again.edges_removed == 0
+
+
+def test_a_warm_start_is_the_current_x_raised_where_an_arc_is_gone_but_for_laws_that_need_more() -> None:
+    network = build_network(post_roadmap(), 0.5)
+    settled = gabf.solve(network, law=gabf.SingularityFree())
+    np.testing.assert_array_equal(warm_start(network, settled, gabf.SingularityFree()), settled.x)
+    steps = gabf.extract_path(network, settled, int(np.argmax(np.where(np.isfinite(settled.x), settled.x, 0.0))))
+    less = network.without_arcs(network.arcs_between(int(steps[0]), int(steps[1])))
+    warm = warm_start(less, settled, gabf.SingularityFree())
+    assert warm is not None
+    assert (warm >= gabf.oracle(less) - 1e-12).all()
+    assert warm[steps[0]] > settled.x[steps[0]]
+    assert warm_start(network, settled, gabf.PrescribedTime()) is None
+    assert warm_start(network, None, gabf.SingularityFree()) is None

@@ -1,0 +1,34 @@
+"""The highest floor that a roadmap's paths keep to, against the widest path by another algorithm."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from planner.planning.conditioning import reachable_floor
+from planner.planning.highest_floor import highest_floor
+from planner.planning.manipulability_floor import first_violation
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest
+from planner.roadmap.storage import save_roadmap
+from tests.worlds import checker_of, post_roadmap, small_plan
+
+
+def test_below_both_ends_it_is_the_widest_path(tmp_path) -> None:
+    """Where the floor lies below the w of both ends, a path keeps to it if all of its w do: a bottleneck."""
+    found = small_plan()
+    widest = reachable_floor(found.robot, found.roadmap)
+    ends = found.roadmap.manipulability[[*found.roadmap.starts, *found.roadmap.goals]]
+    asked = float(ends.min())
+    highest = highest_floor(found.roadmap, found.checker, replace(found.request, min_manipulability=asked))
+    assert 0.85 * min(widest, asked) < highest < asked
+    save_roadmap(found.roadmap, tmp_path / "kept.npz")
+    again = plan(PlanRequest(nodes=150, roadmap=tmp_path / "kept.npz", min_manipulability=highest, effort=0))
+    assert len(again.path)
+    assert first_violation(again.robot, again.path, highest) is None
+
+
+def test_it_is_none_where_every_path_passes_zero() -> None:
+    """The post's start and goal have q2 of opposite signs."""
+    request = PlanRequest(min_manipulability=0.1)
+    checker = checker_of("planar_2r")
+    assert highest_floor(post_roadmap(), checker, request) == 0.0

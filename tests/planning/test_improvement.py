@@ -1,0 +1,100 @@
+"""A roadmap improved for a request: it keeps what it had, and its best path is cheaper or above its ends."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from planner import gabf
+from planner.kinematics.manipulability import manipulability
+from planner.paths.measure import path_manipulability
+from planner.planning.improvement import improved_roadmap, motion_cost, of_size_asked, without_dip
+from planner.planning.manipulability_floor import layered_network
+from planner.planning.network import build_network
+from planner.problem.objective import Objective
+from planner.problem.request import PlanRequest
+from planner.roadmap.roadmap import Roadmap, path_waypoints
+from tests.worlds import load, make_post, post_roadmap
+
+ROBOT, REQUEST = load("planar_2r"), PlanRequest("planar_2r", nodes=60, effort=1)
+
+
+def best(roadmap: Roadmap, beta: float) -> tuple[float, np.ndarray]:
+    """The least cost of the roadmap's network, and its path."""
+    network = build_network(roadmap, beta)
+    field = gabf.solve(network)
+    steps = gabf.extract_path(network, field, int(roadmap.starts[0]))
+    return float(field.x[roadmap.starts[0]]), path_waypoints(roadmap, ROBOT, steps)
+
+
+@pytest.mark.parametrize("beta", [0.0, 1.0])
+def test_the_best_path_is_cheaper_and_nothing_is_lost(beta: float) -> None:
+    old = post_roadmap()
+    found = improved_roadmap(old, make_post(), replace(REQUEST, beta=beta), beta).roadmap
+    kept = {q.tobytes() for q in found.nodes}
+    assert all(q.tobytes() in kept for q in old.nodes)
+    assert found.proven.all()
+    assert best(found, beta)[0] < best(old, beta)[0]
+    smaller = of_size_asked(found, len(old.nodes), replace(REQUEST, beta=beta))
+    assert len(smaller.nodes) == REQUEST.nodes
+    assert best(smaller, beta)[0] == pytest.approx(best(found, beta)[0], rel=1e-12)
+
+
+def test_without_rounds_or_a_path_nothing_changes() -> None:
+    old = post_roadmap()
+    assert improved_roadmap(old, make_post(), replace(REQUEST, effort=0), 0.5).roadmap is old
+    alone = old.part(np.ones(len(old.nodes), dtype=bool), np.zeros(len(old.edges), dtype=bool))
+    assert improved_roadmap(alone, make_post(), REQUEST, 0.5).roadmap is alone
+    assert without_dip(alone, make_post(), REQUEST) == (alone, 0.0)
+
+
+@lru_cache
+def dipping() -> tuple[Roadmap, float]:
+    """A roadmap both of whose ends bend the arm one way, while its best path straightens it between them.
+
+    With the w of the lower end.
+    """
+    nodes = post_roadmap().nodes
+    good = np.flatnonzero(nodes[:, 1] > 0.05)
+    for start, goal in itertools.permutations(good.tolist(), 2):
+        roadmap = replace(post_roadmap(), starts=np.array([start]), goals=np.array([goal]))
+        least = float(manipulability(ROBOT, nodes[[start, goal]]).min())
+        if path_manipulability(ROBOT, best(roadmap, 0.2)[1]).min() < 0.8 * least:
+            return roadmap, least
+    raise AssertionError("no two nodes are such ends")
+
+
+def test_a_dip_between_two_good_ends_is_gone() -> None:
+    request = replace(REQUEST, beta=0.2, effort=2, above_ends=True)
+    roadmap, least = dipping()
+    found, level = without_dip(roadmap, make_post(), request)
+    assert level == pytest.approx(least, rel=1e-6)
+    network = build_network(found, 0.2)
+    layered = layered_network(found, network, level)
+    field = gabf.solve(layered.network)
+    steps = gabf.extract_path(layered.network, field, int(layered.starts[0]))
+    path = path_waypoints(found, ROBOT, layered.roadmap_node[steps])
+    assert path_manipulability(ROBOT, path).min() >= level * (1 - 1e-9)
+
+
+def test_without_the_option_the_cost_decides_about_a_dip() -> None:
+    roadmap, _ = dipping()
+    found, level = without_dip(roadmap, make_post(), replace(REQUEST, beta=0.2, effort=2))
+    assert level == 0.0
+    assert len(found.nodes) > len(roadmap.nodes)
+    assert best(found, 0.2)[0] <= best(roadmap, 0.2)[0]
+
+
+def test_a_dip_that_no_path_avoids_stays() -> None:
+    """From one side bent to the other the arm has to stretch."""
+    assert without_dip(post_roadmap(), make_post(), REQUEST) == (post_roadmap(), 0.0)
+
+
+def test_motions_cost_what_the_request_asks_for() -> None:
+    request = replace(REQUEST, min_manipulability=0.02, metric="workspace", charge="nodes", manipulability_cost="log")
+    cost = motion_cost(post_roadmap(), make_post(), request, 0.3)
+    assert cost.objective == Objective(0.3, "log", "workspace", "nodes", 0.02)

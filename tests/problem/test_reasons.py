@@ -1,0 +1,99 @@
+"""Reasons: plain data for files, the names that a page draws red, and sentences with a remedy."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from planner.base.errors import Reason
+from planner.problem import reasons
+from planner.problem.reasons import (
+    BeyondLimit,
+    BlockedInTime,
+    BudgetSpent,
+    FloorTooHigh,
+    Gap,
+    OutOfReach,
+    Separated,
+    Touching,
+)
+
+NEAR = Gap(0.12345, (0.0, 1.0), (0.1, 1.0), ("hand", "shelf"))
+UNSTOPPED = Gap(2.0, (0.0,), (2.0,), None)
+TOUCHING = Touching("goal", "hand", "shelf", enclosed=False)
+EVERY = [
+    TOUCHING,
+    BeyondLimit("start", "elbow", 3.0, -2.0, 2.0),
+    OutOfReach("goal", 0.25),
+    Separated(("wall", "door"), NEAR),
+    BudgetSpent(300, NEAR),
+    FloorTooHigh(0.3, 0.2),
+    BlockedInTime("route", ("cart", "lorry")),
+]
+
+
+def test_every_reason_is_plain_data_under_a_kind_of_its_own() -> None:
+    kinds = {kind for kind in vars(reasons).values() if isinstance(kind, type) and issubclass(kind, Reason)}
+    assert kinds - {Reason} == {type(reason) for reason in EVERY}
+    written = [json.loads(json.dumps(reason.to_dict())) for reason in EVERY]
+    assert len({record["kind"] for record in written}) == len(EVERY)
+    assert written[0] == {"kind": "touching", "role": "goal", "first": "hand", "second": "shelf", "enclosed": False}
+    assert written[3]["gap"] == {
+        "joint_distance": 0.12345,
+        "start_side": [0.0, 1.0],
+        "goal_side": [0.1, 1.0],
+        "between": ["hand", "shelf"],
+    }
+
+
+@pytest.mark.parametrize(
+    ("reason", "names"),
+    [
+        (TOUCHING, {"hand", "shelf"}),
+        (Separated(("wall", "door"), NEAR), {"wall", "door"}),
+        (BudgetSpent(300, NEAR), {"hand", "shelf"}),
+        (BudgetSpent(300, UNSTOPPED), set()),
+        (FloorTooHigh(0.3, 0.2), set()),
+        (OutOfReach("goal", 0.25), set()),
+        (BlockedInTime("route", ("cart", "lorry")), {"cart", "lorry"}),
+    ],
+)
+def test_the_names_that_are_blamed(reason: Reason, names: set[str]) -> None:
+    assert reason.names == names
+
+
+def test_how_near_the_parts_came() -> None:
+    assert NEAR.sentence.endswith("within 0.123 rad of each other, where 'hand' and 'shelf' come too near")
+    assert UNSTOPPED.sentence.endswith("within 2 rad of each other")
+
+
+def test_one_obstacle_separates_and_two_do_so_together() -> None:
+    one, two = Separated(("wall",), NEAR).sentence, Separated(("wall", "door"), NEAR).sentence
+    assert "'wall' separates them (without it they are joined)" in one
+    assert one.endswith("come too near: move it, raise --nodes, or try another --seed.")
+    assert "'wall', 'door' together separate them (without them they are joined)" in two
+    assert "move one of them, raise" in two
+
+
+def test_a_spent_budget_names_its_nodes_and_blames_no_obstacle() -> None:
+    sentence = BudgetSpent(300, UNSTOPPED).sentence
+    assert "budget of 300 nodes: their parts of the roadmap came within 2 rad" in sentence
+    assert sentence.endswith("raise --nodes, or try another --seed.")
+
+
+def test_a_floor_that_is_too_high_names_one_that_is_not() -> None:
+    assert "--min-manipulability 0.2, raise --nodes" in FloorTooHigh(0.3, 0.2).sentence
+    none = FloorTooHigh(0.3, 0.0).sentence
+    assert "floor of 0.3 " in none
+    assert none.endswith("leave --min-manipulability out.")
+
+
+@pytest.mark.parametrize(
+    ("place", "end"), [("start", "choose another start."), ("goal", "choose another goal."), ("route", "--seed.")]
+)
+def test_what_moves_in_the_way_is_named_with_a_remedy(place: str, end: str) -> None:
+    sentence = BlockedInTime(place, ("cart", "lorry")).sentence
+    assert "not in time" in sentence
+    assert "'cart', 'lorry'" in sentence
+    assert sentence.endswith(end)

@@ -1,0 +1,92 @@
+"""The search for a first path: proven motions from a start to a goal, or None within its counts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.base.progress import Progress
+from planner.collision.edge_prover import EdgeProver, Verdict, recheck
+from planner.roadmap.straight_motions import Motions
+from planner.sampling.first_path import FIRST_PATH, FirstPathSearch, JoinSettings
+from tests.worlds import POST_GOAL, POST_START, checker_of, load, make_post, post_roadmap
+
+SETTINGS = JoinSettings(range=0.4, motions=4000, shortcuts=20)
+
+
+def search(prover: EdgeProver, progress: Progress | None = None) -> FirstPathSearch:
+    return FirstPathSearch(Motions(prover), SETTINGS, np.random.default_rng(0), progress or Progress())
+
+
+def test_the_path_is_proven_subdivided_and_joins_its_ends() -> None:
+    checker = make_post()
+    found = search(EdgeProver(checker)).join(POST_START[None], POST_GOAL[None])
+    assert found is not None
+    np.testing.assert_array_equal(found[[0, -1]], [POST_START, POST_GOAL])
+    delta = np.diff(found, axis=0)
+    assert np.linalg.norm(delta, axis=1).max() <= SETTINGS.range * (1 + 1e-9)
+    assert (EdgeProver(checker).prove(found[:-1], delta).verdict == Verdict.FREE).all()
+    assert all(recheck(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
+
+
+def test_the_last_report_says_that_it_is_there() -> None:
+    seen: list[tuple[str, int, int]] = []
+    search(EdgeProver(make_post()), Progress(lambda *report: seen.append(report))).join(
+        POST_START[None], POST_GOAL[None]
+    )
+    assert seen[-1] == (FIRST_PATH, SETTINGS.motions, SETTINGS.motions)
+
+
+class Nothing(EdgeProver):
+    """Proves no motion at all."""
+
+    def prove(self, *motions: Any, **more: Any):  # type: ignore[override]
+        proofs = super().prove(*motions, **more)
+        proofs.verdict[:] = Verdict.UNDECIDED
+        return proofs
+
+
+def test_what_cannot_be_proven_is_not_returned_and_the_search_ends() -> None:
+    looking = search(Nothing(make_post()))
+    assert looking.join(POST_START[None], POST_GOAL[None]) is None
+    assert looking.checked >= SETTINGS.motions
+
+
+@pytest.mark.parametrize("ends", [(0, 1), (1, 0)])
+def test_without_a_start_or_a_goal_there_is_nothing_to_join(ends: tuple[int, int]) -> None:
+    looking = search(EdgeProver(make_post()))
+    assert looking.join(POST_START[None][: ends[0]], POST_GOAL[None][: ends[1]]) is None
+    assert looking.checked == 0
+
+
+def test_a_stop_ends_it() -> None:
+    assert search(EdgeProver(make_post()), Progress(stop=lambda: True)).join(POST_START[None], POST_GOAL[None]) is None
+
+
+def test_near_a_gap_the_path_is_proven_and_begins_and_ends_at_nodes() -> None:
+    checker, nodes = make_post(), post_roadmap().nodes
+    left, right = nodes[nodes[:, 0] < -0.2], nodes[nodes[:, 0] > 0.2]
+    apart = np.linalg.norm(left[:, None] - right[None], axis=2)
+    i, k = np.unravel_index(np.argmin(apart), apart.shape)
+    gap = np.array([left[i], right[k]])
+    found = search(EdgeProver(checker)).join_near(left, right, gap)
+    assert found is not None
+    assert (left == found[0]).all(axis=1).any()
+    assert (right == found[-1]).all(axis=1).any()
+    delta = np.diff(found, axis=0)
+    assert all(recheck(checker, q, d, 1e-3) is None for q, d in zip(found, delta, strict=False))
+    assert (found >= gap.min(axis=0) - 1.0).all()  # the largest box
+    assert (found <= gap.max(axis=0) + 1.0).all()
+
+
+def test_near_a_gap_a_joint_that_turns_freely_goes_the_shorter_way() -> None:
+    robot, checker = load("kinova"), checker_of("kinova")
+    first, last = robot.home.copy(), robot.home.copy()
+    first[0], last[0] = 3.0, -3.0
+    found = search(EdgeProver(checker)).join_near(first[None], last[None], np.array([first, last]))
+    assert found is not None
+    np.testing.assert_array_equal(found[[0, -1]], [first, last])
+    turned = robot.difference(found[:-1], found[1:])[:, 0].sum()
+    np.testing.assert_allclose(turned, 2 * np.pi - 6.0, atol=1e-9)

@@ -1,0 +1,258 @@
+"""From a target to configurations: what comes first, what is refused, and in which words."""
+
+import numpy as np
+import pytest
+
+from planner.base.errors import PlannerError, StateError
+from planner.collision import make_checker
+from planner.collision.checker import is_free
+from planner.kinematics.forward import tool_pose, tool_positions
+from planner.kinematics.manipulability import manipulability
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Sphere
+from planner.problem.reasons import BeyondLimit, OutOfReach, Touching
+from planner.problem.targets import Joints, Pose, Position, parse_target
+from planner.setup.resolve import beyond_limits, free_configurations, looks_like_degrees, resolve, resolve_as_is
+from tests.worlds import POST_GOAL, POST_START, ROBOTS, checker_of, load, make_post, random_q, scene_of
+
+
+@pytest.fixture(scope="module")
+def paper():
+    return checker_of("iiwa14", "paper")
+
+
+def test_positions_come_best_manipulability_first(paper):
+    target = Position((0.6, -0.2, 0.7))
+    found = resolve(target, paper, {}, "goal", count=10)
+    w = manipulability(load("iiwa14"), found)
+    assert len(found) > 2
+    assert (np.diff(w) <= 0).all()
+    assert all(is_free(paper, q) for q in found)
+    np.testing.assert_allclose(tool_positions(load("iiwa14"), found), np.tile(target.xyz, (len(found), 1)), atol=2e-6)
+    np.testing.assert_array_equal(resolve(target, paper, {}, "goal"), found[:1])
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "kinova"])
+def test_near_the_start_there_is_a_goal_and_so_is_the_best(name):
+    """A straight motion of a few hundredths per joint ends at the goal: something as near is among the solutions."""
+    checker = checker_of(name, "empty")
+    robot, rng = checker.robot, np.random.default_rng(5)
+    inner = 0.15 * (robot.lower + robot.upper) + 0.7 * random_q(robot, 30)  # away from the limits
+    for start in [q for q in inner if is_free(checker, q)][:8]:
+        there = start + rng.uniform(-0.1, 0.1, robot.dof)
+        if not is_free(checker, there):
+            continue
+        target = Position(tuple(tool_positions(robot, there)[0]))
+        found = resolve(target, checker, {}, "goal", 8, start[None])
+        away = np.linalg.norm(robot.difference(start, found), axis=1)
+        assert away.min() <= np.linalg.norm(robot.difference(start, there)) + 1e-3
+        assert len(found) == 8
+        old = manipulability(robot, resolve(target, checker, {}, "goal", 1))
+        assert manipulability(robot, found[:1]) >= old - 1e-12
+        np.testing.assert_array_equal(found, resolve(target, checker, {}, "goal", 8, start[None]))
+
+
+def test_a_pose_keeps_its_orientation():
+    robot, checker = load("iiwa14"), checker_of("iiwa14", "empty")
+    tool = tool_pose(robot, np.array([0.3, 0.6, 0, -1.2, 0.2, 0.5, 0]))
+    q = tool.rotation
+    from pinocchio import Quaternion
+
+    x, y, z, w = Quaternion(q).coeffs()
+    found = resolve(Pose(tuple(tool.translation), (2 * x, 2 * y, 2 * z, 2 * w)), checker, {}, "start")
+    np.testing.assert_allclose(tool_pose(robot, found[0]).homogeneous, tool.homogeneous, atol=1e-5)
+
+
+def test_the_same_target_gives_the_same_configuration(paper):
+    one, two = (resolve(Position((0.5, 0.1, 0.8)), paper, {}, "start") for _ in range(2))
+    np.testing.assert_array_equal(one, two)
+    assert not one.flags.writeable
+
+
+def test_joints_are_taken_as_they_are(paper):
+    q = load("iiwa14").home
+    np.testing.assert_array_equal(resolve(Joints(tuple(q)), paper, {}, "start"), q[None])
+
+
+def test_a_limit_that_was_printed_and_read_back_is_kept():
+    robot = load("planar_2r")
+    q = (float(f"{robot.upper[0]:.10f}"), 0.5)
+    assert resolve(Joints(q), checker_of("planar_2r"), {}, "start").shape == (1, 2)
+
+
+def test_continuous_joints_may_be_any_angle():
+    robot, checker = load("kinova"), checker_of("kinova")
+    turned = robot.home + np.where(robot.continuous, 2 * np.pi, 0.0)
+    np.testing.assert_allclose(resolve(Joints(tuple(turned)), checker, {}, "start")[0], robot.home, atol=1e-12)
+
+
+def test_names_come_from_the_scene(paper):
+    states = {"here": "q:" + ",".join(map(str, load("iiwa14").home)), "there": "xyz:0.5,0.1,0.8"}
+    np.testing.assert_allclose(resolve(parse_target("here"), paper, states, "start")[0], load("iiwa14").home)
+    np.testing.assert_array_equal(
+        resolve(parse_target("there"), paper, states, "goal"), resolve(Position((0.5, 0.1, 0.8)), paper, {}, "goal")
+    )
+
+
+def test_a_state_may_be_the_name_of_others(paper):
+    """``start: home`` above all: the robot's own, where the scene has none of that name."""
+    q = ",".join(map(str, load("iiwa14").home + 0.1))
+    states = {"start": "home", "there": "xyz:0.5,0.1,0.8", "again": "start", "ends": "again, there", "here": f"q:{q}"}
+    home = load("iiwa14").home
+    for name in ("start", "again"):
+        np.testing.assert_array_equal(resolve(parse_target(name), paper, states, "start"), home[None])
+        np.testing.assert_array_equal(resolve_as_is(parse_target(name), paper, states, "start"), home)
+    assert len(resolve(parse_target("ends"), paper, states, "goal")) == 2
+    with pytest.raises(PlannerError, match="names 2 states"):
+        resolve_as_is(parse_target("ends"), paper, states, "start")
+    own = states | {"home": "here"}
+    np.testing.assert_allclose(resolve(parse_target("start"), paper, own, "start")[0], home + 0.1)
+    with pytest.raises(PlannerError, match=r"start 'nowhere' is not among the scene's states"):
+        resolve(parse_target("start"), paper, {"start": "nowhere"}, "start")
+
+
+def test_the_papers_ends_are_reached(paper):
+    states = Scene.load("paper").states_of("iiwa14")
+    for name, place in (("start", (0.92, -0.10, 0.42)), ("goal", (-0.52, -0.04, 1.13))):
+        (q,) = resolve(parse_target(name), paper, states, name)
+        np.testing.assert_allclose(tool_positions(load("iiwa14"), q)[0], place, atol=2e-6)
+        assert is_free(paper, q)
+
+
+# refusals; scenes of their own, so that they do not hang on the built-in ones
+
+WALL = [(Box((0.2, 2, 2)), pose([0.5, 0, 0.5]))]
+
+
+@pytest.fixture(scope="module")
+def walled():
+    return make_checker(load("iiwa14"), scene_of(*WALL))
+
+
+STATES = {"here": "q:0,0,0,0,0,0,0", "round": "and", "and": "round"}
+FORMS = ["a name from the scene", "q:...", "xyz:x,y,z", "pose:x,y,z,qx,qy,qz,qw"]
+SEVEN = (0.0,) * 7
+REFUSED = {
+    "unknown name": (parse_target("goal"), ["start 'goal'", "states for iiwa14", "here, round, and, home", *FORMS]),
+    "a circle": (parse_target("round"), ["state 'round'", "leads back to itself, by round, and", "give numbers"]),
+    "too few joints": (Joints((0.0,) * 6), ["start has 6 joint values", "iiwa14 has 7 planned joints", "iiwa14_joint"]),
+    "too many joints": (Joints((0.0,) * 8), ["start has 8 joint values"]),
+    "NaN": (Joints((float("nan"), *SEVEN[1:])), ["start holds a value that is not finite", "plain numbers"]),
+    "infinite position": (Position((float("inf"), 0, 0)), ["not finite"]),
+    "NaN pose": (Pose((0, 0, 0), (0, 0, float("nan"), 1)), ["not finite"]),
+    "above a limit": (
+        Joints((0, 0, 0, 0, 0, 0, 3.2)),
+        ["start puts joint", "joint_7'", "at 3.2", "limits [-3.05433, 3.05433]", "by 0.146 rad", "bring it inside"],
+    ),
+    "below a limit": (Joints((0, -2.2, 0, 0, 0, 0, 0)), ["joint_2'", "at -2.2", "by 0.106 rad"]),
+    "in collision": (
+        Joints((0, 1.0, 0, 0, 0, 0, 0)),
+        ["start is in collision", "'iiwa14_link_", "and 'thing0' touch", "move it or the obstacle"],
+    ),
+    "zero quaternion": (Pose((0.5, 0, 0.5), (0, 0, 0, 0)), ["start", "zero length", "unit quaternion qx,qy,qz,qw"]),
+    "out of reach": (
+        Position((0, 1.5, 0.36)),
+        ["start (0, 1.5, 0.36) cannot be reached by frame 'flange'", "0.554 m beyond the arm's reach", "nearer"],
+    ),
+    "limits forbid it": (
+        Position((0, 0, 0.4)),
+        ["start (0, 0, 0.4) cannot be reached", "joint limits or orientation forbid it"],
+    ),
+    "only in collision": (
+        Position((0.5, 0, 0.5)),
+        ["start is reached by", "configurations, all in collision", "'thing0' touch", "move it or the obstacle"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refused(walled, case):
+    target, parts = REFUSED[case]
+    with pytest.raises(StateError) as caught:
+        resolve(target, walled, STATES, "start")
+    message = str(caught.value)
+    assert [part for part in parts if part not in message] == [], message
+    assert message.endswith(".")
+    assert "\n" not in message
+    assert caught.value.exit_code == 3
+
+
+REASONS = {
+    "above a limit": BeyondLimit,
+    "in collision": Touching,
+    "only in collision": Touching,
+    "out of reach": OutOfReach,
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_the_reason_is_data_too(walled, case):
+    target, _ = REFUSED[case]
+    with pytest.raises(StateError) as caught:
+        resolve(target, walled, STATES, "start")
+    reason, robot = caught.value.reason, walled.robot
+    assert isinstance(reason, REASONS.get(case, BeyondLimit | OutOfReach | None))
+    match reason:
+        case Touching(role, first, second, enclosed):
+            assert (role, second, enclosed) == ("start", "thing0", False)
+            assert f"'{first}' and 'thing0'" in str(caught.value)
+        case BeyondLimit(role, joint, value, lower, upper):
+            k = robot.joints.index(joint)
+            assert (role, value, lower, upper) == ("start", target.values[k], robot.lower[k], robot.upper[k])
+        case OutOfReach(role, distance):
+            assert role == "start"
+            assert f"stays {distance:.4f} m" in str(caught.value)
+            if case == "out of reach":  # a metre and a half from the shoulder's height: the rest is the arm's length
+                assert distance >= 0.553
+
+
+def test_an_orientation_out_of_reach_tells_the_angle():
+    with pytest.raises(StateError, match=r"stays 0\.\d{4} m and \d+\.\d\d degrees away"):
+        resolve(Pose((0.5, 0.3, 0), (0.5, 0, 0, 1)), checker_of("planar_2r"), {}, "goal")
+
+
+def test_a_margin_is_named_in_the_refusal():
+    robot = load("planar_2r")
+    checker = make_checker(robot, scene_of((Sphere(0.1), pose([1.01, 0, 0]))), margin=0.05)
+    with pytest.raises(StateError, match=r"are closer than the margin of 0\.05 m"):
+        resolve(Joints((0.0, 0.0)), checker, {}, "goal")
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_what_looks_like_degrees(name):
+    """Of every robot: configurations in degrees, as long as a joint with limits shows it; none of those in rad."""
+    robot = load(name)
+    q = random_q(robot, 300)
+    degrees = np.where(robot.prismatic, q, np.degrees(q))
+    shows = np.abs(degrees) * (beyond_limits(robot, degrees) > 0) * ~robot.prismatic > 2 * np.pi
+    told = [looks_like_degrees(robot, row) for row in degrees]
+    assert told == shows.any(axis=1).tolist()
+    assert np.mean(told) > 0.9
+    assert looks_like_degrees(robot, degrees)
+    assert not any(looks_like_degrees(robot, row) for row in (*q, *np.clip(1.5 * q, -2 * np.pi, 2 * np.pi)))
+    assert not looks_like_degrees(robot, np.vstack([degrees, 400.0 + 0 * q[:1]])), "no limits hold as degrees either"
+
+
+def test_degrees_are_asked_for_and_limits_are_not_widened_for_them(paper):
+    with pytest.raises(StateError, match=r"at 90, outside its limits .*: degrees\? As degrees they would lie") as told:
+        resolve(Joints((90.0, 0, 0, -60, 0, 0, 0)), paper, {}, "start")
+    assert "widen" not in str(told.value)
+    with pytest.raises(StateError, match="--widen-limits"):
+        resolve(Joints((4.0, 0, 0, -1, 0, 0, 0)), paper, {}, "start")
+
+
+def test_of_several_configurations_the_first_that_touches_is_named():
+    checker, across = make_post(), np.zeros(2)  # across: through the post
+    free = free_configurations([("start", POST_START), ("goal", POST_GOAL)], checker)
+    np.testing.assert_array_equal(free, [POST_START, POST_GOAL])
+    for rows, role in (
+        ([("start", POST_START), ("goal", across)], "goal"),
+        ([("start", across), ("goal", across)], "start"),
+        ([("start", POST_START), ("start", across), ("goal", POST_GOAL)], "start"),
+    ):
+        with pytest.raises(StateError, match=f"{role} is in collision"):
+            free_configurations(rows, checker)
+    with pytest.raises(StateError, match="goal has 3 joint values"):
+        free_configurations([("start", across), ("goal", np.zeros(3))], checker)
+    assert free_configurations([], checker).shape == (0, 2)

@@ -1,0 +1,34 @@
+"""A robot tried before a user does: pairs of links that stand in the way are named."""
+
+from __future__ import annotations
+
+import pytest
+
+from planner.collision.coal import CoalChecker
+from planner.collision.world import World
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.setup.trial import try_robot
+from tests.worlds import joint_xml, link_xml, load
+
+
+def test_a_built_in_robot_is_free_at_home_and_reaches_targets() -> None:
+    robot = load("panda")
+    found = try_robot(CoalChecker(World.of(robot, Scene("none"), robot.disabled_pairs or frozenset())))
+    assert found.in_the_way == []
+    assert found.reached >= found.targets - 1
+    assert found.free > 0.5
+
+
+@pytest.mark.parametrize("touches", [True, False])
+def test_pairs_in_the_way_are_named(urdf_file, touches: bool) -> None:
+    """A bar turns about z, over a disc that is wide enough or not."""
+    links = link_xml("a") + link_xml("b", '<box size="0.02 0.02 0.02"/>', origin='<origin xyz="0.5 0 0"/>')
+    links += link_xml("disc", f'<cylinder radius="{0.55 if touches else 0.4}" length="0.01"/>') + link_xml("m")
+    joints = joint_xml("j", "a", "b", limit="-3 3") + joint_xml("weld", "a", "m", "fixed")
+    robot = Robot.load(urdf_file(links + joints + joint_xml("k", "m", "disc")), tool="b")
+    found = try_robot(CoalChecker(World.of(robot, Scene("none"), frozenset())))
+    assert found.home == ((("b", "disc"),) if touches else ())
+    assert found.often == ({("b", "disc"): 1.0} if touches else {})
+    assert found.free == (0.0 if touches else 1.0)
+    assert found.reached == (0 if touches else found.targets)

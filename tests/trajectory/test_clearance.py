@@ -1,0 +1,73 @@
+"""The smallest clearance of path and motion: against dense sampling by coal, with its pair and its place."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.collision.clearance import Clearance
+from planner.models.scene import Scene
+from planner.paths.clearance import CLOSE, TOO_CLOSE, nearest_pair
+from planner.planning.plan import plan
+from planner.problem.request import PlanRequest, TimingRequest
+from planner.trajectory.clearance import Nearest, check_rows, clearance_rows, nearest_in_motion, nearest_on_path
+from planner.trajectory.timing import time_path
+from tests.worlds import load
+
+
+@pytest.mark.parametrize(("robot", "scene"), [("planar_2r", "cage"), ("panda", "shelf")])
+def test_the_smallest_the_pair_and_the_place(robot: str, scene: str) -> None:
+    found = plan(PlanRequest(robot=robot, scene=scene, path_only=True, room=0.0), timing=TimingRequest())
+    judge = make_checker(found.robot, found.scene, "coal")
+    motion = found.trajectory
+    assert motion is not None
+    t = np.linspace(0.0, motion.duration, 4000)
+    distance = Clearance(judge)(motion.at(t))
+    told = nearest_in_motion(motion, found.checker)
+    assert told is not None
+    assert distance.min() - 1e-5 <= told.min <= distance.min() + max(1e-5, 0.11 * told.min)
+    there = motion.at(told.at)
+    assert Clearance(judge)(there)[0] == pytest.approx(told.min, abs=2e-5)
+    pair = nearest_pair(judge, there[0])
+    assert pair is not None
+    assert told.pair == (pair.first, pair.second)
+    path = nearest_on_path(found.path, found.checker)
+    assert path is not None
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(found.path, axis=0), axis=1))])
+    q = [np.interp(path.at * lengths[-1], lengths, column) for column in found.path.T]
+    assert Clearance(judge)(np.array(q))[0] == pytest.approx(path.min, abs=2e-5)
+
+
+def test_where_nothing_is_there_is_nothing_to_come_near_to() -> None:
+    whole = make_checker(load("planar_2r"), Scene.load("empty"))
+    checker = type(whole)(whole.world.only(np.zeros(len(whole.world.pair_reach), dtype=bool)))
+    q = np.array([[0.0, 0.5], [0.5, 1.0]])
+    assert nearest_on_path(q, checker) is None
+    assert nearest_in_motion(time_path(q, checker), checker) is None
+    rows = clearance_rows({"path": None, "motion": None, "kept": 0.0}, 0.005)
+    assert rows == [("clearance", "there is nothing to come near to")]
+
+
+def test_what_is_too_close_is_said_with_the_remedy() -> None:
+    near = {"min": CLOSE - 1e-4, "pair": ("hand", "shelf"), "at": 0.5}
+    far = near | {"min": CLOSE + 1e-4, "at": 1.25}
+    rows = dict(clearance_rows({"path": far, "motion": near, "kept": 0.0}, 0.005))
+    assert rows["clearance"] == (
+        "5.1 mm ('hand' and 'shelf') at 125 % of the path; 4.9 mm ('hand' and 'shelf') at 0.500 s of the motion"
+    )
+    assert "--margin" in rows[TOO_CLOSE]
+    assert "--room" in rows[TOO_CLOSE]
+    assert TOO_CLOSE not in dict(clearance_rows({"path": far, "motion": None, "kept": 0.005}, 0.005))
+    halved = dict(clearance_rows({"path": near, "motion": None, "kept": 0.0025}, 0.005))
+    assert "keep 2.5 of 5 mm" in halved["clearance"]
+
+
+def test_a_check_of_somebodys_motion_tells_it_too() -> None:
+    near = Nearest(CLOSE - 1e-3, ("hand", "shelf"), 1.5)
+    rows = dict(check_rows(near, False, "s"))
+    assert rows["smallest clearance"] == "4.0 mm ('hand' and 'shelf') at 1.500 s"
+    assert "--margin" in rows[TOO_CLOSE]
+    assert check_rows(None, False, "s") == [("smallest clearance", "there is nothing to come near to")]
+    assert check_rows(Nearest(0.0, ("hand", "shelf"), 1.5), True, "s") == [("smallest clearance", "none at 1.500 s")]
+    assert TOO_CLOSE not in dict(check_rows(Nearest(2.0 * CLOSE, ("hand", "shelf"), 1.5), False, "s"))

@@ -1,0 +1,158 @@
+"""The earliest motion among what moves: looked at twice, and a reason where there is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planner.trajectory.earliest as module
+from planner.base.progress import Progress
+from planner.collision import make_checker
+from planner.collision.checker import CollisionChecker
+from planner.collision.moving_prover import TimedProver
+from planner.collision.world import Contact
+from planner.kinematics.forward import tool_positions
+from planner.models.moving import KnownMotion, MovingObstacle
+from planner.models.poses import pose
+from planner.models.shapes import Box, Sphere
+from planner.paths.measure import PathContact
+from planner.problem.reasons import BlockedInTime
+from planner.trajectory.earliest import earliest_motion, why_not_in_time
+from planner.trajectory.limits import MotionLimits
+from tests.worlds import POST_GOAL, POST_START, load, make_post, post_roadmap
+
+LIMITS = MotionLimits.of(load("planar_2r"))
+FAR = pose([3.0, 3.0, 0.0])
+
+
+def among(*moving: MovingObstacle) -> CollisionChecker:
+    return make_checker(load("planar_2r"), replace(make_post().world.scene, moving=moving))
+
+
+def ball(name: str, *places: np.ndarray, radius: float = 0.08) -> MovingObstacle:
+    return MovingObstacle(name, Sphere(radius), KnownMotion([5.0 * k for k in range(len(places))], places))
+
+
+def at_tool(q: np.ndarray) -> np.ndarray:
+    return pose(tool_positions(load("planar_2r"), q[None])[0].tolist())
+
+
+PASSING = ball("passing", FAR, pose([3.0, -3.0, 0.0]))
+ON_START, ON_GOAL = ball("first", at_tool(POST_START), FAR), ball("last", FAR, at_tool(POST_GOAL))
+# both stand across everything between start and goal
+WALLS = tuple(
+    MovingObstacle(name, Box((1.2, 0.02, 0.4)), KnownMotion([0.0], [pose(rpy=[0, 0, turn]) @ pose([0.7, 0, 0])]))
+    for name, turn in (("wall", 0.0), ("other", -0.05))
+)
+
+
+@pytest.mark.parametrize(
+    ("moving", "place", "names"),
+    [
+        ([PASSING, ON_START], "start", ("first",)),
+        ([ON_GOAL, PASSING], "goal", ("last",)),
+        ([PASSING, WALLS[0]], "route", ("wall",)),
+        ([*WALLS], "route", ("wall", "other")),
+    ],
+    ids=["start", "goal", "one on the route", "two on the route"],
+)
+def test_what_is_in_the_way_is_named(moving: list[MovingObstacle], place: str, names: tuple[str, ...]) -> None:
+    checker, roadmap = among(*moving), post_roadmap()
+    assert earliest_motion(roadmap, checker, LIMITS) is None
+    assert why_not_in_time(roadmap, checker, LIMITS) == BlockedInTime(place, names)
+    kept = [item for item in moving if item.name not in names]
+    assert earliest_motion(roadmap, among(*kept), LIMITS) is not None
+
+
+def test_those_that_are_in_nobodys_way_are_not_named() -> None:
+    far = [ball(f"far {k}", pose([50.0 + k, 0, 0]), pose([50.0 + k, 5, 0])) for k in range(8)]
+    for blocking, place in ((ON_START, "start"), (ON_GOAL, "goal"), (WALLS[0], "route")):
+        checker = among(*far[:4], blocking, *far[4:])
+        assert why_not_in_time(post_roadmap(), checker, LIMITS) == BlockedInTime(place, (blocking.name,))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_without_those_that_are_named_there_is_a_motion_and_none_of_them_can_be_put_back(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    spots = rng.uniform([-0.4, -0.9], [1.0, 0.9], (10, 2))
+    still = [ball(f"{k}", pose([*spot, 0.0]), radius=0.12) for k, spot in enumerate(spots)]
+    checker, roadmap = among(*still), post_roadmap()
+    assert earliest_motion(roadmap, checker, LIMITS) is None
+    reason = why_not_in_time(roadmap, checker, LIMITS)
+    for name in (None, *reason.obstacles):
+        kept = [item for item in still if item.name not in reason.obstacles or item.name == name]
+        why = None
+        if earliest_motion(roadmap, among(*kept), LIMITS) is None:
+            why = why_not_in_time(roadmap, among(*kept), LIMITS)
+        if name is None:
+            assert why is None or why.place != reason.place
+        else:
+            assert why is not None
+            assert why.place == reason.place
+
+
+def test_what_stands_on_the_goal_and_vanishes_is_waited_for() -> None:
+    gone = 6.001
+    for where in ([3.0, 3.0, 0.0], [0.0, 0.0, -9999.0]):
+        there = at_tool(POST_GOAL)
+        vanishing = MovingObstacle("gone", Box((0.1, 0.1, 0.1)), KnownMotion([0, 6, gone], [there, there, pose(where)]))
+        found = earliest_motion(post_roadmap(), among(vanishing), LIMITS)
+        assert found is not None
+        assert found.trajectory.proven
+        assert 6.0 < found.route.arrivals[-1] < 7.0
+
+
+def wandering(poses: int, until: float) -> MovingObstacle:
+    """What crosses the route, and wanders about beyond the arm's reach of the goal from 9 s on."""
+    rng, places = np.random.default_rng(0), [[1.2, 0.9, 0], [0.3, -0.5, 0], [0.3, -0.5, 0], [-0.9, -0.9, 0]]
+    later = [[*(np.array([-0.9, -0.9]) + rng.uniform(-0.3, 0.3, 2)), 0.0] for _ in range(poses)]
+    times = [0, 3, 6, 9, *np.linspace(9, until, poses + 1)[1:]]
+    return MovingObstacle("cart", Box((0.2, 0.2, 0.2)), KnownMotion(times, [pose(p) for p in places + later]))
+
+
+def test_what_moves_after_the_arrival_is_hardly_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    proofs, prove = [], TimedProver.prove
+
+    def counting(self: TimedProver, coefficients: np.ndarray, *rest: Any) -> Any:
+        proofs.append(len(coefficients))
+        return prove(self, coefficients, *rest)
+
+    monkeypatch.setattr(TimedProver, "prove", counting)
+    counts, arrivals = [], []
+    for poses, until in ((0, 9.0), (591, 600.0), (591, 60_000.0)):
+        proofs.clear()
+        found = earliest_motion(post_roadmap(), among(wandering(poses, until)), LIMITS)
+        assert found is not None
+        counts.append(sum(proofs))
+        arrivals.append(found.route.arrivals[-1])
+    assert max(counts) < 1.3 * counts[0]
+    np.testing.assert_allclose(arrivals, arrivals[0], atol=1 / 32)
+
+
+def test_for_goals_that_nobody_can_stay_at_nothing_is_searched(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module.RoadmapInTime, "departures", lambda *_: pytest.fail("an edge was proven in time"))
+    assert earliest_motion(post_roadmap(), among(ON_GOAL), LIMITS) is None
+
+
+def test_an_edge_that_a_second_look_refuses_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    checker, roadmap = among(PASSING), post_roadmap()
+    first = earliest_motion(roadmap, checker, LIMITS)
+    assert first is not None
+    assert first.roadmap is roadmap
+    refused = [PathContact(1, 0.0, POST_START, Contact("a", "b")), None]
+    monkeypatch.setattr(module, "path_contact", lambda *_: refused.pop(0))
+    second = earliest_motion(roadmap, checker, LIMITS)
+    assert second is not None
+    bad = tuple(first.route.nodes[1:3].tolist())
+    assert len(second.roadmap.edges) == len(roadmap.edges) - 1
+    with pytest.raises(KeyError):
+        second.roadmap.edge_index(*bad)
+    assert second.trajectory.duration >= first.trajectory.duration
+    assert second.trajectory.proven
+
+
+def test_a_stop_ends_it() -> None:
+    assert earliest_motion(post_roadmap(), among(PASSING), LIMITS, Progress(stop=lambda: True)) is None

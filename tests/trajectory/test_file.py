@@ -1,0 +1,71 @@
+"""``trajectory.json``: it comes back as it was, damaged ones are refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.base.errors import FileError, PlannerError
+from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory, save_trajectory
+from planner.trajectory.points import read_points
+from tests.trajectory.test_export import ARM, MADE, A, B
+
+
+def test_our_own_file_comes_back_as_it_was(tmp_path: Path) -> None:
+    save_trajectory(MADE, tmp_path / TRAJECTORY_NAME, "planar_2r", "empty")
+    found = load_trajectory(tmp_path)
+    np.testing.assert_array_equal(found.times, MADE.times)
+    np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-14)
+    assert (found.law, found.proven, found.proof) == (MADE.law, MADE.proven, MADE.proof)
+    assert found.limits is not None
+    assert MADE.limits is not None
+    assert found.limits.to_dict() == MADE.limits.to_dict()
+    record = json.loads((tmp_path / TRAJECTORY_NAME).read_text())
+    assert record["duration"] == record["points"][-1]["t"] == MADE.duration
+    points = read_points(tmp_path, ARM)
+    assert points is not None
+    assert points.limits is not None
+
+
+FILE: dict[str, Any] = {
+    "law": "x",
+    "interpolation": "cubics",
+    "joints": [A],
+    "points": [{"t": 0, "q": [1], "qd": [0], "qdd": [0]}] * 2,
+}
+
+
+BAD = [
+    ('{"points": []}', "is missing"),
+    ("[1, 2]", "holds no mapping"),
+    ("{", "is no JSON"),
+    (json.dumps({**FILE, "points": [{"t": 0, "q": [1], "qd": [0]}] * 2}), "is missing"),
+    (json.dumps({**FILE, "joints": [A, B]}), "one value for each of its 2 joints"),
+    (json.dumps(FILE), "do not increase"),
+    (json.dumps({**FILE, "unit": "deg"}), "unknown key"),
+    *(
+        (json.dumps({**FILE, "points": [FILE["points"][0], {**FILE["points"][0], **odd}]}), "point 2 holds a number")
+        for odd in ({"t": 1, "qdd": [-1e308]}, {"t": 1, "qd": [1e200]}, {"t": 1, "q": [-1e308]}, {"t": 1e300})
+    ),
+    (json.dumps({**FILE, "points": [{**FILE["points"][0], "w": 1}] * 2}), "unknown key"),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence"), BAD)
+def test_damaged_files_are_refused(text: str, sentence: str, tmp_path: Path) -> None:
+    (tmp_path / TRAJECTORY_NAME).write_text(text)
+    with pytest.raises(PlannerError, match=sentence) as caught:
+        load_trajectory(tmp_path)
+    assert caught.value.exit_code == 3
+
+
+def test_limits_of_no_joints_are_refused(tmp_path: Path) -> None:
+    save_trajectory(MADE, tmp_path / TRAJECTORY_NAME)
+    record = json.loads((tmp_path / TRAJECTORY_NAME).read_text())
+    (tmp_path / TRAJECTORY_NAME).write_text(json.dumps({**record, "joints": None}))
+    with pytest.raises(FileError, match="names no joints, and limits are of joints"):
+        read_points(tmp_path, ARM)

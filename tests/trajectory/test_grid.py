@@ -1,0 +1,231 @@
+"""Rows on an exact grid: their times, the limits by rational numbers, rest at both ends, proofs; rows between knots."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+import pytest
+
+from planner.base.errors import PlannerError
+from planner.collision import make_checker
+from planner.models.poses import pose
+from planner.models.shapes import Box
+from planner.problem.request import LimitsRequest, TimeLaw
+from planner.trajectory.check import check_trajectory
+from planner.trajectory.export import export
+from planner.trajectory.grid import between_knots, off_the_curve, on_grid, period_of
+from planner.trajectory.limits import KINDS, USED, MotionLimits
+from planner.trajectory.points import Points
+from planner.trajectory.timing import time_path
+from planner.trajectory.trajectory import Trajectory
+from tests.trajectory.exact import largest_shares
+from tests.worlds import load, make_post, scene_of
+
+ARM = load("planar_2r")
+FAR = scene_of((Box((0.1, 0.1, 0.1)), pose([5.0, 0.0, 0.0])))
+PATH = np.array([[-1.0, 0.5], [0.0, 1.0], [1.0, 0.5], [1.2, -0.5]])
+MADE = time_path(PATH, make_checker(ARM, FAR))
+MOTIONS = [
+    ("planar_2r", "blended", 120, 0.5, 0.25),
+    ("panda", "blended", 12, 0.5, 0.25),
+    ("panda", "stop-at-corners", 12, 0.05, 20.0),
+    ("kinova", "shortcuts", 6, 0.005, 0.5),
+    ("panda", "blended", 6, 5.0, 500.0),
+]
+
+
+@cache
+def motion(robot: str, law: TimeLaw, waypoints: int, acceleration: float, jerk: float) -> Trajectory:
+    arm = load(robot)
+    low, high = np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)
+    path = np.random.default_rng(0).uniform(low, high, (waypoints, arm.dof))
+    limits = MotionLimits.of(arm, LimitsRequest(acceleration=acceleration, jerk=jerk))
+    return time_path(path, make_checker(arm, FAR), limits, law=law)
+
+
+def part(made: Trajectory, rows: int = 200) -> Trajectory:
+    """The rows from its middle on: rational numbers take their time."""
+    middle = slice(len(made.times) // 2, len(made.times) // 2 + rows)
+    return replace(made, nanoseconds=made.nanoseconds[middle], columns=tuple(c[middle] for c in made.columns))
+
+
+def shares(made: Trajectory, limits: MotionLimits | None) -> dict[str, float]:
+    assert limits is not None
+    return largest_shares(json.loads(export(made, "ros-json")), limits)
+
+
+@pytest.mark.parametrize("rate", [7, 50, 125.0, 300, 1000, 1000.5, np.float64(240)])
+def test_every_row_is_on_the_grid_to_the_nanosecond(rate: float) -> None:
+    made, period = on_grid(MADE, rate), Fraction(10**9) / Fraction(str(rate))
+    away = [abs(int(t) - k * period) for k, t in enumerate(made.nanoseconds)]
+    assert max(away) <= (0 if period.denominator == 1 else Fraction(1, 2))
+    assert len(away) == -(-int(MADE.nanoseconds[-1]) // period) + 3, "no knot besides, and two periods for the mean"
+    for rows, ends in zip(made.columns, (MADE.columns[0][[0, -1]], 0.0, 0.0), strict=True):
+        np.testing.assert_array_equal(rows[[0, -1]], np.broadcast_to(ends, (2, 2)))
+
+
+@pytest.mark.parametrize("rate", [30, 100, 333.3, 1000])
+@pytest.mark.parametrize(("robot", "law", "waypoints", "acceleration", "jerk"), MOTIONS)
+def test_what_a_controller_makes_of_the_rows_keeps_the_limits(
+    robot: str, law: TimeLaw, waypoints: int, acceleration: float, jerk: float, rate: float
+) -> None:
+    """By rational numbers. Rows of the curve itself break the limit on the jerk by up to 75 %."""
+    made = motion(robot, law, waypoints, acceleration, jerk)
+    try:
+        grid = on_grid(made, rate)
+    except PlannerError as error:
+        rate = float(str(error).split("give ")[1].split(" Hz")[0])  # the highest that rounding allows
+        grid = on_grid(made, rate)
+    found = shares(part(grid), made.limits)
+    assert max(found.values()) <= 1.0 + 1e-7, found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_rate_and_no_moment_of_a_switch_breaks_a_limit(seed: int) -> None:
+    """The jerk as large as it may be, and switched anywhere: the worst for whatever interpolates between rows.
+
+    Climbs to the worst times of the switches and the worst rate.
+    """
+    rng = np.random.default_rng(seed)
+
+    def worst(x: np.ndarray) -> tuple[float, float]:
+        gaps = (1e6 * (3.0 + 40.0 * np.abs(np.sin(x[1:])))).astype(np.int64)
+        made, limits = _bang_bang(gaps)
+        grid, naive = on_grid(made, 20.0 + 480.0 * abs(np.sin(x[0]))), 0.0
+        for order, kind in enumerate(KINDS, 1):
+            most = getattr(limits, kind)
+            naive = max(naive, _naive(made, grid).worst(order, most)[0])
+        return max(grid.worst(order, getattr(limits, kind))[0] for order, kind in enumerate(KINDS, 1)), naive
+
+    x = rng.normal(size=9)
+    best, naive = worst(x)
+    for _ in range(60):
+        other = x + 0.3 * rng.normal(size=len(x)) * (rng.random(len(x)) < 0.4)
+        value, of_naive = worst(other)
+        naive = max(naive, of_naive)
+        if value >= best:
+            x, best = other, value
+    assert best <= 1.0 + 1e-6
+    assert naive > 1.2, "rows of the curve itself would break them"
+
+
+def _bang_bang(gaps: np.ndarray) -> tuple[Trajectory, MotionLimits]:
+    """Jerk of 100 or -100 between switches and as much back, from rest to rest, with its own largest as limits."""
+    signs = np.where(np.arange(len(gaps)) % 2 == 0, 1.0, -1.0)
+    # J to t, then the time-reverse with the opposite jerk, and all of that once more with the other sign: rest to rest
+    h = np.concatenate([gaps, gaps[::-1]]) / 1e9
+    j = 100.0 * np.concatenate([signs, -signs[::-1]])
+    h, j = np.concatenate([h, h[::-1]]), np.concatenate([j, -j[::-1]])
+    rows = [(0.0, 0.0, 0.0)]
+    for dt, jerk in zip(h, j, strict=True):
+        q, v, a = rows[-1]
+        q, v = q + v * dt + a * dt**2 / 2 + jerk * dt**3 / 6, v + a * dt + jerk * dt**2 / 2
+        rows.append((q, v, a + jerk * dt))
+    q, v, a = (np.array(column)[:, None] * [1.0, 0.5] for column in zip(*rows, strict=True))
+    v[-1] = a[-1] = 0.0
+    clock = np.concatenate([[0], np.cumsum(np.concatenate([gaps, gaps[::-1], gaps, gaps[::-1]]))])
+    made = Trajectory(ARM.joints, clock, (q, v, a))
+    most = {kind: np.full(2, made.largest(order).max()) for order, kind in enumerate(KINDS, 1)}
+    return made, MotionLimits(ARM.joints, source=dict.fromkeys(KINDS, "itself"), **most)
+
+
+def _naive(made: Trajectory, grid: Trajectory) -> Trajectory:
+    clock = grid.nanoseconds[:-2]
+    return Trajectory(ARM.joints, clock, tuple(made.at_nanoseconds(clock, order) for order in range(3)))
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+def test_lines_and_cubics_keep_what_they_say(columns: int) -> None:
+    plain = Trajectory(ARM.joints, MADE.nanoseconds, MADE.columns[:columns])
+    for rate in (20, 130.0, 1000):
+        grid = on_grid(plain, rate)
+        assert grid.interpolation == plain.interpolation
+        for order in range(1, columns + 1):
+            assert (grid.largest(order).max(axis=0) <= plain.largest(order).max(axis=0) * (1 + 1e-9) + 1e-9).all()
+        np.testing.assert_array_equal(grid.columns[0][[0, -1]], plain.columns[0][[0, -1]])
+
+
+@pytest.mark.parametrize("rate", [20, 100, 1000])
+def test_it_leaves_the_curve_by_less_than_a_sixth_of_the_acceleration(rate: float) -> None:
+    grid = on_grid(MADE, rate)
+    assert 0 < off_the_curve(grid, MADE) <= 1.001 * MADE.largest(2).max() / 6 / rate**2
+    t = np.linspace(0, grid.duration, 3001)
+    away = np.abs(grid.at(t) - MADE.at(np.maximum(t - 1 / rate, 0))).max()
+    assert away == pytest.approx(off_the_curve(grid, MADE), rel=0.05)
+
+
+def test_it_is_proven_by_a_checker_only_and_where_it_is() -> None:
+    checker = make_post()
+    made = time_path(np.array([[-1.0, 0.8], [-1.1, 0.9], [-1.0, 1.0]]), checker)
+    assert not on_grid(made, 1000).proven
+    fine = on_grid(made, 1000, checker)
+    assert made.proven
+    assert fine.proven
+    assert fine.limits is made.limits is not None
+    assert made.limits is not None
+    report = check_trajectory(checker, Points(ARM.joints, fine.times, fine.columns), made.limits)
+    assert report.ok
+    assert report.proof is not None
+    assert report.proof.whole
+
+
+def test_a_floor_is_asked_for_again() -> None:
+    checker = make_checker(ARM, FAR)
+    made = time_path(PATH[:3], checker, floor=0.2)
+    assert on_grid(made, 500, checker).proof["floor"]["asked"] == 0.2
+
+
+def test_what_does_not_rest_at_its_ends_is_refused() -> None:
+    middle = replace(MADE, nanoseconds=MADE.nanoseconds[5:], columns=tuple(rows[5:] for rows in MADE.columns))
+    with pytest.raises(PlannerError, match=r"the trajectory begins with a velocity of .* give --knots too"):
+        on_grid(middle, 100)
+    assert len(between_knots(middle, 100).times) > len(middle.times)
+
+
+def test_rows_nearer_than_their_rounding_allows_are_refused() -> None:
+    slow = MotionLimits.of(ARM, LimitsRequest(acceleration=0.1, jerk=1e-4))
+    made = time_path(PATH, make_checker(ARM, FAR), slow, law="stop-at-corners")
+    for way in (on_grid, between_knots):
+        with pytest.raises(PlannerError, match=r"rate 1000 Hz is too high .* give \d+\.\d Hz or less"):
+            way(made, 1000.0)
+        assert way(made, 50.0)
+
+
+def test_bad_rates_and_too_many_rows_are_refused() -> None:
+    ages = replace(MADE, nanoseconds=MADE.nanoseconds * 10**6, limits=None)
+    for way in (on_grid, between_knots):
+        for rate in (0.0, float("nan"), 1e6):
+            with pytest.raises(PlannerError, match="is not usable"):
+                way(MADE, rate)
+        with pytest.raises(PlannerError, match=r"makes .* rows of .* give one that makes 5000000 at most"):
+            way(ages, 1000.0)
+
+
+def test_rows_between_knots_lie_on_the_same_curve() -> None:
+    found = between_knots(MADE, 250.0)
+    assert np.diff(found.times).max() <= 1.2 / 250.0
+    assert set(MADE.nanoseconds) < set(found.nanoseconds)
+    t = np.linspace(0.0, MADE.duration, 3001)
+    for order, close in enumerate((1e-13, 1e-10, 1e-6)):
+        np.testing.assert_allclose(found.at(t, order), MADE.at(t, order), atol=close, rtol=0)
+
+
+@pytest.mark.parametrize("rate", [None, 400.0])
+@pytest.mark.parametrize(("robot", "law", "waypoints", "acceleration", "jerk"), MOTIONS)
+def test_knots_and_rows_between_them_keep_the_limits(
+    robot: str, law: TimeLaw, waypoints: int, acceleration: float, jerk: float, rate: float | None
+) -> None:
+    """By rational numbers, between the very nanoseconds and doubles of the file."""
+    made = motion(robot, law, waypoints, acceleration, jerk)
+    few = made if rate is None else between_knots(made, rate)
+    found = shares(part(few), made.limits)
+    assert max(found.values()) <= (USED if rate is None else 1.0) + 1e-7, found
+
+
+def test_a_rate_is_the_decimal_number_that_is_written() -> None:
+    assert period_of(33.3) == Fraction(10**10, 333)
+    assert period_of(1000.0) == 10**6

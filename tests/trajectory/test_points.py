@@ -1,0 +1,137 @@
+"""Trajectories of any origin."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.base.errors import FileError
+from planner.trajectory.export import export
+from planner.trajectory.points import Points, read_points
+from tests.trajectory.test_export import ARM, MADE, A, B, read_back
+from tests.trajectory.test_messages import OURS, message
+
+
+def test_columns_go_by_name_and_others_are_left_out(tmp_path: Path) -> None:
+    message = json.loads(export(MADE, "ros-json"))
+    message["joint_names"] = ["finger", B, A]
+    for point in message["points"]:
+        for key in ("positions", "velocities", "accelerations"):
+            point[key] = [0.02, *point[key][::-1]]
+    for wrapped in (message, {"trajectory": message}, {"goal": {"trajectory": message}}):
+        found = read_back(json.dumps(wrapped).encode(), "ros-json", tmp_path)
+        np.testing.assert_allclose(found.coefficients, MADE.coefficients, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("times", "columns", "words"),
+    [
+        ([0, 1, 1], [[[0, 0]] * 3], "from point 2 to point 3 (1 s, 1 s)"),
+        ([-0.5, 1], [[[0, 0]] * 2], "0.5 s before the start"),
+        ([0, 1], [[[0, 0]] * 2, [[0, 0], [0, 0.3]]], "'joint_2' ends with 0.3"),
+    ],
+)
+def test_what_no_controller_runs_has_a_reason(times: list, columns: list, words: str) -> None:
+    points = Points(ARM.joints, np.array(times, dtype=float), tuple(np.array(rows, dtype=float) for rows in columns))
+    assert words in (points.fault() or "")
+
+
+@pytest.mark.parametrize(
+    ("columns", "kind"), [(["q"], "lines"), (["q", "qd"], "cubics")], ids=["positions", "with velocities"]
+)
+def test_what_is_given_decides_what_runs_between(columns: list[str], kind: str, tmp_path: Path) -> None:
+    arrays = {"t": np.array([0.0, 1.0]), "q": np.array([[0.0, 0.0], [0.5, 0.1]]), "qd": np.zeros((2, 2))}
+    np.savez(tmp_path / "a.npz", **{key: arrays[key] for key in ("t", *columns)})
+    points = read_points(tmp_path / "a.npz", ARM)
+    assert points is not None
+    assert points.trajectory().interpolation == kind
+
+
+def test_accelerations_without_velocities_are_not_read_as_velocities(tmp_path: Path) -> None:
+    """A ROS 2 controller interpolates nothing then, and commands zeros."""
+    bare = message(velocities=[])
+    bare["points"][0]["velocities"] = []
+    (tmp_path / "a.json").write_text(json.dumps(bare))
+    (tmp_path / "a.csv").write_text(f"t,{A},{B},{A}_acc,{B}_acc\n0,0,0,0,0\n1,1,1,0,0\n")
+    np.savez(tmp_path / "a.npz", t=[0.0, 1.0], q=np.zeros((2, 2)), qdd=np.zeros((2, 2)))
+    ours = {**OURS, "points": [{"t": p["t"], "q": p["q"], "qdd": p["qdd"]} for p in OURS["points"]]}
+    (tmp_path / "b.json").write_text(json.dumps(ours))
+    for name in ("a.json", "a.csv", "a.npz", "b.json"):
+        with pytest.raises(FileError, match="accelerations and no velocities"):
+            read_points(tmp_path / name, ARM)
+
+
+def test_what_is_left_aside_is_noted(tmp_path: Path) -> None:
+    wrapped = {
+        "goal": {
+            "trajectory": message(effort=[1.0, 1.0], header={"stamp": {"sec": 5, "nanosec": 0}}),
+            "goal_time_tolerance": {"sec": 1, "nanosec": 0},
+            "path_tolerance": [],
+        }
+    }
+    (tmp_path / "a.yaml").write_text(json.dumps(wrapped) + "\n---\n" + json.dumps(message()) + "\n---\n")
+    points = read_points(tmp_path / "a.yaml", ARM)
+    assert points is not None
+    noted = "; ".join(points.notes)
+    for words in ("first of 2 documents", "goal_time_tolerance of the message", "the header's stamp", "effort is not"):
+        assert words in noted
+    (tmp_path / "a.json").write_text(json.dumps(message()))
+    plain = read_points(tmp_path / "a.json", ARM)
+    assert plain is not None
+    assert plain.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.yaml", "points: 3", "holds no trajectory"),
+        ("a.csv", "t,joint_1,joint_2\n0,0,0\n1,x,0\n", "point 2 holds a number"),
+        ("a.csv", "t,joint_1,joint_2\n0,0,0\n", "holds one point"),
+        ("a.csv", "t,joint_1,joint_2,joint_1_vel\n0,0,0,0\n1,0,0,0\n", "not one column of velocity for joint_2"),
+        (
+            "a.csv",
+            "t,joint_1,joint_2,joint_1_vel,joint_1_velocity,joint_2_vel\n0,0,0,0,0,0\n",
+            "of velocity for joint_1",
+        ),
+        ("a.csv", "t,time,joint_1,joint_2\n0,0,0,0\n", r"say the same \(t, time\)"),
+        ("a.csv", "t,joint_1,joint_2,joint_3\n0,0,0,0\n", "column 'joint_3' that is not known"),
+        ("a.csv", "t,joint_1,joint_2,joint_1_vel_deg\n0,0,0,0\n", "did you mean 'joint_1_vel"),
+        ("a.csv", "t,joint_1\n0,0\n", "names joint 'joint_2' nowhere"),
+        ("a.json", '{"points": [{"positions": [0, 0], "time_from_start": "soon"}]}', "is no time"),
+        ("a.npz", "PK", "no .npz"),
+        ("a.csv", f"t,joint_1,joint_2\n0,0,{'1' * 140_000}\n", r"a\.csv is no CSV: field larger than field limit"),
+    ],
+)
+def test_what_cannot_be_read_is_a_sentence(name: str, text: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(FileError, match=words):
+        read_points(tmp_path / name, ARM)
+
+
+def test_arrays_that_nobody_knows_are_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", t=[0.0, 1.0], q=np.zeros((2, 2)), qdot=np.zeros((2, 2)))
+    with pytest.raises(FileError, match="has an array 'qdot' that is not known: did you mean 'qd"):
+        read_points(tmp_path / "a.npz", ARM)
+
+
+def test_a_path_without_times_is_none(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("joint_1,joint_2\n0,0\n1,1\n")
+    assert read_points(tmp_path / "a.csv", ARM) is None
+
+
+@pytest.mark.parametrize("place", [0, 60, 200])
+def test_damaged_arrays_are_refused(place: int, tmp_path: Path) -> None:
+    content = bytearray(export(MADE, "npz"))
+    content[place] ^= 0xFF
+    (tmp_path / "a.npz").write_bytes(content)
+    with pytest.raises(FileError, match=r"is no \.npz with t, q and qd"):
+        read_points(tmp_path / "a.npz", ARM)
+
+
+def test_arrays_that_unpack_to_far_more_than_they_are_are_refused(tmp_path: Path) -> None:
+    np.savez_compressed(tmp_path / "a.npz", t=[0.0, 1.0], q=np.zeros((2, 2)), qd=np.zeros((5_000_000, 2)))
+    with pytest.raises(FileError, match=r"a\.npz would unpack to 800\d+ bytes, far more than it is"):
+        read_points(tmp_path / "a.npz", ARM)

@@ -1,0 +1,93 @@
+"""Shortcuts in time: quicker, proven, and never dearer than allowed, by a measure that knows nothing of chords."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker, second_checker
+from planner.kinematics.manipulability import manipulability
+from planner.models.poses import pose
+from planner.models.shapes import Box
+from planner.planning.plan import cost_in_motion
+from planner.planning.result import Plan
+from planner.problem.request import TimeLaw
+from planner.trajectory.check import sampled_contact
+from planner.trajectory.timing import time_path, timed_curve
+from planner.trajectory.trajectory import Trajectory
+from tests.worlds import load, scene_of
+
+ARM = load("planar_2r")
+# the arm turns past it: q1 from -0.9 to 0.9, folded in between
+CHECKER = make_checker(ARM, scene_of((Box((0.1, 0.1, 0.1)), pose([1.6, 0.0, 0.0]))))
+PATH = np.array([[-0.9, 0.4], [-0.35, 1.5], [0.35, 1.4], [0.9, 0.3]])
+
+
+def length(motion: Trajectory) -> float:
+    q = motion.at(np.linspace(0.0, motion.duration, 20_001))
+    return float(np.linalg.norm(np.diff(q, axis=0), axis=1).sum())
+
+
+def test_they_are_quicker_and_no_longer_than_the_path() -> None:
+    rounded, found = (time_path(PATH, CHECKER, law=law) for law in ("blended", "shortcuts"))
+    assert found.proof["shortcuts"] > 0
+    assert found.proven
+    assert found.duration < 0.97 * rounded.duration
+    assert length(found) <= np.linalg.norm(np.diff(PATH, axis=0), axis=1).sum()
+    assert sampled_contact(found, second_checker(CHECKER), 1e-3) is None
+
+
+def dear_off_the_path(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Length, and as much more as it is away from the path."""
+    middle, off = 0.5 * (a + b), np.full(len(a), np.inf)
+    for start, end in itertools.pairwise(PATH):
+        share = np.clip((middle - start) @ (end - start) / ((end - start) @ (end - start)), 0.0, 1.0)
+        off = np.minimum(off, np.linalg.norm(start + share[:, None] * (end - start) - middle, axis=1))
+    return np.linalg.norm(b - a, axis=1) * (1.0 + 10.0 * off)
+
+
+def test_what_is_allowed_beyond_is_kept_to_and_used() -> None:
+    """Rounding the corners may cost more already: shortcuts then add nothing."""
+    paid, durations = [], []
+    laws: list[tuple[TimeLaw, float]] = [("blended", 0.0), *(("shortcuts", extra) for extra in (0.0, 1.0, 50.0))]
+    for law, extra in laws:
+        motion, _ = timed_curve(PATH, CHECKER, None, law, 0.0, dear_off_the_path, extra)
+        q = motion.at(np.linspace(0.0, motion.duration, 20_001))
+        paid.append(float(dear_off_the_path(q[:-1], q[1:]).sum()))
+        durations.append(motion.duration)
+    of_path = float(dear_off_the_path(PATH[:-1], PATH[1:]).sum())
+    assert paid[1] <= 1.02 * max(paid[0], of_path)  # what is kept to is measured along chords of 0.1 rad
+    assert paid[2] <= 1.02 * max(paid[0], 2.0 * of_path)
+    assert durations[0] >= durations[1] > durations[3]
+
+
+def test_the_floor_holds_on_them() -> None:
+    floor = 0.99 * float(manipulability(ARM, PATH).min())
+    free, kept = (time_path(PATH, CHECKER, floor=level) for level in (0.0, floor))
+    assert kept.proven
+    assert manipulability(ARM, kept.at(np.linspace(0.0, kept.duration, 2001))).min() >= floor
+    assert kept.duration >= free.duration
+
+
+@pytest.mark.parametrize("extra", [0.0, 0.2])
+def test_of_a_plan_they_keep_its_objective(solved: Plan, extra: float) -> None:
+    cost = cost_in_motion(solved)
+    motion = time_path(solved.path, solved.checker, cost=cost, extra_cost=extra)
+    slower = time_path(solved.path, solved.checker, law="blended")
+    assert motion.proven
+    assert motion.duration <= slower.duration
+    assert sampled_contact(motion, second_checker(solved.checker), 1e-3) is None
+    assert _sampled(cost, motion.at(np.linspace(0.0, motion.duration, 400))) <= (1.0 + extra) * 1.01 * _sampled(
+        cost, np.concatenate([np.linspace(a, b, 60) for a, b in zip(solved.path[:-1], solved.path[1:], strict=True)])
+    )
+
+
+def _sampled(cost, q: np.ndarray) -> float:
+    """The objective along chords that are thinned to be longer than the least that an edge costs."""
+    kept = [0]
+    for k in range(1, len(q)):
+        if np.linalg.norm(q[k] - q[kept[-1]]) > 0.06 or k == len(q) - 1:
+            kept.append(k)
+    return float(cost(q[kept[:-1]], q[kept[1:]]).sum())

@@ -1,0 +1,64 @@
+"""Pieces through points: SciPy's interpolators agree, extrema are those of dense samples, velocities integrate."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.interpolate import BPoly, CubicHermiteSpline
+
+from planner.trajectory.trajectory import Trajectory
+
+JOINTS = ("a", "b", "c")
+RNG = np.random.default_rng(3)
+TIMES = np.concatenate([[0.0], np.cumsum(RNG.uniform(0.05, 1.0, size=7))]).round(9)  # of a clock of nanoseconds
+Q, QD, QDD = RNG.normal(size=(3, 8, 3))
+MOST = np.array([1.0, 0.3, 2.0])
+T = np.linspace(0.0, TIMES[-1], 4001)
+
+
+def test_lines() -> None:
+    found = Trajectory.through(JOINTS, TIMES, Q)
+    np.testing.assert_allclose(found.at(T), np.stack([np.interp(T, TIMES, column) for column in Q.T], axis=1))
+    assert found.interpolation == "lines"
+
+
+def test_cubics() -> None:
+    found, want = Trajectory.through(JOINTS, TIMES, Q, QD), CubicHermiteSpline(TIMES, Q, QD)
+    for order in range(4):
+        np.testing.assert_allclose(found.at(T, order), want.derivative(order)(T) if order else want(T), atol=1e-8)
+
+
+def test_quintics() -> None:
+    found = Trajectory.through(JOINTS, TIMES, Q, QD, QDD)
+    want = BPoly.from_derivatives(TIMES, np.stack([Q, QD, QDD], axis=1))
+    for order in range(3):
+        np.testing.assert_allclose(found.at(T, order), want(T, order), atol=1e-7)
+    for order, given in enumerate((Q, QD, QDD)):
+        np.testing.assert_allclose(found.knots(order), given, atol=1e-9)
+
+
+@pytest.mark.parametrize("given", [(Q,), (Q, QD), (Q, QD, QDD)])
+def test_extrema_are_those_of_dense_samples(given: Any) -> None:
+    found = Trajectory.through(JOINTS, TIMES, *given)
+    for order in range(3):
+        low, high = found.extrema(order)
+        values = found.at(T, order)
+        piece = np.minimum(np.searchsorted(TIMES, T, side="right") - 1, len(TIMES) - 2)
+        for k in range(len(TIMES) - 1):
+            inside = values[piece == k]
+            size = 1e-9 + 0.02 * np.ptp(inside, axis=0) + 1e-9 * np.abs(inside).max()
+            assert (inside.min(axis=0) >= low[k] - 1e-9).all()
+            assert (inside.max(axis=0) <= high[k] + 1e-9).all()
+            assert (inside.min(axis=0) <= low[k] + size + 0.05).all() or len(inside) < 50
+            np.testing.assert_allclose(found.largest(order)[k], np.maximum(-low[k], high[k]))
+        share, piece, joint = found.worst(order, MOST)
+        assert share == pytest.approx((found.largest(order) / MOST).max(), rel=1e-12)
+        assert share == pytest.approx(found.largest(order)[piece, joint] / MOST[joint], rel=1e-12)
+
+
+def test_before_and_after_it_stands_still() -> None:
+    found = Trajectory.through(JOINTS, TIMES, Q, QD)
+    np.testing.assert_allclose(found.at(np.array([-1.0, TIMES[-1] + 1.0])), Q[[0, -1]])
+    assert found.duration == TIMES[-1]
