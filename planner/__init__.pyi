@@ -5,6 +5,7 @@ from .base.errors import Reason as Reason
 from .base.progress import Progress as Progress
 from .base.versions import __version__ as __version__
 from .collision import make_checker as make_checker
+from .collision.checker import CollisionChecker as CollisionChecker
 from .construction.build import build_roadmap as build_roadmap
 from .gabf.routes import paths_from as paths_from
 from .models.moving import KnownMotion as KnownMotion
@@ -27,11 +28,15 @@ from .problem.request import LimitsRequest as LimitsRequest
 from .problem.request import PlanRequest as PlanRequest
 from .problem.request import SweepRequest as SweepRequest
 from .problem.request import TimingRequest as TimingRequest
+from .roadmap.roadmap import Roadmap as Roadmap
 from .roadmap.storage import load_roadmap as load_roadmap
 from .roadmap.storage import save_roadmap as save_roadmap
+from .session.report import Change as Change
 from .session.session import Session as Session
 from .tradeoff.sweep import Tradeoff as Tradeoff
 from .tradeoff.sweep import sweep as sweep
+from .trajectory.check import check as check
+from .trajectory.export import export as export
 from .trajectory.limits import MotionLimits as MotionLimits
 from .trajectory.timing import time_path as time_path
 from .trajectory.trajectory import Trajectory as Trajectory

@@ -24,6 +24,7 @@ from planner.planning.extra_clearance import clearance_of_path
 from planner.planning.healing import HealingNetwork, warm_start
 from planner.planning.network import build_network, path_cost
 from planner.planning.result import Plan
+from planner.problem.objective import Objective
 from planner.problem.options import PlanOptions, plan_request
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import FloorTooHigh, NoPath
@@ -46,14 +47,17 @@ def plan(
     request: PlanRequest | None = None,
     progress: Progress = QUIET,
     timing: TimingRequest | None = None,
+    objective: Objective | None = None,
     **options: Unpack[PlanOptions],
 ) -> Plan:
     """Plan as the paper does: RRT roadmap, manipulability at nodes, GABF for the cost-to-go, minimising neighbours.
 
         plan(robot="panda", scene="shelf", beta=0.2)
         plan(PlanRequest(seed=3), nodes=200)
+        plan(robot="ur5", objective=Objective(beta=0.2, metric="workspace"))
 
-    ``options`` are fields of :class:`PlanRequest`, in place of those of ``request``. With ``timing`` a path that is
+    ``options`` are fields of :class:`PlanRequest`, in place of those of ``request``, as is what an ``objective`` says.
+    With ``timing`` a path that is
     found becomes a trajectory too, see :func:`planner.trajectory.timing.time_path`. ``progress`` is called with
     (stage, done, total); once it is asked to stop the work ends as soon as it can, and what there is comes back with
     ``Outcome.INTERRUPTED``. Raises :class:`PlannerError` for unusable input, :class:`KeywordError` for other options.
@@ -63,7 +67,7 @@ def plan(
     """
     fits = timing is None or isinstance(timing, TimingRequest)
     require_kind("timing", timing, fits, "a planner.TimingRequest, or None for a path without times")
-    request, clock = plan_request(request, options), Stopwatch()
+    request, clock = plan_request(request, options, objective), Stopwatch()
     with clock("setup"):
         query = make_query(request, in_time=timing is not None)
         limits = None if timing is None else MotionLimits.of(query.robot, timing)

@@ -8,6 +8,7 @@ from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
 
 from planner.base.errors import KeywordError, OptionError, choices, require_kind
 from planner.base.yamlfile import nearest, shown
+from planner.problem.objective import Objective
 from planner.problem.request import (
     Backend,
     Charge,
@@ -56,8 +57,14 @@ class PlanOptions(TypedDict, total=False):
     path_only: bool
 
 
-def plan_request(request: PlanRequest | None, options: PlanOptions) -> PlanRequest:
-    """A request, the default for None, with ``options`` in place of its fields; :class:`KeywordError` for others."""
+_OF_OBJECTIVE = {field.name: field.name for field in fields(Objective)} | {"floor": "min_manipulability"}
+
+
+def plan_request(request: PlanRequest | None, options: PlanOptions, objective: Objective | None = None) -> PlanRequest:
+    """A request, the default for None, with an ``objective`` and ``options`` in place of its fields.
+
+    Raises :class:`KeywordError` for other options, and for those that the objective says already.
+    """
     fits = request is None or isinstance(request, PlanRequest)
     require_kind("request", request, fits, "a planner.PlanRequest, or options by their names")
     known = get_type_hints(PlanOptions)
@@ -69,7 +76,14 @@ def plan_request(request: PlanRequest | None, options: PlanOptions) -> PlanReque
         if name in (field.name for field in fields(TimingRequest)):
             remedy = f"give it as timing=planner.TimingRequest({name}=...)"
         raise KeywordError(f"plan knows no option '{name}'{nearest(name, known)}: {remedy}.")
-    return replace(request or PlanRequest(), **options)
+    if objective is None:
+        return replace(request or PlanRequest(), **options)
+    require_kind("objective", objective, isinstance(objective, Objective), "a planner.Objective, or beta=...")
+    said = {option: getattr(objective, name) for name, option in _OF_OBJECTIVE.items()}
+    twice = [name for name in options if name in said]
+    if twice:
+        raise KeywordError(f"{twice[0]} is a part of the objective: say it there, or leave the objective out.")
+    return replace(request or PlanRequest(), **options, **said)
 
 
 def _require_kind(name: str, value: object, hint: Any) -> None:

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats
-from planner.base.errors import FileError
+from planner.base.arrays import Floats, numbers
+from planner.base.errors import FileError, OptionError
 from planner.base.polynomials import bernstein, evaluate
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, require_checker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
 from planner.kinematics.manipulability import manipulability
+from planner.paths.check import PathReport, check_path, require_step
 from planner.setup.resolve import looks_like_degrees
 from planner.trajectory.clearance import Nearest, nearest_in_motion
 from planner.trajectory.limits import MotionLimits
@@ -68,6 +70,28 @@ class TrajectoryReport:
         if self.fault or self.degrees or self.proof is None:
             return False
         return not self.proof.excesses and self.contact is None
+
+
+def check(
+    what: Floats | Sequence[Sequence[float]] | Trajectory,
+    checker: CollisionChecker,
+    step: float = RECHECK,
+    progress: Progress = QUIET,
+) -> PathReport | TrajectoryReport:
+    """What is found on a path (k, dof) rad, or on a trajectory within the limits that it was made for.
+
+    What ``planner check`` does: limits, contacts every ``step`` (m) of motion by the second checker, proofs, clearance
+    and w, whoever made the path; ``report.ok`` is the verdict. A trajectory that says no limits is held to the robot's
+    own. Raises :class:`KindError` and :class:`ArrayError` for what is neither.
+    """
+    require_checker(checker)
+    require_step(step)
+    if not isinstance(what, Trajectory):
+        return check_path(checker, numbers("path", what, ("k", len(checker.robot.joints))), step, progress)
+    if what.joints != checker.robot.joints:
+        raise OptionError("the trajectory is of other joints than the checker's robot: make a checker for its robot.")
+    limits = what.limits or MotionLimits.of(checker.robot)
+    return check_trajectory(checker, Points(what.joints, what.times, what.columns, limits), limits, step, progress)
 
 
 def check_trajectory(

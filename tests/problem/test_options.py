@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import planner
-from planner.base.errors import KeywordError, OptionError
+from planner.base.errors import KeywordError, KindError, OptionError
 from planner.planning.plan import plan
 from planner.problem.options import PlanOptions, plan_request
 from planner.problem.request import PlanRequest
@@ -35,6 +35,32 @@ def test_a_misspelt_option_is_refused_with_the_nearest_name() -> None:
         planner.plan(velocity_scale=0.2)  # pyright: ignore[reportCallIssue]
     with pytest.raises(TypeError, match="knows no option 'colour': options are"):
         planner.plan(colour="red")  # pyright: ignore[reportCallIssue]
+
+
+def test_an_objective_says_its_options_at_once_and_none_of_them_twice() -> None:
+    objective = planner.Objective(0.2, "inverse", "workspace", "nodes", 0.01)
+    request = plan_request(PlanRequest(seed=3), {"nodes": 7}, objective)
+    assert request == PlanRequest(
+        seed=3,
+        nodes=7,
+        beta=0.2,
+        manipulability_cost="inverse",
+        metric="workspace",
+        charge="nodes",
+        min_manipulability=0.01,
+    )
+    assert request.objective == objective
+    twice: tuple[PlanOptions, ...] = ({"beta": 0.5}, {"min_manipulability": 0.0})
+    for options in twice:
+        with pytest.raises(KeywordError, match=f"{next(iter(options))} is a part of the objective"):
+            planner.plan(objective=objective, **options)
+    with pytest.raises(KindError, match="objective is a float: give"):
+        planner.plan(objective=0.2)  # pyright: ignore[reportArgumentType]
+    one, other = (
+        planner.plan(robot="planar_2r", scene="empty", path_only=True, beta=0.2),
+        planner.plan(robot="planar_2r", scene="empty", path_only=True, objective=planner.Objective(0.2)),
+    )
+    np.testing.assert_array_equal(one.path, other.path)
 
 
 def test_a_checker_of_types_takes_what_plan_takes_and_nothing_else() -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from planner.base.errors import FileError
+import planner
+from planner.base.errors import ArrayError, FileError, OptionError
 from planner.collision import make_checker
 from planner.collision.edge_prover import Verdict
 from planner.models.poses import pose
@@ -40,6 +43,23 @@ def test_our_own_is_proven_by_the_check_too() -> None:
     assert report.proof is not None
     assert (report.proof.verdict == Verdict.FREE).all()
     assert verdict_sentence(report).startswith("Free and within all limits")
+
+
+def test_one_function_checks_paths_and_trajectories() -> None:
+    path = [[-1.0, 0.5], [-0.6, -0.4], [-0.2, 0.1]]
+    made = time_path(np.array(path), CHECKER)
+    straight, timed = planner.check(path, CHECKER), planner.check(made, CHECKER)
+    assert straight.ok
+    assert timed.ok
+    assert isinstance(timed, TrajectoryReport)
+    assert timed.limits == made.limits
+    assert not planner.check([[-1.0, 0.5], [0.8, 0.0]], CHECKER).ok
+    slower = MotionLimits.of(ARM, planner.LimitsRequest(velocity_scale=0.1))
+    assert not planner.check(replace(made, limits=slower), CHECKER).ok
+    with pytest.raises(OptionError, match="is of other joints"):
+        planner.check(replace(made, joints=("a", "b")), CHECKER)
+    with pytest.raises(ArrayError, match="path"):
+        planner.check([[1.0, 2.0, 3.0]], CHECKER)
 
 
 def test_points_that_are_free_and_a_curve_between_them_that_touches() -> None:
