@@ -16,6 +16,7 @@ from planner.base.beside import hashes
 from planner.base.errors import choices
 from planner.base.files import make_folder, remove, write_json
 from planner.base.html import html_table
+from planner.base.kinds import checks_kinds
 from planner.base.outcome import Outcome
 from planner.base.places import Place, place
 from planner.base.progress import rounded
@@ -50,6 +51,7 @@ _CORNERS = ("corners", "corners_blended", "shortcuts")  # what a trajectory's pr
 CONDITIONING = "conditioning"  # the row of the summary that is there only where it is bad
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A plan with everything it was made from; ``path`` (k, dof) and ``path_nodes`` are empty where there is none.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypeVar, get_args
 
 from planner.base.errors import OptionError, choices, require_number
+from planner.base.kinds import checks_kinds
 
 if TYPE_CHECKING:
     from planner.base.arrays import Floats
@@ -21,6 +22,7 @@ DEFAULT_METRIC: Metric = "joint"
 DEFAULT_CHARGE: Charge = "edges"
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class Objective:
     """Minimise (1 - beta) Omega + beta D of a path, eq. (finew), above a ``floor`` under w.

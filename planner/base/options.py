@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from numbers import Integral, Real
-from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
+from typing import TypedDict
 
-from planner.base.errors import KeywordError, OptionError, choices, require_kind
+from planner.base.errors import KeywordError, choices
 from planner.base.request import (
     Backend,
     Charge,
@@ -20,7 +19,7 @@ from planner.base.request import (
     Thing,
     TimingRequest,
 )
-from planner.base.yamlfile import nearest, shown
+from planner.base.yamlfile import nearest
 
 
 class PlanOptions(TypedDict, total=False):
@@ -58,27 +57,10 @@ class PlanOptions(TypedDict, total=False):
 
 def plan_request(request: PlanRequest | None, options: PlanOptions) -> PlanRequest:
     """A request, the default for None, with ``options`` in place of its fields; :class:`KeywordError` for others."""
-    fits = request is None or isinstance(request, PlanRequest)
-    require_kind("request", request, fits, "a planner.PlanRequest, or options by their names")
-    known = get_type_hints(PlanOptions)
-    for name, value in options.items():
-        if name in known:
-            _require_kind(name, value, known[name])
-            continue
+    known = PlanOptions.__annotations__
+    for name in sorted(options.keys() - known.keys()):
         remedy = f"options are {choices(known)}"
         if name in (field.name for field in fields(TimingRequest)):
             remedy = f"give it as timing=planner.TimingRequest({name}=...)"
         raise KeywordError(f"plan knows no option '{name}'{nearest(name, known)}: {remedy}.")
     return replace(request or PlanRequest(), **options)
-
-
-def _require_kind(name: str, value: object, hint: Any) -> None:
-    """Raise :class:`OptionError` for a number that is none, and for a word that is not among the choices."""
-    kinds = [kind for kind in get_args(hint) or (hint,) if kind is not type(None)]
-    if get_origin(hint) is Literal and value not in kinds:
-        raise OptionError(f"{name} {shown(value)} is not usable: give one of {choices(kinds)}.")
-    if name in ("tool", "group", "base") and not isinstance(value, str | None):
-        raise OptionError(f"{name} {shown(value)} is not usable: give text.")
-    for kind, numbers, what in ((int, Integral, "a whole number"), (float, Real, "a number")):
-        if kind in kinds and not isinstance(value, numbers) and (value is not None or hint is kind):
-            raise OptionError(f"{name} {shown(value)} is not usable: give {what}.")

@@ -7,6 +7,7 @@ from enum import Enum
 from functools import cached_property
 
 from planner.base.arrays import Floats
+from planner.base.kinds import checks_kinds
 from planner.gabf.assumptions import Premises
 from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.laws import Law
@@ -43,6 +44,7 @@ class Trajectory:
     u: Floats
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class CostToGo:
     """The field x (n,), +inf at nodes that reach no source, and the record of the run that computed it.

@@ -11,6 +11,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import FileError, StateError
+from planner.base.kinds import checks_kinds
 from planner.base.outcome import Outcome
 from planner.base.places import Place, place
 from planner.base.progress import QUIET, Progress, Stopwatch
@@ -85,6 +86,7 @@ class Checkpoint:
     barred: tuple[tuple[int, int], ...] = ()
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Tradeoff:
     """The trade-off with everything it was made from.
@@ -139,6 +141,7 @@ class Tradeoff:
         save_sweep(self, place(folder, "folder"))
 
 
+@checks_kinds
 def sweep(
     request: SweepRequest,
     progress: Progress = QUIET,
