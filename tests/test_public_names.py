@@ -10,6 +10,7 @@ import enum
 import inspect
 from collections.abc import Callable, Iterator
 from functools import cache
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -314,6 +315,12 @@ NAMES = {name: (called, is_method) for name, called, is_method in callables()}
 
 def arguments(name: str) -> dict[str, Any]:
     return (METHODS if NAMES[name][1] else CALLS)[name]()
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where what is saved as "x" is in nobody's way."""
+    monkeypatch.chdir(tmp_path)
 
 
 def test_every_public_name_has_its_row() -> None:
