@@ -51,7 +51,6 @@ _CORNERS = ("corners", "corners_blended", "shortcuts")  # what a trajectory's pr
 CONDITIONING = "conditioning"  # the row of the summary that is there only where it is bad
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Plan:
     """A plan with everything it was made from; ``path`` (k, dof) and ``path_nodes`` are empty where there is none.
@@ -127,6 +126,7 @@ class Plan:
         """The page as HTML text that needs nothing but a browser; it draws what is there and computes nothing."""
         return plan_page(self)
 
+    @checks_kinds
     def save(self, folder: Place) -> None:
         """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
 

@@ -20,26 +20,27 @@ from functools import wraps
 from numbers import Integral, Real
 from typing import Any, Literal, NamedTuple, TypeVar, Union, cast, get_args, get_origin
 
-from planner.base.errors import ArrayError, KindError, OptionError, PlannerError, choices
+from planner.base.errors import ArrayError, FileError, KindError, OptionError, PlannerError, choices
 
 Checked = TypeVar("Checked", bound=Callable[..., Any])
 
 WIDER: dict[str, Any] = {}
 """Kinds by the names in hints that stand for less at run time, for the command line's sake."""
 
-_MADE_BY = {
-    "CollisionChecker": "planner.make_checker makes it",
-    "CostToGo": "planner.gabf.solve finds it",
-    "KnownMotion": "planner.KnownMotion(times, poses)",
-    "Law": "planner.gabf.SingularityFree(T=4.0)",
-    "MotionLimits": "planner.MotionLimits.of(robot) makes them",
-    "Network": "planner.build_network makes it",
-    "Obstacle": "planner.Obstacle(name, shape, planner.pose(...))",
-    "Plan": "planner.plan finds it",
-    "Roadmap": "planner.build_roadmap or planner.load_roadmap makes it",
-    "Robot": "planner.Robot.load makes it",
-    "Scene": "planner.Scene.load makes it",
-    "Snapshot": "Session.snapshot() hands it out",
+_WANTED = {
+    "CollisionChecker": "a checker, as planner.make_checker makes it",
+    "CostToGo": "a CostToGo, as planner.gabf.solve finds it",
+    "HasPage": "a Plan, or a Tradeoff",
+    "KnownMotion": "a planner.KnownMotion(times, poses)",
+    "Law": "a law, as planner.gabf.SingularityFree(T=4.0)",
+    "MotionLimits": "limits, as planner.MotionLimits.of(robot) makes them",
+    "Network": "a Network, as planner.build_network makes it",
+    "Obstacle": "a planner.Obstacle(name, shape, planner.pose(...))",
+    "Plan": "a Plan, as planner.plan finds it",
+    "Roadmap": "a Roadmap, as planner.build_roadmap or planner.load_roadmap makes it",
+    "Robot": "a Robot, as planner.Robot.load makes it",
+    "Scene": "a Scene, as planner.Scene.load makes it",
+    "Snapshot": "a Snapshot, as Session.snapshot() hands it out",
 }
 
 
@@ -54,18 +55,19 @@ class Kind(NamedTuple):
 def checks_kinds(thing: Checked) -> Checked:
     """A public function, or a class (how it is made, its public methods), that refuses what its hints do not name.
 
-    Raises :class:`OptionError` for numbers and words, :class:`ArrayError` for arrays, else :class:`KindError`.
+    Raises :class:`OptionError` for numbers and words, :class:`ArrayError` for arrays, :class:`FileError` for places,
+    else :class:`KindError`.
     """
     if not inspect.isclass(thing):
-        return _checking(thing, None)
+        return _checking(thing)
     owner: type = thing
     for name, member in list(vars(owner).items()):
         if name != "__init__" and name.startswith("_"):
             continue
         if isinstance(member, staticmethod | classmethod):
-            setattr(owner, name, type(member)(_checking(member.__func__, owner)))
+            setattr(owner, name, type(member)(_checking(member.__func__)))
         elif inspect.isfunction(member):
-            setattr(owner, name, _checking(member, owner))
+            setattr(owner, name, _checking(member))
     return cast("Checked", owner)
 
 
@@ -104,13 +106,11 @@ def kind_of(hint: Any) -> Kind | None:
     return _instance(kind) if inspect.isclass(kind) and kind is not object else None
 
 
-def _checking(function: Any, owner: type | None) -> Any:
-    """The function with a look at what it is given; ``owner``: the class that it makes or is a method of."""
+def _checking(function: Any) -> Any:
+    """The function with a look at what it is given."""
     by_place: list[tuple[str, Kind | None]] = []
     by_name: dict[str, Kind | None] = {}
-    title = function.__name__
-    if owner is not None:
-        title = owner.__name__ if title == "__init__" else f"{owner.__name__}.{title}"
+    title = function.__qualname__.removesuffix(".__init__")
 
     @wraps(function)
     def checked(*args: Any, **named: Any) -> Any:
@@ -187,7 +187,7 @@ def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
     wanted = dict.fromkeys(kind.wanted for kind in said)
     errors = {kind.error for kind in said}
     tests = [kind.fits for kind in known]
-    error = errors.pop() if len(errors) == 1 else KindError
+    error = errors.pop() if len(errors) == 1 else FileError if FileError in errors else KindError
     return Kind(lambda value: any(fits(value) for fits in tests), ", or ".join(wanted), error)
 
 
@@ -227,9 +227,8 @@ def _mapping(key: Any, item: Any) -> Kind:
 
 
 def _instance(kind: type) -> Kind:
-    made = _MADE_BY.get(kind.__name__)
     article = "an" if kind.__name__[0] in "AEIO" else "a"
-    wanted = f"{article} {kind.__name__}{f', as {made}' if made else ''}"
+    wanted = _WANTED.get(kind.__name__, f"{article} {kind.__name__}")
     if not getattr(kind, "_is_protocol", False):
         return Kind(lambda value: isinstance(value, kind), wanted)
     asked = [name for name, member in vars(kind).items() if not name.startswith("_") and _is_asked(member)]
@@ -254,7 +253,7 @@ _PLAIN: dict[Any, Kind | None] = {
     int: Kind(lambda value: isinstance(value, Integral), "a whole number", OptionError),
     float: Kind(_is_number, "a number", OptionError),
     str: Kind(lambda value: isinstance(value, str), "text", OptionError),
-    os.PathLike: Kind(lambda value: isinstance(value, os.PathLike), "a path"),
-    os.PathLike[str]: Kind(lambda value: isinstance(value, os.PathLike), "a path"),
+    os.PathLike: Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError),
+    os.PathLike[str]: Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError),
     Any: None,
 }

@@ -44,7 +44,6 @@ class Trajectory:
     u: Floats
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class CostToGo:
     """The field x (n,), +inf at nodes that reach no source, and the record of the run that computed it.
@@ -104,6 +103,7 @@ class CostToGo:
         """:meth:`settling_within` of the default width: the latest is at most twice the earliest."""
         return self.settling_within()
 
+    @checks_kinds
     def settling_within(self, width: float = WIDTH) -> tuple[float, float] | None:
         """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
 
@@ -114,6 +114,7 @@ class CostToGo:
             self._brackets[width] = self._bracket(self.dated_tau, width)
         return self._brackets.get(width)
 
+    @checks_kinds
     def dated_within(self, width: float = WIDTH) -> float | None:
         """The tau of :meth:`settling_within` that is nearest to ``dated_tau``; None for a run that did not settle."""
         bracket = self.settling_within(width)

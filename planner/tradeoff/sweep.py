@@ -86,7 +86,6 @@ class Checkpoint:
     barred: tuple[tuple[int, int], ...] = ()
 
 
-@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Tradeoff:
     """The trade-off with everything it was made from.
@@ -134,6 +133,7 @@ class Tradeoff:
 
         return sweep_page(self)
 
+    @checks_kinds
     def save(self, folder: Place) -> None:
         """Write ``sweep.json``, ``sweep.csv``, ``sweep.html`` and ``roadmap.npz`` under ``folder``."""
         from planner.tradeoff.record import save_sweep

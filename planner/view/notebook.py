@@ -42,7 +42,7 @@ def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, heig
         planner.show(plan)
         planner.show(roadmap, checker)
 
-    Raises :class:`OptionError` for anything else.
+    Raises :class:`OptionError` for a roadmap alone.
     """
     if isinstance(thing, Roadmap):
         if checker is None:
@@ -50,8 +50,4 @@ def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, heig
                 "a roadmap holds no geometry: give the checker it was grown with, show(roadmap, checker)."
             )
         return InlinePage(roadmap_page(thing, checker), height)
-    if not hasattr(thing, "page"):
-        raise OptionError(
-            f"a {type(thing).__name__} has no page: give a Plan, a Tradeoff, or a Roadmap and its checker."
-        )
     return InlinePage(thing.page(), height)
