@@ -182,7 +182,7 @@ def test_a_look_finds_what_is_as_near_as_the_margin_and_nothing_farther(kind: st
         obstacles = tuple(Obstacle(f"{k}", shape, random_pose(rng, 3.0)) for k in range(2))
         world = World.of(robot, Scene("x", obstacles), robot.disabled_pairs or frozenset())
         world = replace(world, self_pairs=world.self_pairs[:0])
-        q = random_q(robot, 1, rng)
+        q = random_q(robot, 1, int(rng.integers(1000)))
         rotation, position = joint_placements(Chain.of(robot), q)
         pairs = np.arange(world.checked.size)
         gap = ClearanceBound(world).close(rotation, position, np.zeros_like(pairs), pairs).min()

@@ -132,7 +132,9 @@ class Counting(TimedProver):
 def test_edges_to_a_goal_that_is_blocked_for_long_are_asked_for_when_that_is_of_use() -> None:
     roadmap, robot, last = post_roadmap(), load("planar_2r"), 100.0
     there = tool_positions(robot, roadmap.nodes[roadmap.goals[:1]])[0]
-    places = [pose(np.add(there, [0.0, 0.05 * (-1) ** k, 0.0])) for k in range(int(last))] + [pose([9.0, 9.0, 0.0])]
+    places = [pose(np.add(there, [0.0, 0.05 * (-1) ** k, 0.0]).tolist()) for k in range(int(last))] + [
+        pose([9.0, 9.0, 0.0])
+    ]
     motion = KnownMotion(np.append(np.linspace(0.0, last, len(places) - 1), last + 0.01), places)
     prover = Counting(make_checker(robot, Scene("none"), "coal"), [MovingObstacle("ball", Sphere(0.05), motion)])
     timed = RoadmapInTime(roadmap, prover, MotionLimits.of(robot))
