@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 from benchmarks.__main__ import main as benchmarks_main
@@ -18,6 +20,7 @@ from tests.batch.posts import write_problem
 from tests.command_line import Run
 from tests.worlds import (
     checker_of,
+    make_post,
     small_plan,
 )
 
@@ -95,3 +98,18 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
         return int(stop.value.code or 0), output.out, output.err
 
     return call
+
+
+@pytest.fixture(scope="session")
+def post() -> CollisionChecker:
+    return make_post()
+
+
+@pytest.fixture
+def validator(request: pytest.FixtureRequest, run: Run) -> jsonschema.Draft202012Validator:
+    """Of the schema that the command prints; made without the models."""
+    code, out, _ = run("schema", request.param)
+    assert code == 0
+    schema = json.loads(out)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)

@@ -83,12 +83,6 @@ class InstallationError(PlannerError):
     """A part of the planner itself that is missing or of another version."""
 
 
-def require_kind(what: str, value: object, fits: bool, remedy: str) -> None:
-    """Raise :class:`KindError` unless ``value`` ``fits``: with ``what`` it is for, and what to give in its place."""
-    if not fits:
-        raise KindError(f"{what} is a {type(value).__name__}: give {remedy}.")
-
-
 def require_number(name: str, value: object, kind: type = Real) -> None:
     """Raise :class:`OptionError` for what is no number, or with the ``kind`` Integral no whole one."""
     if not isinstance(value, kind):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-from planner.base.errors import OptionError, choices, require_kind
+from planner.base.errors import OptionError, choices
+from planner.base.kinds import checks_kinds
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import worked_out
 from planner.collision.world import World
@@ -16,6 +17,7 @@ from planner.problem.request import require_margin
 BACKENDS = ("fcl", "coal")
 
 
+@checks_kinds
 def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float = 0.0) -> CollisionChecker:
     """A collision checker of ``robot`` among the scene's obstacles.
 
@@ -23,9 +25,6 @@ def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float
     no check come from the robot (its SRDF or robot file), else they are worked out. The ``backend`` says what touches;
     proofs of whole motions, :class:`planner.collision.edge_prover.EdgeProver`, rest on planes of our own.
     """
-    require_kind("robot", robot, isinstance(robot, Robot), "a planner.Robot, as Robot.load makes it")
-    require_kind("scene", scene, isinstance(scene, Scene), "a planner.Scene, as Scene.load makes it")
-    require_kind("backend", backend, isinstance(backend, str), f"one of {choices(BACKENDS)}")
     kind = _backend(backend)
     require_margin(margin)
     disabled, made = robot.disabled_pairs, None

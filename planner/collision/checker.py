@@ -9,7 +9,7 @@ from typing import Protocol, Self
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, rows
-from planner.base.errors import StateError, require_kind
+from planner.base.errors import StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.bounds import ClearanceBound
 from planner.collision.containment import Inside
@@ -114,12 +114,6 @@ def keeping(checker: CollisionChecker, clearance: float) -> CollisionChecker:
     Pairs that no joint can move play no part in it: they are as near as they are.
     """
     return type(checker)(checker.world.keeping(clearance), checker) if clearance > 0 else checker
-
-
-def require_checker(checker: object) -> None:
-    """Raise :class:`KindError` for what is no checker."""
-    fits = hasattr(checker, "first_contact") and hasattr(checker, "world")
-    require_kind("checker", checker, fits, "a checker, as planner.make_checker makes it")
 
 
 def configurations(checker: CollisionChecker, what: str, values: Floats) -> Floats:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import threading
-import warnings
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache
 
 import coal
@@ -13,8 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints
-from planner.base.process_lock import PROCESS
 from planner.collision.bounds import ClearanceBound
+from planner.collision.broad_phase import BroadPhase, Pool, differ_in_places_only, geometry_of, of_one_arm
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
@@ -23,12 +21,10 @@ from planner.models.moving import KnownMotion
 from planner.models.poses import se3
 from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
-_WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
 _BEND = 1e-6  # m
 # its GJK stops at 1e-6 m; of 50,000 pairs that benchmarks/attack tried, some a kilometre from the origin, it put none
 # farther apart than 4.3e-6 m beyond the truth, curved shapes most
 _ERROR = 1e-5  # m
-_TOGETHER = 250  # obstacles: Pinocchio adds a shape in a time that grows with the square of those that are there
 _STRETCHES = (49, 7, 1)  # configurations that are cleared at once, of a motion
 
 
@@ -50,13 +46,16 @@ class CoalChecker(CollisionChecker):
         self._local = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.bodies]
         self._fixed = [coal.Transform3s(item.placement[:3, :3], item.placement[:3, 3]) for item in world.obstacles]
         self._request = coal.DistanceRequest()
-        shared = known is not None and _differ_in_places_only(known.world, world)
-        self._broadphase = known._broadphase if known is not None and shared else _BroadPhase(world, self._geometries)
+        alike = known if known is not None and of_one_arm(known.world, world) else None
+        if alike is not None and differ_in_places_only(alike.world, world):
+            self._broadphase = alike._broadphase
+        else:
+            self._broadphase = BroadPhase(world, self._geometries, alike and alike._broadphase)
 
     @property
     def geometry_model(self) -> pin.GeometryModel:
         """Pinocchio's geometry of the world: bodies and obstacles, and every checked pair as a collision pair."""
-        return _geometry_model(self.world, self._geometries, np.arange(len(self.world.obstacles)), True)[0]
+        return geometry_of(self.world, self._geometries, np.arange(len(self.world.obstacles)), own=True)[0]
 
     def first_touch(self, q: Floats) -> tuple[int, Contact] | None:
         """See :class:`planner.collision.checker.CollisionChecker`."""
@@ -75,7 +74,7 @@ class CoalChecker(CollisionChecker):
         starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
         for width, finer in zip(_STRETCHES, (*_STRETCHES[1:], 1), strict=True):
             middle = np.minimum(starts + width // 2, len(q) - 1)
-            near = self._broadphase.touching(self.world, q[middle], (width // 2) * motion)
+            near = self._broadphase.touching(self.world, q[middle], _with_error((width // 2) * motion))
             enclosed = ~near & (self.inside.pairs(q[middle]) >= 0)
             first = min(first, int(starts[enclosed].min(initial=first)))
             if width == 1:
@@ -98,144 +97,6 @@ class CoalChecker(CollisionChecker):
 
     def error(self, distance: float) -> float:
         return _ERROR
-
-
-class _BroadPhase:
-    """Pinocchio's managers of a world, which worlds share whose obstacles differ in their places only.
-
-    What takes time is every pair, not where it stands: with a thousand obstacles half a second. Threads ask one after
-    the other.
-    """
-
-    def __init__(self, world: World, shapes: Sequence[coal.CollisionGeometry]) -> None:
-        self._alone, self._placed = threading.RLock(), list(world.items)
-        everywhere = np.flatnonzero(world.checked.any(axis=0))
-        groups = np.split(everywhere, range(_TOGETHER, len(everywhere), _TOGETHER))
-        parts = [_Part(world, shapes, group, k == 0) for k, group in enumerate(groups)]
-        self._parts = [part for part in parts if len(part.pairs)]
-
-    def first_touch(self, world: World, q: Floats) -> tuple[int, int] | None:
-        """The first of the configurations (n, dof) that touches something in ``world``, and the first such pair."""
-        with self._alone:
-            hits = np.flatnonzero(self.touching(world, q))
-            if not len(hits):
-                return None
-            pairs = (part.touching_pair(q[hits[0]]) for part in self._parts)
-            return int(hits[0]), min(pair for pair in pairs if pair is not None)
-
-    def touching(self, world: World, q: Floats, extra: Floats | None = None) -> Bools:
-        """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
-        touching = np.zeros(len(q), dtype=bool)
-        margins = world.margin + world.rounding + (0.0 if extra is None else _with_error(extra))
-        with self._alone:
-            self._place(world)
-            for part in self._parts:
-                free = np.flatnonzero(~touching)
-                touching[free] = part.touching(q[free], margins[part.pairs])
-        return touching
-
-    def _place(self, world: World) -> None:
-        """Let obstacles stand where they stand in ``world``."""
-        for k, item in enumerate(world.items):
-            if item is not self._placed[k]:
-                for part in self._parts:
-                    part.place(k, se3(item.placement))
-                self._placed[k] = item
-
-
-class _Part:
-    """Bodies and some obstacles as Pinocchio's broadphase takes them: a pool for batches, the numbers of its pairs."""
-
-    def __init__(self, world: World, shapes: Sequence[coal.CollisionGeometry], obstacles: Ints, own: bool) -> None:
-        """``own``: with the pairs of bodies."""
-        geometry, self.pairs = _geometry_model(world, shapes, obstacles, own)
-        self._rows = {k: row for row, k in enumerate(_members(world, obstacles))}
-        margins = world.margin + world.rounding[self.pairs]
-        self._pool = _Pool(world.robot.model, geometry, margins, os.cpu_count() or 1)
-
-    def touching(self, q: Floats, margins: Floats) -> Bools:
-        """(n,) which configurations (n, dof) bring a pair as near as its margin (pairs,) m."""
-        return self._pool.touching(q, margins)
-
-    def touching_pair(self, q: Floats) -> int | None:
-        """The number of the first pair that touches at a configuration (dof,)."""
-        row = self._pool.touching_row(q)
-        return None if row is None else int(self.pairs[row])
-
-    def place(self, item: int, placement: pin.SE3) -> None:
-        """Let an item of the world, by its number, stand elsewhere, where it is one of these."""
-        for model in self._pool.models if item in self._rows else ():
-            model.geometryObjects[self._rows[item]].placement = placement
-
-
-class _Pool:
-    """A robot's geometry as Pinocchio's broadphase takes it: for batches on threads, and for one configuration.
-
-    ``models``: every copy of the geometry that the broadphase keeps. Stateful inside: one thread asks at a time.
-    """
-
-    def __init__(self, robot: pin.Model, geometry: pin.GeometryModel, margins: Floats, threads: int) -> None:
-        """``margins`` (pairs,) m: what comes closer touches."""
-        self._robot, self._geometry, self._threads = robot, geometry, threads
-        self._data, self._kinematics = pin.GeometryData(geometry), robot.createData()
-        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(robot, geometry, threads)
-        self.models = [geometry, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
-        self._margins = margins  # of the batches
-        _settle((self._data, *self._pool.getGeometryDatas()), margins)
-
-    def touching(self, q: Floats, margins: Floats) -> Bools:
-        """(n,) which configurations (n, nq) bring a pair as near as these ``margins`` (pairs,) m."""
-        if not np.array_equal(margins, self._margins):
-            _keep(self._pool.getGeometryDatas(), margins)
-            self._margins = margins
-        threads = self._threads if len(q) >= _WORTH_THREADS else 1
-        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
-        return np.asarray(hits).ravel().astype(bool)
-
-    def touching_row(self, q: Floats) -> int | None:
-        """The row of the first pair that touches at a configuration (nq,), by the margins that it was made with."""
-        pin.computeCollisions(self._robot, self._kinematics, self._geometry, self._data, q, True)
-        hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
-        return hits[0] if hits else None
-
-
-def _members(world: World, obstacles: Ints) -> list[int]:
-    """The numbers of all bodies and of some obstacles among the world's items."""
-    count = len(world.bodies)
-    return [*range(count), *(count + obstacles).tolist()]
-
-
-def _geometry_model(
-    world: World, shapes: Sequence[coal.CollisionGeometry], obstacles: Ints, own: bool
-) -> tuple[pin.GeometryModel, Ints]:
-    """Pinocchio's geometry of the bodies and some obstacles, and the number (pairs,) of each of its pairs, ascending.
-
-    ``shapes`` of all items; ``own``: with the pairs of bodies.
-    """
-    model, count = pin.GeometryModel(), len(world.bodies)
-    for k in _members(world, obstacles):
-        item, joint = world.items[k], world.bodies[k].joint if k < count else 0
-        model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), shapes[k]))
-    numbers = []
-    for body, column in np.argwhere(world.checked[:, obstacles]).tolist():
-        model.addCollisionPair(pin.CollisionPair(body, count + column))
-        numbers.append(body * len(world.obstacles) + int(obstacles[column]))
-    for k, (first, second) in enumerate(world.self_pairs.tolist() if own else []):
-        model.addCollisionPair(pin.CollisionPair(first, second))
-        numbers.append(world.checked.size + k)
-    return model, np.array(numbers, dtype=np.int64)
-
-
-def _differ_in_places_only(one: World, other: World) -> bool:
-    """Whether all is the same in two worlds but where obstacles stand."""
-    return (
-        one.margin == other.margin
-        and one.robot.model is other.robot.model
-        and one.bodies == other.bodies
-        and [item.shape for item in one.obstacles] == [item.shape for item in other.obstacles]
-        and np.array_equal(one.checked, other.checked)
-        and np.array_equal(one.self_pairs, other.self_pairs)
-    )
 
 
 def _with_error(extra: Floats) -> Floats:
@@ -287,30 +148,6 @@ def _principal(points: Floats) -> tuple[Floats, Floats]:
     return np.ptp(centred @ directions.T, axis=0), directions
 
 
-def _keep(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
-    """Let pairs that come closer than their ``margins`` (pairs,) m count as a contact."""
-    for data in geometries:
-        for request, margin in zip(data.collisionRequests, margins.tolist(), strict=True):
-            request.security_margin = margin
-
-
-def _settle(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
-    """Settings without which a verdict could be wrong, or depend on earlier questions.
-
-    Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
-    within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
-    contact the verdict then depends on earlier questions.
-    """
-    geometries = list(geometries)
-    _keep(geometries, margins)
-    with PROCESS, warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
-        for data in geometries:
-            for request in data.collisionRequests:
-                request.enable_contact = True
-                request.enable_cached_gjk_guess = False
-
-
 @lru_cache(maxsize=1024)  # nothing changes them, and trees of triangles take time
 def _geometry(shape: Shape) -> coal.CollisionGeometry:
     match shape:
@@ -355,7 +192,7 @@ class CoalInTime:
             geometry.addCollisionPair(pin.CollisionPair(body, len(world.bodies) + obstacle))
         numbers = self._numbers @ [len(world.obstacles), 1] if len(self._numbers) else np.zeros(0, dtype=np.int64)
         self._own_margins = world.margin + world.rounding[numbers]
-        self._pool = _Pool(model, geometry, self._own_margins, 1)
+        self._pool = Pool(model, geometry, self._own_margins, 1)
 
     def first_touch(self, q: Floats, t: Floats) -> tuple[int, Contact] | None:
         """The first of the configurations (n, dof) at times (n,) s that touches a moving obstacle, and which."""

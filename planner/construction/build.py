@@ -9,9 +9,10 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, numbers, plain_numbers
 from planner.base.errors import OptionError, StateError
+from planner.base.kinds import checks_kinds
 from planner.base.progress import QUIET, Progress
 from planner.base.versions import versions
-from planner.collision.checker import CollisionChecker, require_checker
+from planner.collision.checker import CollisionChecker
 from planner.models.robot import Robot
 from planner.problem.request import PAPER_EDGES, PAPER_NODES, require_nodes, require_seed
 from planner.refinement.best_paths import add_refined_paths
@@ -32,6 +33,7 @@ DENSITY = PAPER_EDGES / PAPER_NODES  # edges per node
 REFINED = 0.1  # share of the nodes
 
 
+@checks_kinds
 def build_roadmap(
     robot: Robot,
     checker: CollisionChecker,
@@ -52,7 +54,6 @@ def build_roadmap(
     paths. With ``min_manipulability`` it grows above that w, but for the paths up to it from a start or goal below.
     Raises :class:`StateError` where one of them is out of limits or in collision.
     """
-    require_checker(checker)
     if robot is not checker.robot:
         raise OptionError("the checker was made for another robot: make one with make_checker(robot, scene).")
     require_nodes(nodes)

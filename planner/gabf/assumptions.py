@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, plain_numbers
 from planner.base.errors import AssumptionError
+from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce, require_state
 
@@ -27,6 +28,7 @@ class Premises:
     sampled: bool
 
 
+@checks_kinds
 def overestimate(net: Network) -> Floats:
     """(n,) a strict overestimate of x*, as assumption (over) asks; +inf at nodes that reach no source.
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.kinds import checks_kinds
 from planner.gabf import bounds
 from planner.gabf.clock import PrescribedClock
 from planner.gabf.laws import FixedTime, Law, SingularityFree
@@ -119,6 +120,7 @@ class Facts:
         return (*self.base, strict)
 
 
+@checks_kinds
 def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None = None) -> list[Certificate]:
     """Every bound of the paper, and ours, whose assumptions this run meets.
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, plain_numbers
 from planner.base.errors import ArrayError, AssumptionError
+from planner.base.kinds import checks_kinds
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
@@ -59,6 +60,7 @@ class Healing:
         return max_error(self.cost_to_go, oracle(self.cost_to_go.network))
 
 
+@checks_kinds
 def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0, **options: Any) -> Healing:
     """The field of ``net`` from the states ``x`` (n,) that another network left behind, see :func:`raised_start`.
 
@@ -84,6 +86,7 @@ def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0
     )
 
 
+@checks_kinds
 def raised_start(net: Network, x: Floats) -> Floats:
     """(n,) overestimates of x* that keep ``x`` (n,) wherever a chain of arcs to a source bears it; +inf as in x*.
 

@@ -11,7 +11,8 @@ from typing import ClassVar
 import numpy as np
 
 from planner.base.arrays import Floats, plain_numbers
-from planner.base.errors import OptionError, choices
+from planner.base.errors import ArrayError, OptionError, choices
+from planner.base.kinds import checks_kinds
 from planner.gabf.clock import PrescribedClock, Reading, UniformClock
 from planner.gabf.flows import Flow, LinearFlow, PowerFlow
 
@@ -42,6 +43,7 @@ class Law(ABC):
         return None
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class Nominal(Law):
     """dx_i/dt = -eta xhat_i, eq. (protocol): exponential convergence from strict overestimates.
@@ -64,6 +66,7 @@ class Nominal(Law):
         return LinearFlow()
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class PrescribedTime(Law):
     """dx_i/dt = -etabar(t) xhat_i, eq. (prespecified), with etabar of eq. (ebar): x = x* at T_p whatever the start.
@@ -96,6 +99,7 @@ class PrescribedTime(Law):
         return self.T
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class FixedTime(Law):
     """dx_i/dt = -eta (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (singularity): finite time from any start.
@@ -127,6 +131,7 @@ class FixedTime(Law):
         return PowerFlow(self.beta1, self.beta2, Fraction(*self.p), Fraction(*self.m))
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class SingularityFree(Law):
     """dx_i/dt = -etabar(t) (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (fully): settled before T_p, any start.
@@ -165,17 +170,25 @@ class SingularityFree(Law):
         return self.T
 
 
+@checks_kinds
 def control_input(law: Law, tau: Reading, xhat: Floats) -> Floats:
     """u_i = dx_i/dt at clock reading ``tau``, for the disequilibria ``xhat`` of eq. (xhat), any shape.
 
     0 where xhat_i = 0, however large the gain, and from T_p on.
     """
-    rate = law.flow.rate(plain_numbers("xhat", xhat))
+    rate, gain = law.flow.rate(plain_numbers("xhat", xhat)), law.clock.log_gain(tau)
+    try:
+        np.broadcast_shapes(np.shape(gain), np.shape(rate))
+    except ValueError:
+        raise ArrayError(
+            f"tau has shape {np.shape(tau)}, and xhat {rate.shape}: give one reading, or one each."
+        ) from None
     with np.errstate(divide="ignore", over="ignore"):
-        size = np.exp(law.clock.log_gain(tau) + np.log(np.abs(rate)))
+        size = np.exp(gain + np.log(np.abs(rate)))
     return np.copysign(size, -rate)
 
 
+@checks_kinds
 def named_law(name: str, T: float = 4.0) -> Law:
     """The law called ``name``, with the paper's parameters; those without a prescribed time ignore ``T`` (s).
 

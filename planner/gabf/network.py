@@ -11,11 +11,13 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, plain_numbers
 from planner.base.errors import AssumptionError
+from planner.base.kinds import checks_kinds
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
 from planner.gabf.reverse_adjacency import Readers
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Network:
     """G = (V, E) with weights, sources and a kernel; an arc (i, j) means that node i reads node j, as in the paper.
@@ -113,6 +115,8 @@ class Network:
 
     def arcs_between(self, i: int, j: int) -> Ints:
         """Ids of the arcs through which node i reads node j (several if parallel, none if not linked)."""
+        if not 0 <= i < self.n_nodes:
+            raise AssumptionError(f"node {i} is not there; nodes run from 0 to {self.n_nodes - 1}")
         first, last = self.indptr[i], self.indptr[i + 1]
         return first + np.flatnonzero(self.indices[first:last] == j)
 
@@ -152,7 +156,7 @@ def _check_arcs(net: Network) -> None:
     n, arcs = net.n_nodes, net.n_arcs
     if net.indptr.ndim != 1 or n < 1 or net.indptr[0] != 0 or (np.diff(net.indptr) < 0).any():
         raise AssumptionError("indptr must be one row of n + 1 non-decreasing offsets that starts at 0")
-    if net.indptr[-1] != arcs or net.weight.shape != (arcs,):
+    if net.indices.ndim != 1 or net.indptr[-1] != arcs or net.weight.shape != (arcs,):
         raise AssumptionError(
             f"indptr ends at {net.indptr[-1]}, with {arcs} indices and weights of shape {net.weight.shape}: "
             "all three must agree on the number of arcs"

@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, indices, plain_numbers
 from planner.base.errors import ArrayError, AssumptionError, StateError
+from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce, require_state
 from planner.gabf.result import CostToGo
@@ -19,6 +20,7 @@ bit.
 """
 
 
+@checks_kinds
 def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
     """Nodes from ``start`` to a source along minimising neighbours; ties: fewest hops, then smallest index.
 
@@ -45,6 +47,7 @@ def extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]
     return tuple(problem.nodes[_descent(problem, tight, hops, row)] for row in here)
 
 
+@checks_kinds
 def cheapest_path(result: CostToGo, starts: Ints) -> Ints:
     """The path, see :func:`extract_path`, from the one of ``starts`` (s,) with the least cost-to-go.
 

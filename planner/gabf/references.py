@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import AssumptionError, OptionError
+from planner.base.kinds import checks_kinds
 from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input
 from planner.gabf.network import Network
@@ -17,6 +18,7 @@ from planner.gabf.problem import Problem, reduce
 from planner.gabf.solvers import Solver, State, Targets, disequilibrium, standing
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class RungeKutta45(Solver):
     """SciPy's explicit RK45 in tau: the paper's ode45, remark (implementation).
@@ -55,6 +57,7 @@ class RungeKutta45(Solver):
             yield _state(problem, stepper.t, stepper.y.copy(), stepper.nfev)
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class BackwardEuler(Solver):
     """y_new = y - dtau phi(y_new - m(y_new)): the implicit method of remark (implementation), in tau.
@@ -83,6 +86,7 @@ class BackwardEuler(Solver):
             count += sweeps + 1
 
 
+@checks_kinds
 def right_side(net: Network, law: Law) -> Callable[[float, Floats], Floats]:
     """(t, x) -> dx/dt in the paper's own time, for any ODE solver: x (n,), 0 where no source is reached.
 

@@ -7,6 +7,7 @@ from enum import Enum
 from functools import cached_property
 
 from planner.base.arrays import Floats
+from planner.base.kinds import checks_kinds
 from planner.gabf.assumptions import Premises
 from planner.gabf.enclosure import WIDTH, bracket_settling
 from planner.gabf.laws import Law
@@ -102,6 +103,7 @@ class CostToGo:
         """:meth:`settling_within` of the default width: the latest is at most twice the earliest."""
         return self.settling_within()
 
+    @checks_kinds
     def settling_within(self, width: float = WIDTH) -> tuple[float, float] | None:
         """The earliest and the latest tau at which the law itself can settle, proved by upper and lower solutions.
 
@@ -112,6 +114,7 @@ class CostToGo:
             self._brackets[width] = self._bracket(self.dated_tau, width)
         return self._brackets.get(width)
 
+    @checks_kinds
     def dated_within(self, width: float = WIDTH) -> float | None:
         """The tau of :meth:`settling_within` that is nearest to ``dated_tau``; None for a run that did not settle."""
         bracket = self.settling_within(width)

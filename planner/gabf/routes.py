@@ -9,9 +9,11 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints, numbers, plain_numbers
 from planner.base.errors import AssumptionError, StateError
+from planner.base.kinds import checks_kinds
 from planner.gabf.path import extract_paths
 
 
+@checks_kinds
 def paths_from(
     network: gabf.Network, cost_to_go: gabf.CostToGo | Floats, starts: Ints | Sequence[int]
 ) -> tuple[Ints, ...]:

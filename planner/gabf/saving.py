@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen, plain_numbers
 from planner.base.errors import OptionError
+from planner.base.kinds import checks_kinds
 from planner.gabf.laws import Law, control_input
 from planner.gabf.problem import Problem
 from planner.gabf.result import Trajectory
@@ -22,6 +23,7 @@ class Save(Protocol):
     def wants(self, step: int, tau: float) -> bool: ...
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class EverySteps:
     """Keep the start, every ``k``-th accepted step and the end. A larger ``k`` keeps less."""
@@ -39,6 +41,7 @@ class EverySteps:
         return step % self.k == 0
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class AtTimes:
     """Keep the states at ascending times ``t`` >= 0, also from T_p on, where the law is inert."""

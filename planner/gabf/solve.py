@@ -10,6 +10,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
+from planner.base.kinds import checks_kinds
 from planner.gabf.assumptions import Premises, pack_start, premises, require_overestimate
 from planner.gabf.laws import Law, SingularityFree
 from planner.gabf.network import Network
@@ -24,6 +25,7 @@ from planner.gabf.solvers import Solver, State, mean_cost
 from planner.gabf.splitting import Splitting
 
 
+@checks_kinds
 def solve(
     net: Network,
     law: Law | None = None,

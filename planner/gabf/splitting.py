@@ -11,6 +11,7 @@ import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
+from planner.base.kinds import checks_kinds
 from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem, Rows, Standing
@@ -30,6 +31,7 @@ RETIRE_EVERY = 8
 """Steps between two looks for rows that rest for good."""
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class Splitting(Solver):
     """Hold each parent value m_i = min_j f_i(y_j, w_ij): then y_i - m_i follows a scalar equation of known flow.

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, plain_numbers
+from planner.base.errors import ArrayError
+from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.problem import Problem, reduce
@@ -38,13 +40,14 @@ class Structure:
         return self.values.size - 1
 
 
+@checks_kinds
 def structure(net: Network, x_star: Floats | None = None) -> Structure:
     """Everything about the optimum of any progressive increasing kernel.
 
     ``x_star``: the oracle's unless given. Values that differ by at most 1e-12 max(1, |x*|) count as equal, with the
     largest |x*| in place of 1 where that is less.
     """
-    x = oracle(net) if x_star is None else np.asarray(x_star, dtype=np.float64)
+    x = oracle(net) if x_star is None else _states(net, x_star)
     problem = reduce(net)
     y = problem.pack(x)
     tight = _true_arcs(problem, y)
@@ -63,6 +66,14 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
     )
 
 
+def _states(net: Network, x: Floats) -> Floats:
+    found = plain_numbers("x_star", x)
+    if found.shape != (net.n_nodes,):
+        raise ArrayError(f"x_star has shape {found.shape}: give a state of each node, ({net.n_nodes},).")
+    return found
+
+
+@checks_kinds
 def true_parents(net: Network, found: Structure, i: int) -> Ints:
     """P(i), definition (true), ascending; empty at sources and at nodes that reach none."""
     arcs = found.true_arcs

@@ -12,8 +12,9 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, frozen, placement
-from planner.base.errors import RobotError, choices
+from planner.base.errors import ArrayError, RobotError, choices
 from planner.base.hashing import content_hash
+from planner.base.kinds import checks_kinds
 from planner.base.notes import Note
 from planner.base.places import Place
 from planner.base.yamlfile import FARTHEST
@@ -30,6 +31,7 @@ _log = logging.getLogger(__name__)
 _MOST_TURNS = 4  # in either direction: limits of more are taken for degrees
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Robot:
     """A robot arm with its planned joints; configurations are (n, dof) arrays of joint values, rad (m where prismatic).
@@ -103,13 +105,14 @@ class Robot:
 
     def difference(self, a: Floats, b: Floats) -> Floats:
         """The joint motion (..., dof) from a to b: continuous joints turn in the shorter direction."""
-        return shorter_way(np.asarray(b) - np.asarray(a), self.continuous)
+        return shorter_way(self._of_joints("b", b) - self._of_joints("a", a), self.continuous)
 
     def unwound(self, path: Floats) -> Floats:
         """A path (k, dof) from its first row on with continuous joints counted on, so that following it is no jump.
 
         What takes no whole turns stays the same to the last bit.
         """
+        path = self._of_joints("path", path)
         if not self.continuous.any():
             return np.array(path)
         turns = np.rint((self.difference(path[:-1], path[1:]) - np.diff(path, axis=0)) / (2 * np.pi))
@@ -117,10 +120,18 @@ class Robot:
 
     def normalise(self, q: Floats) -> Floats:
         """Continuous joints brought into [-pi, pi)."""
+        q = self._of_joints("q", q)
         if not self.continuous.any():
             return np.array(q, dtype=float)
-        wrapped = np.mod(np.asarray(q) + np.pi, 2 * np.pi) - np.pi
+        wrapped = np.mod(q + np.pi, 2 * np.pi) - np.pi
         return np.where(self.continuous, wrapped, q)
+
+    def _of_joints(self, what: str, values: Floats) -> Floats:
+        """``values`` as an array (..., dof); :class:`ArrayError` where they are of other joints."""
+        found = np.asarray(values)
+        if found.shape[-1:] != (self.dof,):
+            raise ArrayError(f"{what} has shape {found.shape}: give {self.dof} joint values a row.")
+        return found
 
 
 def shorter_way(delta: Floats, turns: Bools) -> Floats:

@@ -13,6 +13,7 @@ from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
 from planner.base.files import is_file
 from planner.base.hashing import content_hash
+from planner.base.kinds import checks_kinds
 from planner.base.notes import Note
 from planner.base.places import Place, place_text
 from planner.base.resources import published_scene_names, scene_file, scene_names
@@ -209,6 +210,7 @@ class SceneFile(Strict):
         return self
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Scene:
     """Obstacles in the world frame and the named states and set-up of each robot. Load with :meth:`load`.

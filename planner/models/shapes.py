@@ -13,6 +13,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, numbers, placement
 from planner.base.errors import SceneError
+from planner.base.kinds import checks_kinds
 from planner.base.products import product
 from planner.base.yamlfile import FARTHEST
 
@@ -32,6 +33,7 @@ class _Content:
             object.__setattr__(self, name, tuple(found.tolist()) if shape else float(found))
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class Box(_Content):
     """A box with full side lengths ``size`` (m)."""
@@ -42,6 +44,7 @@ class Box(_Content):
         self._require_sizes(size=self.size)
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class Sphere(_Content):
     radius: float
@@ -50,6 +53,7 @@ class Sphere(_Content):
         self._require_sizes(radius=self.radius)
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class Cylinder(_Content):
     """A cylinder along z, centred: ``length`` (m) from disc to disc."""
@@ -61,6 +65,7 @@ class Cylinder(_Content):
         self._require_sizes(radius=self.radius, length=self.length)
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class Capsule(_Content):
     """A capsule along z: ``length`` (m) between the centres of its two half spheres."""
@@ -72,6 +77,7 @@ class Capsule(_Content):
         self._require_sizes(radius=self.radius, length=self.length)
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Mesh(_Content):
     """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices, at least one.
@@ -115,6 +121,7 @@ class Body:
     color: tuple[float, float, float, float] = (0.7, 0.7, 0.7, 1.0)
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Obstacle:
     """A shape that stands still in the world; ``part_of`` names the object it is one of several shapes of.

@@ -10,6 +10,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import AssumptionError
+from planner.base.kinds import checks_kinds
 from planner.base.shares import traded_off
 from planner.objective.scale import cost_number, length_cost, manipulability_cost
 from planner.problem.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective
@@ -41,6 +42,7 @@ def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCos
     return roadmap.edge_cost[:, cost_number(manipulability)]
 
 
+@checks_kinds
 def build_network(roadmap: Roadmap, objective: Objective | float = _PLAIN, clearance: float = 0.0) -> gabf.Network:
     """The network whose cost-to-go GABF computes: two arcs per edge, the goals as sources, the kernel of eq. (finew).
 

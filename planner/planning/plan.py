@@ -14,7 +14,8 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import frozen
-from planner.base.errors import SceneError, require_kind
+from planner.base.errors import SceneError
+from planner.base.kinds import checks_kinds
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import keeping
 from planner.construction.obtain import obtain_roadmap
@@ -43,6 +44,7 @@ _NODES_FOR_REASON = 300
 _OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
 
 
+@checks_kinds
 def plan(
     request: PlanRequest | None = None,
     progress: Progress = QUIET,
@@ -65,8 +67,6 @@ def plan(
     Where obstacles move along known motions the plan is the earliest motion through the roadmap that keeps clear of
     them, waiting included, and ``beta`` shapes the roadmap only; this needs ``timing``.
     """
-    fits = timing is None or isinstance(timing, TimingRequest)
-    require_kind("timing", timing, fits, "a planner.TimingRequest, or None for a path without times")
     request, clock = plan_request(request, options, objective), Stopwatch()
     with clock("setup"):
         query = make_query(request, in_time=timing is not None)

@@ -16,6 +16,7 @@ from planner.base.beside import hashes
 from planner.base.errors import choices
 from planner.base.files import make_folder, remove, write_json
 from planner.base.html import html_table
+from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import rounded
 from planner.collision.checker import CollisionChecker
@@ -125,6 +126,7 @@ class Plan:
         """The page as HTML text that needs nothing but a browser; it draws what is there and computes nothing."""
         return plan_page(self)
 
+    @checks_kinds
     def save(self, folder: Place) -> None:
         """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from planner.base.errors import OptionError, choices, require_number
+from planner.base.kinds import checks_kinds
 from planner.base.shares import Cost, require_share, traded_off
 
 Metric = Literal["joint", "workspace"]
@@ -17,6 +18,7 @@ DEFAULT_METRIC: Metric = "joint"
 DEFAULT_CHARGE: Charge = "edges"
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class Objective:
     """Minimise (1 - beta) Omega + beta D of a path, eq. (finew), above a ``floor`` under w.

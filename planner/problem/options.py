@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
-from numbers import Integral, Real
-from typing import Any, Literal, TypedDict, get_args, get_origin, get_type_hints
+from typing import TypedDict
 
-from planner.base.errors import KeywordError, OptionError, choices, require_kind
-from planner.base.yamlfile import nearest, shown
+from planner.base.errors import KeywordError, choices
+from planner.base.yamlfile import nearest
 from planner.problem.objective import Objective
 from planner.problem.request import (
     Backend,
@@ -65,34 +64,16 @@ def plan_request(request: PlanRequest | None, options: PlanOptions, objective: O
 
     Raises :class:`KeywordError` for other options, and for those that the objective says already.
     """
-    fits = request is None or isinstance(request, PlanRequest)
-    require_kind("request", request, fits, "a planner.PlanRequest, or options by their names")
-    known = get_type_hints(PlanOptions)
-    for name, value in options.items():
-        if name in known:
-            _require_kind(name, value, known[name])
-            continue
+    known = PlanOptions.__annotations__
+    for name in sorted(options.keys() - known.keys()):
         remedy = f"options are {choices(known)}"
         if name in (field.name for field in fields(TimingRequest)):
             remedy = f"give it as timing=planner.TimingRequest({name}=...)"
         raise KeywordError(f"plan knows no option '{name}'{nearest(name, known)}: {remedy}.")
     if objective is None:
         return replace(request or PlanRequest(), **options)
-    require_kind("objective", objective, isinstance(objective, Objective), "a planner.Objective, or beta=...")
     said = {option: getattr(objective, name) for name, option in _OF_OBJECTIVE.items()}
     twice = [name for name in options if name in said]
     if twice:
         raise KeywordError(f"{twice[0]} is a part of the objective: say it there, or leave the objective out.")
     return replace(request or PlanRequest(), **options, **said)
-
-
-def _require_kind(name: str, value: object, hint: Any) -> None:
-    """Raise :class:`OptionError` for a number that is none, and for a word that is not among the choices."""
-    kinds = [kind for kind in get_args(hint) or (hint,) if kind is not type(None)]
-    if get_origin(hint) is Literal and value not in kinds:
-        raise OptionError(f"{name} {shown(value)} is not usable: give one of {choices(kinds)}.")
-    if name in ("tool", "group", "base") and not isinstance(value, str | None):
-        raise OptionError(f"{name} {shown(value)} is not usable: give text.")
-    for kind, numbers, what in ((int, Integral, "a whole number"), (float, Real, "a number")):
-        if kind in kinds and not isinstance(value, numbers) and (value is not None or hint is kind):
-            raise OptionError(f"{name} {shown(value)} is not usable: give {what}.")

@@ -10,7 +10,8 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
-from planner.base.errors import OptionError, PlannerError, choices, require_kind, require_number
+from planner.base.errors import OptionError, PlannerError, choices, require_number
+from planner.base.kinds import WIDER, checks_kinds
 from planner.base.places import Place, place, place_text
 from planner.base.shares import require_share
 from planner.problem.objective import (
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 else:  # what the command line gives; from Python a robot, a scene, joint values and lists of names will do as well
     Thing = State = Names = str
     File = Path
+    WIDER.update(Thing=Place | Named, File=Place, State=object, Names=str | Iterable[str])
 
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Backend = Literal["fcl", "coal"]
@@ -54,6 +56,7 @@ DEFAULT_EFFORT = 12  # rounds
 DEFAULT_ROOM = 5e-3  # m
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class WorldRequest:
     """A robot in a scene, and how contacts are found."""
@@ -102,6 +105,7 @@ class WorldRequest:
         return {"request" if name == "motion_plan_request" else name: value for name, value in values.items()}
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class RoadmapRequest(WorldRequest):
     """A roadmap around a start and a goal.
@@ -144,6 +148,7 @@ class RoadmapRequest(WorldRequest):
         require_seed(self.seed)
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class KeptRequest:
     """The world to check a roadmap in; options left out are taken from the roadmap's file."""
@@ -181,6 +186,7 @@ class KeptRequest:
         require_one_choice(self.group, self.joints)
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class SweepRequest(RoadmapRequest):
     """A roadmap and what its costs and its dynamics are, for every beta."""
@@ -225,6 +231,7 @@ class SweepRequest(RoadmapRequest):
         return Objective(beta, self.manipulability_cost, self.metric, self.charge, self.min_manipulability)
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class PlanRequest(SweepRequest):
     """One plan. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles."""
@@ -254,6 +261,7 @@ class PlanRequest(SweepRequest):
         return 0 if self.path_only and self.effort is None else super().rounds
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class LiveRequest:
     """What the live page asks of the planner when it opens; None is what was not said."""
@@ -286,6 +294,7 @@ class LiveRequest:
         return plain | {name: value for name, value in vars(self).items() if value is not None}
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class LimitsRequest:
     """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
@@ -314,6 +323,7 @@ class LimitsRequest:
                 raise OptionError(f"{name} limit {limit:g} is not usable: give a number above 0.")
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class TimingRequest(LimitsRequest):
     """How a path becomes a motion."""
@@ -400,7 +410,6 @@ def require_timing(law: str, floor: float, extra_cost: float) -> None:
     """Raise :class:`OptionError` unless a path can become a motion by these."""
     require_number("floor", floor)
     require_number("extra cost", extra_cost)
-    require_kind("law", law, isinstance(law, str), f"one of {choices(get_args(TimeLaw))}")
     if law not in get_args(TimeLaw):
         raise OptionError(f"time law '{law}' not found; laws are {choices(get_args(TimeLaw))}.")
     if not 0.0 <= floor < math.inf:

@@ -13,6 +13,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, PlannerError, StateError
+from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import Progress
 from planner.collision.checker import CollisionChecker, is_free
@@ -65,6 +66,7 @@ class Snapshot:
     steps: Ints
 
 
+@checks_kinds
 class Session:
     """Plans in a world that changes, without beginning anew: most of a roadmap survives a change, and the field heals.
 

@@ -11,6 +11,7 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import FileError, StateError
+from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
@@ -132,6 +133,7 @@ class Tradeoff:
 
         return sweep_page(self)
 
+    @checks_kinds
     def save(self, folder: Place) -> None:
         """Write ``sweep.json``, ``sweep.csv``, ``sweep.html`` and ``roadmap.npz`` under ``folder``."""
         from planner.tradeoff.record import save_sweep
@@ -139,6 +141,7 @@ class Tradeoff:
         save_sweep(self, place(folder, "folder"))
 
 
+@checks_kinds
 def sweep(
     request: SweepRequest,
     progress: Progress = QUIET,

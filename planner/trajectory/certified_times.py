@@ -12,6 +12,7 @@ from planner.base.arrays import Bools, Floats
 
 _CELL, _FINEST = 0.5, 1 / 64  # s: cells of time are halved from the one down to the other
 _FIRST = 8  # cells of the first block
+_PART = 32  # cells of a block that are worked out at once: more at a time are quicker, and more than may be asked for
 
 Proven: TypeAlias = Callable[[Floats, Floats], Bools]
 """Which of the cells of time from ``low`` (n,) to ``high`` (n,) s are proven, each as a whole."""
@@ -58,6 +59,7 @@ class CertifiedTimes:
     def __init__(self, proven: Proven, grid: TimeGrid) -> None:
         self._proven, self._grid = proven, grid
         self._blocks: dict[int, Floats] = {}
+        self._known: dict[tuple[float, float], Floats | None] = {}
         self._joined: dict[range, Floats] = {}
 
     def within(self, low: float, high: float) -> Floats:
@@ -67,12 +69,43 @@ class CertifiedTimes:
             self._joined[blocks] = _joined(np.concatenate([self._block(block) for block in blocks]))
         return self._joined[blocks]
 
+    def first(self, low: float, high: float) -> float:
+        """The first time (s) of [low, high] that is proven; inf for none. What ends before or comes after is left."""
+        for block in self._grid.blocks(low, high):
+            for stretches in self._parts(self._grid.corners_of(block), low):
+                row = int(np.searchsorted(stretches[:, 1], low))
+                if row < len(stretches):
+                    found = max(low, float(stretches[row, 0]))
+                    return found if found <= high else np.inf
+        return np.inf
+
     def _block(self, block: int) -> Floats:
         if block not in self._blocks:
-            corners = self._grid.corners_of(block)
-            whole = certified_cells(self._proven, corners) if len(corners) > 1 else self._after(corners)
-            self._blocks[block] = whole
+            self._blocks[block] = np.concatenate(list(self._parts(self._grid.corners_of(block))))
         return self._blocks[block]
+
+    def _parts(self, corners: Floats, low: float = 0.0) -> Iterator[Floats]:
+        """The stretches of a block, ascending, in parts that do not end before ``low``; as :func:`certified_cells`."""
+        end = np.inf if len(corners) == 1 else float(corners[-1])
+        part, middle = (float(corners[0]), end), (len(corners) - 1) // 2
+        if end < low:
+            return
+        if part not in self._known:
+            self._known[part] = self._whole(corners)
+        known = self._known[part]
+        if known is not None:
+            yield known
+        else:
+            yield from self._parts(corners[: middle + 1], low)
+            yield from self._parts(corners[middle:], low)
+
+    def _whole(self, corners: Floats) -> Floats | None:
+        """The stretches of a part that is short or proven at once; None for others."""
+        if len(corners) == 1:
+            return self._after(corners)
+        if len(corners) - 1 <= _PART:
+            return _joined(certified_cells(self._proven, corners))
+        return corners[[0, -1]][None] if self._proven(corners[:1], corners[-1:])[0] else None
 
     def _after(self, end: Floats) -> Floats:
         return np.array([[end[0], np.inf]]) if self._proven(end, end)[0] else np.zeros((0, 2))

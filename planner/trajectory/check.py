@@ -10,12 +10,13 @@ import numpy as np
 
 from planner.base.arrays import Floats, numbers
 from planner.base.errors import FileError, OptionError
+from planner.base.kinds import checks_kinds
 from planner.base.polynomials import bernstein, evaluate
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
-from planner.collision.checker import CollisionChecker, require_checker
+from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
 from planner.kinematics.manipulability import manipulability
@@ -72,6 +73,7 @@ class TrajectoryReport:
         return not self.proof.excesses and self.contact is None
 
 
+@checks_kinds
 def check(
     what: Floats | Sequence[Sequence[float]] | Trajectory,
     checker: CollisionChecker,
@@ -84,7 +86,6 @@ def check(
     and w, whoever made the path; ``report.ok`` is the verdict. A trajectory that says no limits is held to the robot's
     own. Raises :class:`KindError` and :class:`ArrayError` for what is neither.
     """
-    require_checker(checker)
     require_step(step)
     if not isinstance(what, Trajectory):
         return check_path(checker, numbers("path", what, ("k", len(checker.robot.joints))), step, progress)

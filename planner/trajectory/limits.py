@@ -9,7 +9,8 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats, frozen
-from planner.base.errors import FileError, PlannerError, choices
+from planner.base.errors import FileError, OptionError, PlannerError, choices
+from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
 from planner.models.robot import Robot
@@ -31,6 +32,7 @@ class LimitError(PlannerError):
     """A motion limit that no motion can keep, or that the robot does not allow."""
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class MotionLimits:
     """Limits (dof,) on the absolute velocity, acceleration and jerk of each joint, in the robot's order of joints.
@@ -77,6 +79,8 @@ class MotionLimits:
 
     def given(self, kind: str) -> bool:
         """Whether somebody gives a limit of this kind; else it is assumed for want of any."""
+        if kind not in KINDS:
+            raise OptionError(f"there is no {kind!r} limit: give one of {choices(KINDS)}.")
         return not self.source[kind].startswith("assumed")
 
     def times(self, share: float) -> MotionLimits:

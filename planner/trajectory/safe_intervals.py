@@ -4,6 +4,9 @@ Phillips and Likhachev 2011 (SIPP): of all times at which a node can be stood at
 arrival counts, as waiting leads from there to the later ones. Here the stretches, and the times at which an edge may be
 begun, are certified: each is a union of cells of time, and every cell is proven as a whole.
 
+When an edge may be begun is looked for from the moment on at which that would be of use, and no farther than to the
+first such time; not at all where the node that it leads to has been reached sooner.
+
 A search looks no farther ahead than a horizon, and is made again with one twice as far where it finds nothing: what
 moves later than twice the arrival costs nothing but the proof that the goal can be stayed at.
 """
@@ -92,11 +95,8 @@ class RoadmapInTime:
             self._stays[node] = CertifiedTimes(proven, self.grid)
         return self._stays[node]
 
-    def departures(self, i: int, j: int, edge: int, low: float, high: float) -> Floats:
-        """(k, 2) stretches of time (s) in which the ``edge`` may be begun at node ``i``, proven free as a whole.
-
-        Those of [low, high], and maybe some before and after.
-        """
+    def departures(self, i: int, j: int, edge: int) -> CertifiedTimes:
+        """When the ``edge`` may be begun at node ``i``, each time proven free as a whole."""
         if (i, j) not in self._departures:
             a, robot = self.roadmap.nodes[i], self.prover.robot
             delta, takes = robot.difference(a, self.roadmap.nodes[j]), float(self.seconds[edge])
@@ -108,7 +108,7 @@ class RoadmapInTime:
                 return self.prover.free(np.repeat(motion[None], len(low), axis=0), spans)
 
             self._departures[i, j] = CertifiedTimes(proven, self.grid)
-        return self._departures[i, j].within(low, high)
+        return self._departures[i, j]
 
     def horizons(self, least: float) -> Iterator[float]:
         """How far (s) searches look ahead, one after the other, not less than ``least``; the last one for good."""
@@ -216,21 +216,18 @@ class _Search:
             self.cut = self.cut or latest < end or end == self.horizon < np.inf
             if now > latest:
                 continue
-            windows = self.timed.departures(state.node, other, edge, now, latest)
-            stays = self.timed.stays(other, self.horizon)
-            for k, departure in _departures(windows, stays, takes, now, latest):
-                yield _State(other, k), departure, departure + takes
+            for k, low, high in self._worth_it(other, takes, now, latest):
+                departure = self.timed.departures(state.node, other, edge).first(low, high)
+                if departure <= high:
+                    yield _State(other, k), departure, departure + takes
 
-
-def _departures(windows: Floats, stays: Floats, takes: float, now: float, latest: float) -> Iterator[tuple[int, float]]:
-    """Which of ``stays`` (k, 2) are reached by leaving in a window from ``now`` to ``latest``, and when at first."""
-    needed = np.maximum(now, stays[:, 0] - takes)
-    first = np.searchsorted(windows[:, 1], needed)  # the first window that has not closed by then
-    there = first < len(windows)
-    departure = np.full(len(stays), np.inf)
-    departure[there] = np.maximum(needed[there], windows[first[there], 0])
-    for k in np.flatnonzero(there & (departure <= np.minimum(latest, stays[:, 1] - takes))).tolist():
-        yield k, float(departure[k])
+    def _worth_it(self, other: int, takes: float, now: float, latest: float) -> Iterator[tuple[int, float, float]]:
+        """Stretches at a node that leaving in [``now``, ``latest``] may reach sooner than known, and when to leave."""
+        stays = self.timed.stays(other, self.horizon)
+        low, high = np.maximum(now, stays[:, 0] - takes), np.minimum(latest, stays[:, 1] - takes)
+        for k in np.flatnonzero(low <= high).tolist():
+            if low[k] + takes < self.arrival.get(_State(other, k), np.inf):
+                yield k, float(low[k]), float(high[k])
 
 
 def _route(last: _State, arrival: dict[_State, float], before: dict[_State, tuple[_State, float]]) -> TimedRoute:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, numbers
+from planner.base.kinds import checks_kinds
 from planner.base.polynomials import derivative
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
@@ -54,6 +55,7 @@ class Stop:
         return f"at rest after {self.trajectory.duration:.3f} s, {kept}, {'proven free' if self.proven else proof}"
 
 
+@checks_kinds
 def stop_at(trajectory: Trajectory, t: float, limits: MotionLimits, checker: CollisionChecker | None = None) -> Stop:
     """Brake from ``t`` s on as hard as ``limits`` allow while following the curve of ``trajectory``.
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import StateError, require_kind
-from planner.collision.checker import CollisionChecker, configurations, require_checker
+from planner.base.errors import StateError
+from planner.base.kinds import checks_kinds
+from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.manipulability_proof import prove_floor
@@ -45,6 +46,7 @@ class _Motion:
     widths: Floats = field(default_factory=lambda: np.zeros(0))
 
 
+@checks_kinds
 def time_path(
     path: Floats,
     checker: CollisionChecker,
@@ -79,9 +81,6 @@ def timed_curve(
 ) -> tuple[Trajectory, Curve]:
     """As :func:`time_path`, with the curve that the motion runs along."""
     require_timing(law, floor, extra_cost)
-    require_checker(checker)
-    fits = limits is None or isinstance(limits, MotionLimits)
-    require_kind("limits", limits, fits, "planner.MotionLimits, as MotionLimits.of makes them")
     path = configurations(checker, "path", path)
     if not len(path):
         raise StateError("path has no waypoint: give a row of joint values for each, at least one.")

@@ -9,6 +9,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen, numbers
 from planner.base.errors import ArrayError
+from planner.base.kinds import checks_kinds
 from planner.base.polynomials import bernstein, derivative, evaluate, extrema
 from planner.trajectory.limits import LimitError, MotionLimits
 
@@ -23,6 +24,7 @@ _LONGEST = 9e9  # s: an int64 holds as many in nanoseconds
 DEGREE: dict[Interpolation, int] = {"lines": 1, "cubics": 3, "quintics": 5}
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """Joint positions as polynomials of time between points at whole ``nanoseconds`` (k + 1,), strictly increasing.

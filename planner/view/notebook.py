@@ -7,6 +7,7 @@ from html import escape
 from typing import Protocol
 
 from planner.base.errors import OptionError
+from planner.base.kinds import checks_kinds
 from planner.collision.checker import CollisionChecker
 from planner.roadmap.roadmap import Roadmap
 from planner.view.page import roadmap_page
@@ -34,13 +35,14 @@ class InlinePage:
         return f"<page of {len(self.html) / 1e6:.1f} MB>"
 
 
+@checks_kinds
 def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, height: int = 640) -> InlinePage:
     """The interactive page of a plan or a trade-off in a notebook cell; of a roadmap, with the checker of its world.
 
         planner.show(plan)
         planner.show(roadmap, checker)
 
-    Raises :class:`OptionError` for anything else.
+    Raises :class:`OptionError` for a roadmap alone.
     """
     if isinstance(thing, Roadmap):
         if checker is None:
@@ -48,8 +50,4 @@ def show(thing: HasPage | Roadmap, checker: CollisionChecker | None = None, heig
                 "a roadmap holds no geometry: give the checker it was grown with, show(roadmap, checker)."
             )
         return InlinePage(roadmap_page(thing, checker), height)
-    if not hasattr(thing, "page"):
-        raise OptionError(
-            f"a {type(thing).__name__} has no page: give a Plan, a Tradeoff, or a Roadmap and its checker."
-        )
     return InlinePage(thing.page(), height)

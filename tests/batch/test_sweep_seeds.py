@@ -14,6 +14,7 @@ from planner.batch.sweep_seeds import Row, sweep_seeds
 from planner.problem.request import SERIAL, SweepRequest, WorkersRequest
 from planner.tradeoff.sweep import sweep
 from tests.command_line import Run, assert_refused
+from tests.documents import ROOT
 
 REQUEST = SweepRequest("planar_2r", "empty", nodes=40, collision="coal", effort=0)
 
@@ -47,7 +48,7 @@ def test_an_interrupted_run_goes_on(tmp_path: Path) -> None:
 
 
 def test_a_limit_in_the_urdf_that_a_robot_file_names_is_part_of_what_is_asked(tmp_path: Path) -> None:
-    own = Path(__file__).resolve().parents[2] / "robots" / "planar_2r"
+    own = ROOT / "robots" / "planar_2r"
     shutil.copytree(own, tmp_path / "arm")
     request = replace(REQUEST, robot=str(tmp_path / "arm"), start="q:0.1,0.4", goal="q:0.9,1.2")
     first = sweep_seeds(request, (1,), tmp_path / "out").rows

@@ -1,5 +1,7 @@
 """Clearance bounds never exceed the distance that FCL or coal finds."""
 
+import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +17,7 @@ from planner.models.moving import KnownMotion
 from planner.models.poses import pose
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.models.shapes import Obstacle, Sphere
+from planner.models.shapes import Box, Obstacle, Sphere
 from tests.coal_judge import CoalWorld
 from tests.random_shapes import KINDS, PRIMITIVES, random_pose, random_shape
 from tests.worlds import body, checker_of, load, random_q, scene_of
@@ -169,3 +171,40 @@ def test_what_is_known_of_another_world_moves_as_it_does_there_unless_it_is_said
         return int(bound.native.prove(bounds, curves, 1e-3, spans)[0][0])
 
     assert [verdict(bound) for bound in (first, taken, said, standing)] == [2, 2, 0, 0]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_look_finds_what_is_as_near_as_the_margin_and_nothing_farther(kind: str) -> None:
+    """Balls around bodies and obstacles say what is far: they must not say it of what is at the margin."""
+    rng, robot = np.random.default_rng(0), load("iiwa14")
+    for _ in range(8):
+        shape = random_shape(rng, kind, str(rng.choice(["normal", "thin", "large"])))
+        obstacles = tuple(Obstacle(f"{k}", shape, random_pose(rng, 3.0)) for k in range(2))
+        world = World.of(robot, Scene("x", obstacles), robot.disabled_pairs or frozenset())
+        world = replace(world, self_pairs=world.self_pairs[:0])
+        q = random_q(robot, 1, int(rng.integers(1000)))
+        rotation, position = joint_placements(Chain.of(robot), q)
+        pairs = np.arange(world.checked.size)
+        gap = ClearanceBound(world).close(rotation, position, np.zeros_like(pairs), pairs).min()
+        if gap > 1e-3:
+            assert ClearanceBound(replace(world, margin=0.999999 * gap)).looks_free(q)
+            assert not ClearanceBound(replace(world, margin=1.000001 * gap)).looks_free(q)
+
+
+def test_a_look_past_a_thousand_obstacles_costs_less_than_their_bounds() -> None:
+    robot, places = load("iiwa14"), np.random.default_rng(0).uniform(-2.0, 2.0, (1000, 3))
+    away = places[np.abs(places[:, 0]) > 0.5]
+    obstacles = [Obstacle(f"{k}", Box((0.01, 0.01, 0.01)), pose(at)) for k, at in enumerate(away)]
+    bound = ClearanceBound(World.of(robot, Scene("x", tuple(obstacles)), robot.disabled_pairs or frozenset()))
+    q = np.tile(robot.home, (200, 1))
+    placed = joint_placements(Chain.of(robot), q)
+
+    def seconds(call: Callable[[], object]) -> float:
+        begin = time.process_time()
+        call()
+        return time.process_time() - begin
+
+    looks, bounds = (
+        min(seconds(call) for _ in range(3)) for call in (lambda: bound.looks_free(q), lambda: bound.coarse(*placed))
+    )
+    assert looks < 0.5 * bounds

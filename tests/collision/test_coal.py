@@ -122,7 +122,7 @@ def test_thousands_of_obstacles_are_set_up_in_a_second() -> None:
 def test_obstacles_in_several_parts_are_as_in_one(margin: float, monkeypatch: pytest.MonkeyPatch) -> None:
     robot, scene = load("panda"), Scene.load("cage")
     whole = make_checker(robot, scene, "coal", margin)
-    monkeypatch.setattr("planner.collision.coal._TOGETHER", 2)
+    monkeypatch.setattr("planner.collision.broad_phase._TOGETHER", 2)
     parts = make_checker(robot, scene, "coal", margin)
     touching = set()
     for row in random_q(robot, 300, seed=6):

@@ -175,6 +175,6 @@ def test_rounding_never_goes_up(w, down):
 
 
 def test_the_field_of_a_node_with_copies_is_the_least_and_of_one_without_none() -> None:
-    network = gabf.Network.from_arcs(np.array([0]), np.array([1]), np.ones(1), np.array([1]), n_nodes=5)
+    network = gabf.Network.from_arcs(np.array([0]), np.array([1]), np.ones(1), np.array([1]), 5, kernel=gabf.Additive())
     layered = LayeredNetwork(network, np.array([0, 1, 3, 1, 0]), np.zeros(1, dtype=int))
     assert layered.on_roadmap(np.array([5.0, 2.0, 4.0, 1.0, 6.0])).tolist() == [5.0, 1.0, np.inf, 4.0]

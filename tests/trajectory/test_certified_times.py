@@ -67,6 +67,23 @@ def test_only_blocks_that_are_asked_for_are_looked_at() -> None:
     assert times.for_good_from() == pytest.approx(5990.0, abs=1 / 32)
 
 
+def test_the_first_time_is_that_of_all_stretches_and_asks_for_no_more() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        blocked = np.sort(rng.uniform(0, 900, 30)).reshape(-1, 2)
+        whole = CertifiedTimes(Asked(blocked), TimeGrid(1000.0)).within(0.0, np.inf)
+        times = CertifiedTimes(Asked(blocked), TimeGrid(1000.0))
+        for low, longest in zip(rng.uniform(0, 1100, 30), rng.exponential(100.0, 30), strict=True):
+            after = whole[whole[:, 1] >= low]
+            expected = max(low, after[0, 0])
+            assert times.first(low, low + longest) == (expected if expected <= low + longest else np.inf)
+    late = Asked(np.array([[5.0, 790.0], [800.0, 990.0]]))
+    assert CertifiedTimes(late, TimeGrid(1000.0)).first(700.0, np.inf) == pytest.approx(790.0, abs=1 / 32)
+    everything = Asked(np.array([[5.0, 790.0], [800.0, 990.0]]))
+    CertifiedTimes(everything, TimeGrid(1000.0)).within(700.0, 800.0)
+    assert late.count < everything.count / 4
+
+
 def test_what_is_free_as_a_whole_is_asked_for_as_a_whole() -> None:
     counts = []
     for end in (60.0, 60_000.0):

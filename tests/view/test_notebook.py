@@ -7,7 +7,7 @@ import html
 import pytest
 
 import planner
-from planner.base.errors import OptionError
+from planner.base.errors import KindError, OptionError
 from planner.planning.result import Plan
 from planner.tradeoff.sweep import Tradeoff
 
@@ -21,5 +21,5 @@ def test_show_puts_the_page_into_the_cell(made: Plan, tradeoff: Tradeoff) -> Non
     assert "height:400px" in cell
     with pytest.raises(OptionError, match="holds no geometry"):
         planner.show(made.roadmap)
-    with pytest.raises(OptionError, match="a str has no page"):
+    with pytest.raises(KindError, match="give a Plan, or a Tradeoff, or a Roadmap"):
         planner.show("plan.json")  # type: ignore[arg-type]

@@ -9,9 +9,11 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints, ranges
 from planner.base.errors import OptionError
+from planner.base.kinds import checks_kinds
 from planner.gabf.problem import Problem, Rows
 
 
+@checks_kinds
 @dataclass(frozen=True, eq=False)
 class Partition:
     """How :func:`planner.gabf.solve` cuts a network, and where its blocks live.

@@ -6,6 +6,8 @@
 
 namespace planner {
 
+constexpr double clearly = 1e-6;  // m beyond the margin, so that no rounding matters
+
 class Glance {
    public:
     explicit Glance(const World& world)
@@ -19,7 +21,8 @@ class Glance {
         if (!within(q, world_.chain.dof(), farthest)) return true;
         const Frame* frames = scratch_.frames.data();
         world_.chain.place(q, scratch_.frames.data());
-        world_.coarse(frames, scratch_, bounds_.data(), nullptr, enough_.data());
+        world_.find_far(frames, world_.margin + clearly, least_, far_);
+        world_.coarse(frames, scratch_, bounds_.data(), nullptr, enough_.data(), far_.data());
         for (int p = 0; p < world_.pair_count(); ++p) {
             if (bounds_[p] > world_.margin) continue;
             Vec apart = world_.between_middles(p, frames);
@@ -31,7 +34,8 @@ class Glance {
    private:
     const World& world_;
     Scratch scratch_;
-    std::vector<double> bounds_, enough_;
+    std::vector<double> bounds_, enough_, least_;
+    std::vector<uint8_t> far_;
 };
 
 }  // namespace planner

@@ -16,6 +16,9 @@ struct Target {
     Vec half;       // of a cylinder: its radius in x, half its length in z
     double radius;  // of the rounding
     bool is_cylinder;
+
+    // The radius of a ball around its middle.
+    double size() const { return (is_cylinder ? std::hypot(half.x, half.z) : length(half)) + radius; }
 };
 
 // A target in the world that is given in a frame.

@@ -27,6 +27,31 @@ struct Pair {
     bool checked;
 };
 
+// Balls, one after the other: x, y and z of their middles, their radii.
+struct Balls {
+    std::vector<double> x, y, z, radius;
+
+    void add(const std::vector<Vec>& middles, const std::vector<double>& radii) {
+        Vec middle{0.0, 0.0, 0.0};
+        for (const Vec& one : middles) middle = middle + (1.0 / middles.size()) * one;
+        double size = 0.0;
+        for (size_t k = 0; k < middles.size(); ++k) size = std::max(size, length(middles[k] - middle) + radii[k]);
+        x.push_back(middle.x), y.push_back(middle.y), z.push_back(middle.z), radius.push_back(size);
+    }
+
+    Vec middle(int k) const { return {x[k], y[k], z[k]}; }
+};
+
+// Let `least` (balls,) be no more than the square of each ball's distance from a point, less that of `size` and its radius.
+FOR_THIS_PROCESSOR inline void lessen_to_ball(const Balls& balls, const Vec& point, double size, double* least) {
+    const double *x = balls.x.data(), *y = balls.y.data(), *z = balls.z.data(), *radius = balls.radius.data();
+    for (size_t k = 0; k < balls.x.size(); ++k) {
+        const double u = x[k] - point.x, v = y[k] - point.y, w = z[k] - point.z, near = size + radius[k];
+        const double excess = u * u + v * v + w * w - near * near;
+        least[k] = excess < least[k] ? excess : least[k];
+    }
+}
+
 // What one thread works in.
 struct Scratch {
     std::vector<Frame> frames;
@@ -41,6 +66,7 @@ class World {
     std::vector<Pair> pairs;  // every body against every obstacle, then self-collision pairs
     std::vector<double> radii, sphere_x, sphere_y, sphere_z;  // of all bodies, in their joints' frames
     std::vector<Motion> motions;  // of obstacles, their frames are behind those of the joints
+    Balls body_balls, obstacle_balls;  // one around each; of bodies in their joints' frames
     int bodies = 0;
     double margin = 0.0;
 
@@ -73,6 +99,29 @@ class World {
                 std::vector<double>(n), std::vector<double>(n), std::vector<double>(bodies), std::vector<Vec>(bodies)};
     }
 
+    // Put a ball around every item, once all are there.
+    void measure() {
+        for (const Item& item : items) {
+            std::vector<Vec> middles;
+            std::vector<double> sizes;
+            for (int k = item.first_sphere; k < item.first_sphere + item.spheres; ++k)
+                middles.push_back({sphere_x[k], sphere_y[k], sphere_z[k]}), sizes.push_back(radii[k]);
+            for (const Target& target : item.targets)
+                middles.push_back(inverse(target.to_local).shift), sizes.push_back(target.size());
+            (item.joint >= 0 ? body_balls : obstacle_balls).add(middles, sizes);
+        }
+    }
+
+    // Which obstacles (obstacles,) are farther than `apart` (m) from all bodies where the joints are placed, as the balls
+    // around them show; none that moves by itself. `least` (obstacles,) is to work in.
+    void find_far(const Frame* frames, double apart, std::vector<double>& least, std::vector<uint8_t>& far) const {
+        least.assign(obstacles(), infinity), far.resize(obstacles());
+        for (int b = 0; b < bodies; ++b)
+            lessen_to_ball(obstacle_balls, frames[items[b].joint] * body_balls.middle(b), body_balls.radius[b] + apart,
+                           least.data());
+        for (int o = 0; o < obstacles(); ++o) far[o] = least[o] > 0.0 && items[bodies + o].frame < 0;
+    }
+
     // Put the spheres of all bodies where the joints are placed.
     void place_spheres(const Frame* frames, Scratch& s) const {
         for (int b = 0; b < bodies; ++b) {
@@ -89,9 +138,10 @@ class World {
 
     // Lower bounds (pairs,) on the distances at placed joints: each body by a few spheres; infinite where not checked.
     // Nothing is said of pairs that are `left_out` (pairs,) with all others of their obstacle, and nothing closer of two
-    // bodies than that they are `enough` (pairs,) apart where one ball around each of them shows it.
+    // bodies than that they are `enough` (pairs,) apart where one ball around each of them shows it. Obstacles that are
+    // `far` (obstacles,) are infinitely far.
     void coarse(const Frame* frames, Scratch& scratch, double* bounds, const uint8_t* left_out = nullptr,
-                const double* enough = nullptr) const {
+                const double* enough = nullptr, const uint8_t* far = nullptr) const {
         const int count = static_cast<int>(radii.size());
         place_spheres(frames, scratch);
         for (int o = 0; o < obstacles(); ++o) {
@@ -99,6 +149,7 @@ class World {
             std::fill(scratch.least.begin(), scratch.least.end(), infinity);
             const Frame* frame = frame_of(bodies + o, frames);
             for (const Target& target : items[bodies + o].targets) {
+                if (far && far[o]) break;
                 distances_to(frame ? carried(target, *frame) : target, scratch.x.data(), scratch.y.data(),
                              scratch.z.data(), radii.data(), count, scratch.gaps.data());
                 for (int b = 0; b < bodies; ++b) {

@@ -10,8 +10,9 @@ import pytest
 from benchmarks.motion.run import bench_motion
 from planner.base.errors import PlannerError
 from planner.problem.request import LimitsRequest, PlanRequest
+from tests.documents import ROOT
 
-EXAMPLES = Path(__file__).resolve().parents[3] / "scenes" / "examples"
+EXAMPLES = ROOT / "scenes" / "examples"
 PLAIN = PlanRequest("panda", collision="coal", nodes=60)
 
 

@@ -13,8 +13,9 @@ from benchmarks.replan.run import bench_replan
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.batch.results import read_rows
+from tests.documents import ROOT
 
-EXAMPLES = Path(__file__).resolve().parents[3] / "scenes" / "examples"
+EXAMPLES = ROOT / "scenes" / "examples"
 
 
 @pytest.fixture(scope="module")

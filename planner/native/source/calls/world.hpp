@@ -177,6 +177,7 @@ int world_set_pairs(World* world, int n, const int64_t* pairs, const uint8_t* ch
         for (int p = 0; p < n; ++p)
             world->pairs.push_back(
                 {static_cast<int>(pairs[2 * p]), static_cast<int>(pairs[2 * p + 1]), checked[p] != 0});
+        world->measure();
     });
 }
 

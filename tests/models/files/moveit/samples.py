@@ -8,6 +8,8 @@ from typing import Any
 
 import yaml
 
+from tests.documents import ROOT
+
 HERE = Path("test.yaml")
 
 
@@ -25,7 +27,7 @@ def request_text(**goal: object) -> str:
     return yaml.safe_dump({"start_state": start, "goal_constraints": [goal]})
 
 
-EXAMPLES = Path(__file__).resolve().parents[3] / "scenes" / "examples"
+EXAMPLES = ROOT / "scenes" / "examples"
 SCENE = yaml.safe_load((EXAMPLES / "scene0001.yaml").read_text())
 REQUEST = yaml.safe_load((EXAMPLES / "request0001.yaml").read_text())
 

@@ -11,9 +11,10 @@ from planner.base.errors import PlannerError, StateError
 from planner.models.files.moveit.requests import LinkGoal, read_motion_plan_request
 from planner.problem.request import PlanRequest
 from planner.setup.open import make_query
+from tests.documents import ROOT
 from tests.models.files.moveit.samples import request_text
 
-SAMPLE = Path(__file__).resolve().parents[4] / "shared" / "mbm-panda-sample"
+SAMPLE = ROOT.parent / "shared" / "mbm-panda-sample"
 PROBLEMS = sorted(SAMPLE.glob("*/scene*.yaml"))
 
 

@@ -1,0 +1,232 @@
+"""A world as Pinocchio's broadphase takes it, in parts that worlds share whose obstacles differ a little."""
+
+from __future__ import annotations
+
+import os
+import threading
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.process_lock import PROCESS
+from planner.collision.world import World
+from planner.models.poses import se3
+from planner.models.shapes import Obstacle
+
+_WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
+_TOGETHER = 250  # obstacles: Pinocchio adds a shape in a time that grows with the square of those that are there
+_SMALL, _MOST_SMALL = _TOGETHER // 2, 4  # obstacles of a part that is small; of those a world has no more
+_MOST_GONE = 32  # obstacles: a part that lacks more is made anew
+_FAR = pin.SE3(np.eye(3), np.array([0.0, 0.0, -1e6]))  # m: where obstacles are that are gone
+
+
+class BroadPhase:
+    """Pinocchio's managers of a world, which worlds share whose obstacles differ in their places only.
+
+    What takes time is every pair, not where it stands: with a thousand obstacles half a second. Among many obstacles
+    worlds that differ in some share the parts of the others.
+    """
+
+    def __init__(self, world: World, shapes: Sequence[Any], known: BroadPhase | None) -> None:
+        """``known``: of a world with the same arm."""
+        self._views = [] if known is None else _kept(known._views, world)
+        seen = np.zeros(len(world.obstacles), dtype=bool)
+        for view in self._views:
+            seen[view.numbers[view.numbers >= 0]] = True
+        left = np.flatnonzero(world.checked.any(axis=0) & ~seen)
+        own = not any(view.part.own for view in self._views)
+        if len(left) or own:
+            groups = np.split(left, range(_TOGETHER, len(left), _TOGETHER))
+            made = (_Part(world, shapes, group, own and k == 0) for k, group in enumerate(groups))
+            self._views += [_View(part, world, group) for part, group in zip(made, groups, strict=True)]
+        self._views = [view for view in self._views if len(view.pairs)]
+
+    def first_touch(self, world: World, q: Floats) -> tuple[int, int] | None:
+        """The first of the configurations (n, dof) that touches something in ``world``, and the first such pair."""
+        hits = np.flatnonzero(self.touching(world, q))
+        if not len(hits):
+            return None
+        pairs = (view.touching_pair(world, q[hits[0]]) for view in self._views)
+        return int(hits[0]), min(pair for pair in pairs if pair is not None)
+
+    def touching(self, world: World, q: Floats, extra: Floats | None = None) -> Bools:
+        """(n,) which configurations touch something, or come as near as the margin and ``extra`` (pairs,) m."""
+        touching = np.zeros(len(q), dtype=bool)
+        margins = world.margin + world.rounding + (0.0 if extra is None else extra)
+        for view in self._views:
+            free = np.flatnonzero(~touching)
+            touching[free] = view.touching(world, q[free], margins)
+        return touching
+
+
+class _Part:
+    """Bodies and some obstacles as Pinocchio's broadphase takes them: a pool for batches, and where all stand.
+
+    ``rows`` (pairs, 2): a body and one of its obstacles, or -1 and a pair of bodies (``own``). Threads ask one after
+    the other.
+    """
+
+    def __init__(self, world: World, shapes: Sequence[Any], obstacles: Ints, own: bool) -> None:
+        self.alone, self.own, self._bodies = threading.Lock(), own, len(world.bodies)
+        geometry, self.rows = geometry_of(world, shapes, obstacles, own)
+        self.placed: list[Obstacle | None] = [world.obstacles[k] for k in obstacles]
+        pairs = _numbers(self.rows, world, obstacles)
+        self.pool = Pool(world.robot.model, geometry, world.margin + world.rounding[pairs], os.cpu_count() or 1)
+
+    def place(self, row: int, obstacle: Obstacle | None) -> None:
+        """Let the obstacle in a ``row`` stand where it stands in another world; far away where it is not there."""
+        placement = _FAR if obstacle is None else se3(obstacle.placement)
+        for model in self.pool.models:
+            model.geometryObjects[self._bodies + row].placement = placement
+        self.placed[row] = obstacle
+
+
+class _View:
+    """A part as worlds see it: ``numbers`` of its obstacles there, -1 for those that are gone, and of its ``pairs``."""
+
+    def __init__(self, part: _Part, world: World, numbers: Ints) -> None:
+        self.part, self.numbers, self.pairs = part, numbers, _numbers(part.rows, world, numbers)
+        self.of = [(world.obstacles[k], world.checked[:, k]) if k >= 0 else None for k in numbers]
+
+    def elsewhere(self, world: World, place: Mapping[str, int]) -> _View:
+        """The view of a world with some of these obstacles, in their order, by name at their ``place`` in it."""
+        numbers, last = np.full(len(self.of), -1), -1
+        for row, known in enumerate(self.of):
+            if known is None or (k := place.get(known[0].name, -1)) <= last:
+                continue
+            if known[0].shape == world.obstacles[k].shape and np.array_equal(known[1], world.checked[:, k]):
+                numbers[row] = last = k
+        return _View(self.part, world, numbers)
+
+    def touching(self, world: World, q: Floats, margins: Floats) -> Bools:
+        """(n,) which configurations (n, dof) bring a pair as near as its margin, of all ``margins`` (pairs,) m."""
+        with self.part.alone:
+            self._place(world)
+            return self.part.pool.touching(q, np.where(self.pairs >= 0, margins[self.pairs], 0.0))
+
+    def touching_pair(self, world: World, q: Floats) -> int | None:
+        """The number of the first pair that touches at a configuration (dof,)."""
+        with self.part.alone:
+            self._place(world)
+            row = self.part.pool.touching_row(q)
+        return None if row is None else int(self.pairs[row])
+
+    def _place(self, world: World) -> None:
+        for row, k in enumerate(self.numbers.tolist()):
+            obstacle = world.obstacles[k] if k >= 0 else None
+            if obstacle is not self.part.placed[row]:
+                self.part.place(row, obstacle)
+
+
+def _kept(views: Sequence[_View], world: World) -> list[_View]:
+    """What of a broadphase another ``world`` takes over: parts that lack little, and not many that are small."""
+    if len(world.obstacles) <= _TOGETHER:
+        return []  # made anew as quickly
+    place = {obstacle.name: k for k, obstacle in enumerate(world.obstacles)}
+    found = [view.elsewhere(world, place) for view in views]
+    lacking = [int((view.numbers < 0).sum()) for view in found]
+    kept = [view for view, gone in zip(found, lacking, strict=True) if gone <= _MOST_GONE]
+    small = [view for view in kept if len(view.numbers) < _SMALL and not view.part.own]
+    return kept if len(small) <= _MOST_SMALL else [view for view in kept if view not in small]
+
+
+class Pool:
+    """A robot's geometry as Pinocchio's broadphase takes it: for batches on threads, and for one configuration.
+
+    ``models``: every copy of the geometry that the broadphase keeps. Stateful inside: one thread asks at a time.
+    """
+
+    def __init__(self, robot: pin.Model, geometry: pin.GeometryModel, margins: Floats, threads: int) -> None:
+        """``margins`` (pairs,) m: what comes closer touches."""
+        self._robot, self._geometry, self._threads = robot, geometry, threads
+        self._data, self._kinematics = pin.GeometryData(geometry), robot.createData()
+        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(robot, geometry, threads)
+        self.models = [geometry, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
+        self._margins = margins  # of the batches
+        _settle((self._data, *self._pool.getGeometryDatas()), margins)
+
+    def touching(self, q: Floats, margins: Floats) -> Bools:
+        """(n,) which configurations (n, nq) bring a pair as near as these ``margins`` (pairs,) m."""
+        if not np.array_equal(margins, self._margins):
+            _keep(self._pool.getGeometryDatas(), margins)
+            self._margins = margins
+        threads = self._threads if len(q) >= _WORTH_THREADS else 1
+        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
+        return np.asarray(hits).ravel().astype(bool)
+
+    def touching_row(self, q: Floats) -> int | None:
+        """The row of the first pair that touches at a configuration (nq,), by the margins that it was made with."""
+        pin.computeCollisions(self._robot, self._kinematics, self._geometry, self._data, q, True)
+        hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
+        return hits[0] if hits else None
+
+
+def _keep(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
+    """Let pairs that come closer than their ``margins`` (pairs,) m count as a contact."""
+    for data in geometries:
+        for request, margin in zip(data.collisionRequests, margins.tolist(), strict=True):
+            request.security_margin = margin
+
+
+def _settle(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
+    """Settings without which a verdict could be wrong, or depend on earlier questions.
+
+    Without contacts coal leaves the penetration open, and called a capsule 25 mm inside a box free whose axis lay
+    within 1e-6 m of the box's surface. And Pinocchio begins every GJK where the last one ended: within 1e-6 m of a
+    contact the verdict then depends on earlier questions.
+    """
+    geometries = list(geometries)
+    _keep(geometries, margins)
+    with PROCESS, warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the flag that coal names instead does not undo this one
+        for data in geometries:
+            for request in data.collisionRequests:
+                request.enable_contact = True
+                request.enable_cached_gjk_guess = False
+
+
+def _numbers(rows: Ints, world: World, obstacles: Ints) -> Ints:
+    """The numbers (pairs,) in a world of a part's pairs; ``obstacles`` (k,) are the numbers of its own, -1 if gone."""
+    if not len(rows):
+        return np.zeros(0, dtype=np.int64)
+    of = np.append(obstacles, 0)[rows[:, 1] * (rows[:, 0] >= 0)]
+    scene = np.where(of >= 0, rows[:, 0] * len(world.obstacles) + of, -1)
+    return np.where(rows[:, 0] >= 0, scene, world.checked.size + rows[:, 1])
+
+
+def geometry_of(world: World, shapes: Sequence[Any], obstacles: Ints, own: bool) -> tuple[pin.GeometryModel, Ints]:
+    """Pinocchio's geometry of the bodies and some obstacles, and the rows (pairs, 2) of a :class:`_Part`.
+
+    ``shapes`` of all items; ``own``: with the pairs of bodies.
+    """
+    model, count = pin.GeometryModel(), len(world.bodies)
+    for k in [*range(count), *(count + obstacles).tolist()]:
+        item, joint = world.items[k], world.bodies[k].joint if k < count else 0
+        model.addGeometryObject(pin.GeometryObject(f"{k}", joint, se3(item.placement), shapes[k]))
+    rows = np.argwhere(world.checked[:, obstacles]).tolist()
+    for body, column in rows:
+        model.addCollisionPair(pin.CollisionPair(body, count + column))
+    for k, (first, second) in enumerate(world.self_pairs.tolist() if own else []):
+        model.addCollisionPair(pin.CollisionPair(first, second))
+        rows.append([-1, k])
+    return model, np.array(rows, dtype=np.int64).reshape(-1, 2)
+
+
+def of_one_arm(one: World, other: World) -> bool:
+    """Whether two worlds differ in obstacles at most."""
+    return (
+        one.margin == other.margin
+        and one.robot.model is other.robot.model
+        and one.bodies == other.bodies
+        and np.array_equal(one.self_pairs, other.self_pairs)
+    )
+
+
+def differ_in_places_only(one: World, other: World) -> bool:
+    """Whether all is the same in two worlds of one arm but where obstacles stand."""
+    shapes = [[item.shape for item in world.obstacles] for world in (one, other)]
+    return shapes[0] == shapes[1] and np.array_equal(one.checked, other.checked)

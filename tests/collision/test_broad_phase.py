@@ -1,0 +1,89 @@
+"""Worlds that share parts of their broadphase answer as those that share nothing, after any changes and back again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner.collision.broad_phase import BroadPhase
+from planner.collision.coal import CoalChecker
+from planner.collision.world import World
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Obstacle, Sphere
+from tests.worlds import load
+
+ROBOT = load("panda")
+
+
+def crowd(count: int, rng: np.random.Generator) -> tuple[Obstacle, ...]:
+    """Obstacles around the arm, of which a few reach into where it goes."""
+    at = rng.uniform([-1.5, -1.5, -0.2], [1.5, 1.5, 1.6], (count, 3))
+    at[:, :2] *= np.maximum(1.0, 0.7 / np.linalg.norm(at[:, :2], axis=1))[:, None]
+    return tuple(Obstacle(f"o{k}", Box((0.04, 0.04, 0.04)), pose(place)) for k, place in enumerate(at))
+
+
+def world_of(obstacles: tuple[Obstacle, ...]) -> World:
+    return World.of(ROBOT, Scene("x", obstacles), ROBOT.disabled_pairs or frozenset())
+
+
+def changed(obstacles: tuple[Obstacle, ...], k: int, rng: np.random.Generator) -> tuple[Obstacle, ...]:
+    """With one more, one less, one elsewhere, or one that was taken out and put in again."""
+    row = int(rng.integers(len(obstacles)))
+    one, others = obstacles[row], (*obstacles[:row], *obstacles[row + 1 :])
+    there = pose(rng.uniform([0.3, -0.5, 0.2], [0.7, 0.5, 1.0]).tolist())
+    match k % 4:
+        case 0:
+            return (*obstacles, Obstacle(f"new{k}", Sphere(0.08), there))
+        case 1:
+            return others
+        case 2:
+            return (*others, replace(one, placement=there))
+    return (*obstacles[:row], replace(one, placement=there), *obstacles[row + 1 :])
+
+
+def parts(checker: CoalChecker) -> list[int]:
+    broadphase: BroadPhase = checker._broadphase
+    return [id(view.part) for view in broadphase._views]
+
+
+def test_after_any_changes_and_back_again_it_answers_as_one_that_shares_nothing() -> None:
+    rng = np.random.default_rng(0)
+    obstacles = crowd(320, rng)
+    q = rng.uniform(0.6 * ROBOT.lower, 0.6 * ROBOT.upper, (60, ROBOT.dof))
+    shared = [CoalChecker(world_of(obstacles))]
+    fresh = [shared[0]]
+    for k in range(16):
+        obstacles = changed(obstacles, k, rng)
+        shared.append(CoalChecker(world_of(obstacles), shared[-1]))
+        fresh.append(CoalChecker(world_of(obstacles)))
+        assert set(parts(shared[-1])) & set(parts(shared[-2])), "the parts that are as they were"
+        assert len(parts(shared[-1])) <= 8
+    verdicts = set()
+    for k in (16, 3, 9, 0, 12, 1, 15, 2):  # as undo goes back to any of them
+        found = [shared[k].first_contact(one[None]) for one in q]
+        assert found == [fresh[k].first_contact(one[None]) for one in q]
+        assert shared[k].first_contact(q) == fresh[k].first_contact(q)
+        motion = np.full(shared[k].world.pair_reach.shape[0], 0.01)
+        assert shared[k].first_contact_along(q[:20], motion) == fresh[k].first_contact_along(q[:20], motion)
+        verdicts.add(str(found))
+    assert len(verdicts) > 4
+
+
+def test_one_obstacle_more_or_less_makes_no_part_anew_that_is_large() -> None:
+    rng = np.random.default_rng(1)
+    obstacles = crowd(520, rng)
+    first = CoalChecker(world_of(obstacles))
+    less = CoalChecker(world_of(obstacles[1:]), first)
+    more = CoalChecker(world_of((*obstacles, Obstacle("new", Sphere(0.1), pose([0.6, 0, 0.5])))), first)
+    assert parts(less) == parts(first)
+    assert parts(more)[:-1] == parts(first)
+    assert len(parts(more)) == len(parts(first)) + 1
+
+
+def test_small_worlds_are_made_anew() -> None:
+    """A part more costs more at every question than making one anew."""
+    obstacles = crowd(20, np.random.default_rng(2))
+    first = CoalChecker(world_of(obstacles))
+    assert not set(parts(CoalChecker(world_of(obstacles[1:]), first))) & set(parts(first))
