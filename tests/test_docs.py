@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -46,6 +47,16 @@ def test_what_a_page_refers_to_is_there(path: Path) -> None:
         assert (path.parent / name).exists(), name
     for name in re.findall(r"`((?:planner|benchmarks|tests|robots|scenes)/[\w/]+(?:\.\w+)?)`", text):
         assert (ROOT / name).exists() or "NAME" in name, name
+
+
+def test_names_that_pages_and_docstrings_refer_to_are_there() -> None:
+    prose = r"`(planner(?:\.\w+)+)"
+    roles = r":(?:mod|class|func|meth|attr|data):`[~.]?(planner(?:\.\w+)+)`"
+    names = {name for path in (*PAGES, ROOT / "README.md") for name in re.findall(prose, path.read_text())}
+    names |= {name for path in MODULES.values() for name in re.findall(roles, path.read_text())}
+    assert {"planner.time_path", "planner.planning.plan"} <= names
+    for name in sorted(names - {"planner.NAME"}):
+        resolve_name(name)
 
 
 @pytest.mark.parametrize("path", [path for path in PAGES if blocks(path.read_text(), "python")], ids=name_of)
