@@ -46,7 +46,7 @@ def partition(
 ) -> int:
     """The dynamics on a network cut into blocks, here and on Dask actors, against one process and Dijkstra.
 
-    Writes partition.csv and partition.md: seconds, memory, and what the blocks tell each other.
+    Writes partition.csv and partition.md: seconds, memory, and what the blocks exchange.
 
     Args:
         out: Folder to write into.

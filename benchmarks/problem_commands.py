@@ -174,8 +174,9 @@ def motion(
     """A folder of planning problems: the motions along their paths, how long they take and what they break or touch.
 
     A problem is as 'plan' has it. Durations are set against stopping at every corner and, where it is
-    installed, against toppra along the same curve; with --python also against roboplan's time law over the same path.
-    Contacts are looked for at 0.1 mm of motion by the library that has not planned. Writes motion.csv and motion.md.
+    installed, against toppra along the same curve; with --python also against roboplan's time parametrization over the
+    same path. Contacts are looked for at 0.1 mm of motion by the library that has not planned. Writes motion.csv and
+    motion.md.
 
     Args:
         folder: Folder of the problems.

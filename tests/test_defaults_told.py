@@ -53,12 +53,11 @@ TOLD: list[tuple[str, str, float | str]] = [
     ("planner/gabf/network.py", r"held at ``source_values`` \(k,\), (\S+) where left out", HELD),
     ("docs/howto/better_paths.md", r"(\w+) rounds are the default where a roadmap is grown", PLAIN.rounds),
     ("docs/howto/better_paths.md", r"shortcuts in time keep: (\S+), or half of it", PLAIN.room),
-    ("docs/howto/better_paths.md", r"plans keep (\S+) mm where there is room", 1000 * PLAIN.room),
+    ("docs/howto/better_paths.md", r"plans keep (\S+) mm where there is space", 1000 * PLAIN.room),
     ("docs/howto/choose_beta.md", r"falls with w: .*?`(\w+)` \(default\)", PLAIN.manipulability_cost),
     ("docs/howto/choose_beta.md", r": `(\w+)` \(default\) integrates", PLAIN.charge),
-    ("README.md", r"Path and motion keep (\S+) mm from", 1000 * PLAIN.room),
-    ("README.md", r"`--ik-solutions` \((\S+)\)", PLAIN.ik_solutions),
-    ("README.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
+    ("docs/reference/commands.md", r"`--ik-solutions` \((\S+)\)", PLAIN.ik_solutions),
+    ("docs/reference/commands.md", r"inverse kinematics starts from (\S+) seeds", IK_STARTS),
     ("CHANGELOG.md", r"`--room` is (\S+) by default", PLAIN.room),
 ]
 MORE = r"left out, [\"`\d]|[\"`\d]+ (?:per joint )?where left out|rounds are the default|\(default\)|\d by default"

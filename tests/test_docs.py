@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from pkgutil import resolve_name
 
+import numpy as np
 import pytest
 import yaml
 
-from planner.models.scene import SceneFile
+from planner.models.scene import Scene, SceneFile
 from tests.command_line import Run
 from tests.documents import ROOT, assert_options_are_known, assert_they_run, blocks, commands
+from tests.test_imports import MODULES, imported, room
 
 DOCS = ROOT / "docs"
 PAGES = [path for path in sorted(DOCS.rglob("*.md")) if "_build" not in path.parts]
@@ -42,13 +45,18 @@ def test_what_a_page_refers_to_is_there(path: Path) -> None:
         assert not target or (path.parent / target).with_suffix(".md").exists() or target.startswith("../notebooks")
     for name in re.findall(r"!?\[[^\]]*\]\(([^)#:]+)\)", text) + re.findall(r"```\{include\} (\S+)", text):
         assert (path.parent / name).exists(), name
-    for name in re.findall(r"`((?:planner|tests|robots|scenes)/[\w/]+(?:\.\w+)?)`", text):
+    for name in re.findall(r"`((?:planner|benchmarks|tests|robots|scenes)/[\w/]+(?:\.\w+)?)`", text):
         assert (ROOT / name).exists() or "NAME" in name, name
 
 
-def test_the_readme_refers_to_pages_that_are_there() -> None:
-    for name in re.findall(r"\]\((docs/[^)]+)\)", (ROOT / "README.md").read_text()):
-        assert (ROOT / name).is_file(), name
+def test_names_that_pages_and_docstrings_refer_to_are_there() -> None:
+    prose = r"`(planner(?:\.\w+)+)"
+    roles = r":(?:mod|class|func|meth|attr|data):`[~.]?(planner(?:\.\w+)+)`"
+    names = {name for path in (*PAGES, ROOT / "README.md") for name in re.findall(prose, path.read_text())}
+    names |= {name for path in MODULES.values() for name in re.findall(roles, path.read_text())}
+    assert {"planner.time_path", "planner.planning.plan"} <= names
+    for name in sorted(names - {"planner.NAME"}):
+        resolve_name(name)
 
 
 @pytest.mark.parametrize("path", [path for path in PAGES if blocks(path.read_text(), "python")], ids=name_of)
@@ -58,6 +66,9 @@ def test_the_python_of_a_page_runs(path: Path, tmp_path: Path, monkeypatch: pyte
     names: dict = {}
     for block in blocks(path.read_text(), "python"):
         exec(block.replace("beta=0.2)", "beta=0.2, nodes=60, effort=0)"), names)
+    if name_of(path) == "reference/library":
+        assert np.allclose(names["path"][[0, -1]], [[q, 0.5, 0, -1.2, 0, 0.8, 0] for q in (0, -2)])
+        assert names["motion"].proven
 
 
 @pytest.mark.parametrize("path", [path for path in PAGES if SHELL[path]], ids=name_of)
@@ -82,6 +93,36 @@ def test_the_reference_has_every_command() -> None:
     assert {("plan",), ("first-path",)} <= set(documented("python -m benchmarks"))
     assert len(set(listed)) == len(listed)
     assert not any(word == "None" for words in listed for word in words)
+
+
+def test_every_command_is_shown_in_use(run: Run) -> None:
+    _, out, _ = run("--help")
+    shown = {words[1] for words in SHELL[DOCS / "reference" / "commands.md"] if words[0] == "planner"}
+    assert shown == set(re.search(r"\{([a-z,-]+)\}", out).group(1).split(","))  # type: ignore[union-attr]
+
+
+def test_a_folder_of_the_map_imports_only_from_those_above_it() -> None:
+    text = (DOCS / "contributing.md").read_text()
+    order = re.findall(r"planner/(\w+)/", text.partition("<!-- map -->")[2].partition("<!-- end of map -->")[0])
+    assert len(order) == len(set(order))
+    seen: dict[str, set[str]] = {room(module): set() for module in MODULES}
+    for module, path in MODULES.items():
+        seen[room(module)] |= {room(other) for other in imported(path) if other in MODULES} - {room(module)}
+    assert set(order) == set(seen) - {"", "__main__", "benchmarks"}
+    for place in order:
+        above = set(order[: order.index(place)])
+        assert seen[place] <= above, f"{place} imports {seen[place] - above}, which the map has below it"
+    assert seen["gabf"] <= {"base", "native"}
+
+
+def test_the_changed_shelf_is_the_shelf_with_one_thing_more() -> None:
+    today, then = Scene.load(str(ROOT / "scenes/examples/shelf-of-today.yaml")), Scene.load("shelf")
+    same = [obstacle.name for obstacle in then.obstacles]
+    assert [obstacle.name for obstacle in today.obstacles] == [*same, "pole"]
+    for new, old in zip(today.obstacles, then.obstacles, strict=False):
+        assert new.shape == old.shape
+        np.testing.assert_array_equal(new.placement, old.placement)
+    assert today.states == then.states
 
 
 def test_the_moving_picture_is_small_and_moves() -> None:

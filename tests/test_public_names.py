@@ -39,10 +39,15 @@ WRONG: dict[str, object] = {
 }
 CALLED_BY_SOLVE = {"bind", "states", "steps", "targets", "wants", "block_of_row"}
 RESULTS = {  # nobody but the planner makes these
-    "Plan", "Tradeoff", "Trajectory", "Robot", "Reason", "gabf.CostToGo", "gabf.Certificate",
+    "Plan", "Tradeoff", "Trajectory", "Robot", "Reason", "Roadmap", "CollisionChecker", "Change",
+    "gabf.CostToGo", "gabf.Certificate",
     "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.Trajectory",
 }  # fmt: skip
-INSIDE = {"Objective.total", "Trajectory.at_nanoseconds", "Trajectory.on", "Trajectory.piece_at", "Trajectory.worst"}
+INSIDE = {
+    "Objective.total", "Roadmap.edge_index", "Roadmap.part", "Roadmap.record", "Roadmap.without_edge",
+    "Trajectory.at_nanoseconds", "Trajectory.on", "Trajectory.piece_at", "Trajectory.worst",
+}  # fmt: skip
+ELSEWHERE = {"CollisionChecker"}  # its methods have tests/test_arrays_refused.py
 KEYWORDS = {"options", "more"}  # of functions that hand them on
 FINE = np.array([[-1.0, 0.8], [-1.1, 0.9], [-1.0, 1.0]])
 EYE = np.eye(4)
@@ -124,6 +129,8 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         "nodes": 4, "seed": 0, "law": "singularity-free", "prescribed_time": 4.0, "metric": "joint",
         "manipulability_cost": "log", "charge": "edges", "join_motions": None,
     },
+    "check": lambda: {"what": FINE, "checker": make_post(), "step": 0.001, "progress": planner.Progress()},
+    "export": lambda: {"trajectory": motion(), "kind": "csv", "skip_first_point": False},
     "build_network": lambda: {"roadmap": post_roadmap(), "objective": 0.5, "clearance": 0.0},
     "build_roadmap": lambda: {
         "robot": make_post().robot, "checker": make_post(), "start": FINE[0], "goal": FINE[1], "nodes": 4, "seed": 0,
@@ -135,7 +142,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "paths_from": lambda: {"network": net(), "cost_to_go": field(), "starts": [1]},
     "plan": lambda: {
         "request": None, "progress": planner.Progress(), "timing": None, **PLAN, "start": FINE[0], "goal": FINE[1],
-        "beta": 0.5, "collision": "fcl", "tool": None, "joints": None, "seed": 0, "roadmap": None,
+        "beta": 0.5, "collision": "fcl", "tool": None, "joints": None, "seed": 0, "roadmap": None, "objective": None,
     },
     "pose": lambda: {"position": [0, 0, 0], "rpy": None, "quaternion": [0, 0, 0, 1]},
     "show": lambda: {"thing": small_plan(), "checker": None, "height": 100},
@@ -147,7 +154,6 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         "path": FINE, "checker": make_post(), "limits": None, "law": "blended", "floor": 0.0,
         "cost": joint_motion, "extra_cost": 0.0,
     },
-    "with_alternatives": lambda: {"plan": small_plan(), "progress": planner.Progress()},
     "gabf.AtTimes": lambda: {"t": [0.0, 1.0]},
     "gabf.BackwardEuler": lambda: {"step": 0.05},
     "gabf.EdgeIntegral": lambda: {"beta": 0.5},
@@ -301,7 +307,7 @@ def callables() -> Iterator[tuple[str, Callable[..., Any], bool]]:
         if name not in RESULTS and inspect.signature(thing).parameters:
             yield name, thing, False
         for method, member in inspect.getmembers(thing, callable):
-            inside = method in CALLED_BY_SOLVE or f"{name}.{method}" in INSIDE
+            inside = method in CALLED_BY_SOLVE or f"{name}.{method}" in INSIDE or name in ELSEWHERE
             if not method.startswith("_") and not inside and _parameters(member):
                 yield f"{name}.{method}", member, True
 

@@ -20,7 +20,7 @@ class Row:
     """One problem by one method. Up to ``software``: what was asked; then the results, None where there are none.
 
     ``content``: a hash of the problem's files. Seconds of the wall clock: ``setup_s`` to load robot and obstacles,
-    then ``first_s`` to a path and ``path_s`` to the path after short cuts; ``cpu_s`` of the processor, all together,
+    then ``first_s`` to a path and ``path_s`` to the path after shortcuts; ``cpu_s`` of the processor, all together,
     where it was measured. ``contacts``: segments on which the library that has not planned finds a contact when it
     looks at every millimetre of motion; ``message``: the first of them.
     """
@@ -53,7 +53,7 @@ class Row:
 
 def to_markdown(rows: Sequence[Row], complete: bool = True) -> str:
     """The report for people."""
-    header = ["method", "solved", "of", "setup (s)", "first path (s)", "after short cuts (s)", "95 % (s)", "CPU (s)"]
+    header = ["method", "solved", "of", "setup (s)", "first path (s)", "after shortcuts (s)", "95 % (s)", "CPU (s)"]
     header += ["length (rad)", "corners", "paths touching", "proven"]
     lines = [_cells(method, _of(rows, method)) for method in dict.fromkeys(row.method for row in rows)]
     text = ["# python -m benchmarks first-path", "", *markdown_table(header, lines), "", *aim_lines(aims(rows)), ""]
@@ -93,10 +93,10 @@ def _cells(method: str, rows: Sequence[Row]) -> list[Any]:
 
 
 _METHOD = """How. Every run has a process of its own, one after the other; libraries are loaded before the clocks start.
-Times are medians over the problems that the method solved, of the wall clock; short cuts count from the same moment as
+Times are medians over the problems that the method solved, of the wall clock; shortcuts count from the same moment as
 the first path. Ours: `planner plan --path-only` without motion and page, every motion proven. OMPL: RRTConnect and
 `simplifyMax` with its defaults, a Python callback that asks Pinocchio and coal about all pairs. roboplan (C++) and
-pyroboplan (Python): RRT-Connect and their own short cuts, states 0.05 rad apart, in the environments given by
+pyroboplan (Python): RRT-Connect and their own shortcuts, states 0.05 rad apart, in the environments given by
 `--python NAME=PATH`, with the same URDF, limits, link pairs and obstacles; roboplan's connection distance is its
 default, 3 rad, pyroboplan's 1 rad. Of several goals the others get the first. Touching: the collision library that we
 have not planned with looks at every millimetre of motion. Limitations. The others stop by the clock: on a loaded

@@ -4,7 +4,7 @@ python -I runner.py roboplan problem.json answer.json
 
 The problem is what :mod:`benchmarks.first_path.exchange` writes. The answer holds ``path``, a list of
 configurations or null, ``version``, and the seconds of the wall clock: ``setup_s`` to load robot and obstacles,
-``first_s`` to a path, ``path_s`` to the path after short cuts.
+``first_s`` to a path, ``path_s`` to the path after shortcuts.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _CONNECTION = {"roboplan": 3.0, "pyroboplan": 1.0}  # rad: roboplan's default; p
 
 
 def solve_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
-    """RRT-Connect and short cuts of roboplan, a C++ library."""
+    """RRT-Connect and shortcuts of roboplan, a C++ library."""
     core, rrt = importlib.import_module("roboplan.core"), importlib.import_module("roboplan.rrt")
     clock = _Clock()
     scene = core.Scene("bench", core.loadUrdfSceneDescriptionFromXml(problem["urdf"], problem["package_dirs"]))
@@ -70,7 +70,7 @@ def solve_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
 
 
 def solve_by_pyroboplan(problem: dict[str, Any]) -> dict[str, Any]:
-    """RRT-Connect and short cuts of pyroboplan, in Python."""
+    """RRT-Connect and shortcuts of pyroboplan, in Python."""
     rrt = importlib.import_module("pyroboplan.planning.rrt")
     shortcutting = importlib.import_module("pyroboplan.planning.path_shortcutting")
     clock = _Clock()

@@ -1,4 +1,4 @@
-"""roboplan's time law over the same path, in an environment of its own, and what its samples keep to."""
+"""roboplan's time parametrization over the same path, in an environment of its own, and what its samples keep to."""
 
 from __future__ import annotations
 

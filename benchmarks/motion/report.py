@@ -22,7 +22,8 @@ class Row:
     without them, None where it is not installed. ``corners``, those ``blended``, and ``shortcuts``.
     ``proven``: as a whole. ``largest_share`` of any limit, 1 is all of it.
     ``contact``: the first one that the other library sees at 0.1 mm of motion. ``cpu_s``: for the first motion.
-    ``roboplan_s``, ``roboplan_share`` of a limit at its samples, ``roboplan_contact``: its time law over the same path.
+    ``roboplan_s``, ``roboplan_share`` of a limit at its samples, ``roboplan_contact``: of its time
+    parametrization over the same path.
     """
 
     problem: str

@@ -29,7 +29,7 @@ def bench_motion(
 ) -> Results[Row]:
     """Plan every problem of :func:`find_problems` in ``folder`` as ``plain`` says, and time its path within limits.
 
-    ``python`` is that of an environment with roboplan, whose time law is then set beside ours.
+    ``python`` is that of an environment with roboplan, whose time parametrization is then set beside ours.
 
     ``out`` gets ``motion.csv`` and ``motion.md``; rows that are there already are kept. Raises OptionError for options
     that the problem decides, LimitError for limits that the robot does not allow, FileError for unusable folders.

@@ -1,4 +1,6 @@
-"""Another planner's time law along a path, run by the Python of its own environment; nothing of ours is imported.
+"""Another planner's time parametrization along a path, run by the Python of its own environment.
+
+Nothing of ours is imported.
 
 python -I runner.py problem.json answer.json
 

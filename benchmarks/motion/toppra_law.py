@@ -1,4 +1,4 @@
-"""toppra's time law along the same curve, to be compared with where it is installed."""
+"""toppra's time parametrization along the same curve, to be compared with where it is installed."""
 
 from __future__ import annotations
 

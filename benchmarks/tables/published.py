@@ -30,12 +30,12 @@ def _gcs() -> tuple[Published, ...]:
     lengths = {
         "GCS": (3.3, 2.1, 2.6, 3.5, 1.8),
         "PRM": (9.7, 6.7, 3.7, 6.1, 4.2),
-        "PRM, short cuts": (5.6, 5.2, 2.7, 3.8, 1.9),
+        "PRM, shortcuts": (5.6, 5.2, 2.7, 3.8, 1.9),
     }
     seconds = {
         "GCS": (0.11, 0.01, 0.05, 0.14, 0.08),
         "PRM": (0.26, 0.21, 0.20, 0.21, 0.21),
-        "PRM, short cuts": (0.61, 0.60, 0.44, 0.51, 0.54),
+        "PRM, shortcuts": (0.61, 0.60, 0.44, 0.51, 0.54),
     }
     return tuple(
         Published(GCS, f"{start} to {goal}", method, lengths[method][k], seconds[method][k])

@@ -2,8 +2,9 @@
 
 NumPy leaves ``@`` and ``np.linalg`` to BLAS and LAPACK, which choose their code by the processor: of twenty kinds of
 products and factors that planning asks for, eleven came out otherwise with OpenBLAS' code for AVX-512 than with that
-for AVX2, and one last bit is another roadmap. Left to ``@`` are products of matrices, or of stacks of them, that sum
-over three terms: all code for processors with fused multiply-add (FMA) adds these up alike, and they are most work.
+for AVX2, and a difference in the last bit can change the roadmap. Left to ``@`` are products of matrices, or of stacks
+of them, that sum over three terms: all code for processors with fused multiply-add (FMA) adds these up alike, and they
+are most work.
 """
 
 from __future__ import annotations

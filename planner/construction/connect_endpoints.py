@@ -42,7 +42,7 @@ def attach(
     Those that are not nodes yet become nodes, linked to their nearest neighbours and by straight motions from start to
     goal, wherever that is proven. Where a start is then still disconnected from every goal, RRTConnect grows a path
     between them and the largest component: at most ``settings.join_motions`` motions per try; with ``join`` False
-    nothing grows. Then the best paths get proven short cuts past their waypoints. The cost scale stays: costs mean the
+    nothing grows. Then the best paths get proven shortcuts past their waypoints. The cost scale stays: costs mean the
     same as before. One roadmap serves many starts: one field over it answers all of them. Raises :class:`StateError`
     for an end that is not free.
     """

@@ -1,4 +1,4 @@
-"""The generalised adaptive Bellman-Ford dynamics (GABF): every law, kernel and bound of the paper.
+"""The generalized adaptive Bellman-Ford dynamics (GABF): every law, kernel and bound of the paper.
 
     net = gabf.Network(indptr, indices, weight, sources=[0], node_cost=omega, kernel=gabf.TradeOff(beta=0.5))
     result = gabf.solve(net, law=gabf.SingularityFree(T=4.0))

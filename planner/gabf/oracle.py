@@ -19,7 +19,7 @@ from planner.native.graphs import cheapest_costs
 
 @checks_kinds
 def oracle(net: Network) -> Floats:
-    """x* (n,) by generalised Dijkstra with a heap, for any increasing progressive kernel; +inf where unreachable.
+    """x* (n,) by generalized Dijkstra with a heap, for any increasing progressive kernel; +inf where unreachable.
 
     Nodes leave the heap in ascending order of x*, as the levels S_l of eq. (S). An arc that lowers a value
     below that of the node it came from breaks the order, and raises AssumptionError. Where the kernel adds positive

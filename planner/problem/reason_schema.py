@@ -27,7 +27,7 @@ class SeparatedRecord(Written):
 
 
 class BudgetSpentRecord(Written):
-    """Start and goal were not joined, and no obstacle is to blame as far as was found."""
+    """Start and goal were not joined, and no obstacle was found that separates them."""
 
     kind: Literal["budget_spent"]
     nodes: int = Field(description="in the roadmap")

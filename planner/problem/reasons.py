@@ -83,7 +83,7 @@ class Separated(Reason):
         named = choices(f"'{name}'" for name in self.obstacles)
         one = len(self.obstacles) == 1
         return (
-            f"Start and goal were not connected within the budget: as far as was found {named} "
+            f"Start and goal were not connected within the budget: the search found that {named} "
             f"{'separates' if one else 'together separate'} them (without {'it' if one else 'them'} they are joined), "
             f"and {self.gap.sentence}: move {'it' if one else 'one of them'}, raise --nodes, or try another --seed."
         )
@@ -91,7 +91,7 @@ class Separated(Reason):
 
 @dataclass(frozen=True)
 class BudgetSpent(Reason):
-    """``nodes`` and a bounded search did not join start and goal, and no obstacle is to blame as far as was found."""
+    """``nodes`` and a bounded search did not join start and goal, and no obstacle was found that separates them."""
 
     nodes: int
     gap: Gap

@@ -241,7 +241,7 @@ class PlanRequest(SweepRequest):
     above_ends: bool = False
     """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost."""
     path_only: bool = False
-    """Only a path, the first that is proven, after short cuts: no roadmap grows around it, so beta has next to nothing
+    """Only a path, the first that is proven, after shortcuts: no roadmap grows around it, so beta has next to nothing
     to choose from, and it is refined only where --effort is given."""
 
     def __post_init__(self) -> None:

@@ -8,7 +8,7 @@ robot.yaml says, or where that says nothing (as of a URDF by path) all joints at
 
 A state of the scene may be the name of another, as in ``start: home``.
 
-Several goals of equal right are written with ``;`` between, names also with commas: ``xyz:0.5,0.3,0.6;home``.
+Alternative goals are written with ``;`` between, names also with commas: ``xyz:0.5,0.3,0.6;home``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import TypeAlias
 from planner.base.errors import OptionError, StateError, choices
 
 HOME = "home"
-AND = ";"  # between goals of equal right
+AND = ";"  # between alternative goals
 _MOST_NAMES = 100  # that a state may lead through, or to
 TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn, however it was rounded
 FORMS = "a name from the scene, q:..., xyz:x,y,z or pose:x,y,z,qx,qy,qz,qw"

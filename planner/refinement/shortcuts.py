@@ -1,4 +1,4 @@
-"""Short cuts: straight motions from starts to goals, and past waypoints of a roadmap's best paths, all proven."""
+"""Shortcuts: straight motions from starts to goals, and past waypoints of a roadmap's best paths, all proven."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ class FirstPathSearch:
         return None
 
     def _finished(self, path: Floats) -> Floats:
-        """A proven path after short cuts, in pieces."""
+        """A proven path after shortcuts, in pieces."""
         self._progress(FIRST_PATH, self._settings.motions, self._settings.motions)
         return subdivided(self._robot, self._shorten(path), self._settings.range)
 

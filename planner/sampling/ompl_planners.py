@@ -52,7 +52,7 @@ class Tree:
 
 
 class TreePlanners:
-    """OMPL's planners in one space under one motion check; work stops on counts, never on clocks.
+    """OMPL's planners in one space under one motion check; budgets are counts of iterations, not seconds.
 
         with TreePlanners(space, check, np.random.default_rng(0)) as planners:
             path = planners.rrt_connect(starts, goals, step=0.8, limit=5000)

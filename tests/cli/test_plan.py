@@ -317,4 +317,4 @@ def test_every_option_changes_what_it_says(solved: Path, tmp_path: Path, run: Ru
     between = 0.7 * np.array(base["path"][0]) + 0.3 * np.array(base["path"][1])
     moved = plan("--start", "q:" + ",".join(map(repr, between.tolist())))
     assert np.allclose(moved["path"][0], between)
-    assert moved["roadmap"]["nodes"] > base["roadmap"]["nodes"]  # and short cuts may cut it up
+    assert moved["roadmap"]["nodes"] > base["roadmap"]["nodes"]  # and shortcuts may cut it up

@@ -32,7 +32,7 @@ def test_new_ends_become_linked_nodes():
     np.testing.assert_array_equal(new.nodes[:n], old.nodes)
     np.testing.assert_array_equal(new.nodes[n : n + 2], [Q[0], OTHER[0]])
     kept = new.edges[(new.edges < n).all(axis=1)]
-    assert {tuple(edge) for edge in old.edges.tolist()} <= {tuple(edge) for edge in kept.tolist()}  # and short cuts
+    assert {tuple(edge) for edge in old.edges.tolist()} <= {tuple(edge) for edge in kept.tolist()}  # and shortcuts
     added = new.edges[(new.edges >= n).any(axis=1)]
     assert 0 < (added < n + 2).all(axis=1).sum() <= 2 * NEIGHBOURS
     assert (new.edges[:, 0] < new.edges[:, 1]).all()
@@ -168,7 +168,7 @@ def test_it_grows_where_it_must(least, caplog):
     for i, j in new.edges[(new.edges >= n).any(axis=1)]:
         assert recheck(make_post(), new.nodes[i], new.nodes[j] - new.nodes[i]) is None
     assert new.scale == part.scale
-    # the message counts what the way needed, not the ends themselves, nor the short cuts
+    # the message counts what the way needed, not the ends themselves, nor the shortcuts
     ends = 1 + int(new.goals[0] >= n)
     (grown,) = re.findall(r"the roadmap grew by (\d+) nodes to join them", caplog.text)
     assert 0 < int(grown) <= len(new.nodes) - n - ends

@@ -1,4 +1,4 @@
-"""Short cuts: proven, on the cheapest way, and never dearer than what was there."""
+"""Shortcuts: proven, on the cheapest way, and never dearer than what was there."""
 
 import itertools
 from dataclasses import replace
@@ -36,7 +36,7 @@ def linked(roadmap):
 
 @pytest.fixture(scope="module")
 def pairs():
-    """A roadmap's starts and goals at random nodes, and the same with short cuts."""
+    """A roadmap's starts and goals at random nodes, and the same with shortcuts."""
     made, rng = [], np.random.default_rng(3)
     for _ in range(8):
         start, goal = rng.choice(len(post_roadmap().nodes), 2, replace=False)

@@ -1,4 +1,4 @@
-"""Where a network is cut: which block each row belongs to, and which states the blocks have to tell each other."""
+"""Where a network is cut: which block each row belongs to, and which states the blocks have to exchange."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Partition:
 
     ``blocks``: how many. ``scheduler``: address of a Dask cluster whose workers hold the blocks; in this process, one
     after the other, where left out. ``assignment`` (n,): the block of each node, in place of bands of about equal arcs
-    in reverse Cuthill-McKee order (E. Cuthill, J. McKee, 1969), which keeps the states to be told few. More blocks need
-    less memory each and tell each other more. x does not depend on any of this, to the last bit.
+    in reverse Cuthill-McKee order (E. Cuthill, J. McKee, 1969), which keeps the states to exchange few. More blocks
+    need less memory each and exchange more. x does not depend on any of this, to the last bit.
 
         gabf.solve(net, partition=gabf.Partition(4, scheduler="tcp://127.0.0.1:8786"))
     """

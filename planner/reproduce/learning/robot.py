@@ -186,7 +186,7 @@ def make_case(query: Query, nodes: int, seed: int, number: int, progress: Progre
 
 
 def slow_zone(query: Query, roadmap: Roadmap, network: gabf.Network) -> SlowZone:
-    """A zone that the planner is not told of, in the middle of where it would go if it minded length only."""
+    """A zone that the planner is not told of, in the middle of where it would go if it minimized only path length."""
     field = gabf.oracle(network)
     start = int(roadmap.starts[np.argmin(field[roadmap.starts])])
     path = dense_path(path_waypoints(roadmap, query.robot, gabf.extract_path(network, field, start)))

@@ -1,4 +1,4 @@
-"""One method on one network: the same x from all that run the dynamics, and what blocks tell each other."""
+"""One method on one network: the same x from all that run the dynamics, and what blocks exchange."""
 
 from __future__ import annotations
 

@@ -205,7 +205,7 @@ class LinkGoal:
 
 @dataclass(frozen=True)
 class MotionPlanRequest:
-    """What a request asks: a start by joint names, what is carried, goals of equal right, shares of the limits.
+    """What a request asks: a start by joint names, what is carried, alternative goals, shares of the limits.
 
     ``group`` is empty where the request names none. ``shares``, of velocity and of acceleration, are there where the
     request says one. A start that ``replaces`` the scene's is no difference to it.
