@@ -63,8 +63,7 @@ int world_add(World* world, int joint, int kind, int n, const double* points, do
         item.joint = joint, item.frame = joint;
         Solid solid;
         if (kind == 0) solid = Solid::of_points(points, n, radius);
-        if (kind == 1)
-            solid = Solid::of_cylinder(vec_at(points), vec_at(points + 3), vec_at(points + 6), vec_at(points + 9));
+        if (kind == 1) solid = Solid::of_cylinder(points);
         if (kind == 2) solid = Solid::of_triangles(points, n, triangles, m, depth, radius);
         item.solid = std::make_shared<const Solid>(std::move(solid));
         return added(*world, std::move(item));
