@@ -52,7 +52,7 @@ def worked_out(
 def _always(checker: CollisionChecker) -> list[tuple[str, str]]:
     """The pairs of links of which two bodies touch in nearly all configurations of the sample.
 
-    Those touch that no plane proves apart: so every backend leaves the same pairs out, and makes no shapes to find them.
+    Those touch that no plane proves apart: so every backend leaves out the same, and makes no shapes to find them.
     """
     robot, world = checker.robot, checker.world
     if not len(world.self_pairs):
