@@ -45,8 +45,10 @@ def try_robot(checker: CollisionChecker, seed: int = 0) -> Trial:
     touching = _touching(checker, q)
     names = [_names(checker, pair) for pair in range(touching.shape[1])]
     home = sorted({names[pair] for pair in np.flatnonzero(touching[0])})
-    shares = {name: max(touching[1:, k].mean() for k in range(len(names)) if names[k] == name) for name in set(names)}
-    often = {name: float(share) for name, share in sorted(shares.items()) if share >= OFTEN}
+    shares: dict[tuple[str, str], float] = {}
+    for name, share in zip(names, touching[1:].mean(axis=0).tolist(), strict=True):
+        shares[name] = max(share, shares.get(name, 0.0))
+    often = {name: share for name, share in sorted(shares.items()) if share >= OFTEN}
     reached = sum(_is_reached(checker, xyz) for xyz in tool_positions(robot, q[1 : _TARGETS + 1]).tolist())
     return Trial(tuple(home), often, float((~touching[1:].any(axis=1)).mean()), reached, _TARGETS)
 
