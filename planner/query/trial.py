@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools
+from planner.base.arrays import Bools, Floats
 from planner.base.errors import StateError
 from planner.base.targets import Position
 from planner.collision.checker import APART, CollisionChecker
@@ -15,6 +15,7 @@ from planner.kinematics.forward import joint_placements, tool_positions
 from planner.query.resolve import resolve
 
 _SAMPLES, _TARGETS = 200, 8
+_STEPS = 17  # configurations on the way from home
 OFTEN = 0.5  # share of random configurations from which on a pair that touches is named
 
 
@@ -51,6 +52,33 @@ def try_robot(checker: CollisionChecker, seed: int = 0) -> Trial:
     often = {name: share for name, share in sorted(shares.items()) if share >= OFTEN}
     reached = sum(_is_reached(checker, xyz) for xyz in tool_positions(robot, q[1 : _TARGETS + 1]).tolist())
     return Trial(tuple(home), often, float((~touching[1:].any(axis=1)).mean()), reached, _TARGETS)
+
+
+def free_home(checker: CollisionChecker, seed: int = 0) -> Floats | None:
+    """A configuration (dof,) in which nothing touches, near home: home itself where that is free; None for none found.
+
+    On the way from home to the middle of the limits, else to random free configurations, whichever is nearest.
+    """
+    robot, rng = checker.robot, np.random.default_rng(seed)
+    if not _touching(checker, robot.home[None]).any():
+        return robot.home
+    middle = _on_the_way(checker, 0.5 * (robot.lower + robot.upper))
+    if middle is not None:
+        return middle
+    q = rng.uniform(robot.lower, robot.upper, size=(_SAMPLES, robot.dof))
+    free = q[~_touching(checker, q).any(axis=1)]
+    found = [near for end in free if (near := _on_the_way(checker, end)) is not None]
+    return min(found, key=lambda near: float(np.abs(near - robot.home).sum()), default=None)
+
+
+def _on_the_way(checker: CollisionChecker, end: Floats) -> Floats | None:
+    """Of some configurations (dof,) from home to ``end`` the first free one with a free one after it."""
+    robot = checker.robot
+    way = robot.home + np.linspace(0.0, 1.0, _STEPS)[:, None] * (end - robot.home)
+    way = np.clip(np.round(way, 3), robot.lower, robot.upper)  # people read it
+    free = ~_touching(checker, way).any(axis=1)
+    roomy = np.flatnonzero(free[:-1] & free[1:])
+    return way[roomy[0]] if len(roomy) else None
 
 
 def _touching(checker: CollisionChecker, q: np.ndarray) -> Bools:
