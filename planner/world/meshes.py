@@ -72,9 +72,8 @@ def _thin_mesh(path: Path, content: bytes, scale: Floats) -> Mesh:
         if wrong:
             raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
         found = thinned(Mesh(vertices, triangles))
-        if found.radius:
-            return found
-    return thinned(read_mesh(path, scale))  # with the vertices as the library joins them
+        return found if found.radius else read_mesh(path, scale)  # with the vertices as the library joins them
+    return thinned(read_mesh(path, scale))
 
 
 def mesh_loader() -> coal.MeshLoader:
