@@ -76,7 +76,7 @@ def _on_the_way(checker: CollisionChecker, end: Floats) -> Floats | None:
     robot = checker.robot
     way = robot.home + np.linspace(0.0, 1.0, _STEPS)[:, None] * (end - robot.home)
     way = np.clip(np.round(way, 3), robot.lower, robot.upper)  # people read it
-    free = ~_touching(checker, way).any(axis=1)
+    free: Bools = ~np.any(_touching(checker, way), axis=1)
     roomy = np.flatnonzero(free[:-1] & free[1:])
     return way[roomy[0]] if len(roomy) else None
 

@@ -66,7 +66,9 @@ def test_a_mesh_is_read_once_however_it_is_named(
     monkeypatch.setattr(meshes, "read_mesh", lambda *_: pytest.fail("the file was read again"))
     monkeypatch.setattr(urdf_geometry, "shape_of", lambda _: pytest.fail("Pinocchio read it"))
     assert Robot.load(path).identity == first.identity
-    np.testing.assert_allclose(np.ptp(first.bodies[0].shape.vertices, axis=0), [0.1, 0.2, 0.3], atol=1e-7)
+    shape = first.bodies[0].shape
+    assert isinstance(shape, Mesh)
+    np.testing.assert_allclose(np.ptp(shape.vertices, axis=0), [0.1, 0.2, 0.3], atol=1e-7)
 
 
 @pytest.mark.parametrize("damage", [lambda b: b[:-7], lambda b: b[:200] + b"\xff" * (len(b) - 200)])
