@@ -96,6 +96,7 @@ def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, mo
 
 
 _FLOAT = np.dtype(np.float64)
+_LONG = 5000  # numbers
 
 
 def _read(what: str, values: Any, shape: Shape, error: type[PlannerError]) -> Floats:
@@ -122,12 +123,18 @@ def _shaped(what: str, found: Floats, shape: Shape, error: type[PlannerError]) -
 
 def _fitting(what: str, found: Floats, shape: Shape, error: type[PlannerError], most: float) -> Floats:
     _shaped(what, found, shape, error)
-    if not np.vdot(found, found) < min(most, 1e150) ** 2:  # a look at all of them at once takes a third of the time
+    if not _square(found) < min(most, 1e150) ** 2:  # a look at all of them at once takes a third of the time
         fits = np.abs(found) <= most if most < np.inf else np.isfinite(found)
         if not fits.all():
             limit = "" if most == np.inf else f", no farther than {most:g} from 0"
             _refuse(what, found, fits, f"every number has to be finite{limit}", error)
     return found
+
+
+def _square(found: Floats) -> float:
+    """The sum of all squares. BLAS shares out long ones to threads, which wait for each other longer than it takes."""
+    flat = found.ravel()
+    return float(np.vdot(flat, flat) if found.size < _LONG else np.einsum("i,i->", flat, flat))
 
 
 def _text(shape: Shape) -> str:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import io
+import json
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -22,9 +23,11 @@ from planner.base.hashing import content_hash
 
 Arrays: TypeAlias = Mapping[str, np.ndarray]
 
-_VERSION = 1  # of the files
+_VERSION = 2  # of the files
 _MOST = 1 << 29  # bytes of all files of one kind: the oldest go first
 _DIGEST = hashlib.sha256().digest_size
+_ALIGNED = 8  # bytes: where numbers may begin
+_since: dict[Path, int] = {}  # bytes written since a folder was cleared
 
 
 def kept(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
@@ -46,21 +49,41 @@ def _read(path: Path) -> Arrays | None:
     """The arrays of a file; None where there is none whose content has the hash that it begins with."""
     with contextlib.suppress(Exception):  # whatever is wrong with it, the arrays can be made
         content = path.read_bytes()
-        digest, arrays = content[:_DIGEST], memoryview(content)[_DIGEST:]
-        if hashlib.sha256(arrays).digest() == digest:
-            with np.load(io.BytesIO(arrays), allow_pickle=False) as found:
-                return {name: found[name] for name in found.files}
+        if hashlib.sha256(memoryview(content)[_DIGEST:]).digest() == content[:_DIGEST]:
+            end = content.index(b"\n", _DIGEST)
+            return _arrays(content, json.loads(content[_DIGEST:end]), end + 1)
     return None
 
 
+def _arrays(content: bytes, said: Iterable[tuple[str, str, list[int]]], at: int) -> Arrays:
+    """The arrays, read-only, that lie one after the other from ``at`` on, of each its name, kind and shape."""
+    found = {}
+    for name, kind, shape in said:
+        count = math.prod(shape)
+        array = np.frombuffer(content, np.dtype(kind), count, at) if count else np.empty(0, kind)
+        found[name] = array.reshape(shape)
+        at += array.nbytes + -array.nbytes % _ALIGNED
+    return found
+
+
 def _write(path: Path, arrays: Arrays) -> None:
-    buffer = io.BytesIO()
-    np.savez(buffer, allow_pickle=False, **arrays)
-    content = buffer.getvalue()
+    said = json.dumps([(name, array.dtype.str, array.shape) for name, array in arrays.items()]).encode()
+    parts = [said + b" " * (-(len(said) + 1) % _ALIGNED) + b"\n"]
+    for array in arrays.values():
+        parts += [array.tobytes(), b" " * (-array.nbytes % _ALIGNED)]
+    content = b"".join(parts)
     with contextlib.suppress(OSError, PlannerError):  # without a home, on a full disk
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, hashlib.sha256(content).digest() + content, lasting=False)
-        _clear(path.parent)
+        _make_room(path.parent, len(content))
+
+
+def _make_room(folder: Path, written: int) -> None:
+    """Clear a folder at the first of the files that are written to it, and whenever many have been."""
+    _since[folder] = _since.get(folder, _MOST) + written
+    if _since[folder] >= _MOST // 32:
+        _since[folder] = 0
+        _clear(folder)
 
 
 def _clear(folder: Path) -> None:

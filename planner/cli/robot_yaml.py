@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from planner.problem.request import names_text, require_one_choice, require_seed
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from planner.collision.checker import CollisionChecker
     from planner.collision.pair_survey import Survey
     from planner.models.robot import Robot
 
@@ -36,7 +38,8 @@ def robot_yaml(
     Finds pairs of links that are adjacent, that touch in nearly every random configuration, and that are proven never
     to touch. Pairs that only never touched in the sample, which MoveIt's setup assistant disables too, are listed as
     comments and stay checked: a sample is no proof. The same command and seed write the same file. Then the robot is
-    tried: its home, random configurations and targets; pairs of links that stand in the way are named. Examples:
+    tried: its home, random configurations and targets; pairs of links that stand in the way are named. Where no file
+    says where home is, and links touch with all joints at zero, a home is chosen where none do. Examples:
 
     planner robot-yaml robots/examples/arm.urdf --tool tip --out mine/robot.yaml
 
@@ -78,24 +81,40 @@ def robot_yaml(
     require_bodies(arm)
     with watching() as progress:
         survey = survey_pairs(arm, CoalChecker, samples, seed, progress)
+    checker = _tried_as(arm, survey.unchecked(trust_samples), {*files.home} & {*arm.joints})
     make_folder(out.parent)
-    write_whole(out, text_of(files, arm, survey, out.parent, trust_samples).encode())
+    write_whole(out, text_of(files, checker.robot, survey, out.parent, trust_samples).encode())
     say(_summary(survey, trust_samples))
-    for sentence in _outlook(arm, survey.unchecked(trust_samples)):
+    for sentence in _outlook(arm, checker):
         say(sentence)
     say(f"Written: {out}. Plan with --robot {out}")
     return 0
 
 
-def _outlook(arm: Robot, unchecked: frozenset[frozenset[str]]) -> Iterator[str]:
-    """How usable the robot is with what has been written, and what stands in the way."""
+def _tried_as(arm: Robot, unchecked: frozenset[frozenset[str]], said: set[str]) -> CollisionChecker:
+    """A checker of the robot alone, with a home where nothing touches unless its files have ``said`` where that is."""
+    from planner.base.arrays import frozen
     from planner.collision.coal import CoalChecker
     from planner.collision.world import World
     from planner.models.scene import Scene
+    from planner.setup.trial import free_home
+
+    checker = CoalChecker(World.of(arm, Scene("none"), unchecked | (arm.disabled_pairs or frozenset()) | arm.touching))
+    home = None if said else free_home(checker)
+    if home is None or (home == arm.home).all():
+        return checker
+    return CoalChecker(replace(checker.world, robot=replace(arm, home=frozen(home))), checker)
+
+
+def _outlook(arm: Robot, checker: CollisionChecker) -> Iterator[str]:
+    """How usable the robot is with what has been written, and what stands in the way."""
     from planner.setup.trial import try_robot
 
-    disabled = unchecked | (arm.disabled_pairs or frozenset()) | arm.touching
-    found = try_robot(CoalChecker(World.of(arm, Scene("none"), disabled)))
+    home = checker.robot.home
+    if (home != arm.home).any():
+        values = ",".join(f"{value:g}" for value in home.tolist())
+        yield f"No file says where home is, and links touch with the joints at zero: home is q:{values} instead."
+    found = try_robot(checker)
     yield (
         f"Tried without obstacles: home is {'in collision' if found.home else 'free'}, {found.reached} of "
         f"{found.targets} tool positions are reached, {100 * found.free:.0f} % of random configurations are free."

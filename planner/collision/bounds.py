@@ -19,7 +19,7 @@ from planner.base.arrays import Floats, Ints, frozen
 from planner.base.kept import kept
 from planner.base.products import product
 from planner.collision.bounding_volumes import Spheres, box_cover, sphere_cover
-from planner.collision.hulls import dent, hull_corners
+from planner.collision.hulls import hull_of
 from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.models.moving import KnownMotion
@@ -119,12 +119,6 @@ def _cover(shape: Shape) -> Spheres:
     return Spheres(frozen(arrays["centres"]), frozen(arrays["radii"]))
 
 
-@lru_cache(maxsize=1024)
-def _hull(mesh: Mesh) -> Floats:
-    """Points (k, 3) with the convex hull of a mesh."""
-    return hull_corners(mesh.vertices)
-
-
 def _add_obstacle(native: NativeWorld, item: Obstacle, motion: KnownMotion | None) -> None:
     placed = item if motion is None else replace(item, placement=np.eye(4))  # in the frame that moves
     number = _add(native, -1, placed.shape, placed.placement)
@@ -145,15 +139,12 @@ def _add(native: NativeWorld, joint: int, shape: Shape, placement: Floats) -> in
         half = 0.5 * shape.length * turn[:, 2]
         return native.add_cylinder(joint, shift, half, shape.radius * turn[:, :2].T)
     if isinstance(shape, Mesh):
-        triangles = shape.vertices[shape.triangles] @ turn.T + shift
-        if shape.radius:
-            hull, half = _hull(shape) @ turn.T + shift, 0.5 * float(np.ptp(shape.vertices, axis=0).min())
-            return native.add_surface(joint, hull, triangles, half, shape.radius)  # nothing in it is deeper than half
-        hull = hull_corners(triangles.reshape(-1, 3))
-        depth = dent(shape)
+        points, depth = hull_of(shape)
+        hull = points @ turn.T + shift
         if depth < _CONVEX:
-            return native.add_hull(joint, hull, 0.0)
-        return native.add_surface(joint, hull, triangles, depth)
+            return native.add_hull(joint, hull, shape.radius)
+        triangles = (shape.vertices @ turn.T + shift)[shape.triangles]
+        return native.add_surface(joint, hull, triangles, depth, shape.radius)
     points, radius = corners(shape)
     return native.add_hull(joint, points @ turn.T + shift, radius)
 

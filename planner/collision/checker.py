@@ -8,7 +8,7 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, rows
+from planner.base.arrays import Floats, Ints, rows
 from planner.base.errors import StateError
 from planner.base.yamlfile import FARTHEST
 from planner.collision.bounds import ClearanceBound
@@ -95,13 +95,6 @@ class CollisionChecker(Protocol):
         ``rotation`` (joints + 1, 3, 3), ``position`` (joints + 1, 3). May exceed the truth by :meth:`error`.
         """
         ...
-
-    def touching(self, rotation: Floats, position: Floats, pairs: Ints) -> Bools:
-        """(k,) which numbered pairs touch at one placement of the joints, as :meth:`distances` has it, and sooner."""
-        rows = np.zeros_like(pairs)
-        near = self.bound.close(rotation[:, None], position[:, None], rows, pairs, enough=APART) <= 0
-        near[near] = self.distances(rotation, position, pairs[near]) <= 0
-        return near
 
     def error(self, distance: float) -> float:
         """How much a reported ``distance`` (m) may exceed the true one."""

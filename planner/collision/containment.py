@@ -58,6 +58,15 @@ class Inside:
             result[hits[held, 0]] = self._pair[k]
         return result
 
+    def all_pairs(self, q: Floats) -> Ints:
+        """The numbers (m,) of all such pairs that there are in any of the configurations (n, dof)."""
+        if not self._solids:
+            return np.zeros(0, dtype=np.int64)
+        hits, local = self._boxes.hits(q)
+        met = np.unique(hits[:, 1])
+        held = [self._solids[k].contains(local[hits[:, 1] == k]).any() for k in met]
+        return np.unique(self._pair[met[np.array(held, dtype=bool)]])
+
 
 def _apply(turn: Floats, vectors: Floats) -> Floats:
     """Rotations (k, 3, 3) of vectors (k, 3)."""

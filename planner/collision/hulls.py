@@ -6,22 +6,36 @@ from functools import lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, distinct_rows
-from planner.base.kept import kept
+from planner.base.arrays import Floats, Ints, distinct_rows, frozen
+from planner.base.kept import Arrays, kept
 from planner.base.products import product
 from planner.models.shapes import Mesh
-from planner.models.solids import solid_of
+from planner.models.solids import points_used, solid_of
 
 _MANY = 200  # points: of more only the corners of their hull are kept
 _MOST = 4_000_000  # distances of corners from planes: larger meshes are taken to have dents
 
 
+@lru_cache(maxsize=1024)
+def hull_of(mesh: Mesh) -> tuple[Floats, float]:
+    """Points (k, 3) with the convex hull of a mesh, in its frame, and how deep (m) the surface lies below it at most.
+
+    The depth is rough, 0 where the mesh is convex and inf where it is not closed: it says where the hull is good enough
+    a bound. Both are made once: then they come from the cache.
+    """
+    few = 3 * len(mesh.triangles) < _MANY
+    made = _hull_of(mesh) if few else kept("hulls", mesh.content(), lambda: _hull_of(mesh))
+    return frozen(made["corners"]), float(made["depth"])
+
+
+def _hull_of(mesh: Mesh) -> Arrays:
+    return {"corners": hull_corners(mesh.vertices[points_used(mesh)]), "depth": np.array(dent(mesh))}
+
+
 def hull_corners(points: Floats) -> Floats:
     """Of ``points`` (n, 3) fewer (k, 3) with the same convex hull, where there are many."""
     points = points[distinct_rows(points)[0]]
-    if len(points) < _MANY:
-        return points
-    return points[kept("hulls", [points], lambda: {"rows": _hull(points)})["rows"]]
+    return points if len(points) < _MANY else points[_hull(points)]
 
 
 def _hull(points: Floats) -> Ints:
@@ -34,18 +48,14 @@ def _hull(points: Floats) -> Ints:
         return np.arange(len(points))
 
 
-@lru_cache(maxsize=1024)
 def dent(mesh: Mesh) -> float:
     """How deep (m) the surface of a mesh lies below its convex hull at most, roughly; inf where it is not closed.
 
-    0 where it is convex: how far any corner rises above any triangle. It says where the hull is good enough a bound.
+    0 where it is convex: how far any corner rises above any triangle. Nothing in a mesh that is thinned lies deeper
+    than half its size, which is enough to know of so large ones.
     """
-    if len(mesh.triangles) < _MANY:
-        return _dent(mesh)
-    return float(kept("dents", mesh.content(), lambda: {"depth": np.array(_dent(mesh))})["depth"])
-
-
-def _dent(mesh: Mesh) -> float:
+    if mesh.radius:
+        return 0.5 * float(np.ptp(mesh.vertices, axis=0).min())
     solid = solid_of(mesh)
     if solid is None or len(solid.corners) < len(mesh.triangles):
         return np.inf

@@ -10,19 +10,16 @@ from __future__ import annotations
 
 import heapq
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
-from planner.collision.bounds import ClearanceBound
 from planner.collision.checker import APART, CollisionChecker
-from planner.collision.containment import Inside
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
@@ -33,10 +30,11 @@ from planner.models.scene import Scene
 from planner.models.shapes import Mesh
 
 _BATCH = 100  # configurations between two looks at which pairs are decided
+_FEW = 1000  # configurations before the proofs: of the others only pairs are asked that neither decides
 # boxes of joint values that the proof of one pair may look at: with two joints between the links they suffice for a
 # gap of some millimetres, with more joints for links that are well apart
 _BOXES_OF_TWO, _BOXES = 200_000, 20_000
-_WORK = 100_000  # of all proofs of a robot: looks at pairs of convex bodies, of some 20 microseconds each
+_WORK = 130_000  # of all proofs of a robot: looks at pairs of convex bodies, of some 20 microseconds each
 _TRIANGLES = 150  # of two bodies, whose look takes as long as another one at convex bodies
 _AT_ONCE = 5000  # work in one call of the compiled library, which does not hear Ctrl-C
 _ROUNDING = 1e-9  # m by which a computed bound may exceed the distance
@@ -82,11 +80,15 @@ def survey_pairs(
     links = [_links(world, pair) for pair in range(len(world.self_pairs))]
     asked = np.array([pair not in adjacent for pair in links], dtype=bool)
     checker = backend(world)
-    touched = _touching(checker, asked, samples, np.random.default_rng(seed), progress)
-    reasons = _reasons(checker, asked, touched / samples, progress)
+    sampling = _Sampling(checker, samples, np.random.default_rng(seed), progress)
+    sampling.go_on(asked, min(_FEW, samples))
+    proofs = _proven(checker, np.flatnonzero(asked & (sampling.touched == 0)).tolist(), progress)
+    asked[list(proofs)] = False
+    sampling.go_on(asked, samples)
     found: dict[frozenset[str], list[Reason]] = defaultdict(list)
-    for names, reason in zip(links, reasons, strict=True):
-        found[names].append(reason)
+    for pair, names in enumerate(links):
+        seen = _seen(sampling.touched[pair] / samples) if asked[pair] else Reason.ADJACENT
+        found[names].append(proofs.get(pair, seen))
     return Survey({names: _of_links(each) for names, each in found.items()}, samples)
 
 
@@ -108,27 +110,36 @@ def _links(world: World, pair: int) -> frozenset[str]:
     return frozenset((world.bodies[first].link, world.bodies[second].link))
 
 
-def _touching(
-    checker: CollisionChecker, asked: Bools, samples: int, rng: np.random.Generator, progress: Progress
-) -> Ints:
-    """(pairs,) in how many samples each touched, as far as it takes to tell never and nearly always from sometimes."""
-    robot, touched = checker.robot, np.zeros(len(asked), dtype=np.int64)
-    for first in range(0, samples, _BATCH):
-        missed = first - touched
-        pairs = np.flatnonzero(asked & ((touched == 0) | (missed <= (1 - ALWAYS) * samples)))
-        q = rng.uniform(robot.lower, robot.upper, size=(min(_BATCH, samples - first), robot.dof))
-        rotation, position = joint_placements(checker.chain, q)
-        rows, near = np.nonzero(checker.bound.coarse(rotation, position)[:, pairs] <= 0)
-        contacts = checker.bound.close(rotation, position, rows, pairs[near], APART) <= 0
-        touched += np.bincount(pairs[near][contacts], minlength=len(touched))
-        progress("samples", first + len(q), samples)
-    return touched
+class _Sampling:
+    """Random configurations of a robot: in how many each pair ``touched`` (pairs,).
+
+    As far as it takes to tell never and nearly always from sometimes.
+    """
+
+    def __init__(self, checker: CollisionChecker, samples: int, rng: np.random.Generator, progress: Progress) -> None:
+        self.touched: Ints = np.zeros(len(checker.world.self_pairs), dtype=np.int64)
+        self._checker, self._samples, self._rng, self._progress, self._done = checker, samples, rng, progress, 0
+
+    def go_on(self, asked: Bools, until: int) -> None:
+        """Look at the pairs that are ``asked`` (pairs,) for, until there have been so many configurations."""
+        robot, bound = self._checker.robot, self._checker.bound
+        for first in range(self._done, until, _BATCH):
+            missed = first - self.touched
+            pairs = np.flatnonzero(asked & ((self.touched == 0) | (missed <= (1 - ALWAYS) * self._samples)))
+            q = self._rng.uniform(robot.lower, robot.upper, size=(min(_BATCH, until - first), robot.dof))
+            rotation, position = joint_placements(self._checker.chain, q)
+            rows, near = np.nonzero(bound.coarse(rotation, position)[:, pairs] <= 0)
+            contacts = bound.close(rotation, position, rows, pairs[near], APART) <= 0
+            self.touched += np.bincount(pairs[near][contacts], minlength=len(self.touched))
+            self._progress("samples", first + len(q), self._samples)
+        self._done = until
 
 
-def _reasons(checker: CollisionChecker, asked: Bools, share: Floats, progress: Progress) -> list[Reason]:
-    """The reason of every pair; those that never touched have their proofs tried side by side, least work first."""
-    reasons = [Reason.ADJACENT if not ask else _seen(part) for ask, part in zip(asked, share.tolist(), strict=True)]
-    proofs = {pair: _Proof(checker, pair) for pair, reason in enumerate(reasons) if reason is Reason.NEVER}
+def _proven(checker: CollisionChecker, pairs: Sequence[int], progress: Progress) -> dict[int, Reason]:
+    """The reasons of those ``pairs`` for which one is proven; all are tried side by side, least work first."""
+    centre = 0.5 * (checker.robot.lower + checker.robot.upper)
+    held = set(checker.inside.all_pairs(centre[None]).tolist())  # one inside the other, and their surfaces never met
+    proofs = {pair: _Proof(checker, pair) for pair in pairs if pair not in held}
     waiting, spent = [(0.0, pair) for pair in proofs], 0.0
     while waiting and spent < _WORK:
         done, pair = heapq.heappop(waiting)
@@ -138,20 +149,13 @@ def _reasons(checker: CollisionChecker, asked: Bools, share: Floats, progress: P
         spent += proof.work - done
         if proof.found is None:
             heapq.heappush(waiting, (proof.work, pair))
-    for pair, proof in proofs.items():
-        reasons[pair] = proof.found or Reason.NEVER
     progress("proofs", _WORK, _WORK)
-    return reasons
+    found = {pair: proof.found for pair, proof in proofs.items() if proof.found not in (None, Reason.NEVER)}
+    return found | dict.fromkeys(held & set(pairs), Reason.ALWAYS)
 
 
 def _seen(share: float) -> Reason:
     return Reason.ALWAYS if share >= ALWAYS else Reason.SOMETIMES if share > 0 else Reason.NEVER
-
-
-def _alone(world: World, pair: int) -> World:
-    """The world of this pair only."""
-    bodies = tuple(world.bodies[k] for k in world.self_pairs[pair])
-    return World.of(replace(world.robot, bodies=bodies), world.scene, frozenset())
 
 
 class _Proof:
@@ -166,18 +170,10 @@ class _Proof:
         self._price = 1 + sum(len(b.shape.triangles) for b in bodies if isinstance(b.shape, Mesh)) / _TRIANGLES
         self._step = max(1, int(_AT_ONCE / self._price))
 
-    @cached_property
-    def _bound(self) -> ClearanceBound:
-        """Of this pair alone, with the shapes that there are."""
-        return ClearanceBound(_alone(self._whole.world, self._pair), self._whole.bound)
-
     def go_on(self) -> None:
         """Look at the boxes that there are, and cut those that are not decided."""
         if not self.work:
             self._begin()
-            if self._holds():
-                self.found = Reason.ALWAYS  # one lies inside the other, and their surfaces never met
-                return
         centre, half = self._boxes[0][: self._step], self._boxes[1][: self._step]
         need = product(half, self._reach[:, None])[:, 0]
         gap = self._gaps(centre, need)
@@ -194,26 +190,20 @@ class _Proof:
 
     def _begin(self) -> None:
         """With the box of all joint values as the only one."""
-        robot = self._whole.robot
-        self._reach = pair_reach(robot, *self._bound.world.bodies)
+        robot, world = self._whole.robot, self._whole.world
+        self._reach = pair_reach(robot, *(world.bodies[k] for k in world.self_pairs[self._pair]))
         self._looks, self._most = 0, _BOXES_OF_TWO if (self._reach > 0).sum() <= 2 else _BOXES
         centre, width = 0.5 * (robot.lower + robot.upper)[None], robot.upper - robot.lower
         width = np.where(robot.prismatic, width, np.minimum(width, 2 * np.pi))  # one turn is all there is
         self._boxes = centre, np.where(self._reach > 0, 0.5 * width, 0.0)[None]
 
-    def _holds(self) -> bool:
-        """Whether one lies inside the other in the middle of the box."""
-        inside = Inside(self._bound.world, self._whole.chain)
-        return bool((inside.pairs(self._boxes[0]) >= 0).any())
-
     def _gaps(self, q: Floats, need: Floats) -> Floats:
         """Lower bounds (n,) on the distance, as close as it takes to exceed ``need``; below 0 where the two touch."""
         rotation, position = joint_placements(self._whole.chain, q)
-        gap, only = np.maximum(self._bound.coarse(rotation, position)[:, 0], 0.0), np.array([self._pair])
-        rows = np.flatnonzero(gap <= need)
-        close = self._bound.close(rotation, position, rows, np.zeros_like(rows), need[rows] + 2 * _ROUNDING)
-        gap[rows] = np.maximum(gap[rows], close - _ROUNDING)
-        for row in rows[gap[rows] <= 0]:
+        only, rows = np.array([self._pair]), np.arange(len(q))
+        gap = self._whole.bound.close(rotation, position, rows, np.full(len(q), self._pair), need + 2 * _ROUNDING)
+        gap -= _ROUNDING
+        for row in rows[gap <= 0]:
             if self._whole.distances(rotation[:, row], position[:, row], only)[0] <= 0:
                 gap[row] = -1.0
         return gap

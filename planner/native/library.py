@@ -275,7 +275,7 @@ class NativeWorld:
         k = len(rows)
         rows, pairs, enough = _ints(rows, k), _ints(pairs, k), _floats(np.broadcast_to(enough, k), k)
         placed, bounds = (_at(rotation), _at(position)), np.empty(k)
-        _library.world_close(self.handle, n, *placed, k, _at(rows), _at(pairs), _at(enough), _at(bounds))
+        _library.world_close(self.handle, n, *placed, k, _at(rows), _at(pairs), _at(enough), threads(), _at(bounds))
         return bounds
 
     def first_near(self, q: Floats) -> int:

@@ -40,6 +40,27 @@ def test_made_once_for_equal_values() -> None:
     assert make.times == 3
 
 
+def test_arrays_come_back_as_they_were() -> None:
+    rng = np.random.default_rng(0)
+    arrays = {
+        "words": np.array(["å", "xyz", ""]),
+        "turned": rng.normal(size=(3, 4, 5)).T,
+        "none": np.zeros((0, 3)),
+        "one": np.array(2.5),
+        "small": np.arange(5, dtype=np.int8),
+        "big": np.arange(3, dtype=">i4"),
+        "yes": np.array([True, False]),
+    }
+    assert kept("kind", ["all"], lambda: arrays) is arrays
+    found = kept("kind", ["all"], lambda: arrays)
+    assert list(found) == list(arrays)
+    for name, array in arrays.items():
+        assert found[name].dtype == array.dtype
+        np.testing.assert_array_equal(found[name], array)
+    assert found is not arrays
+    assert all(array.flags.aligned and not array.flags.writeable for array in found.values() if array.size)
+
+
 def test_any_damage_makes_it_anew() -> None:
     make = Making()
     kept("kind", [1], make)

@@ -13,7 +13,10 @@ from pathlib import Path
 import pytest
 
 from planner.base.resources import robots_folder
+from planner.collision import make_checker
+from planner.collision.checker import is_free
 from planner.models.robot import Robot
+from planner.models.scene import Scene
 from tests.command_line import Run, assert_refused
 from tests.worlds import joint_xml, link_xml
 
@@ -32,19 +35,41 @@ def made(run: Run, tmp_path: Path) -> Path:
     return out
 
 
-def test_pairs_that_stand_in_the_way_are_named(run: Run, tmp_path: Path, urdf_file: Callable[..., str]) -> None:
+def under_a_disc(urdf_file: Callable[..., str]) -> str:
+    """A block that goes round below a disc and touches it, unless that is high or low enough."""
     links = link_xml("a") + link_xml("m") + link_xml("disc", '<cylinder radius="0.55" length="0.01"/>')
     links += link_xml("b", '<box size="0.02 0.02 0.02"/>', origin='<origin xyz="0.5 0 0"/>')
     joints = joint_xml("j", "a", "b", limit="-3 3") + joint_xml("weld", "a", "m", "fixed")
     joints += joint_xml("k", "m", "disc", "prismatic", limit="-0.025 0.025")
-    robot = urdf_file(links + joints)
-    options = ("--joints", "j,k", "--tool", "b", "--samples", "100", "--out", str(tmp_path / "r.yaml"))
-    code, text, error = run("robot-yaml", robot, *options)
+    return urdf_file(links + joints)
+
+
+OF_DISC = ("--joints", "j,k", "--tool", "b", "--samples", "100", "--out")
+
+
+def test_pairs_that_stand_in_the_way_are_named(run: Run, tmp_path: Path, urdf_file: Callable[..., str]) -> None:
+    own = tmp_path / "own.yaml"
+    own.write_text(f"urdf: {{file: {under_a_disc(urdf_file)}}}\njoints: [j, k]\ntool: b\nhome: [0.1, 0.0]\n")
+    code, text, error = run("robot-yaml", str(own), *OF_DISC, str(tmp_path / "r.yaml"))
     assert code == 0, error
     text = " ".join(text.split())
-    assert "home is in collision" in text
+    assert "home is in collision" in text, "the file says where home is: it stays there"
     assert "'b' and 'disc' touch at home and in" in text
     assert 'add ["b", "disc"] to disabled_pairs' in text
+    assert "\nhome: [0.1, 0.0]\n" in (tmp_path / "r.yaml").read_text()
+
+
+def test_where_no_file_says_where_home_is_it_is_free(run: Run, tmp_path: Path, urdf_file: Callable[..., str]) -> None:
+    made = tmp_path / "r.yaml"
+    code, text, error = run("robot-yaml", under_a_disc(urdf_file), *OF_DISC, str(made))
+    assert code == 0, error
+    text = " ".join(text.split())
+    assert "No file says where home is" in text
+    assert "home is free" in text
+    assert "'b' and 'disc' touch in" in text
+    robot = Robot.load(made)
+    assert is_free(make_checker(robot, Scene("none")), robot.home)
+    assert 0.015 < abs(robot.home[1]) < 0.025, "with room, and nearer to zero than the limit"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -53,6 +53,15 @@ def test_a_robot_inside_a_mesh(backend: str, mesh: Mesh, at: np.ndarray | None, 
     assert (path_contact(checker, np.array([q, q + delta])) is not None) is encloses
 
 
+def test_all_pairs_names_every_pair_of_which_one_is_inside_the_other() -> None:
+    scene = scene_of((box(8.0), np.eye(4)), (box(9.0), pose([20, 0, 0])), (ROOM, np.eye(4)), (box(10.0), np.eye(4)))
+    checker = make_checker(load("planar_2r"), scene)
+    pairs = {checker.world.members(k) for k in checker.inside.all_pairs(np.array([[0.3, 0.4], [0.1, 0.2]])).tolist()}
+    assert pairs == {(body, obstacle) for body in range(len(checker.world.bodies)) for obstacle in (0, 3)}
+    bare = make_checker(load("planar_2r"), Scene("none"))
+    assert not len(bare.inside.all_pairs(np.zeros((1, 2))))
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_a_start_inside_is_refused_with_a_sentence(backend: str) -> None:
     with pytest.raises(StateError, match="lie one wholly inside the other, a closed mesh; move it"):

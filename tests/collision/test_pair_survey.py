@@ -89,6 +89,42 @@ def test_what_is_proven_apart_never_touches() -> None:
     assert all((judge.distances(q)[rows] > 0).all() for q in random_q(robot, 200, seed=7))
 
 
+def test_a_climb_finds_no_contact_of_what_is_proven_apart() -> None:
+    """Meshes, and joints between: from the nearest of random configurations downhill by coal's distances."""
+    robot = replace(load("xarm7"), disabled_pairs=frozenset())
+    world = World.of(robot, Scene("none"), frozenset())
+    proven = {frozenset(pair) for pair in survey_pairs(robot, CoalChecker, 200, 0).pairs(Reason.APART)}
+    links = [frozenset((robot.bodies[i].link, robot.bodies[k].link)) for i, k in world.self_pairs]
+    rows, rng = [k for k, pair in enumerate(links) if pair in proven], np.random.default_rng(8)
+    assert rows
+    for row in rows:
+        judge = CoalWorld(world.only(np.arange(len(links)) == row))
+        q = random_q(robot, 5, seed=9)
+        far = [judge.distances(one)[0] for one in q]
+        best, at = min(far), q[int(np.argmin(far))]
+        for step in np.geomspace(0.5, 1e-3, 15):
+            tried = np.clip(at + step * rng.normal(size=robot.dof), robot.lower, robot.upper)
+            found = judge.distances(tried)[0]
+            best, at = (found, tried) if found < best else (best, at)
+        assert best > 0
+
+
+def test_what_a_proof_decides_is_not_sampled_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = replace(load("iiwa14"), disabled_pairs=frozenset())
+    robot, asked = replace(robot, bodies=robot.bodies[:5]), []
+    go_on = pair_survey._Sampling.go_on
+
+    def watched(self: pair_survey._Sampling, pairs: np.ndarray, until: int) -> None:
+        asked.append((int(pairs.sum()), until))
+        go_on(self, pairs, until)
+
+    monkeypatch.setattr(pair_survey._Sampling, "go_on", watched)
+    found = survey_pairs(robot, CoalChecker, 1200, 0)
+    (first, few), (second, samples) = asked
+    assert (few, samples, found.samples) == (1000, 1200, 1200)
+    assert second <= first - len(found.pairs(Reason.APART)) < first
+
+
 def test_proofs_share_one_budget_of_work_and_are_the_same_again(monkeypatch: pytest.MonkeyPatch) -> None:
     robot = replace(load("iiwa14"), disabled_pairs=frozenset())
     robot = replace(robot, bodies=robot.bodies[:5])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from planner.collision import make_checker
+from planner.collision.coal import CoalChecker
 from planner.collision.fcl import FclChecker
 from planner.collision.self_pairs import ALWAYS, adjacent_pairs, generate_disabled_pairs, worked_out
 from planner.collision.world import World
@@ -96,3 +97,11 @@ def test_a_robot_is_asked_about_once() -> None:
     again, none = worked_out(robot, FclChecker)
     assert first == again
     assert (made is not None, none) == (True, None)
+
+
+def test_whatever_the_backend_the_pairs_are_the_same_and_no_shapes_are_made_for_them() -> None:
+    robot = replace(load("kinova"), upper=load("kinova").upper - 0.0321)
+    first, made = worked_out(robot, FclChecker)
+    assert isinstance(made, FclChecker)
+    assert not made.geometries  # trees of triangles take longer than all the rest
+    assert worked_out(robot, CoalChecker) == (first, None)

@@ -93,7 +93,9 @@ def test_the_same_bits_on_one_thread_and_on_many(monkeypatch: pytest.MonkeyPatch
         proofs, pairs = prover.prove(q, delta), np.full(150, 2)
         first = prover.first_free(q, delta, pairs, np.full(50, 3))
         w = manipulability(robot, q)
-        answers.append((proofs.verdict, proofs.pair, proofs.samples, proofs.clearance, first, w))
+        rows, numbers = np.divmod(np.arange(len(q) * checker.bound.native.pairs), checker.bound.native.pairs)
+        gaps = checker.bound.close(*joint_placements(checker.chain, q), rows, numbers, 0.05)
+        answers.append((proofs.verdict, proofs.pair, proofs.samples, proofs.clearance, first, w, gaps))
     for other in answers[1:]:
         for one, same in zip(answers[0], other, strict=True):
             np.testing.assert_array_equal(one, same)

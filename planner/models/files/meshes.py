@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -71,9 +72,8 @@ def _thin_mesh(path: Path, content: bytes, scale: Floats) -> Mesh:
         if wrong:
             raise FileError(f"mesh file {path} {wrong}: check 'scale', or export it again.")
         found = thinned(Mesh(vertices, triangles))
-        if found.radius:
-            return found
-    return thinned(read_mesh(path, scale))  # with the vertices as the library joins them
+        return found if found.radius else read_mesh(path, scale)  # with the vertices as the library joins them
+    return thinned(read_mesh(path, scale))
 
 
 def mesh_loader() -> coal.MeshLoader:
@@ -132,9 +132,8 @@ def shape_of(geometry: coal.CollisionGeometry) -> Shape:
         case coal.Cylinder():
             return Cylinder(float(geometry.radius), float(2 * geometry.halfLength))
         case coal.BVHModelBase():
-            triangles = np.empty((geometry.num_tris, 3), dtype=np.int64)
-            for row, triangle in zip(triangles, map(geometry.tri_indices, range(len(triangles))), strict=True):
-                row[:] = triangle[0], triangle[1], triangle[2]  # not iterable: it has no end
+            rows = map(itemgetter(0, 1, 2), map(geometry.tri_indices, range(geometry.num_tris)))  # no iterables
+            triangles = np.array(list(rows), dtype=np.int64).reshape(-1, 3)
             vertices = np.array(geometry.vertices(), dtype=float).reshape(-1, 3)
             wrong = fault(vertices, triangles)
             if wrong:

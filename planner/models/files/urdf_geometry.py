@@ -1,4 +1,4 @@
-"""The geometry of a robot's links: Pinocchio's, large meshes thinned, as backend-neutral bodies; and its mesh files."""
+"""The geometry of a robot's links as backend-neutral bodies, its meshes out of the cache, and its mesh files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from planner.models.files.meshes import MeshFault, link_mesh, mesh_loader, reaso
 from planner.models.files.urdf import Description
 from planner.models.shapes import Body, Mesh, Shape
 
-_LARGE = 100_000  # bytes of a mesh file: smaller ones hold about 2,000 triangles at most
 _ONE_FILE = (".stl", ".obj", ".dae", ".ply")  # kinds of which one file says all about the triangles
 
 
@@ -33,11 +32,11 @@ class Geometry:
 
 
 def read_geometry(description: Description, model: pin.Model, kind: pin.GeometryType) -> Geometry:
-    """The geometry of one ``kind``; large meshes that collide are thinned, and are no meshes to Pinocchio."""
+    """The geometry of one ``kind``; meshes that collide are read by us, large ones thinned: none to Pinocchio."""
     read: dict[tuple[Path, str], Mesh] = {}
     xml, meshes = description.xml, {}
     if kind is pin.GeometryType.COLLISION and not description.is_mjcf:
-        xml, meshes = _without_large_meshes(description, read)
+        xml, meshes = _without_meshes(description, read)
     for file in _mesh_files(description, kind):
         if file not in {path for path, _ in read}:
             require_readable_mesh(file)
@@ -67,8 +66,8 @@ def read_geometry(description: Description, model: pin.Model, kind: pin.Geometry
     return Geometry(geometry, links, meshes)
 
 
-def _without_large_meshes(description: Description, read: dict[tuple[Path, str], Mesh]) -> tuple[str, dict[str, Mesh]]:
-    """The URDF with a ball in place of every large mesh that collides, and these meshes by their names in Pinocchio.
+def _without_meshes(description: Description, read: dict[tuple[Path, str], Mesh]) -> tuple[str, dict[str, Mesh]]:
+    """The URDF with a ball in place of every mesh that collides, and these meshes by their names in Pinocchio.
 
     ``read`` takes every mesh by its file and scale.
     """
@@ -79,7 +78,7 @@ def _without_large_meshes(description: Description, read: dict[tuple[Path, str],
             if geometry is None or mesh is None:
                 continue
             file, scale = next(_places(description, mesh.get("filename", "")), None), mesh.get("scale", "1 1 1")
-            if file is None or file.stat().st_size < _LARGE or file.suffix.lower() not in _ONE_FILE:
+            if file is None or file.suffix.lower() not in _ONE_FILE:
                 continue
             if (file, scale) not in read:
                 read[file, scale] = link_mesh(file, np.array(scale.split(), dtype=float))
@@ -108,7 +107,9 @@ def _mesh_files(description: Description, kind: pin.GeometryType) -> Iterator[Pa
 
 def _places(description: Description, name: str) -> Iterator[Path]:
     """The files that a mesh of this ``name`` may be in."""
-    place = name.removeprefix("package://").removeprefix("model://").removeprefix("file://")
+    place = name.removeprefix("file://")
+    if place.startswith(("package://", "model://")):
+        place = place.partition("://")[2].lstrip("/")  # talos writes package:///
     found = (Path(folder) / place for folder in description.package_dirs)
     return (path for path in found if is_file(path))
 

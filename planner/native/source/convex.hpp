@@ -39,16 +39,17 @@ FOR_THIS_PROCESSOR inline int first_farthest(const double* points, int count, do
 // A convex set in the frame of what carries it: the hull of points, or a cylinder; and all that is no farther than
 // `radius` from that.
 struct Convex {
-    const double* points = nullptr;  // x of all points, then y, then z
+    const double* points = nullptr;  // x of all points, then y, then z; of a cylinder its middle, from there to the middle
+                                     // of a disc, and its radius in two directions across the axis
     int count = 0;
-    double radius = 0.0;
     bool is_cylinder = false;
-    Vec centre, half;          // of a cylinder: its middle, and from there to the middle of a disc
-    Vec across_u, across_v;    // its radius in two directions across the axis
-    Vec only;                  // the point, if count is 1
+    double radius = 0.0;
+    Vec only;  // the point, if count is 1
 
     Vec farthest(Vec d) const {
         if (is_cylinder) {
+            const Vec centre = vec_at(points), half = vec_at(points + 3);
+            const Vec across_u = vec_at(points + 6), across_v = vec_at(points + 9);
             Vec end = dot(d, half) > 0.0 ? centre + half : centre - half;
             double u = dot(d, across_u), v = dot(d, across_v), norm = std::sqrt(u * u + v * v);
             return norm > 0.0 ? end + (u / norm) * across_u + (v / norm) * across_v : end;

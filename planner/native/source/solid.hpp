@@ -53,15 +53,14 @@ FOR_THIS_PROCESSOR inline void distances_to(const Target& target, const double* 
     }
 }
 
-// Part of a solid: a ball that holds it; at the end of a branch the convex set itself.
+// Part of a solid: a ball that holds it, and the two parts that it is cut into, or of a surface its one triangle. Small,
+// as a large mesh has two for every triangle.
 struct Part {
-    Convex ball;     // a point and a radius
-    Convex convex;   // of a leaf
+    Vec middle;
+    double size;
+    const double* corners = nullptr;  // of the triangle, x of all three, then y, then z
     int left = -1, right = -1;
     bool is_leaf() const { return left < 0; }
-    const Convex& set() const { return is_leaf() ? convex : ball; }
-    double size() const { return ball.radius; }
-    Vec middle() const { return ball.only; }
 };
 
 // A shape in the frame of what carries it. A mesh that is not convex counts as the surface of its triangles.
@@ -73,22 +72,32 @@ struct Solid {
 
     bool is_convex() const { return parts.size() == 1; }
 
+    // The convex set that stands for a part: its ball, or at the end of a branch what is in it.
+    Convex set(const Part& part) const {
+        if (part.is_leaf() && !part.corners) return hull;
+        if (part.is_leaf()) return {part.corners, 3, false, hull.radius, {}};
+        return {nullptr, 1, false, part.size, part.middle};
+    }
+
     static Solid of_points(const double* points, int count, double radius) {
         Solid solid;
         solid.hull = solid.keep(points, count, radius);
-        solid.parts.push_back({solid.ball_around(points, count, radius), solid.hull});
+        Box box(points);
+        for (int k = 1; k < count; ++k) box.add(points + 3 * k);
+        double farthest = 0.0;
+        for (int k = 0; k < count; ++k) farthest = std::max(farthest, box.away(points + 3 * k));
+        solid.parts.push_back(box.ball(farthest, radius));
         return solid;
     }
 
-    static Solid of_cylinder(Vec centre, Vec half, Vec across_u, Vec across_v) {
+    // A cylinder: its middle, from there to a disc, two radii across.
+    static Solid of_cylinder(const double* vectors) {
         Solid solid;
-        solid.hull.is_cylinder = true;
-        solid.hull.centre = centre, solid.hull.half = half;
-        solid.hull.across_u = across_u, solid.hull.across_v = across_v;
-        Convex ball;
-        ball.count = 1, ball.only = centre;
-        ball.radius = std::sqrt(dot(half, half) + dot(across_u, across_u)) * (1.0 + 1e-12);
-        solid.parts.push_back({ball, solid.hull});
+        solid.kept.push_back(std::make_unique<double[]>(12));
+        std::copy(vectors, vectors + 12, solid.kept.back().get());
+        solid.hull.points = solid.kept.back().get(), solid.hull.is_cylinder = true;
+        const Vec half = vec_at(vectors + 3), across = vec_at(vectors + 6);
+        solid.parts.push_back({vec_at(vectors), std::sqrt(dot(half, half) + dot(across, across)) * (1.0 + 1e-12)});
         return solid;
     }
 
@@ -99,71 +108,117 @@ struct Solid {
         Solid solid;
         solid.depth = depth;
         solid.hull = solid.keep(hull_points, hull_count, radius);
+        solid.parts.reserve(2 * count);
+        solid.kept.push_back(std::make_unique<double[]>(9 * static_cast<size_t>(count)));
+        std::vector<double> middles;
+        for (int axis = 0; axis < 3; ++axis)
+            for (const double* p = triangles + axis; p < triangles + 9 * static_cast<size_t>(count); p += 9)
+                middles.push_back(p[0] + p[3] + p[6]);
         std::vector<int> order(count);
         std::iota(order.begin(), order.end(), 0);
-        solid.parts.reserve(2 * count);
-        solid.grow(triangles, order.data(), count, radius);
+        std::vector<Ranked> ranked(count);
+        Surface{triangles, middles.data(), count, radius, solid.kept.back().get(), ranked.data()}.grow(
+            solid, order.data(), count);
         return solid;
     }
 
    private:
     Convex keep(const double* points, int count, double radius) {
         kept.push_back(std::make_unique<double[]>(3 * count));
-        double* by_axis = kept.back().get();
-        for (int k = 0; k < count; ++k)
-            for (int axis = 0; axis < 3; ++axis) by_axis[axis * count + k] = points[3 * k + axis];
         Convex set;
-        set.points = by_axis, set.count = count, set.radius = radius, set.only = vec_at(points);
+        set.points = by_axis(points, count, kept.back().get()), set.count = count, set.radius = radius;
+        set.only = vec_at(points);
         return set;
     }
 
-    static Convex ball_around(const double* points, int count, double radius) {
-        Vec low = vec_at(points), high = low;
-        for (int k = 1; k < count; ++k) {
-            Vec p = vec_at(points + 3 * k);
+    // Points put down by their x, then y, then z.
+    static const double* by_axis(const double* points, int count, double* place) {
+        for (int k = 0; k < count; ++k)
+            for (int axis = 0; axis < 3; ++axis) place[axis * count + k] = points[3 * k + axis];
+        return place;
+    }
+
+    // The box along the axes that holds some points, and a ball about its middle.
+    struct Box {
+        Vec low, high;
+
+        explicit Box(const double* point) : low(vec_at(point)), high(low) {}
+        void add(const double* point) {
+            const Vec p = vec_at(point);
             low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
             high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
         }
-        Convex ball;
-        ball.count = 1, ball.only = 0.5 * (low + high);
-        for (int k = 0; k < count; ++k)
-            ball.radius = std::max(ball.radius, length(vec_at(points + 3 * k) - ball.only));
-        ball.radius = (ball.radius + radius) * (1.0 + 1e-12);
-        return ball;
-    }
+        // The square of a point's distance from the middle.
+        double away(const double* point) const {
+            const Vec out = vec_at(point) - 0.5 * (low + high);
+            return dot(out, out);
+        }
+        Part ball(double farthest, double radius) const {
+            return {0.5 * (low + high), (std::sqrt(farthest) + radius) * (1.0 + 1e-12)};
+        }
+    };
 
-    // Add the part of these triangles, cut at the median along the axis on which their middles are spread most.
-    int grow(const double* triangles, int* order, int count, double radius) {
-        heed_at(static_cast<int64_t>(parts.size()));
-        std::vector<double> corners;
-        for (int k = 0; k < count; ++k)
-            corners.insert(corners.end(), triangles + 9 * order[k], triangles + 9 * order[k] + 9);
-        int here = static_cast<int>(parts.size());
-        parts.push_back({ball_around(corners.data(), 3 * count, radius), Convex()});
-        if (count == 1) {
-            parts[here].convex = keep(corners.data(), 3, radius);
+    struct Ranked {
+        double middle;
+        int triangle;
+    };
+
+    // Triangles (9 numbers each) that a solid's parts are made of, with three times their middles, axis after axis.
+    struct Surface {
+        const double* triangles;
+        const double* middles;
+        int every;
+        double radius;
+        double* free;    // room for the corners of those that come
+        Ranked* ranked;  // room for all
+
+        // Add the part of `count` triangles, cut at the median along the axis on which their middles are spread most.
+        int grow(Solid& solid, int* order, int count) {
+            heed_at(static_cast<int64_t>(solid.parts.size()));
+            const int here = static_cast<int>(solid.parts.size());
+            solid.parts.push_back(ball(order, count));
+            if (count == 1) {
+                solid.parts[here].corners = by_axis(triangles + 9 * static_cast<size_t>(order[0]), 3, free);
+                free += 9;
+                return here;
+            }
+            const double* middle = middles + static_cast<size_t>(widest(order, count)) * every;
+            for (int k = 0; k < count; ++k) ranked[k] = {middle[order[k]], order[k]};
+            std::stable_sort(ranked, ranked + count, [](Ranked a, Ranked b) { return a.middle < b.middle; });
+            for (int k = 0; k < count; ++k) order[k] = ranked[k].triangle;
+            const int left = grow(solid, order, count / 2);
+            const int right = grow(solid, order + count / 2, count - count / 2);
+            solid.parts[here].left = left, solid.parts[here].right = right;
             return here;
         }
-        auto middle = [&](int t, int axis) {
-            const double* p = triangles + 9 * t + axis;
-            return p[0] + p[3] + p[6];
-        };
-        int widest = 0;
-        double most = -1.0;
-        for (int axis = 0; axis < 3; ++axis) {
-            double low = infinity, high = -infinity;
-            for (int k = 0; k < count; ++k) {
-                low = std::min(low, middle(order[k], axis));
-                high = std::max(high, middle(order[k], axis));
-            }
-            if (high - low > most) most = high - low, widest = axis;
+
+        Part ball(const int* order, int count) const {
+            Box box(triangles + 9 * static_cast<size_t>(order[0]));
+            for_corners(order, count, [&](const double* point) { box.add(point); });
+            double farthest = 0.0;
+            for_corners(order, count, [&](const double* point) { farthest = std::max(farthest, box.away(point)); });
+            return box.ball(farthest, radius);
         }
-        std::stable_sort(order, order + count, [&](int s, int t) { return middle(s, widest) < middle(t, widest); });
-        int left = grow(triangles, order, count / 2, radius);
-        int right = grow(triangles, order + count / 2, count - count / 2, radius);
-        parts[here].left = left, parts[here].right = right;
-        return here;
-    }
+
+        template <class Do>
+        void for_corners(const int* order, int count, Do act) const {
+            for (int k = 0; k < count; ++k)
+                for (int corner = 0; corner < 3; ++corner) act(triangles + 9 * static_cast<size_t>(order[k]) + 3 * corner);
+        }
+
+        int widest(const int* order, int count) const {
+            int found = 0;
+            double most = -1.0;
+            for (int axis = 0; axis < 3; ++axis) {
+                const double* middle = middles + static_cast<size_t>(axis) * every;
+                double low = infinity, high = -infinity;
+                for (int k = 0; k < count; ++k)
+                    low = std::min(low, middle[order[k]]), high = std::max(high, middle[order[k]]);
+                if (high - low > most) most = high - low, found = axis;
+            }
+            return found;
+        }
+    };
 };
 
 // How close a bound on a distance has to be.
@@ -192,18 +247,18 @@ inline double solid_gap(const Solid& a, const Frame* at_a, const Solid& b, const
     auto world = [](const Frame* at, Vec v) { return at ? *at * v : v; };
     auto bound = [&](int i, int j) {
         const Part &p = a.parts[i], &q = b.parts[j];
-        Vec towards = world(at_b, q.middle()) - world(at_a, p.middle());
-        double balls = length(towards) - p.size() - q.size();
+        Vec towards = world(at_b, q.middle) - world(at_a, p.middle);
+        double balls = length(towards) - p.size - q.size;
         if (balls >= enough) return balls;
         if (target && !p.is_leaf()) {
-            const Vec middle = world(at_a, p.middle());
-            const double size = p.size();
+            const Vec middle = world(at_a, p.middle);
             double gap;
-            distances_to(*target, &middle.x, &middle.y, &middle.z, &size, 1, &gap);
+            distances_to(*target, &middle.x, &middle.y, &middle.z, &p.size, 1, &gap);
             return std::max(balls, gap);
         }
         if (!p.is_leaf() && !q.is_leaf()) return balls;
-        return std::max(balls, convex_gap({&p.set(), at_a}, {&q.set(), at_b}, towards, enough).low);
+        const Convex first = a.set(p), second = b.set(q);
+        return std::max(balls, convex_gap({&first, at_a}, {&second, at_b}, towards, enough).low);
     };
     double least = infinity;
     std::vector<Pair> open{{0, 0, bound(0, 0)}};
@@ -217,7 +272,7 @@ inline double solid_gap(const Solid& a, const Frame* at_a, const Solid& b, const
             if (least <= 0.0) return 0.0;
             continue;
         }
-        bool cut_first = q.is_leaf() || (!p.is_leaf() && p.size() >= q.size());
+        bool cut_first = q.is_leaf() || (!p.is_leaf() && p.size >= q.size);
         Pair one = cut_first ? Pair{p.left, here.second, 0.0} : Pair{here.first, q.left, 0.0};
         Pair two = cut_first ? Pair{p.right, here.second, 0.0} : Pair{here.first, q.right, 0.0};
         one.bound = bound(one.first, one.second), two.bound = bound(two.first, two.second);

@@ -162,7 +162,7 @@ class World {
         }
         if (enough)
             for (int b = 0; b < bodies; ++b)
-                scratch.middles[b] = frames[items[b].joint] * items[b].solid->parts[0].middle();
+                scratch.middles[b] = frames[items[b].joint] * items[b].solid->parts[0].middle;
         for (int p = bodies * obstacles(); p < pair_count(); ++p) {
             if (left_out && left_out[p]) continue;
             if (enough) bounds[p] = between_balls(pairs[p], scratch);
@@ -202,7 +202,7 @@ class World {
     // A guess of the vector between a pair's two solids.
     Vec between_middles(int pair, const Frame* frames) const {
         auto middle = [&](int item) {
-            Vec own = items[item].solid->parts[0].middle();
+            Vec own = items[item].solid->parts[0].middle;
             const Frame* frame = frame_of(item, frames);
             return frame ? *frame * own : own;
         };
@@ -217,7 +217,7 @@ class World {
     }
 
     double between_balls(const Pair& pair, const Scratch& s) const {
-        const double sizes = items[pair.first].solid->parts[0].size() + items[pair.second].solid->parts[0].size();
+        const double sizes = items[pair.first].solid->parts[0].size + items[pair.second].solid->parts[0].size;
         return length(s.middles[pair.second] - s.middles[pair.first]) - sizes;
     }
 

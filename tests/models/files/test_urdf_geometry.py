@@ -10,11 +10,12 @@ import pinocchio as pin
 import pytest
 
 from planner.base.errors import PlannerError
-from planner.models.files import urdf, urdf_geometry
+from planner.models.files import meshes, urdf, urdf_geometry
 from planner.models.robot import Robot
 from planner.models.shapes import Mesh, Sphere
 from tests.models.files.test_stl import stl_of
 from tests.models.files.test_thinned import ball
+from tests.random_shapes import box_mesh
 from tests.worlds import ROBOTS, joint_xml, link_xml, load
 
 
@@ -49,6 +50,25 @@ def test_large_meshes_are_thinned_in_their_place(urdf_file: Callable[..., str], 
     mirrored = mesh.vertices * [1, -1, 1]
     np.testing.assert_allclose(first.shape.vertices.max(axis=0), mirrored.max(axis=0), atol=1e-3)
     np.testing.assert_allclose(first.shape.vertices.min(axis=0), mirrored.min(axis=0), atol=1e-3)
+
+
+@pytest.mark.parametrize("named", ["package://{}", "package:///{}", "model://{}", "file://{folder}/{}", "{folder}/{}"])
+def test_a_mesh_is_read_once_however_it_is_named(
+    named: str, urdf_file: Callable[..., str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    (tmp_path / "parts").mkdir()
+    box = box_mesh((0.1, 0.2, 0.3))
+    (tmp_path / "parts" / "box.stl").write_bytes(stl_of(box.vertices[box.triangles]))
+    mesh = f'<mesh filename="{named.format("parts/box.stl", folder=tmp_path)}"/>'
+    path = urdf_file(link_xml("a") + link_xml("b", mesh) + joint_xml("j", "a", "b"))
+    first = Robot.load(path)
+    monkeypatch.setattr(meshes, "read_mesh", lambda *_: pytest.fail("the file was read again"))
+    monkeypatch.setattr(urdf_geometry, "shape_of", lambda _: pytest.fail("Pinocchio read it"))
+    assert Robot.load(path).identity == first.identity
+    shape = first.bodies[0].shape
+    assert isinstance(shape, Mesh)
+    np.testing.assert_allclose(np.ptp(shape.vertices, axis=0), [0.1, 0.2, 0.3], atol=1e-7)
 
 
 @pytest.mark.parametrize("damage", [lambda b: b[:-7], lambda b: b[:200] + b"\xff" * (len(b) - 200)])

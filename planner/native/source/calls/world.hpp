@@ -63,8 +63,7 @@ int world_add(World* world, int joint, int kind, int n, const double* points, do
         item.joint = joint, item.frame = joint;
         Solid solid;
         if (kind == 0) solid = Solid::of_points(points, n, radius);
-        if (kind == 1)
-            solid = Solid::of_cylinder(vec_at(points), vec_at(points + 3), vec_at(points + 6), vec_at(points + 9));
+        if (kind == 1) solid = Solid::of_cylinder(points);
         if (kind == 2) solid = Solid::of_triangles(points, n, triangles, m, depth, radius);
         item.solid = std::make_shared<const Solid>(std::move(solid));
         return added(*world, std::move(item));
@@ -197,32 +196,51 @@ int world_coarse(const World* world, int n, const double* rotation, const double
     });
 }
 
+// Configurations of placements as chain_placements gives them, one of which stands in the frames.
+struct Posed {
+    const World& world;
+    int n;
+    const double *rotation, *position;
+    std::vector<Frame> frames;
+    int64_t placed = -1;
+
+    Posed(const World& in, int count, const double* turns, const double* shifts)
+        : world(in), n(count), rotation(turns), position(shifts), frames(in.chain.dof() + 1 + in.motions.size()) {
+        world.place_moving(0.0, frames.data());
+    }
+    const Frame* at(int64_t k) {
+        if (k == placed) return frames.data();
+        for (int j = 0; j <= world.chain.dof(); ++j) {
+            const size_t row = static_cast<size_t>(j) * n + k;
+            frames[j] = {mat_at(rotation + 9 * row), vec_at(position + 3 * row)};
+        }
+        placed = k;
+        return frames.data();
+    }
+};
+
 // close lower bounds (count,) of numbered pairs in configurations `rows` of n, no better than to show that they are
 // `enough` (count,)
 int world_close(const World* world, int n, const double* rotation, const double* position, int count,
-                const int64_t* rows, const int64_t* pairs, const double* enough, double* bounds) {
+                const int64_t* rows, const int64_t* pairs, const double* enough, int threads, double* bounds) {
     return answered([&] {
         require(between(rows, count, 0, n), "there is no such configuration");
         require(between(pairs, count, 0, world->pair_count()), "there is no such pair");
         for (int k = 0; k < count; ++k) require(enough[k] >= 0.0, "what is enough is no distance");
-        std::vector<Frame> frames(world->chain.dof() + 1 + world->motions.size());
-        world->place_moving(0.0, frames.data());
-        int64_t placed = -1;
-        for (int k = 0; k < count; ++k) {
-            heed();
-            if (rows[k] != placed) {
-                placed = rows[k];
-                for (int j = 0; j <= world->chain.dof(); ++j) {
-                    const size_t row = static_cast<size_t>(j) * n + placed;
-                    frames[j] = {mat_at(rotation + 9 * row), vec_at(position + 3 * row)};
-                }
-            }
-            const int pair = static_cast<int>(pairs[k]);
-            Vec apart = world->between_middles(pair, frames.data());
-            Closeness closeness;
-            closeness.enough = enough[k];
-            bounds[k] = world->close(pair, frames.data(), apart, closeness);
-        }
+        constexpr int together = 64;  // looks, of microseconds each where pairs are far apart
+        share_out((count + together - 1) / together, threads, 8, [&] { return Posed(*world, n, rotation, position); },
+                  [&](int block, Posed& posed) {
+                      const int last = std::min(count, (block + 1) * together);
+                      for (int k = block * together; k < last; ++k) {
+                          heed();
+                          const Frame* frames = posed.at(rows[k]);
+                          const int pair = static_cast<int>(pairs[k]);
+                          Vec apart = world->between_middles(pair, frames);
+                          Closeness closeness;
+                          closeness.enough = enough[k];
+                          bounds[k] = world->close(pair, frames, apart, closeness);
+                      }
+                  });
     });
 }
 
