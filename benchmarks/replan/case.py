@@ -26,10 +26,11 @@ from planner.base.errors import PlannerError
 from planner.base.files import write_whole
 from planner.collision import BACKENDS, make_checker
 from planner.collision.edge_prover import EdgeProver
+from planner.planning.replanned import Replanned
+from planner.planning.result import Plan
 from planner.problem.request import RoadmapRequest
 from planner.sampling.grow import grow
 from planner.sampling.growth_settings import GrowthSettings
-from planner.session.report import Answer
 from planner.session.session import Session
 from planner.setup.open import make_query
 from planner.trajectory.timing import time_path
@@ -59,14 +60,14 @@ def measure(request: RoadmapRequest, changes: int, simulations: int) -> list[Col
             continue
         rows.append(_columns(step))
         if k < _COMPARED:
-            rows[-1] |= _field(last, step.answer) | _contacts(session, step.answer, collision)
+            rows[-1] |= _field(last, step.plan) | _contacts(session, step.plan, collision)
             if (k // len(KINDS)) % _ANEW_EVERY == 0:
                 rows[-1] |= _anew(session, request, *ends)
-        last = step.answer
+        last = step.plan
     return [*rows, *_simulated(session, last, simulations, request.seed)]
 
 
-def _simulated(session: Session, answer: Answer, simulations: int, seed: int) -> list[Columns]:
+def _simulated(session: Session, answer: Plan, simulations: int, seed: int) -> list[Columns]:
     """The row of the runs among boxes that move, along the last path."""
     if not (answer.solved and simulations):
         return []
@@ -76,26 +77,26 @@ def _simulated(session: Session, answer: Answer, simulations: int, seed: int) ->
 
 
 def _columns(step: Step) -> Columns:
-    answer = step.answer
+    answer, done = step.plan, step.plan.replanned or Replanned()
     return {
         "kind": step.kind,
         "outcome": answer.outcome.key,
         "seconds": step.change.seconds + answer.seconds,
         **asdict(answer.edges),
         "opened": step.change.edges.opened,
-        "edges": answer.field.network.n_arcs // 2 if answer.field else None,
-        "nodes_grown": answer.nodes_grown,
-        "rounds": answer.rounds,
-        "error": answer.error,
+        "edges": answer.cost_to_go.network.n_arcs // 2 if answer.cost_to_go else None,
+        "nodes_grown": done.nodes_grown,
+        "rounds": done.rounds,
+        "error": answer.max_error_vs_oracle or 0.0,
         "memory_mib": held_memory(),
     }
 
 
-def _field(before: Answer, after: Answer) -> Columns:
+def _field(before: Plan, after: Plan) -> Columns:
     """The field of before healed in one go, and repaired by D* Lite; nothing where the nodes are others."""
-    if before.field is None or after.field is None or before.field.x.shape != after.field.x.shape:
+    if before.cost_to_go is None or after.cost_to_go is None or before.cost_to_go.x.shape != after.cost_to_go.x.shape:
         return {}
-    network, x = after.field.network, before.field.x
+    network, x = after.cost_to_go.network, before.cost_to_go.x
     start = int(after.path_nodes[0]) if len(after.path_nodes) else int(np.argmax(np.isfinite(x)))
     healing, healing_s = _timed(lambda: gabf.heal(network, x))
     repaired, repair_s = _timed(lambda: repair_field(network, x, start))
@@ -112,7 +113,7 @@ def _field(before: Answer, after: Answer) -> Columns:
     }
 
 
-def _contacts(session: Session, answer: Answer, collision: str) -> Columns:
+def _contacts(session: Session, answer: Plan, collision: str) -> Columns:
     """Segments of the path that touch something, by the library that did not prove it."""
     if not answer.solved:
         return {}

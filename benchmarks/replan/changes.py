@@ -11,7 +11,8 @@ from planner.base.errors import SceneError, StateError
 from planner.kinematics.forward import tool_positions
 from planner.models.poses import pose
 from planner.models.shapes import Box, Obstacle
-from planner.session.report import Answer, Change
+from planner.planning.result import Plan
+from planner.session.report import Change
 from planner.session.session import Session
 
 KINDS = ("moved", "added", "removed", "blocking the route")
@@ -27,13 +28,13 @@ class Step:
 
     kind: str
     change: Change
-    answer: Answer
+    plan: Plan
 
 
 class Changer:
     """Draws changes one after the other; the same for the same ``seed``. ``path``: the last one that was found."""
 
-    def __init__(self, session: Session, answer: Answer, seed: int) -> None:
+    def __init__(self, session: Session, answer: Plan, seed: int) -> None:
         self._session, self._rng, self._count = session, np.random.default_rng(seed), 0
         self._path = answer.path
         self._ours: list[str] = []

@@ -24,6 +24,7 @@ from planner.models.files.scene_writer import write_scene
 from planner.models.poses import quaternion_of
 from planner.models.scene import Scene
 from planner.models.shapes import Obstacle
+from planner.planning.replanned import Replanned
 from planner.problem.targets import HOME, Named, Pose, Target, follow, joints_text, parse_target, parse_targets
 from planner.session.report import Change as WorldChange
 from planner.session.report import Edges
@@ -48,8 +49,8 @@ class Desk:
         self._alone = threading.Lock()
         clock = Stopwatch()
         with clock("planning"):
-            answer = session.plan(question.start, question.goal, question.beta)
-        self._state = State.of(session, question, answer)
+            plan = session.plan(question.start, question.goal, question.beta)
+        self._state = State.of(session, question, plan)
         self._report = report_of("opened", self._state, None, clock.seconds)
         self._past: deque[State] = deque(maxlen=_MOST_UNDO)
 
@@ -110,12 +111,13 @@ class Desk:
             question, edges = self._apply(change)
         with clock("planning"):
             if question == before.question:
-                answer = self._session.replan()
+                plan = self._session.replan()
             else:
-                answer = self._session.plan(question.start, question.goal, question.beta)
-        answer = replace(answer, edges=edges + answer.edges)
+                plan = self._session.plan(question.start, question.goal, question.beta)
+        done = plan.replanned or Replanned()
+        plan = replace(plan, replanned=replace(done, edges=edges + done.edges))
         self._past.append(before)
-        self._state = State.of(self._session, question, answer)
+        self._state = State.of(self._session, question, plan)
         self._report = report_of(change.what, self._state, before, clock.seconds)
         return self._update(before)
 

@@ -1,4 +1,4 @@
-"""What a live page shows: the session's answer, the world it holds in, and what came before."""
+"""What a live page shows: the session's plan, the world it holds in, and what came before."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from planner.base.errors import choices
 from planner.kinematics.forward import tool_positions
 from planner.models.poses import quaternion_of
 from planner.models.shapes import Cylinder
+from planner.planning.replanned import Replanned
+from planner.planning.result import Plan
 from planner.roadmap.roadmap import Roadmap
-from planner.session.report import Answer
 from planner.session.session import Session, Snapshot
 from planner.view.canvas import Canvas
 from planner.view.drawing import place_obstacles
@@ -32,27 +33,27 @@ class Question:
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """A moment that can be come back to: session, question and answer, and the roadmap that the answer speaks of."""
+    """A moment that can be come back to: session, question and plan, and the roadmap that the plan speaks of."""
 
     snapshot: Snapshot
     question: Question
-    answer: Answer
-    roadmap: (
-        Roadmap  # all nodes, and the edges that are not blocked: those that were opened are proven before their use
-    )
+    plan: Plan
     start: Floats  # (dof,) where the path begins, or would
 
     @staticmethod
-    def of(session: Session, question: Question, answer: Answer) -> State:
-        live = session.live
-        roadmap = live.held(~live.proofs.blocked)
-        start = answer.path[0] if answer.solved else roadmap.nodes[roadmap.starts[0]]
-        return State(session.snapshot(), question, answer, roadmap, start)
+    def of(session: Session, question: Question, plan: Plan) -> State:
+        start = plan.path[0] if plan.solved else plan.roadmap.nodes[plan.roadmap.starts[0]]
+        return State(session.snapshot(), question, plan, start)
+
+    @property
+    def roadmap(self) -> Roadmap:
+        """All nodes, and the edges that are not blocked: those that were opened are proven before their use."""
+        return self.plan.roadmap
 
     @property
     def message(self) -> str:
         """The outcome as a sentence; a path here has no times, so what moves is named as left aside."""
-        said = self.answer.outcome.value if self.answer.reason is None else self.answer.reason.sentence
+        said = self.plan.message
         moving = self.snapshot.now.live.scene.moving
         if not moving:
             return said
@@ -62,7 +63,7 @@ class State:
     def goal_position(self) -> Floats:
         """(3,) m: where the tool is at the goal that is reached, or at the first one."""
         robot = self.snapshot.now.live.checker.robot
-        q = self.answer.path[-1] if self.answer.solved else self.roadmap.nodes[self.roadmap.goals[0]]
+        q = self.plan.path[-1] if self.plan.solved else self.roadmap.nodes[self.roadmap.goals[0]]
         return tool_positions(robot, q)[0]
 
 
@@ -95,12 +96,12 @@ def update_of(state: State, before: State | None, report: Report, undo: int) -> 
 
 
 def _content(state: State) -> Content:
-    live, answer = state.snapshot.now.live, state.answer
+    live, plan = state.snapshot.now.live, state.plan
     robot, paths = live.checker.robot, []
-    if answer.cost is not None:
-        costs = answer.cost.manipulability, answer.cost.distance
-        rows = [("total cost", f"{answer.cost.total:.4f}"), *path_rows(robot, answer.path, *costs)]
-        paths = [ShownPath(answer.path, rows, costs=costs, cost_to_go=_cost_to_go(state))]
+    if plan.cost is not None:
+        costs = plan.cost.manipulability, plan.cost.distance
+        rows = [("total cost", f"{plan.cost.total:.4f}"), *path_rows(robot, plan.path, *costs)]
+        paths = [ShownPath(plan.path, rows, costs=costs, cost_to_go=_cost_to_go(state))]
     return Content(
         robot,
         live.scene,
@@ -110,16 +111,16 @@ def _content(state: State) -> Content:
         cost_to_go=_cost_to_go(state),
         paths=paths,
         beta=state.question.beta,
-        reason=answer.reason,
+        reason=plan.reason,
         live={},  # what a page of it has is added later; all of the roadmap is drawn, at first and at every change
     )
 
 
 def _cost_to_go(state: State) -> Floats | None:
     """(n,) of the roadmap's nodes; inf for those that came after the field."""
-    if state.answer.field is None:
+    if state.plan.cost_to_go is None:
         return None
-    x = state.answer.field.x
+    x = state.plan.cost_to_go.x
     return np.concatenate([x, np.full(len(state.roadmap.nodes) - len(x), np.inf)])
 
 
@@ -138,7 +139,7 @@ def _live(state: State, before: State | None, report: Report, undo: int) -> dict
         "obstacles": obstacles,
         "goal": state.goal_position.tolist(),
         "start": state.start.tolist(),
-        "red": sorted(frozenset() if state.answer.reason is None else state.answer.reason.names),
+        "red": sorted(frozenset() if state.plan.reason is None else state.plan.reason.names),
         "before": None if before is None else field_data(field_before(state, before)),
         "what": report.what,
         "report": report.rows,
@@ -158,15 +159,15 @@ def field_before(state: State, before: State) -> Floats | None:
 
 def report_of(what: str, state: State, before: State | None, seconds: dict[str, float]) -> Report:
     """What a change of the world meant for edges, field and cost."""
-    answer = state.answer
-    edges = answer.edges
+    done = state.plan.replanned or Replanned()
+    edges = done.edges
     proofs = state.snapshot.now.live.proofs
     rows = [
         ("proven again", f"{edges.proven} edges"),
         ("to be proven before use", f"{int(proofs.open.sum())} of {len(proofs.known)} edges"),
         ("lost, regained", f"{edges.removed}, {edges.regained} edges"),
-        ("nodes grown", str(answer.nodes_grown)),
-        ("field healed", f"{answer.raised} nodes raised, {answer.updates} updates"),
+        ("nodes grown", str(done.nodes_grown)),
+        ("field healed", f"{done.raised} nodes raised, {done.updates} updates"),
     ]
     if before is not None:
         rows.append(("cost-to-go changed", _changed(state, before)))
@@ -184,4 +185,4 @@ def _changed(state: State, before: State) -> str:
 
 
 def _total(state: State) -> str:
-    return "no path" if state.answer.cost is None else f"{state.answer.cost.total:.4f}"
+    return "no path" if state.plan.cost is None else f"{state.plan.cost.total:.4f}"

@@ -20,7 +20,6 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import keeping
 from planner.construction.obtain import obtain_roadmap
 from planner.objective.motion_cost import MotionCost
-from planner.planning.conditioning import judge_conditioning
 from planner.planning.extra_clearance import clearance_of_path
 from planner.planning.healing import HealingNetwork, warm_start
 from planner.planning.network import build_network, path_cost
@@ -93,9 +92,7 @@ def plan(
             solved = _in_time(solved, limits, progress)
         if solved.outcome is not Outcome.SOLVED:
             return solved
-    with clock("path"):
-        conditioning = judge_conditioning(query.robot, solved.roadmap, solved.path, request)
-    solved = replace(solved, goal=query.goal_at(solved.path[-1]), conditioning=conditioning)
+    solved = replace(solved, goal=query.goal_at(solved.path[-1]))
     if timing is None or solved.trajectory is not None:
         return solved
     with clock("timing"):
@@ -229,8 +226,6 @@ def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Pla
         path_nodes=frozen(layered.roadmap_node[steps], np.int64),
         cost=path_cost(layered.network, steps) if len(steps) else None,
         edges_removed=draft.edges_removed + healing.edges_removed,
-        max_error_vs_oracle=gabf.max_error(cost_to_go, gabf.oracle(layered.network)),
-        certificate=tuple(gabf.certify(layered.network, law, cost_to_go)),
     )
 
 

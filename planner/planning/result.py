@@ -26,10 +26,11 @@ from planner.models.run_record import run_record
 from planner.models.scene import Scene
 from planner.paths.clearance import TOO_CLOSE
 from planner.paths.measure import corners, measure_path, path_manipulability
-from planner.planning.conditioning import Conditioning
+from planner.planning.conditioning import Conditioning, judge_conditioning
 from planner.planning.lower_bound import cost_lower_bound
 from planner.planning.manipulability_floor import LayeredNetwork, first_violation
 from planner.planning.network import PathCost
+from planner.planning.replanned import Edges, Replanned
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import NoPath
 from planner.problem.request import PlanRequest
@@ -59,7 +60,7 @@ class Plan:
     ran on, where it came so far: the roadmap, or with a manipulability floor the layers of
     :mod:`planner.planning.manipulability_floor`; ``cost_to_go`` is of its nodes. ``goal`` is the text of the goal
     that is reached, ``alternatives`` the paths of other betas, see :mod:`planner.tradeoff.alternatives`. ``reason``
-    says why there is no path.
+    says why there is no path. Of a session ``path_nodes`` are nodes of its whole roadmap, whose edges may be open.
     """
 
     request: PlanRequest
@@ -74,17 +75,15 @@ class Plan:
     path_nodes: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     goal: str | None = None  # the text of the goal that the path reaches
     cost: PathCost | None = None
-    conditioning: Conditioning | None = None
     curve: tuple[tuple[int, float], ...] = ()  # (rounds of effort, best cost)
     dip_floor: float = 0.0  # under w, so that the path does not fall below both its ends; 0 where none was set
     clearance_kept: float = 0.0  # m beyond the margin, by all edges that the path was chosen from
     edges_removed: int = 0
     trajectory: Trajectory | None = None  # along the path, where one was asked for
     route: TimedRoute | None = None  # when each waypoint is reached and left, where obstacles move
-    max_error_vs_oracle: float | None = None
-    certificate: tuple[gabf.Certificate, ...] = ()
     alternatives: tuple[ShownPath, ...] = ()
     reason: NoPath | None = None
+    replanned: Replanned | None = None  # what a session did for it
     timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -96,13 +95,45 @@ class Plan:
         """How the plan ended, in one sentence: without a path the reason, as far as it is known."""
         return self.outcome.value if self.reason is None else self.reason.sentence
 
+    @property
+    def solved(self) -> bool:
+        """Whether there is a path."""
+        return self.outcome is Outcome.SOLVED
+
+    @property
+    def seconds(self) -> float:
+        """How long it took, all stages together."""
+        return sum(self.timings.values())
+
+    @property
+    def edges(self) -> Edges:
+        """What became of a session's edges for this plan; all 0 where it is no session's."""
+        return Edges() if self.replanned is None else self.replanned.edges
+
+    @cached_property
+    def conditioning(self) -> Conditioning | None:
+        """How well conditioned the path is where that is worst; None where there is none."""
+        return judge_conditioning(self.robot, self.roadmap, self.path, self.request) if self.solved else None
+
+    @cached_property
+    def max_error_vs_oracle(self) -> float | None:
+        """The largest error of the cost-to-go against Dijkstra's answer, relative to max(1, |x*|); None without one."""
+        field = self.cost_to_go
+        return None if field is None else gabf.max_error(field, gabf.oracle(field.network))
+
+    @cached_property
+    def certificate(self) -> tuple[gabf.Certificate, ...]:
+        """Every bound of the paper that the last run of the dynamics meets."""
+        field = self.cost_to_go
+        return () if field is None else tuple(gabf.certify(field.network, field.law, field))
+
     @cached_property
     def clearance(self) -> dict[str, Any] | None:
         """How near path and motion come to anything that is checked, and what refined paths ``kept``, m.
 
         See :class:`planner.trajectory.clearance.Nearest`; None where there is no path.
         """
-        if self.outcome is not Outcome.SOLVED:
+        if not self.solved:
             return None
         path = nearest_on_path(self.path, self.checker)
         motion = None if self.trajectory is None else nearest_in_motion(self.trajectory, self.checker)
@@ -229,10 +260,11 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
 
 
 def _field(plan: Plan) -> Floats | None:
-    """The cost-to-go (n,) of the roadmap's nodes, where it came so far."""
+    """The cost-to-go (n,) of the roadmap's nodes, where it came so far; inf for those that came after the field."""
     if plan.layered is None or plan.cost_to_go is None:
         return None
-    return plan.layered.on_roadmap(plan.cost_to_go.x)
+    x = plan.layered.on_roadmap(plan.cost_to_go.x)
+    return np.concatenate([x, np.full(len(plan.roadmap.nodes) - len(x), np.inf)])
 
 
 def _motion(trajectory: Trajectory | None) -> dict[str, Any] | None:

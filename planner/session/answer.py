@@ -1,4 +1,4 @@
-"""From a query to its answer: ends are linked, the field heals, and only if that is of no use the roadmap grows."""
+"""From a query to its plan: ends are linked, the field heals, and only if that is of no use the roadmap grows."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ from planner.base.progress import QUIET, Progress
 from planner.construction.build import build_roadmap
 from planner.construction.connect_endpoints import attach
 from planner.construction.repair import repair
+from planner.planning.manipulability_floor import LayeredNetwork
 from planner.planning.network import build_network, path_cost
-from planner.problem.objective import Objective
+from planner.planning.replanned import Edges, Replanned
+from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
+from planner.problem.request import PlanRequest
 from planner.roadmap.node_checks import with_checked_nodes
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.roadmap.storage import same_world
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.live_world import LiveWorld
-from planner.session.report import Answer, Edges
+from planner.session.report import edges_between
 from planner.session.search import Found, RoadmapNetwork, go_on, search
 from planner.setup.open import Query
 
@@ -30,15 +33,13 @@ _GUESTS = 0.5  # nodes that came with queries, as a share of the lasting ones: b
 
 @dataclass(frozen=True)
 class Planning:
-    """How a session plans: the law of its field, its costs, the size of its first roadmap, its growth.
+    """How a session plans: what it is asked for but start, goal and beta, the law of its field, its growth.
 
     Once ``progress`` is asked to stop, whatever is under way raises :class:`PlannerError`.
     """
 
+    request: PlanRequest
     law: gabf.Law
-    objective: Objective  # at another beta every query
-    nodes: int
-    seed: int
     growth: GrowthSettings
     progress: Progress = QUIET
 
@@ -60,48 +61,56 @@ def adopted(live: LiveWorld, roadmap: Roadmap) -> LiveWorld:
     return live.with_roadmap(with_checked_nodes(roadmap, live.checker))
 
 
-def answered(moment: Moment, query: Query, beta: float, planning: Planning) -> tuple[Moment, Answer]:
-    """The moment after a query, and the query's answer."""
+def answered(moment: Moment, query: Query, planning: Planning) -> tuple[Moment, Plan]:
+    """The moment after a query, and its plan."""
     go_on(planning.progress)
     begin, may_grow = time.perf_counter(), moment.live.kept is not None
     moment = _without_old_guests(moment if may_grow else _with_first_roadmap(moment, query, planning))
     live, linked = _attached(moment.live, query, planning, join=False)
     edges, nodes = [linked], len(live.roadmap.nodes)
-    searches = [_search(Moment(live, moment.x), beta, planning)]
-    edges.append(Edges.between(live.proofs, searches[-1].live.proofs))
+    searches = [_search(Moment(live, moment.x), planning)]
+    edges.append(edges_between(live.proofs, searches[-1].live.proofs))
     if may_grow and not len(searches[-1].steps):
         before = searches[-1].live
         live = before.proven(np.flatnonzero(before.proofs.open))  # growth begins at nodes that are proven free
         live, grown = _attached(live, query, planning, join=True)
         edges.append(grown)
         if live.held(live.proofs.free).connected:
-            searches.append(_search(Moment(live, searches[-1].field.x), beta, planning))
-            edges.append(Edges.between(live.proofs, searches[-1].live.proofs))
-    last = searches[-1]
+            searches.append(_search(Moment(live, searches[-1].field.x), planning))
+            edges.append(edges_between(live.proofs, searches[-1].live.proofs))
+    last, robot = searches[-1], live.checker.robot
     live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else last.live
-    solved = len(last.steps) > 0
-    path = path_waypoints(live.roadmap, live.checker.robot, last.steps)
-    answer = Answer(
-        outcome=Outcome.SOLVED if solved else Outcome.NO_PATH,
+    solved, n = len(last.steps) > 0, last.field.network.n_nodes
+    path = path_waypoints(live.roadmap, robot, last.steps)
+    made = Plan(
+        replace(planning.request, robot=robot, scene=live.scene),
+        Outcome.SOLVED if solved else Outcome.NO_PATH,
+        robot,
+        live.scene,
+        live.checker,
+        live.held(~live.proofs.blocked),
+        layered=LayeredNetwork(last.field.network, np.arange(n), live.roadmap.starts[live.roadmap.starts < n]),
+        cost_to_go=last.field,
         path=path,
         path_nodes=frozen(last.steps, np.int64),
         goal=query.goal_at(path[-1]) if solved else None,
         cost=path_cost(last.field.network, last.steps) if solved else None,
-        edges=sum(edges, Edges()),
-        nodes_grown=len(live.roadmap.nodes) - nodes,
-        rounds=sum(each.rounds for each in searches),
-        raised=sum(each.raised for each in searches),
-        updates=sum(each.updates for each in searches),
-        field=last.field,
-        seconds=time.perf_counter() - begin,
+        replanned=Replanned(
+            sum(edges, Edges()),
+            nodes_grown=len(live.roadmap.nodes) - nodes,
+            rounds=sum(each.rounds for each in searches),
+            raised=sum(each.raised for each in searches),
+            updates=sum(each.updates for each in searches),
+        ),
+        timings={"plan": time.perf_counter() - begin},
     )
-    return Moment(live, last.field.x), answer
+    return Moment(live, last.field.x), made
 
 
 def _with_first_roadmap(moment: Moment, query: Query, planning: Planning) -> Moment:
     checker = moment.live.checker
-    ends = query.starts, query.goals
-    roadmap = build_roadmap(checker.robot, checker, *ends, planning.nodes, planning.seed, planning.progress)
+    how = planning.request.nodes, planning.request.seed, planning.progress
+    roadmap = build_roadmap(checker.robot, checker, query.starts, query.goals, *how)
     go_on(planning.progress)
     return replace(moment, live=moment.live.with_roadmap(roadmap))
 
@@ -124,7 +133,7 @@ def _attached(live: LiveWorld, query: Query, planning: Planning, join: bool) -> 
     if not join and _linked_already(live.roadmap, query):
         return live, Edges()
     before = live.held(~live.proofs.blocked)
-    how = planning.seed, planning.growth, planning.progress
+    how = planning.request.seed, planning.growth, planning.progress
     after = attach(before, live.checker, query.starts, query.goals, *how, join=join)
     go_on(planning.progress)  # what is not proven in an attempt that was ended is not blocked
     return live.enlarged(after), Edges(proven=len(after.edges) - len(before.edges))
@@ -136,8 +145,8 @@ def _linked_already(roadmap: Roadmap, query: Query) -> bool:
     return all(np.array_equal(roadmap.nodes[nodes], q) for nodes, q in ends)
 
 
-def _search(moment: Moment, beta: float, planning: Planning) -> Found:
+def _search(moment: Moment, planning: Planning) -> Found:
     live, n = moment.live, len(moment.live.roadmap.nodes)
-    network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, planning.objective.at(beta)))
+    network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, planning.request.objective))
     x = np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)])
     return search(live, network, x, planning.law, planning.progress)

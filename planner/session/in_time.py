@@ -1,76 +1,50 @@
-"""A query's answer in time: the earliest motion over the roadmap among obstacles that move, proven and looked at."""
+"""A session's plan in time: the earliest motion over the roadmap among obstacles that move, proven and looked at."""
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
 from planner.construction.infeasibility import why_apart
+from planner.planning.network import path_cost
+from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import NoPath
 from planner.roadmap.roadmap import path_waypoints
 from planner.session.live_world import LiveWorld
-from planner.session.report import Answer
 from planner.trajectory.earliest import earliest_motion, why_not_in_time
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.trajectory import Trajectory
 
 
-@dataclass(frozen=True, eq=False)
-class TimedAnswer:
-    """The answer of :meth:`planner.Session.plan_in_time`; empty arrays and no trajectory where there is none.
-
-    ``path`` (k, dof) rad and ``path_nodes`` (k,) are the waypoints, ``arrivals`` and ``departures`` (k,) s when each is
-    reached and left: what lies between is a wait. ``trajectory.proof`` holds what is proven.
-    """
-
-    outcome: Outcome
-    trajectory: Trajectory | None
-    path: Floats
-    path_nodes: Ints
-    arrivals: Floats
-    departures: Floats
-    seconds: float
-    reason: NoPath | None = None  # why there is none
-
-    @property
-    def solved(self) -> bool:
-        return self.outcome is Outcome.SOLVED
-
-    @property
-    def waits(self) -> Floats:
-        """(k,) seconds stood at each waypoint on the way."""
-        return self.departures - self.arrivals
-
-
-def timed_answer(live: LiveWorld, answer: Answer, limits: MotionLimits) -> tuple[LiveWorld, TimedAnswer]:
-    """The world after all its edges were decided, and the earliest motion; ``answer`` is that without what moves."""
+def planned_in_time(live: LiveWorld, alone: Plan, limits: MotionLimits) -> tuple[LiveWorld, Plan]:
+    """The world after all its edges were decided, and the earliest motion; ``alone`` is the plan without what moves."""
     begin = time.perf_counter()
-    if not answer.solved:
-        live = live.proven(np.flatnonzero(live.proofs.open))
-        reason = why_apart(live.held(live.proofs.free), live.checker)
-        return live, _none(live, reason, begin)
     live = live.proven(np.flatnonzero(live.proofs.open))
     roadmap = live.held(live.proofs.free)
+    if not alone.solved:
+        return live, _none(replace(alone, roadmap=roadmap), why_apart(roadmap, live.checker), begin)
     found = earliest_motion(roadmap, live.checker, limits)
     if found is None:
-        return live, _none(live, why_not_in_time(roadmap, live.checker, limits), begin)
-    path = path_waypoints(roadmap, live.checker.robot, found.route.nodes)
-    return live, TimedAnswer(
-        Outcome.SOLVED,
-        found.trajectory,
-        path,
-        found.route.nodes,
-        found.route.arrivals,
-        found.route.departures,
-        answer.seconds + time.perf_counter() - begin,
+        return live, _none(replace(alone, roadmap=roadmap), why_not_in_time(roadmap, live.checker, limits), begin)
+    assert alone.network is not None  # it was solved
+    return live, replace(
+        alone,
+        roadmap=roadmap,
+        path=path_waypoints(roadmap, live.checker.robot, found.route.nodes),
+        path_nodes=found.route.nodes,
+        cost=path_cost(alone.network, found.route.nodes),
+        trajectory=found.trajectory,
+        route=found.route,
+        timings=_timings(alone, begin),
     )
 
 
-def _none(live: LiveWorld, reason: NoPath, begin: float) -> TimedAnswer:
-    empty, path = np.zeros(0), np.zeros((0, live.checker.robot.dof))
-    seconds = time.perf_counter() - begin
-    return TimedAnswer(Outcome.NO_PATH, None, path, np.zeros(0, dtype=np.int64), empty, empty, seconds, reason)
+def _none(alone: Plan, reason: NoPath | None, begin: float) -> Plan:
+    empty = {"path": alone.path[:0], "path_nodes": alone.path_nodes[:0], "goal": None, "cost": None}
+    return replace(alone, outcome=Outcome.NO_PATH, reason=reason, timings=_timings(alone, begin), **empty)
+
+
+def _timings(alone: Plan, begin: float) -> dict[str, float]:
+    return alone.timings | {"timing": time.perf_counter() - begin}

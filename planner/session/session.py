@@ -22,7 +22,7 @@ from planner.models.moving import MovingObstacle
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Obstacle
-from planner.problem.objective import DEFAULT_BETA, Objective
+from planner.planning.result import Plan
 from planner.problem.request import (
     DEFAULT_CHARGE,
     DEFAULT_COST,
@@ -33,6 +33,7 @@ from planner.problem.request import (
     LawName,
     ManipulabilityCost,
     Metric,
+    PlanRequest,
     State,
     Thing,
     WorldRequest,
@@ -45,9 +46,9 @@ from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.answer import Moment, Planning, adopted, answered
-from planner.session.in_time import TimedAnswer, timed_answer
+from planner.session.in_time import planned_in_time
 from planner.session.live_world import LiveWorld
-from planner.session.report import Answer, Change, Edges
+from planner.session.report import Change, edges_between
 from planner.session.search import go_on, prove_path
 from planner.setup.open import Query, resolve_query, states_of
 from planner.setup.resolve import resolve_as_is
@@ -73,8 +74,8 @@ class Session:
         session = planner.Session("panda", "shelf", collision="coal")
         session.plan("start", "goal").path
         session.move("divider", position=[0.1, 0.62, 0.8])
-        answer = session.replan()
-        answer.path, answer.edges, answer.seconds
+        plan = session.replan()
+        plan.path, plan.edges, plan.seconds
 
     Edges are proven again where a change spends their clearance, and only once a path is to use them. What an obstacle
     blocks is kept, and regained when it goes. The roadmap grows only where start and goal have come apart. The same
@@ -110,10 +111,12 @@ class Session:
         dynamics = gabf.named_law(law, prescribed_time)
         if dynamics.needs_overestimate:
             raise OptionError(f"the {law} law needs strict overestimates, so its field cannot heal: take another law.")
-        objective = Objective(DEFAULT_BETA, manipulability_cost, metric, charge)
+        given = {"law": law, "prescribed_time": prescribed_time, "metric": metric}
+        given |= {"manipulability_cost": manipulability_cost, "charge": charge, "effort": 0, "room": 0.0}
+        request = PlanRequest(robot, scene, tool, collision=collision, margin=margin, nodes=nodes, seed=seed, **given)
         self._busy, self._closed = threading.Lock(), threading.Event()
         growth, progress = GrowthSettings(join_motions=join_motions), Progress(stop=self._closed.is_set)
-        self._planning = Planning(dynamics, objective, nodes, seed, growth, progress)
+        self._planning = Planning(request, dynamics, growth, progress)
         live = LiveWorld.of(WorldRequest(robot=robot, scene=scene, tool=tool, collision=collision, margin=margin))
         if roadmap is not None:
             live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(roadmap))
@@ -211,7 +214,7 @@ class Session:
         """
         return self._change(f"'{name}' detached", lambda live: live.detach(name, self._held_at(live, at)))
 
-    def plan(self, start: State = "start", goal: State = "goal", beta: float = 0.5) -> Answer:
+    def plan(self, start: State = "start", goal: State = "goal", beta: float = 0.5) -> Plan:
         """A path from ``start`` to ``goal``, written as everywhere, or joint values; ``beta`` in [0, 1].
 
         Raises :class:`StateError` where one of them cannot be used, :class:`OptionError` for a beta out of range.
@@ -220,7 +223,7 @@ class Session:
         with self._alone():
             return self._answer(start, goal, beta, _resolved(self._now.live, start, goal))
 
-    def replan(self) -> Answer:
+    def replan(self) -> Plan:
         """The last question once more, in the world as it is now; :class:`PlannerError` where none was asked.
 
         Of a start or goal that is a tool position, the configurations stay that are still free.
@@ -244,9 +247,7 @@ class Session:
             self._now = replace(self._now, live=live)
             return holds
 
-    def plan_in_time(
-        self, start: State = "start", goal: State = "goal", limits: MotionLimits | None = None
-    ) -> TimedAnswer:
+    def plan_in_time(self, start: State = "start", goal: State = "goal", limits: MotionLimits | None = None) -> Plan:
         """The earliest motion from ``start`` to ``goal`` among obstacles along known motions, waiting included.
 
         It begins at rest at the scene's time 0, runs the roadmap's edges from rest to rest within ``limits`` (the
@@ -255,14 +256,14 @@ class Session:
         """
         with self._alone():
             query = _resolved(self._now.live, start, goal)
-            now, answer = answered(self._now, query, 1.0, self._planning)
-            live, timed = timed_answer(now.live, answer, limits or MotionLimits.of(self.robot))
+            now, alone = answered(self._now, query, self._asking(start, goal, 1.0))
+            live, timed = planned_in_time(now.live, alone, limits or MotionLimits.of(self.robot))
             self._now = replace(now, live=replace(live, stands=query.starts))
             self._end, self._steps = timed.path[-1] if timed.solved else None, timed.path_nodes
             return timed
 
-    def _answer(self, start: State, goal: State, beta: float, query: Query) -> Answer:
-        now, answer = answered(self._now, query, beta, self._planning)
+    def _answer(self, start: State, goal: State, beta: float, query: Query) -> Plan:
+        now, answer = answered(self._now, query, self._asking(start, goal, beta))
         if not answer.solved:
             live = now.live
             reason = why_apart(live.held(live.proofs.free), live.checker, self._planning.progress)
@@ -273,13 +274,17 @@ class Session:
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
+    def _asking(self, start: State, goal: State, beta: float) -> Planning:
+        """How the session plans this question."""
+        return replace(self._planning, request=replace(self._planning.request, start=start, goal=goal, beta=beta))
+
     def _change(self, what: str, apply: Callable[[LiveWorld], LiveWorld]) -> Change:
         with self._alone():
             go_on(self._planning.progress)
             begin, before = time.perf_counter(), self._now.live
             after = apply(before)
             self._now = replace(self._now, live=after)
-            edges = Edges.between(before.proofs, after.proofs, checked=False)
+            edges = edges_between(before.proofs, after.proofs, checked=False)
             return Change(what, edges, time.perf_counter() - begin)
 
     def _held_at(self, live: LiveWorld, at: State | None) -> Floats:

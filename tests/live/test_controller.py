@@ -47,8 +47,8 @@ def test_goal_start_and_beta(desk: Desk) -> None:
     path = path_of(ask(desk, do="start", joints=[-1.2, 0.9]))
     np.testing.assert_allclose(path[0], [-1.2, 0.9], atol=1e-9)
     assert ask(desk, do="beta", beta=0.9)["data"]["beta"] == 0.9
-    assert desk._state.answer.cost is not None
-    assert desk._state.answer.cost.beta == 0.9
+    assert desk._state.plan.cost is not None
+    assert desk._state.plan.cost.beta == 0.9
 
 
 def test_of_a_pose_the_orientation_stays(desk: Desk) -> None:
@@ -58,13 +58,13 @@ def test_of_a_pose_the_orientation_stays(desk: Desk) -> None:
 
 
 def test_undo_goes_back_exactly(desk: Desk) -> None:
-    path, field = desk._state.answer.path, desk._state.answer.field
+    path, field = desk._state.plan.path, desk._state.plan.cost_to_go
     move(desk, "post", 0.8, 0.15, 0.0)
     ask(desk, do="goal", position=[0.3, 0.7, 0.0])
     for left in (1, 0):
         assert ask(desk, do="undo")["live"]["undo"] == left
-    assert desk._state.answer.path is path
-    assert desk._state.answer.field is field
+    assert desk._state.plan.path is path
+    assert desk._state.plan.cost_to_go is field
     np.testing.assert_array_equal(place(desk, "post")[:3, 3], [0.75, 0.0, 0.0])
     assert "nothing to undo" in ask(desk, do="undo")["error"]
 
@@ -196,7 +196,7 @@ def test_states_to_go_back_to_share_what_is_equal(tmp_path: Path) -> None:
 
 def test_a_look_says_whether_the_path_holds_and_changes_nothing(tmp_path: Path) -> None:
     desk = make_desk(tmp_path)
-    before, path = desk._session.live, desk._state.answer.path
+    before, path = desk._session.live, desk._state.plan.path
 
     def look(*position: float) -> dict:
         return ask(desk, do="look", name="post", position=position, quaternion=[0, 0, 0, 1])

@@ -92,9 +92,9 @@ def test_an_obstacle_is_dragged_and_the_path_is_new(opened: tuple[Tab, Desk]) ->
     np.testing.assert_allclose(place(desk, "post")[:3, 3], [0.7, -0.3, 0.0], atol=0.01)
     assert place(desk, "post")[2, 3] == 0.0
     assert tab.run("document.documentElement.dataset.holds") in ("true", "false")  # it was said before the answer
-    assert desk._state.answer.solved
+    assert desk._state.plan.solved
     assert not np.array_equal(waypoints(tab), path)
-    np.testing.assert_allclose(waypoints(tab)[[0, -1]], desk._state.answer.path[[0, -1]], atol=1e-8)
+    np.testing.assert_allclose(waypoints(tab)[[0, -1]], desk._state.plan.path[[0, -1]], atol=1e-8)
     assert np.abs(tab.screenshot() - picture).max() > 30
     assert "obstacle 'post' moved" in text(tab, "live-said")
     assert "proven again" in text(tab, "live-report")

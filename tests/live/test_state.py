@@ -12,6 +12,7 @@ import pytest
 
 from planner.kinematics.forward import tool_positions
 from planner.live.state import Question, State, field_before, page_of, report_of, update_of
+from planner.planning.replanned import Replanned
 from planner.session.session import Session
 from tests.browser import page_data
 from tests.live.desks import SCENE
@@ -47,15 +48,15 @@ def separated(tmp_path_factory: pytest.TempPathFactory) -> State:
 
 def field_of(state: State) -> dict[bytes, float]:
     """Node to cost-to-go; nodes that came after the field are left out."""
-    assert state.answer.field is not None
-    return {q.tobytes(): float(x) for q, x in zip(state.roadmap.nodes, state.answer.field.x, strict=False)}
+    assert state.plan.cost_to_go is not None
+    return {q.tobytes(): float(x) for q, x in zip(state.roadmap.nodes, state.plan.cost_to_go.x, strict=False)}
 
 
 def test_a_state_keeps_its_moment(moved: tuple[State, State]) -> None:
     before, after = moved
     places = [state.snapshot.now.live.scene.obstacles[0].placement[:3, 3].tolist() for state in moved]
     assert places == [[0.75, 0.0, 0.0], [0.65, 0.0, 0.0]]
-    assert before.answer.path is not after.answer.path
+    assert before.plan.path is not after.plan.path
     counts = [(len(state.roadmap.edges), state.snapshot.now.live.proofs.blocked) for state in moved]
     assert all(edges == blocked.size - blocked.sum() for edges, blocked in counts)
     assert counts[1][0] < counts[0][0]
@@ -66,7 +67,7 @@ def test_the_ends_are_the_paths_or_those_of_the_question(moved: tuple[State, Sta
         np.testing.assert_allclose(state.start, [-1.0, 0.8], atol=1e-12)
         tool = tool_positions(load("planar_2r"), np.array([1.0, -0.8]))[0]
         np.testing.assert_allclose(state.goal_position, tool, atol=1e-12)
-    assert [state.answer.solved for state in (*moved, separated)] == [True, True, False]
+    assert [state.plan.solved for state in (*moved, separated)] == [True, True, False]
 
 
 def test_the_field_before_is_the_field_that_was(moved: tuple[State, State]) -> None:
@@ -97,10 +98,10 @@ def test_the_report_says_what_has_changed(moved: tuple[State, State]) -> None:
     assert rows["cost-to-go changed"] == f"at {count} nodes, by {max(apart):.3g} at most"
     totals = [field_of(state)[state.start.tobytes()] for state in moved]
     assert rows["total cost"] == f"{totals[0]:.4f} → {totals[1]:.4f}"
-    edges, proofs = after.answer.edges, after.snapshot.now.live.proofs
+    edges, proofs = after.plan.edges, after.snapshot.now.live.proofs
     assert rows["proven again"] == f"{edges.proven} edges"
     assert rows["to be proven before use"] == f"{proofs.open.sum()} of {len(proofs.known)} edges"
-    assert rows["field healed"].startswith(f"{after.answer.raised} nodes raised")
+    assert rows["field healed"].startswith(f"{(after.plan.replanned or Replanned()).raised} nodes raised")
     assert "total cost" not in dict(report_of("opened", before, None, SECONDS).rows)
 
 
@@ -119,7 +120,7 @@ def test_the_page_is_whole_and_what_is_fixed_stands_in_it(moved: tuple[State, St
     assert (live["undo"], live["what"], live["seconds"], live["before"]) == (3, "opened", {"planning": 0.1235}, None)
     assert [(item["name"], item["upright"]) for item in live["obstacles"]] == [("post", False), ("drum", True)]
     assert live["obstacles"][0]["position"] == [0.65, 0.0, 0.0]
-    np.testing.assert_allclose(data["paths"][0]["waypoints"], state.answer.path, atol=1e-4)
+    np.testing.assert_allclose(data["paths"][0]["waypoints"], state.plan.path, atol=1e-4)
 
 
 def test_an_update_holds_what_changes_and_no_more(moved: tuple[State, State]) -> None:
@@ -131,7 +132,7 @@ def test_an_update_holds_what_changes_and_no_more(moved: tuple[State, State]) ->
     assert made["live"]["red"] == []
     assert "fixed" not in made["live"]
     assert len(made["live"]["before"]) == len(made["data"]["cost"]) == len(after.roadmap.nodes)
-    assert made["data"]["message"] == after.answer.outcome.value
+    assert made["data"]["message"] == after.plan.outcome.value
 
 
 def test_an_update_draws_all_of_a_large_roadmap_as_the_page_did(
@@ -146,7 +147,7 @@ def test_an_update_draws_all_of_a_large_roadmap_as_the_page_did(
 
 def test_an_update_without_a_path_blames_what_separates(moved: tuple[State, State], separated: State) -> None:
     made = update_of(separated, None, report_of("moved", separated, None, SECONDS), 1)
-    assert separated.answer.reason is not None
+    assert separated.plan.reason is not None
     assert made["live"]["red"] == ["post"]
-    assert made["data"]["message"] == separated.answer.reason.sentence
+    assert made["data"]["message"] == separated.plan.reason.sentence
     assert made["data"]["paths"][0]["numbers"] == []

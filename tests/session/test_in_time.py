@@ -53,18 +53,20 @@ def test_a_motion_among_what_moves_waits_is_proven_and_touches_at_no_moment() ->
     alone = session.plan_in_time(POST_START, POST_GOAL)
     assert alone.trajectory is not None
     assert alone.trajectory.proven
-    assert not alone.waits.any()
+    assert alone.route is not None
+    assert not alone.route.waits.any()
     assert touched(session, alone.trajectory, CART)
     session.add(CART)
     answer = session.plan_in_time(POST_START, POST_GOAL)
     assert answer.trajectory is not None
     assert answer.trajectory.proven
     assert answer.trajectory.duration > alone.trajectory.duration
-    assert answer.waits.any()
+    assert answer.route is not None
+    assert answer.route.waits.any()
     assert not touched(session, answer.trajectory, CART)
     assert answer.trajectory.proof["moving"]["obstacles"] == ["cart"]
     np.testing.assert_array_equal(answer.trajectory.at(0.0)[0], POST_START)
-    np.testing.assert_allclose(answer.trajectory.at(answer.arrivals[-1])[0], POST_GOAL, atol=1e-9)
+    np.testing.assert_allclose(answer.trajectory.at(answer.route.arrivals[-1])[0], POST_GOAL, atol=1e-9)
     session.remove("cart")
     again = session.plan_in_time(POST_START, POST_GOAL)
     np.testing.assert_array_equal(again.path, alone.path)
@@ -76,7 +78,9 @@ def test_what_comes_to_rest_on_the_goal_leaves_no_motion() -> None:
     answer = fresh(blocker).plan_in_time(POST_START, POST_GOAL)
     assert answer.outcome is Outcome.NO_PATH
     assert answer.trajectory is None
+    assert answer.route is None
     assert len(answer.path) == 0
+    assert answer.to_dict()["reason"]["kind"] == "blocked_in_time"
 
 
 def test_a_horizon_holds_whatever_the_obstacle_does_below_its_limit() -> None:

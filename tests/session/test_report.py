@@ -1,4 +1,4 @@
-"""What became of edges between two moments, counted against a plain loop; and answers without a field."""
+"""What became of edges between two moments, counted against a plain loop."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import itertools
 
 import numpy as np
 
-from planner.problem.outcome import Outcome
+from planner.planning.replanned import Edges
 from planner.session.edge_proofs import ARM, EdgeProofs
-from planner.session.report import Answer, Edges
+from planner.session.report import edges_between
 
 STATES = {"free": 0.1, "open": np.nan, "blocked": -np.inf}
 
@@ -22,7 +22,7 @@ def test_every_transition_is_counted_once() -> None:
     pairs = list(itertools.product(STATES, STATES))
     before = edge_states([a for a, _ in pairs], [False] * 9)
     after = edge_states([b for _, b in pairs], [a == "blocked" for a, _ in pairs])
-    found = Edges.between(before, after)
+    found = edges_between(before, after)
     expected = Edges(
         proven=sum(a == "open" and b == "free" for a, b in pairs),
         removed=sum(a != "blocked" and b == "blocked" for a, b in pairs),
@@ -30,12 +30,5 @@ def test_every_transition_is_counted_once() -> None:
         opened=sum(a == "free" and b == "open" for a, b in pairs),
     )
     assert found == expected
-    assert Edges.between(before, after, checked=False).proven == 0
+    assert edges_between(before, after, checked=False).proven == 0
     assert found + found == Edges(*(2 * n for n in (found.proven, found.removed, found.regained, found.opened)))
-
-
-def test_an_answer_without_a_field_claims_nothing() -> None:
-    nothing = Answer(Outcome.NO_PATH, np.zeros((0, 2)), np.zeros(0, int), None, None, Edges(), 0, 0, 0, 0, None, 0.0)
-    assert not nothing.solved
-    assert nothing.error == 0.0
-    assert nothing.certificate == ()
