@@ -6,13 +6,11 @@ arrays are not of the shapes that stand here, or an index is out of range.
 
 from __future__ import annotations
 
-import weakref
-
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError
-from planner.native.loading import address, floats, ints, library, threads
+from planner.native.loading import address, floats, given_back, ints, library, threads
 
 STRANG, BRAKE_THEN_SINK, SINK_THEN_BRAKE = 0, 1, 2
 """The order in which the powers above 1 (brake) and below 1 (sink) act over a step; Strang: half, full, half."""
@@ -44,7 +42,7 @@ class NativeArcs:
         self.handle = library.arcs_new(
             self._n_rows, m, address(first), address(heads), _address(slope), address(offset)
         )
-        weakref.finalize(self, library.arcs_free, self.handle)
+        given_back(self, library.arcs_free, self.handle)
 
     def parent_values(self, rows: Ints | None, y: Floats) -> Floats:
         """(rows,) the least of each row's arcs at states ``y``."""

@@ -6,7 +6,6 @@ Arrays are float64 in C order, angles rad, lengths m. Each may be asked by sever
 
 from __future__ import annotations
 
-import weakref
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,9 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.native.loading import address as _at
 from planner.native.loading import flags as _bytes
 from planner.native.loading import floats as _floats
+from planner.native.loading import given_back, threads
 from planner.native.loading import ints as _ints
 from planner.native.loading import library as _library
-from planner.native.loading import threads
 
 
 class NativeChain:
@@ -30,7 +29,7 @@ class NativeChain:
         vectors = [_floats(array, dof, 3) for array in (offset, slide, axis)]
         arrays = _ints(parent, dof), _bytes(prismatic, dof), _floats(rotations, dof, 3, 3, 3), *vectors
         self.handle = _library.chain_new(self.dof, *(_at(a) for a in arrays))
-        weakref.finalize(self, _library.chain_free, self.handle)
+        given_back(self, _library.chain_free, self.handle)
 
     def placements(self, q: Floats) -> tuple[Floats, Floats]:
         """World rotations (dof + 1, n, 3, 3) and positions (dof + 1, n, 3) of the base and all joints."""
@@ -123,7 +122,7 @@ class NativeBoxes:
         boxes = [_floats(turns, k, 3, 3), *(_floats(array, k, 3) for array in (shifts, low, high))]
         inner, points, outer = _ints(inner, k), _floats(points, k, 3), _ints(outer, k)
         self._handle = _library.boxes_new(chain.handle, k, _at(inner), _at(points), _at(outer), *map(_at, boxes))
-        weakref.finalize(self, _library.boxes_free, self._handle)
+        given_back(self, _library.boxes_free, self._handle)
 
     def hits(self, q: Floats) -> tuple[Ints, Floats]:
         """Which points lie in their boxes in configurations (n, dof).
@@ -156,7 +155,7 @@ class NativeWorld:
     def __init__(self, chain: NativeChain, margin: float) -> None:
         self.dof, self.bodies, self.pairs = chain.dof, 0, 0
         self.handle = _library.world_new(chain.handle, margin)
-        weakref.finalize(self, _library.world_free, self.handle)
+        given_back(self, _library.world_free, self.handle)
 
     def add_hull(self, joint: int, points: Floats, radius: float) -> int:
         """The convex hull of ``points`` (k, 3), rounded by ``radius``; ``joint`` -1: an obstacle. Its number."""

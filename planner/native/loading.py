@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import os
 import threading
+import weakref
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -123,6 +124,12 @@ def _typed(library: ctypes.CDLL) -> ctypes.CDLL:
         function = getattr(library, name)
         function.argtypes, function.restype, function.errcheck = arguments, result, _refusing(library)
     return library
+
+
+def given_back(owner: object, free: Callable[[int], None], handle: int) -> None:
+    """Let the library ``free`` what ``owner`` holds when that goes; not at the process's end, as daemon threads may be
+    in a call with it then."""
+    weakref.finalize(owner, free, handle).atexit = False
 
 
 _GO_ON, _FINISH, _LEAVE = 0, 1, 2  # what a long call is told, see source/interrupts.hpp

@@ -2,64 +2,58 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <exception>
 #include <memory>
-#include <system_error>
-#include <thread>
 
 #include "flows.hpp"
 #include "interrupts.hpp"
+#include "pool.hpp"
 
 namespace planner {
 
-// What is left to do, how many threads are at it, and what stopped the first that failed.
-struct Shares {
-    std::atomic<int> next{0}, busy{0};
-    std::atomic<bool> failed{false};
-    std::exception_ptr failure;
-};
-
 // Do `work(k, worker)` for k in [0, count) on up to `threads` threads; `make` makes what each of them works in.
 // Whatever the threads, every k is worked on alone: the results are the same. No thread is waited for that has not
-// begun: on a busy machine that takes longer than the work. Such a late one finds nothing left to do, and all that it
-// looks at are the shares, which live as long as it does.
+// begun: on a busy machine that takes longer than the work.
 template <class Make, class Work>
 void share_out(int count, int threads, int least, Make make, Work work) {
-    const auto shares = std::make_shared<Shares>();
-    const auto fail = [shares, count] {
-        if (!shares->failed.exchange(true)) shares->failure = std::current_exception();
-        shares->next = count;  // nothing is left to do
+    std::atomic<int> next{0};
+    std::atomic<bool> failed{false};
+    std::exception_ptr failure;
+    const auto fail = [&] {
+        if (!failed.exchange(true)) failure = std::current_exception();
+        next = count;  // nothing is left to do
     };
-    const auto help = [shares, count, fail, call = current_call, &make, &work] {
-        ++shares->busy;
+    const auto begin = [&](Call* call, const auto& stopped) {
         try {
-            int k = shares->next++;
-            if (k < count) {
-                const Working working(call);
-                auto worker = make();
-                for (; k < count; k = shares->next++) heed(), work(k, worker);
+            int k = stopped() ? count : next++;
+            if (k >= count) return;
+            const Working working(call);
+            auto worker = make();
+            for (; k < count; k = stopped() ? count : next++) heed(), work(k, worker);
+        } catch (...) {
+            fail();
+        }
+    };
+    const int helpers = std::min(threads - 1, (count - 1) / std::max(least, 1));
+    if (helpers > 0) {
+        Pool& pool = Pool::here();
+        const auto job = std::make_shared<Job>();
+        job->help = [&, call = current_call] { begin(call, [&] { return pool.leaving(); }); };
+        pool.offer(job, helpers);
+        begin(current_call, [] { return false; });
+        while (!pool.over(job, std::chrono::milliseconds(20))) {
+            try {
+                heed();
+            } catch (...) {
+                fail();
             }
-        } catch (...) {
-            fail();
         }
-        --shares->busy;
-    };
-    try {
-        for (int t = 1; t < threads && t * least < count; ++t) std::thread(help).detach();
-    } catch (const std::system_error&) {
-        // no more threads are to be had: those that there are do it
+    } else {
+        begin(current_call, [] { return false; });
     }
-    help();
-    while (shares->busy > 0) {
-        try {
-            heed();
-        } catch (...) {
-            fail();
-        }
-        std::this_thread::yield();
-    }
-    if (shares->failed) std::rethrow_exception(shares->failure);
+    if (failed) std::rethrow_exception(failure);
 }
 
 // The same for the rows [begin, end) of many blocks of `flow_block` rows.
