@@ -1,5 +1,5 @@
 # make plan   plan the paper's manipulator scenario
-# make test   run every check: ruff, pyright, pytest, notebooks, the page in a browser; WORKERS=8 for more processes
+# make test   run every check: ruff, clang-format, pyright, pytest, notebooks, the page in a browser; WORKERS=8 for more processes
 # make sanitize   run the tests of the compiled library once more, under the address and undefined-behaviour sanitizers
 # make docs   build the documentation into docs/_build/html, with warnings as errors, and check its links
 # make release   build sdist and wheel into dist, install the sdist on every Python from 3.11 to 3.13 that is here, and plan
@@ -10,6 +10,7 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null && { echo "$$p"; break; }; done)
 BIN := .venv/bin
 WORKERS ?= 2
+NATIVE := $(wildcard planner/native/source/*.?pp planner/native/source/calls/*.?pp)
 
 .PHONY: plan test sanitize docs release pythons lock clean
 plan: .venv/ready
@@ -18,6 +19,7 @@ plan: .venv/ready
 test: .venv/ready
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/clang-format --dry-run --Werror $(NATIVE)
 	$(BIN)/pyright
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal
 
@@ -50,7 +52,7 @@ release pythons: .venv/ready
 release: INSTALLED = dist/*.tar.gz
 pythons: INSTALLED = dist/*.whl
 
-.venv/ready: requirements.lock compiler.lock pyproject.toml hatch_build.py $(wildcard planner/native/source/*.* planner/native/source/calls/*)
+.venv/ready: requirements.lock compiler.lock pyproject.toml hatch_build.py $(NATIVE)
 	@test -n "$(PYTHON)" || { echo "planner needs Python 3.11, 3.12 or 3.13: install one, or run 'make PYTHON=/path/to/python3.12'."; exit 1; }
 	@"$(PYTHON)" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
 		|| { echo "planner needs Python 3.11, 3.12 or 3.13, and $(PYTHON) is none of them."; exit 1; }

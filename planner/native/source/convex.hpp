@@ -39,8 +39,9 @@ FOR_THIS_PROCESSOR inline int first_farthest(const double* points, int count, do
 // A convex set in the frame of what carries it: the hull of points, or a cylinder; and all that is no farther than
 // `radius` from that.
 struct Convex {
-    const double* points = nullptr;  // x of all points, then y, then z; of a cylinder its middle, from there to the middle
-                                     // of a disc, and its radius in two directions across the axis
+    const double* points =
+        nullptr;  // x of all points, then y, then z; of a cylinder its middle, from there to the middle
+                  // of a disc, and its radius in two directions across the axis
     int count = 0;
     bool is_cylinder = false;
     double radius = 0.0;
@@ -65,9 +66,7 @@ struct Placed {
     const Convex* set;
     const Frame* frame;  // nullptr: it stands in the world as it is
 
-    Vec farthest(Vec d) const {
-        return frame ? *frame * set->farthest(turned_back(frame->turn, d)) : set->farthest(d);
-    }
+    Vec farthest(Vec d) const { return frame ? *frame * set->farthest(turned_back(frame->turn, d)) : set->farthest(d); }
 };
 
 // A corner of the difference of two sets, and its share in the point nearest the origin.

@@ -100,8 +100,7 @@ class CostSearch {
         for (int a = 0; a < arcs; ++a) ++first_[ends[2 * a + 1] + 1];
         for (int n = 0; n < nodes; ++n) first_[n + 1] += first_[n];
         std::vector<int> free(first_.begin(), first_.end() - 1);
-        for (int a = 0; a < arcs; ++a)
-            into_[free[ends[2 * a + 1]]++] = {static_cast<int>(ends[2 * a]), costs[a]};
+        for (int a = 0; a < arcs; ++a) into_[free[ends[2 * a + 1]]++] = {static_cast<int>(ends[2 * a]), costs[a]};
     }
 
     // Goes on until `last` says that a node is the last one; returns that, or -1. `values` are the goals' own costs.
@@ -122,7 +121,8 @@ class CostSearch {
             for (int k = first_[node]; k < first_[node + 1]; ++k) {
                 const auto [tail, price] = into_[k];
                 const double offer = here + price;
-                if (offer < cost[tail] && !is_goal[tail]) cost[tail] = offer, next[tail] = node, open.push({offer, tail});
+                if (offer < cost[tail] && !is_goal[tail])
+                    cost[tail] = offer, next[tail] = node, open.push({offer, tail});
             }
         }
         return -1;

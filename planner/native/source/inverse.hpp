@@ -29,8 +29,9 @@ inline Vec rotation_vector(const Mat& r) {
 // How the rotation vector changes as its rotation goes on turning by `turned`, seen from the body (Chirikjian 2012).
 inline Vec rotation_vector_rate(Vec vector, Vec turned) {
     const double angle = length(vector);
-    const double share = angle < 1e-4 ? 1.0 / 12.0 + angle * angle / 720.0
-                                      : (1.0 - 0.5 * angle * std::cos(0.5 * angle) / std::sin(0.5 * angle)) / (angle * angle);
+    const double share = angle < 1e-4
+                             ? 1.0 / 12.0 + angle * angle / 720.0
+                             : (1.0 - 0.5 * angle * std::cos(0.5 * angle) / std::sin(0.5 * angle)) / (angle * angle);
     const Vec once = cross(vector, turned);
     return turned + 0.5 * once + share * cross(vector, once);
 }

@@ -9,11 +9,11 @@
 namespace planner {
 
 struct Joint {
-    int parent;           // 0 the base, else the number of a joint + 1
+    int parent;  // 0 the base, else the number of a joint + 1
     bool prismatic;
-    Mat turns[3];         // placement P, P [a], P [a] [a]: Rodrigues' formula
-    Vec offset, slide;    // in the parent's frame
-    Vec axis;             // in its own frame, which is also the one it turns about in P's frame
+    Mat turns[3];       // placement P, P [a], P [a] [a]: Rodrigues' formula
+    Vec offset, slide;  // in the parent's frame
+    Vec axis;           // in its own frame, which is also the one it turns about in P's frame
 };
 
 template <class T>
@@ -128,9 +128,9 @@ INLINED void spanned_volume(Four* vectors, int count, int size, Four& volume) {
 // What a thread needs to work on four configurations.
 class FourScratch {
    public:
-    Four *q, *vectors;              // (dof,), for manipulability (6 dof,)
-    FrameOf<Four>* frames;          // (dof + 1,)
-    VecOf<Four> *linear, *angular;  // (dof,)
+    Four *q, *vectors;             // (dof,), for manipulability (6 dof,)
+    FrameOf<Four>* frames;         // (dof + 1,)
+    VecOf<Four>*linear, *angular;  // (dof,)
 
     FourScratch(const FourScratch&) = delete;
     explicit FourScratch(int dof) : blocks_(13 * dof + 12 * (dof + 1)) {
@@ -157,8 +157,8 @@ FOR_THIS_PROCESSOR inline void points_of_four(const Chain& chain, int last, Vec 
 
 // Yoshikawa's manipulability w of a point that joint `last` carries at the four configurations of the scratch: the
 // volume that the first `rows` rows of its Jacobian span, or its columns where these are fewer.
-FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int last, Vec tool, int rows,
-                                                      FourScratch& s, double* w) {
+FOR_THIS_PROCESSOR inline void manipulability_of_four(const Chain& chain, int last, Vec tool, int rows, FourScratch& s,
+                                                      double* w) {
     const int dof = chain.dof();
     chain.place(s.q, s.frames);
     chain.jacobian(s.frames, last, tool, s.linear, s.angular);
@@ -197,7 +197,8 @@ struct PointsInBoxes {
                 const PointAndBox& one = boxes[k];
                 const Frame& there = frames[one.outer];
                 const Vec world = frames[one.inner] * one.point;
-                const Vec own = turned_back(one.frame.turn, turned_back(there.turn, world - there.shift) - one.frame.shift);
+                const Vec own =
+                    turned_back(one.frame.turn, turned_back(there.turn, world - there.shift) - one.frame.shift);
                 if (own.x > one.low.x && own.x < one.high.x && own.y > one.low.y && own.y < one.high.y &&
                     own.z > one.low.z && own.z < one.high.z)
                     found(row, static_cast<int>(k), own);

@@ -18,10 +18,10 @@ class Motion {
     struct Stretch {
         double begin, end;  // s
         Frame from;
-        Vec velocity;       // m/s
-        Vec axis;           // in the frame's own coordinates
-        double turning;     // rad/s
-        double speed;       // m/s that no point of the obstacle exceeds
+        Vec velocity;    // m/s
+        Vec axis;        // in the frame's own coordinates
+        double turning;  // rad/s
+        double speed;    // m/s that no point of the obstacle exceeds
     };
 
     // `size` (m): no point of the obstacle is farther from the frame's origin.
@@ -72,7 +72,7 @@ class Motion {
    private:
     // What is known of stretches one after the other.
     struct Many {
-        double speed = 0.0, turned = 0.0;  // rad
+        double speed = 0.0, turned = 0.0;                                              // rad
         Vec low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};  // the origin, where they begin
 
         Many() = default;

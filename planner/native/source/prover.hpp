@@ -21,15 +21,16 @@
 
 namespace planner {
 
-constexpr double first_motion = 0.5;     // m: first intervals move no point further than this
-constexpr double first_journey = 32.0;   // m: of obstacles that go farther by themselves it is found out where it matters
+constexpr double first_motion = 0.5;  // m: first intervals move no point further than this
+constexpr double first_journey =
+    32.0;  // m: of obstacles that go farther by themselves it is found out where it matters
 constexpr double longest_motion = 1e6;   // m: the first intervals of longer ones would take too much memory
 constexpr double always_close = 0.03;    // m: pairs that a coarse bound puts nearer get a closer look where it is short
 constexpr int close_looks = 8;           // per sample, for pairs that are farther apart: more cost more than halving
 constexpr double reported = 5e-3;        // m beyond what covers an interval, so that the clearance reported is worth it
 constexpr double hull_is_enough = 0.01;  // m: where hulls are so far apart, dents below them are not looked into
 
-constexpr int highest_degree = 16;       // of pieces
+constexpr int highest_degree = 16;  // of pieces
 
 enum Verdict : int64_t { proven_free = 0, collides = 1, undecided = 2 };
 
@@ -100,8 +101,8 @@ class Prover {
     // `reach` (pairs, dof) and `body_reach` (bodies, dof) hold in every configuration.
     Prover(const World& world, const double* reach, const double* body_reach, const uint8_t* is_static)
         : world_(world), reach_(reach), body_reach_(body_reach), static_(is_static), scratch_(world.scratch()),
-          coarse_(world.pair_count()), enough_(world.pair_count()), joint_rate_(world.chain.dof()), q_(world.chain.dof()),
-          here_(static_cast<size_t>(world.bodies) * world.chain.dof()), is_here_(world.bodies) {
+          coarse_(world.pair_count()), enough_(world.pair_count()), joint_rate_(world.chain.dof()),
+          q_(world.chain.dof()), here_(static_cast<size_t>(world.bodies) * world.chain.dof()), is_here_(world.bodies) {
         for (int p = 0; p < world.pair_count(); ++p)
             if (!is_static[p] && world.pairs[p].checked) every_.push_back({p, false, {}});
         const int dof = world.chain.dof(), count = static_cast<int>(every_.size());
@@ -173,7 +174,8 @@ class Prover {
         attempt.pieces = pieces, attempt.piece = piece, attempt.span = span;
         rates_of_all(attempt, 0.0, 1.0);
         double motion = 0.0;
-        bool held = within(pieces.of(piece), (pieces.degree + size_t{1}) * pieces.dof, farthest) && (!span || span->holds());
+        bool held =
+            within(pieces.of(piece), (pieces.degree + size_t{1}) * pieces.dof, farthest) && (!span || span->holds());
         for (size_t k = 0; k < every_.size(); ++k) {
             const double moved = std::min(rate_[k], flat_rate_[k] + 2.0 * extra_[k]);
             held = held && moved <= longest_motion;
@@ -202,7 +204,8 @@ class Prover {
         if (here.last == 0) {
             tasks_ = every_;
             rates_of_all(attempt, here.low, here.high);
-            for (size_t k = 0; k < tasks_.size(); ++k) enough_[tasks_[k].pair] = keep_[k] + needed(k, need) + always_close;
+            for (size_t k = 0; k < tasks_.size(); ++k)
+                enough_[tasks_[k].pair] = keep_[k] + needed(k, need) + always_close;
             world_.coarse(scratch_.frames.data(), scratch_, coarse_.data(), static_, enough_.data());
             for (size_t k = 0; k < tasks_.size(); ++k) gap_[k] = coarse_[tasks_[k].pair] - keep_[k];
         } else {
@@ -306,9 +309,9 @@ class Prover {
 
     // What an obstacle's own motion adds to what its pairs need.
     struct Own {
-        int64_t of = -1;                  // number of the interval that this is of
+        int64_t of = -1;                   // number of the interval that this is of
         double keep = 0.0, fastest = 0.0;  // m that it may be early or late, m/s
-        double extra = infinity;          // m beyond `keep` that it moves away from the sample on the interval
+        double extra = infinity;           // m beyond `keep` that it moves away from the sample on the interval
     };
 
     // What obstacles' own motions add: to the rates, and to the distance to keep as they may be early, late or elsewhere.
@@ -383,7 +386,8 @@ class Prover {
             if (world_.chain.joints[j - 1].prismatic) {
                 now = 1.0;
             } else {
-                const Vec axis = scratch_.frames[j].turn * world_.chain.joints[j - 1].axis, at = scratch_.frames[j].shift;
+                const Vec axis = scratch_.frames[j].turn * world_.chain.joints[j - 1].axis,
+                          at = scratch_.frames[j].shift;
                 for (int k = item.first_sphere; k < item.first_sphere + item.spheres; ++k) {
                     const Vec out = cross(axis, Vec{scratch_.x[k], scratch_.y[k], scratch_.z[k]} - at);
                     now = std::max(now, length(out) + world_.radii[k]);
@@ -402,7 +406,7 @@ class Prover {
     std::vector<Task> every_, tasks_;     // all pairs that the piece may move; those of the sample at hand
     std::vector<double> reach_by_joint_;  // (dof, every_)
     Scratch scratch_;
-    std::vector<double> coarse_, enough_;             // (pairs,) bounds, and how large they have to be
+    std::vector<double> coarse_, enough_;               // (pairs,) bounds, and how large they have to be
     std::vector<double> gap_, rate_, own_rate_, keep_;  // per task; own_rate_: an obstacle's; keep_: m, the margin and
                                                         // what is unknown of an obstacle
     std::vector<double> limited_rate_, flat_rate_, extra_;  // per task, see needed(); limited_rate_: of speed limits

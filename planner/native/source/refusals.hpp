@@ -71,9 +71,7 @@ FOR_THIS_PROCESSOR inline bool lie_in(const double* numbers, size_t count, doubl
 
 // Whether they lie in [-most, most], and in [0, most].
 inline bool within(const double* numbers, size_t count, double most) { return lie_in(numbers, count, -most, most); }
-inline bool not_negative(const double* numbers, size_t count, double most) {
-    return lie_in(numbers, count, 0.0, most);
-}
+inline bool not_negative(const double* numbers, size_t count, double most) { return lie_in(numbers, count, 0.0, most); }
 
 // Whether `count` whole numbers lie in [low, high).
 inline bool between(const int64_t* numbers, size_t count, int64_t low, int64_t high) {

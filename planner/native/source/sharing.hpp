@@ -60,9 +60,9 @@ void share_out(int count, int threads, int least, Make make, Work work) {
 template <class Work>
 void share_out_rows(int64_t rows, int threads, Work work) {
     const int blocks = static_cast<int>((rows + flow_block - 1) / flow_block);
-    share_out(blocks, threads, 32, [] { return 0; }, [&](int b, int) {
-        work(int64_t{b} * flow_block, std::min(int64_t{b + 1} * flow_block, rows), b);
-    });
+    share_out(
+        blocks, threads, 32, [] { return 0; },
+        [&](int b, int) { work(int64_t{b} * flow_block, std::min(int64_t{b + 1} * flow_block, rows), b); });
 }
 
 }  // namespace planner

@@ -66,8 +66,8 @@ struct Part {
 // A shape in the frame of what carries it. A mesh that is not convex counts as the surface of its triangles.
 struct Solid {
     Convex hull;
-    double depth = 0.0;       // m: how deep the surface lies below the hull
-    std::vector<Part> parts;  // the first is the whole; one only where the solid is convex
+    double depth = 0.0;                           // m: how deep the surface lies below the hull
+    std::vector<Part> parts;                      // the first is the whole; one only where the solid is convex
     std::vector<std::unique_ptr<double[]>> kept;  // the points
 
     bool is_convex() const { return parts.size() == 1; }
@@ -203,7 +203,8 @@ struct Solid {
         template <class Do>
         void for_corners(const int* order, int count, Do act) const {
             for (int k = 0; k < count; ++k)
-                for (int corner = 0; corner < 3; ++corner) act(triangles + 9 * static_cast<size_t>(order[k]) + 3 * corner);
+                for (int corner = 0; corner < 3; ++corner)
+                    act(triangles + 9 * static_cast<size_t>(order[k]) + 3 * corner);
         }
 
         int widest(const int* order, int count) const {
@@ -223,8 +224,8 @@ struct Solid {
 
 // How close a bound on a distance has to be.
 struct Closeness {
-    double enough = infinity;        // m: larger bounds need not be better
-    double hull_enough = infinity;   // m: nor need those between hulls, whatever dents there are below them
+    double enough = infinity;       // m: larger bounds need not be better
+    double hull_enough = infinity;  // m: nor need those between hulls, whatever dents there are below them
 };
 
 // A lower bound (m) on the distance of two placed solids, 0 where they touch: a micrometre from it but for what

@@ -108,8 +108,8 @@ class Stretch {
     }
 
     int dof_;
-    std::vector<double> first_, last_, bend_;  // q' at both ends, q''
-    const double* limit_;                      // on accelerations
+    std::vector<double> first_, last_, bend_;        // q' at both ends, q''
+    const double* limit_;                            // on accelerations
     double length_, most_first_, most_last_, rate_;  // x at both ends
     bool line_;
 };

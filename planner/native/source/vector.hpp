@@ -7,7 +7,8 @@
 // The best version for the processor at hand is chosen when the library is loaded, where compiler and C library know how.
 // The same bits with wider registers: no sum is taken in another order, and nothing is fused.
 // The thread sanitizer is not there yet at that time.
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__)
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && \
+    !defined(__SANITIZE_THREAD__)
 #define VERSIONS(...) __attribute__((target_clones(__VA_ARGS__, "default")))
 #else
 #define VERSIONS(...)

@@ -65,7 +65,7 @@ class World {
     std::vector<Item> items;  // bodies, then obstacles
     std::vector<Pair> pairs;  // every body against every obstacle, then self-collision pairs
     std::vector<double> radii, sphere_x, sphere_y, sphere_z;  // of all bodies, in their joints' frames
-    std::vector<Motion> motions;  // of obstacles, their frames are behind those of the joints
+    std::vector<Motion> motions;       // of obstacles, their frames are behind those of the joints
     Balls body_balls, obstacle_balls;  // one around each; of bodies in their joints' frames
     int bodies = 0;
     double margin = 0.0;
@@ -79,7 +79,8 @@ class World {
 
     // The motion of an obstacle, or none.
     const Motion* motion_of(int item) const {
-        return items[item].joint < 0 && items[item].frame >= 0 ? &motions[items[item].frame - chain.dof() - 1] : nullptr;
+        return items[item].joint < 0 && items[item].frame >= 0 ? &motions[items[item].frame - chain.dof() - 1]
+                                                               : nullptr;
     }
 
     // Give an obstacle a motion of its own, and a frame that goes with it.
@@ -95,8 +96,13 @@ class World {
 
     Scratch scratch() const {
         size_t n = radii.size();
-        return {std::vector<Frame>(chain.dof() + 1 + motions.size()), std::vector<double>(n), std::vector<double>(n),
-                std::vector<double>(n), std::vector<double>(n), std::vector<double>(bodies), std::vector<Vec>(bodies)};
+        return {std::vector<Frame>(chain.dof() + 1 + motions.size()),
+                std::vector<double>(n),
+                std::vector<double>(n),
+                std::vector<double>(n),
+                std::vector<double>(n),
+                std::vector<double>(bodies),
+                std::vector<Vec>(bodies)};
     }
 
     // Put a ball around every item, once all are there.
@@ -154,8 +160,7 @@ class World {
                              scratch.z.data(), radii.data(), count, scratch.gaps.data());
                 for (int b = 0; b < bodies; ++b) {
                     const double* gaps = scratch.gaps.data() + items[b].first_sphere;
-                    for (int k = 0; k < items[b].spheres; ++k)
-                        scratch.least[b] = std::min(scratch.least[b], gaps[k]);
+                    for (int k = 0; k < items[b].spheres; ++k) scratch.least[b] = std::min(scratch.least[b], gaps[k]);
                 }
             }
             for (int b = 0; b < bodies; ++b) bounds[b * obstacles() + o] = scratch.least[b];

@@ -15,9 +15,8 @@ void find_parents(const Arcs& arcs, const Rows& rows, const double* y, int threa
 
 void sketch(const Flow& flow, const Rows& rows, const double* y, const double* xhat, double dtau, int threads,
             double* next) {
-    share_out_rows(rows.count, threads, [&](int64_t begin, int64_t end, int) {
-        sketch_rows(flow, rows, begin, end, y, xhat, dtau, next);
-    });
+    share_out_rows(rows.count, threads,
+                   [&](int64_t begin, int64_t end, int) { sketch_rows(flow, rows, begin, end, y, xhat, dtau, next); });
 }
 
 double advance(const Flow& flow, const Rows& rows, const double* m, const double* y, const double* xhat, double dtau,
@@ -31,9 +30,8 @@ double advance(const Flow& flow, const Rows& rows, const double* m, const double
 
 void stand(const Arcs& arcs, const Rows& rows, const double* y, int threads, double* xhat, double* standing) {
     std::vector<Standing> found((arcs.rows() + flow_block - 1) / flow_block);
-    share_out_rows(arcs.rows(), threads, [&](int64_t begin, int64_t end, int block) {
-        found[block] = range_of(y, begin, end);
-    });
+    share_out_rows(arcs.rows(), threads,
+                   [&](int64_t begin, int64_t end, int block) { found[block] = range_of(y, begin, end); });
     share_out_rows(rows.count, threads, [&](int64_t begin, int64_t end, int block) {
         found[block].add(stand_rows(arcs, rows, begin, end, y, xhat));
     });
@@ -52,7 +50,8 @@ Arcs* arcs_new(int64_t count, int64_t arcs, const int64_t* first, const int64_t*
     return answered([&] {
         require(are_offsets(first, count, arcs), "the rows do not fit the arcs");
         require(between(head, arcs, 0, INT32_MAX), "an arc reads what is no state");
-        std::unique_ptr<Arcs> made(new Arcs{{first, first + count + 1}, {head, head + arcs}, {}, {offset, offset + arcs}});
+        std::unique_ptr<Arcs> made(
+            new Arcs{{first, first + count + 1}, {head, head + arcs}, {}, {offset, offset + arcs}});
         if (slope) made->slope.assign(slope, slope + arcs);
         if (arcs > 0) made->states = 1 + *std::max_element(head, head + arcs);
         return made.release();
@@ -95,8 +94,8 @@ int flow_moved(const Flow* flow, int order, int64_t n, const double* s, double d
 }
 
 // Rows `index` (count,), or the first `count`, of y, xhat and next (all,)
-int flow_sketch(const Flow* flow, int64_t count, const int64_t* index, int64_t all, const double* y,
-                const double* xhat, double dtau, int threads, double* next) {
+int flow_sketch(const Flow* flow, int64_t count, const int64_t* index, int64_t all, const double* y, const double* xhat,
+                double dtau, int threads, double* next) {
     return answered([&] {
         const Rows rows{count, index};
         rows.require_within(all);
@@ -128,9 +127,8 @@ int arcs_standing(const Arcs* arcs, int64_t count, const int64_t* index, int64_t
 // Rows `index` (count,) of all, or the first `count`, of states y (states,), sketched by `half` and advanced by dtau
 // towards their parents there. In `found`, one after the other: the states then (states,), xhat (all,), arcs_standing's
 // four numbers, and what flow_advance returns
-int arcs_step(const Arcs* arcs, const Flow* flow, int64_t count, const int64_t* index, int64_t states,
-              const double* y, const double* xhat, double half, double dtau, double size, int threads,
-              double* found) {
+int arcs_step(const Arcs* arcs, const Flow* flow, int64_t count, const int64_t* index, int64_t states, const double* y,
+              const double* xhat, double half, double dtau, double size, int threads, double* found) {
     return answered([&] {
         const Rows rows{count, index};
         arcs->require_states(rows, states);

@@ -67,7 +67,8 @@ Chain* chain_new(int dof, const int64_t* parent, const uint8_t* prismatic, const
         require(dof >= 1, "a chain has at least one joint");
         require(within(turns, 27 * static_cast<size_t>(dof), farthest), "a rotation is no finite number");
         for (const double* vectors : {offset, slide, axis})
-            require(within(vectors, 3 * static_cast<size_t>(dof), farthest), "an offset or an axis is no finite number");
+            require(within(vectors, 3 * static_cast<size_t>(dof), farthest),
+                    "an offset or an axis is no finite number");
         auto chain = std::make_unique<Chain>();
         for (int j = 0; j < dof; ++j) {
             require(parent[j] >= 0 && parent[j] <= j, "a joint comes before the one that carries it");
@@ -132,24 +133,26 @@ int chain_path_lengths(const Chain* chain, int n, const double* start, const dou
         require_joint(*chain, last);
         require(between(pieces, n, 1, INT32_MAX), "a path has at least one piece");
         const int dof = chain->dof();
-        share_out(n, threads, 64, [&] { return FourScratch(dof); }, [&](int k, FourScratch& scratch) {
-            const double *from = start + static_cast<size_t>(k) * dof, *by = delta + static_cast<size_t>(k) * dof;
-            double sum = 0.0;
-            Vec before, here[4];
-            for (int64_t first = 0; first <= pieces[k]; first += 4) {
-                heed_at(first);
-                for (int l = 0; l < 4; ++l) {
-                    const double s = static_cast<double>(first + l) / static_cast<double>(pieces[k]);
-                    for (int j = 0; j < dof; ++j) scratch.q[j][l] = from[j] + s * by[j];
+        share_out(
+            n, threads, 64, [&] { return FourScratch(dof); },
+            [&](int k, FourScratch& scratch) {
+                const double *from = start + static_cast<size_t>(k) * dof, *by = delta + static_cast<size_t>(k) * dof;
+                double sum = 0.0;
+                Vec before, here[4];
+                for (int64_t first = 0; first <= pieces[k]; first += 4) {
+                    heed_at(first);
+                    for (int l = 0; l < 4; ++l) {
+                        const double s = static_cast<double>(first + l) / static_cast<double>(pieces[k]);
+                        for (int j = 0; j < dof; ++j) scratch.q[j][l] = from[j] + s * by[j];
+                    }
+                    points_of_four(*chain, last, vec_at(point), scratch, here);
+                    for (int64_t piece = first; piece <= std::min(first + 3, pieces[k]); ++piece) {
+                        if (piece > 0) sum += length(here[piece - first] - before);
+                        before = here[piece - first];
+                    }
                 }
-                points_of_four(*chain, last, vec_at(point), scratch, here);
-                for (int64_t piece = first; piece <= std::min(first + 3, pieces[k]); ++piece) {
-                    if (piece > 0) sum += length(here[piece - first] - before);
-                    before = here[piece - first];
-                }
-            }
-            lengths[k] = sum;
-        });
+                lengths[k] = sum;
+            });
     });
 }
 
@@ -189,13 +192,16 @@ int chain_inverse(const Chain* chain, int n, double* q, int last, const double* 
                   const uint8_t* wraps, int iterations, int threads, double* distance, double* angle) {
     return answered([&] {
         require_joint(*chain, last);
-        const Task task{*chain, last, {mat_at(tool_turn), vec_at(tool_shift)}, {mat_at(turn), vec_at(shift)},
-                        oriented != 0, lower, upper, wraps};
-        share_out(n, threads, 8, [&] { return Descent(task); }, [&](int k, Descent& descent) {
-            double* own = q + static_cast<size_t>(k) * chain->dof();
-            descent.run(own, iterations);
-            descent.miss(own, distance[k], angle[k]);
-        });
+        const Task task{
+            *chain, last, {mat_at(tool_turn), vec_at(tool_shift)}, {mat_at(turn), vec_at(shift)}, oriented != 0, lower,
+            upper,  wraps};
+        share_out(
+            n, threads, 8, [&] { return Descent(task); },
+            [&](int k, Descent& descent) {
+                double* own = q + static_cast<size_t>(k) * chain->dof();
+                descent.run(own, iterations);
+                descent.miss(own, distance[k], angle[k]);
+            });
     });
 }
 
@@ -211,8 +217,11 @@ PointsInBoxes* boxes_new(const Chain* chain, int count, const int64_t* inner, co
         require(within(turns, 9 * static_cast<size_t>(count), farthest), "a rotation is no finite number");
         std::unique_ptr<PointsInBoxes> made(new PointsInBoxes{*chain, {}});
         for (int k = 0; k < count; ++k)
-            made->boxes.push_back({static_cast<int>(inner[k]), static_cast<int>(outer[k]), vec_at(points + 3 * k),
-                                   {mat_at(turns + 9 * k), vec_at(shifts + 3 * k)}, vec_at(low + 3 * k),
+            made->boxes.push_back({static_cast<int>(inner[k]),
+                                   static_cast<int>(outer[k]),
+                                   vec_at(points + 3 * k),
+                                   {mat_at(turns + 9 * k), vec_at(shifts + 3 * k)},
+                                   vec_at(low + 3 * k),
                                    vec_at(high + 3 * k)});
         return made.release();
     });

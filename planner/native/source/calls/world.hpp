@@ -124,9 +124,13 @@ int world_set_motion(World* world, int item, int n, const double* times, const d
         for (int k = 0; k + 1 < n; ++k) {
             require(times[k] < times[k + 1], "the times of a motion do not increase");
             const Vec from = vec_at(shifts + 3 * k), to = vec_at(shifts + 3 * (k + 1));
-            stretches.push_back({times[k], times[k + 1], {mat_at(turns + 9 * k), from},
-                                        (1.0 / (times[k + 1] - times[k])) * (to - from), vec_at(axes + 3 * k),
-                                        rates[k], speeds[k]});
+            stretches.push_back({times[k],
+                                 times[k + 1],
+                                 {mat_at(turns + 9 * k), from},
+                                 (1.0 / (times[k + 1] - times[k])) * (to - from),
+                                 vec_at(axes + 3 * k),
+                                 rates[k],
+                                 speeds[k]});
         }
         const Frame last{mat_at(turns + 9 * (n - 1)), vec_at(shifts + 3 * (n - 1))};
         world->let_move(obstacle, Motion(std::move(stretches), last, size));
@@ -295,8 +299,8 @@ int world_first_proven(const World* world, const double* reach, const double* bo
 // price (count, count), in which refused ones become infinite: its rows, their number, and clearance and samples of the
 // motions to rows[1], rows[2] and so on, -1 samples of those that were proven before.
 int world_cheapest_chain(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
-                         int count, const double* points, double* price, double room, int64_t* rows,
-                         double* clearance, int64_t* samples) {
+                         int count, const double* points, double* price, double room, int64_t* rows, double* clearance,
+                         int64_t* samples) {
     return answered([&] {
         require(count >= 1, "a chain has at least one point");
         require(room >= rounding, "the room is below what distances are rounded by");
