@@ -63,6 +63,27 @@ class BroadPhase:
         return touching
 
 
+class LazyBroadPhase:
+    """The broadphase of a world, made when it is first asked: many a checker is made for its bounds alone."""
+
+    def __init__(self, world: World, shapes: Sequence[Any], known: LazyBroadPhase | None) -> None:
+        """``known``: of a world with the same arm."""
+        if known is not None and known._made is None:
+            known = known._known  # else a row of worlds that nobody asks would hold each other
+        self._alone, self._known = threading.Lock(), known
+        self._made: BroadPhase | None = None
+        self._world, self._shapes = world, shapes
+
+    @property
+    def phase(self) -> BroadPhase:
+        """The broadphase."""
+        with self._alone:
+            if self._made is None:
+                self._made = BroadPhase(self._world, self._shapes, self._known and self._known._made)
+                self._known = None
+            return self._made
+
+
 class _Part:
     """Bodies and some obstacles as Pinocchio's broadphase takes them: a pool for batches, and where all stand.
 

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.collision.bounds import ClearanceBound
-from planner.collision.broad_phase import BroadPhase, Pool, differ_in_places_only, geometry_of, of_one_arm
+from planner.collision.broad_phase import LazyBroadPhase, Pool, differ_in_places_only, geometry_of, of_one_arm
 from planner.collision.checker import CollisionChecker, configurations
 from planner.collision.degenerate_triangles import widened
 from planner.collision.world import Contact, World
@@ -48,9 +48,9 @@ class CoalChecker(CollisionChecker):
         self._request = coal.DistanceRequest()
         alike = known if known is not None and of_one_arm(known.world, world) else None
         if alike is not None and differ_in_places_only(alike.world, world):
-            self._broadphase = alike._broadphase
+            self._broad = alike._broad
         else:
-            self._broadphase = BroadPhase(world, self._geometries, alike and alike._broadphase)
+            self._broad = LazyBroadPhase(world, self._geometries, alike and alike._broad)
 
     @property
     def geometry_model(self) -> pin.GeometryModel:
@@ -61,7 +61,7 @@ class CoalChecker(CollisionChecker):
         """See :class:`planner.collision.checker.CollisionChecker`."""
         q = np.atleast_2d(np.asarray(q, dtype=float))
         self.queries += len(q)
-        found = self._broadphase.first_touch(self.world, q)
+        found = self._broad.phase.first_touch(self.world, q)
         return None if found is None else (found[0], self.world.contact(found[1]))
 
     def first_contact_along(self, q: Floats, motion: Floats) -> tuple[int, Contact] | None:
@@ -74,7 +74,7 @@ class CoalChecker(CollisionChecker):
         starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
         for width, finer in zip(_STRETCHES, (*_STRETCHES[1:], 1), strict=True):
             middle = np.minimum(starts + width // 2, len(q) - 1)
-            near = self._broadphase.touching(self.world, q[middle], _with_error((width // 2) * motion))
+            near = self._broad.phase.touching(self.world, q[middle], _with_error((width // 2) * motion))
             enclosed = ~near & (self.inside.pairs(q[middle]) >= 0)
             first = min(first, int(starts[enclosed].min(initial=first)))
             if width == 1:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -44,7 +46,7 @@ def changed(obstacles: tuple[Obstacle, ...], k: int, rng: np.random.Generator) -
 
 
 def parts(checker: CoalChecker) -> list[int]:
-    broadphase: BroadPhase = checker._broadphase
+    broadphase: BroadPhase = checker._broad.phase
     return [id(view.part) for view in broadphase._views]
 
 
@@ -55,10 +57,10 @@ def test_after_any_changes_and_back_again_it_answers_as_one_that_shares_nothing(
     shared = [CoalChecker(world_of(obstacles))]
     fresh = [shared[0]]
     for k in range(16):
-        obstacles = changed(obstacles, k, rng)
+        obstacles, before = changed(obstacles, k, rng), parts(shared[-1])  # what nobody has asked has none
         shared.append(CoalChecker(world_of(obstacles), shared[-1]))
         fresh.append(CoalChecker(world_of(obstacles)))
-        assert set(parts(shared[-1])) & set(parts(shared[-2])), "the parts that are as they were"
+        assert set(parts(shared[-1])) & set(before), "the parts that are as they were"
         assert len(parts(shared[-1])) <= 8
     verdicts = set()
     for k in (16, 3, 9, 0, 12, 1, 15, 2):  # as undo goes back to any of them
@@ -75,11 +77,27 @@ def test_one_obstacle_more_or_less_makes_no_part_anew_that_is_large() -> None:
     rng = np.random.default_rng(1)
     obstacles = crowd(520, rng)
     first = CoalChecker(world_of(obstacles))
+    own = parts(first)
     less = CoalChecker(world_of(obstacles[1:]), first)
     more = CoalChecker(world_of((*obstacles, Obstacle("new", Sphere(0.1), pose([0.6, 0, 0.5])))), first)
-    assert parts(less) == parts(first)
-    assert parts(more)[:-1] == parts(first)
-    assert len(parts(more)) == len(parts(first)) + 1
+    assert parts(less) == own
+    assert parts(more)[:-1] == own
+    assert len(parts(more)) == len(own) + 1
+
+
+def test_what_nobody_asks_is_not_made_and_holds_no_row_of_worlds() -> None:
+    rng, made = np.random.default_rng(3), weakref.WeakSet()
+    obstacles = crowd(520, rng)
+    last = first = CoalChecker(world_of(obstacles))
+    own = parts(first)
+    for k in range(5):
+        last = CoalChecker(world_of(obstacles[1 + k :]), last)
+        made.add(last._broad)
+        assert last._broad._made is None
+    gc.collect()
+    assert len(made) == 1
+    assert parts(last) == own
+    assert last._broad._known is None
 
 
 def test_small_worlds_are_made_anew() -> None:

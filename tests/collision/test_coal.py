@@ -165,8 +165,8 @@ def test_worlds_that_differ_in_places_share_their_broadphase_and_answer_alike() 
         world = moved(first.world, "divider", rng.uniform([-0.5, -0.5, 0], [0.8, 0.8, 1]))
         shared.append(CoalChecker(world, shared[-1]))
         alone.append(CoalChecker(world))
-        assert shared[-1]._broadphase is first._broadphase
-        assert alone[-1]._broadphase is not first._broadphase
+        assert shared[-1]._broad.phase is first._broad.phase
+        assert alone[-1]._broad.phase is not first._broad.phase
     firsts = set()
     for k in (4, 0, 2, 1, 3, 0):  # as undo goes back to any of them
         for rows in (slice(None), slice(0, 1), slice(70, 90)):
@@ -190,7 +190,7 @@ def test_other_worlds_share_nothing() -> None:
         replace(world, self_pairs=world.self_pairs[1:]),
     ]
     for other in others:
-        assert CoalChecker(other, first)._broadphase is not first._broadphase
+        assert CoalChecker(other, first)._broad.phase is not first._broad.phase
 
 
 def test_second_checkers_of_one_arm_share_too() -> None:
@@ -201,4 +201,4 @@ def test_second_checkers_of_one_arm_share_too() -> None:
     assert isinstance(second, CoalChecker)
     again = second_checker(after)
     assert isinstance(again, CoalChecker)
-    assert again._broadphase is second._broadphase
+    assert again._broad.phase is second._broad.phase

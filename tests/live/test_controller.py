@@ -190,7 +190,7 @@ def test_states_to_go_back_to_share_what_is_equal(tmp_path: Path) -> None:
         assert "error" not in move(desk, "post", 0.75, 0.01 * k, 0.0)
     worlds = [state.snapshot.now.live for state in [*desk._past, desk._state]]
     assert len({id(live.checker) for live in worlds}) == 8  # the first move went nowhere
-    assert len({id(vars(live.checker)["_broadphase"]) for live in worlds}) == 1  # most of a world's memory
+    assert len({id(vars(live.checker)["_broad"]) for live in worlds}) == 1  # most of a world's memory
     assert len({id(live.bare) for live in worlds}) == 1
 
 
