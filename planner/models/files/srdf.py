@@ -112,8 +112,9 @@ def _require_known(root: ET.Element, path: Path) -> None:
     Elements that are nothing like those of an SRDF are other programs' own.
     """
     for element in root:
-        meant = nearest(element.tag, (*_ELEMENTS, *_HARMLESS))
-        if element.tag not in (*_ELEMENTS, *_HARMLESS) and meant:
+        known = *_ELEMENTS, *_HARMLESS
+        meant = "" if element.tag in known else nearest(element.tag, known)
+        if meant:
             raise RobotError(f"SRDF {path} has an unknown element {shown(element.tag)}{meant}; mend the file.")
         _require_attributes(element, _ELEMENTS.get(element.tag, ()), path)
         inner = _INNER.get(element.tag, {})
