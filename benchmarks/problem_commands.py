@@ -9,23 +9,13 @@ import tyro
 
 from benchmarks.terminal import measure
 from planner.cli.common import Flag, Workers
-from planner.problem.request import DEFAULT_CHARGE, PAPER_NODES, SERIAL, Backend, Charge, LimitsRequest, PlanRequest
+from planner.problem.request import PAPER_NODES, SERIAL, Backend, LimitsRequest, PlanRequest
 
 
 def plan(
     folder: tyro.conf.Positional[Path],
+    plain: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest("panda"),  # noqa: B008 (frozen)
     out: Path = Path("bench-plan"),
-    robot: str = "panda",
-    collision: Backend = "fcl",
-    nodes: int = PAPER_NODES,
-    beta: float = 0.5,
-    charge: Charge = DEFAULT_CHARGE,
-    min_manipulability: float = 0.0,
-    margin: float = 0.0,
-    srdf: Path | None = None,
-    group: str | None = None,
-    base: str | None = None,
-    widen_limits: Flag = False,
     seeds: tuple[int, ...] = (0, 1, 2),
     time_limit: float = 60.0,
     workers: Workers = SERIAL,
@@ -34,43 +24,21 @@ def plan(
     """A folder of planning problems, each planned with several seeds: success, times, lengths, manipulability, safety.
 
     A problem is request<X>.yaml, a MoveIt motion plan request, with scene<X>.yaml or scene<X>.scene beside it, in
-    FOLDER or in folders inside it, which are the scene types. Run again with another --beta, --nodes or --collision
-    and the same --out, and the report sets them side by side. Writes plan.csv, one row a run, plan.md, and
-    logs/<problem>.log for ompl_benchmark_statistics and Planner Arena.
+    FOLDER or in folders inside it, which are the scene types. All options are those of 'planner plan', but for what
+    each problem says itself (scene, request, start, goal) and --seed, in whose place --seeds stands. Run again with
+    another --beta, --nodes or --collision and the same --out, and the report sets them side by side. Paths are checked
+    by the library that has not planned. Writes plan.csv, one row a run, plan.md, and logs/<problem>.log for
+    ompl_benchmark_statistics and Planner Arena.
 
     Args:
         folder: Folder of the problems.
         out: Folder to write into.
-        robot: Name of a built-in robot or the path of a URDF.
-        collision: Collision library to plan with; the paths are checked by the other one.
-        nodes: Configurations in the roadmap.
-        beta: Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.
-        charge: Where the manipulability cost is charged: integrated along edges, or at nodes as in the paper.
-        min_manipulability: A floor under manipulability w that paths stay above, as 'planner plan' has it; 0 for none.
-        margin: Distance in metres to keep from every obstacle, and between links.
-        srdf: An SRDF in place of the robot's own: link pairs that need no check, groups.
-        group: Planning group of the SRDF: only its joints are planned.
-        base: Where the robot's base stands in the scenes: x,y,z (m) or x,y,z,roll,pitch,yaw (m and rad).
-        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         seeds: Seeds to plan every problem with.
         time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
         debug: Show tracebacks of errors.
     """
     from benchmarks.plan.run import bench_plan
 
-    plain = PlanRequest(
-        robot,
-        collision=collision,
-        margin=margin,
-        srdf=srdf,
-        group=group,
-        base=base,
-        widen_limits=widen_limits,
-        nodes=nodes,
-        min_manipulability=min_manipulability,
-        charge=charge,
-        beta=beta,
-    )
     return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress, workers))
 
 
