@@ -16,7 +16,7 @@ from planner.problem.request import LiveRequest, WorldRequest
 from planner.problem.targets import HOME, parse_target
 
 if TYPE_CHECKING:
-    from planner.live.controller import Desk
+    from planner.live.controller import LiveController
 
 
 def view(
@@ -68,7 +68,7 @@ def view(
     require_port(port)
     if live:
         _require_no_state(result, state)
-        serve(_desk(request, question, out), port, open, say)
+        serve(_controller(request, question, out), port, open, say)
         return 0
     if question != LiveRequest():
         raise OptionError("--start, --goal, --beta, --nodes, --seed and --roadmap are for --live: add it.")
@@ -91,10 +91,10 @@ def _require_no_state(result: Path | None, state: str | None) -> None:
         raise OptionError("--live plans anew: give it --robot, --scene, --start and --goal, no RESULT and no --state.")
 
 
-def _desk(request: WorldRequest, question: LiveRequest, out: Path | None) -> Desk:
+def _controller(request: WorldRequest, question: LiveRequest, out: Path | None) -> LiveController:
     """The live page's other side, with its first question answered."""
     from planner.base.files import require_writable_file
-    from planner.live.controller import Desk
+    from planner.live.controller import LiveController
     from planner.live.state import Question
     from planner.models.frames import in_world
     from planner.models.scene import Scene
@@ -116,9 +116,9 @@ def _desk(request: WorldRequest, question: LiveRequest, out: Path | None) -> Des
     }
     session = Session(robot, scene, said["roadmap"], **options)
     asked = Question(said["start"], said["goal"], said["beta"])
-    desk = Desk(session, asked, lambda: in_world(Scene.load(str(request.scene)), robot), out)
-    say(desk.message)
-    return desk
+    controller = LiveController(session, asked, lambda: in_world(Scene.load(str(request.scene)), robot), out)
+    say(controller.message)
+    return controller
 
 
 def _require_alone(request: WorldRequest, state: str | None, out: Path | None) -> None:

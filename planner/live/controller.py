@@ -36,7 +36,7 @@ _MOST_UNDO = 50  # states: each holds its world and its roadmap
 _log = logging.getLogger(__name__)
 
 
-class Desk:
+class LiveController:
     """One session and the page that changes it; requests wait for each other.
 
     ``out`` is the file that the page's scene is saved to, ``source`` reads the scene anew. ``token``: who does not know

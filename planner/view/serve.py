@@ -32,7 +32,7 @@ _MOST_CONNECTIONS = 32  # at once: a browser opens six
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
-class Desk(Protocol):
+class Controller(Protocol):
     """What a live page talks to: it draws the page as things stand, and answers the page's requests, one at a time."""
 
     token: str
@@ -51,7 +51,7 @@ class Desk(Protocol):
 
 
 def serve(
-    page: Path | str | Desk,
+    page: Path | str | Controller,
     port: int = 0,
     open_browser: bool = False,
     announce: Callable[[str], None] = lambda sentence: None,
@@ -61,11 +61,11 @@ def serve(
     It returns once every thread that answers has ended, as one that is in compiled code while Python is taken down
     crashes the process; a second signal ends the process at once.
 
-    ``page`` is the HTML text itself, or a file, which is read again for every request: a reload shows a newer plan; or
-    a :class:`Desk`, whose page may change things: only who knows its token sees it, and only the page itself, by its
-    origin and the token, is answered. ``port`` 0 takes any free one. ``announce`` is called with the address once it
-    can be opened. Raises :class:`FileError` for a file that is no page, :class:`PlannerError` for a port that cannot
-    be used.
+    ``page`` is the HTML text itself, or a file, which is read again for every request: a reload shows a newer plan;
+    or a :class:`Controller`, whose page may change things: only who knows its token sees it, and only the page
+    itself, by its origin and the token, is answered. ``port`` 0 takes any free one. ``announce`` is called with the
+    address once it can be opened. Raises :class:`FileError` for a file that is no page, :class:`PlannerError` for a
+    port that cannot be used.
     """
     with running(page, port) as (address, asked):
         announce(f"Serving {address} on this machine only; Ctrl-C ends it.")
@@ -82,7 +82,7 @@ def require_port(port: int) -> None:
 
 
 @contextmanager
-def running(page: Path | str | Desk, port: int = 0) -> Iterator[tuple[str, threading.Event]]:
+def running(page: Path | str | Controller, port: int = 0) -> Iterator[tuple[str, threading.Event]]:
     """A server of a page, gone when the block ends: its address, and what SIGINT and SIGTERM set."""
     live = not isinstance(page, Path | str)
     content = _source(page)
@@ -92,7 +92,7 @@ def running(page: Path | str | Desk, port: int = 0) -> Iterator[tuple[str, threa
         yield (f"{address}?token={page.token}" if live else address), asked
 
 
-def _source(page: Path | str | Desk) -> Callable[[], bytes]:
+def _source(page: Path | str | Controller) -> Callable[[], bytes]:
     if isinstance(page, str):
         return page.encode
     if isinstance(page, Path):
@@ -114,10 +114,10 @@ def read_page(path: Path) -> bytes:
 
 
 @contextmanager
-def _server(content: Callable[[], bytes], port: int, desk: Desk | None = None) -> Iterator[str]:
+def _server(content: Callable[[], bytes], port: int, controller: Controller | None = None) -> Iterator[str]:
     require_port(port)
     try:
-        server = _Server(content, port, desk)
+        server = _Server(content, port, controller)
     except OSError as error:
         raise PlannerError(f"port {port} cannot be used: {error.strerror or error}; choose another --port.") from None
     thread = threading.Thread(target=server.serve_forever, name="page", daemon=True)
@@ -126,8 +126,8 @@ def _server(content: Callable[[], bytes], port: int, desk: Desk | None = None) -
         yield f"http://{HOST}:{server.server_port}/"
     finally:
         server.shutdown()
-        if desk is not None:
-            desk.stop()
+        if controller is not None:
+            controller.stop()
         server.hang_up()
         server.server_close()
         thread.join()
@@ -139,11 +139,11 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = False
     allow_reuse_address = os.name == "posix"  # on other systems it would let two servers share a port
 
-    def __init__(self, content: Callable[[], bytes], port: int, desk: Desk | None) -> None:
-        self.content, self.desk = content, desk
+    def __init__(self, content: Callable[[], bytes], port: int, controller: Controller | None) -> None:
+        self.content, self.controller = content, controller
         self._known = threading.Lock()
         self._open: dict[socket.socket, float] = {}  # until when its request has to be here; inf once it is
-        super().__init__((HOST, port), _Handler if desk is None else _LiveHandler)
+        super().__init__((HOST, port), _Handler if controller is None else _LiveHandler)
 
     def verify_request(self, request: Any, client_address: Any) -> bool:
         """Whether a new connection is taken: where there are too many, in the place of the oldest one that waits."""
@@ -239,9 +239,9 @@ class _LiveHandler(_Handler):
     """The page for who knows the token, and answers for the page: other pages in the browser can drive nothing."""
 
     @property
-    def _desk(self) -> Desk:
-        assert self.server.desk is not None
-        return self.server.desk
+    def _controller(self) -> Controller:
+        assert self.server.controller is not None
+        return self.server.controller
 
     def _answer(self) -> tuple[HTTPStatus, bytes]:
         given = parse_qs(urlsplit(self.path).query).get("token", [""])[0]
@@ -267,10 +267,10 @@ class _LiveHandler(_Handler):
         if len(request) < int(length):
             raise ConnectionAbortedError  # it hung up in the middle: nothing is done
         self.server.has_asked(self.connection)
-        return HTTPStatus.OK, self._desk.answer(request)
+        return HTTPStatus.OK, self._controller.answer(request)
 
     def _knows_token(self, given: str) -> bool:
-        return secrets.compare_digest(given.encode(), self._desk.token.encode())
+        return secrets.compare_digest(given.encode(), self._controller.token.encode())
 
 
 @contextmanager

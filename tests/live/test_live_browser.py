@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.live.controller import Desk
+from planner.live.controller import LiveController
 from planner.models.scene import Scene
 from planner.view.serve import running
 from tests.browser import Tab, browser
-from tests.live.desks import make_desk
+from tests.live.controllers import make_controller
 
 # where a point of the room, in metres, is seen in the window
 SEEN = """((x, y, z) => {
@@ -30,12 +30,12 @@ def window() -> Iterator[Tab]:
 
 
 @pytest.fixture
-def opened(window: Tab, tmp_path: Path) -> Iterator[tuple[Tab, Desk]]:
+def opened(window: Tab, tmp_path: Path) -> Iterator[tuple[Tab, LiveController]]:
     """A live page, freshly opened; nothing may have been complained of, or asked of anyone else, by the end."""
-    desk = make_desk(tmp_path)
-    with running(desk) as (address, _):
+    controller = make_controller(tmp_path)
+    with running(controller) as (address, _):
         assert window.open(address), window.console
-        yield window, desk
+        yield window, controller
         assert window.console == []
         own = address.partition("?")[0]
         assert all(request.startswith(own) for request in window.requests)
@@ -70,8 +70,8 @@ def drag(tab: Tab, first: np.ndarray, last: np.ndarray) -> None:
     answered(tab, before)
 
 
-def place(desk: Desk, name: str) -> np.ndarray:
-    return next(item.placement for item in desk._session.scene.obstacles if item.name == name)
+def place(controller: LiveController, name: str) -> np.ndarray:
+    return next(item.placement for item in controller._session.scene.obstacles if item.name == name)
 
 
 def waypoints(tab: Tab) -> np.ndarray:
@@ -82,19 +82,19 @@ def text(tab: Tab, element: str) -> str:
     return tab.run(f"element('{element}').textContent")
 
 
-def test_an_obstacle_is_dragged_and_the_path_is_new(opened: tuple[Tab, Desk]) -> None:
+def test_an_obstacle_is_dragged_and_the_path_is_new(opened: tuple[Tab, LiveController]) -> None:
     """By its body: it stays on its level, under the pointer."""
-    tab, desk = opened
+    tab, controller = opened
     path, picture, top = waypoints(tab), tab.screenshot(), np.array([0.0, 0.0, 0.1])
     first, last = np.array([0.75, 0.0, 0.0]) + top, np.array([0.7, -0.3, 0.0]) + top
     tab.run("choose(0)")  # so that no arrow of the obstacle's own is in the way
     drag(tab, seen(tab, first), seen(tab, last))
-    np.testing.assert_allclose(place(desk, "post")[:3, 3], [0.7, -0.3, 0.0], atol=0.01)
-    assert place(desk, "post")[2, 3] == 0.0
+    np.testing.assert_allclose(place(controller, "post")[:3, 3], [0.7, -0.3, 0.0], atol=0.01)
+    assert place(controller, "post")[2, 3] == 0.0
     assert tab.run("document.documentElement.dataset.holds") in ("true", "false")  # it was said before the answer
-    assert desk._state.plan.solved
+    assert controller._state.plan.solved
     assert not np.array_equal(waypoints(tab), path)
-    np.testing.assert_allclose(waypoints(tab)[[0, -1]], desk._state.plan.path[[0, -1]], atol=1e-8)
+    np.testing.assert_allclose(waypoints(tab)[[0, -1]], controller._state.plan.path[[0, -1]], atol=1e-8)
     assert np.abs(tab.screenshot() - picture).max() > 30
     assert "obstacle 'post' moved" in text(tab, "live-said")
     assert "proven again" in text(tab, "live-report")
@@ -102,7 +102,7 @@ def test_an_obstacle_is_dragged_and_the_path_is_new(opened: tuple[Tab, Desk]) ->
     assert tab.run("[live.undo, element('undo').disabled]") == [1, False]
 
 
-def test_what_the_pointer_is_told_of_a_node_goes_with_the_old_field(opened: tuple[Tab, Desk]) -> None:
+def test_what_the_pointer_is_told_of_a_node_goes_with_the_old_field(opened: tuple[Tab, LiveController]) -> None:
     tab, _ = opened
     place = "new THREE.Vector3().fromBufferAttribute(drawn('roadmap/nodes').geometry.attributes.position, 70)"
     tab.mouse(*seen(tab, tab.run(f"{place}.toArray()")))
@@ -114,10 +114,12 @@ def test_what_the_pointer_is_told_of_a_node_goes_with_the_old_field(opened: tupl
     assert tab.run("element('tip').hidden") is True
 
 
-def test_what_is_under_the_pointer_is_dragged_not_the_margin_of_anothers_arrow(opened: tuple[Tab, Desk]) -> None:
+def test_what_is_under_the_pointer_is_dragged_not_the_margin_of_anothers_arrow(
+    opened: tuple[Tab, LiveController],
+) -> None:
     """The gizmo of the post lies over the drum: where no arrow is drawn, the drum is meant."""
-    tab, desk = opened
-    drum = place(desk, "drum")[:3, 3]
+    tab, controller = opened
+    drum = place(controller, "drum")[:3, 3]
     top, there = drum + np.array([0.0, 0.0, 0.1]), drum + np.array([0.0, -0.1, 0.0])
     tab.run("choose(1)")
     # the post's x-arrow, moved beside the middle of the drum's top: its margin covers that, what is drawn does not
@@ -129,44 +131,44 @@ def test_what_is_under_the_pointer_is_dragged_not_the_margin_of_anothers_arrow(o
         f"({{clientX: {first[0]}, clientY: {first[1]}}})"
     )
     assert kinds == [True, False]
-    before = place(desk, "post").copy()
+    before = place(controller, "post").copy()
     drag(tab, first, seen(tab, there + top - drum))
-    np.testing.assert_array_equal(place(desk, "post"), before)
-    np.testing.assert_allclose(place(desk, "drum")[:3, 3], there, atol=0.02)
+    np.testing.assert_array_equal(place(controller, "post"), before)
+    np.testing.assert_allclose(place(controller, "drum")[:3, 3], there, atol=0.02)
 
 
-def test_an_arrow_moves_along_its_axis_and_the_ring_turns(opened: tuple[Tab, Desk]) -> None:
-    tab, desk = opened
+def test_an_arrow_moves_along_its_axis_and_the_ring_turns(opened: tuple[Tab, LiveController]) -> None:
+    tab, controller = opened
     tab.run("choose(1)")
     size = tab.run("gizmo.scale.x")
     for axis in range(3):
-        tip, centre = 0.8 * size * np.eye(3)[axis], place(desk, "post")[:3, 3].copy()
+        tip, centre = 0.8 * size * np.eye(3)[axis], place(controller, "post")[:3, 3].copy()
         drag(tab, seen(tab, centre + tip), seen(tab, centre + tip + 0.05 * np.eye(3)[axis]))
-        np.testing.assert_allclose(place(desk, "post")[:3, 3] - centre, 0.05 * np.eye(3)[axis], atol=0.004)
-    centre = place(desk, "post")[:3, 3]
+        np.testing.assert_allclose(place(controller, "post")[:3, 3] - centre, 0.05 * np.eye(3)[axis], atol=0.004)
+    centre = place(controller, "post")[:3, 3]
     rim = [0.62 * size * np.array([np.cos(angle), np.sin(angle), 0.0]) for angle in (-0.7, -0.4)]
     drag(tab, seen(tab, centre + rim[0]), seen(tab, centre + rim[1]))
-    turn = place(desk, "post")[:3, :3]
+    turn = place(controller, "post")[:3, :3]
     assert np.arctan2(turn[1, 0], turn[0, 0]) == pytest.approx(0.3, abs=0.03)
     np.testing.assert_allclose(turn[2], [0, 0, 1], atol=1e-9)
 
 
-def test_the_goal_is_dragged(opened: tuple[Tab, Desk]) -> None:
-    tab, desk = opened
-    goal = desk._state.goal_position
+def test_the_goal_is_dragged(opened: tuple[Tab, LiveController]) -> None:
+    tab, controller = opened
+    goal = controller._state.goal_position
     tab.run("choose(1)")
     drag(tab, seen(tab, goal), seen(tab, [0.4, 0.6, goal[2]]))
-    np.testing.assert_allclose(desk._state.goal_position[:2], [0.4, 0.6], atol=0.02)
+    np.testing.assert_allclose(controller._state.goal_position[:2], [0.4, 0.6], atol=0.02)
     assert tab.run("document.documentElement.dataset.chosen") == "goal"
 
 
-def test_what_is_refused_goes_back_and_is_red(opened: tuple[Tab, Desk]) -> None:
-    tab, desk = opened
-    before, path = desk._state, waypoints(tab)
+def test_what_is_refused_goes_back_and_is_red(opened: tuple[Tab, LiveController]) -> None:
+    tab, controller = opened
+    before, path = controller._state, waypoints(tab)
     count = tab.run(DONE)
     tab.run("element('live-x').value = 0, element('live-x').onchange()")  # into the robot's base
     answered(tab, count)
-    assert desk._state is before
+    assert controller._state is before
     assert "'post'" in text(tab, "message")
     assert tab.run("element('message').classList.contains('wrong')")
     red = tab.run(
@@ -180,8 +182,8 @@ def test_what_is_refused_goes_back_and_is_red(opened: tuple[Tab, Desk]) -> None:
     np.testing.assert_array_equal(waypoints(tab), path)
 
 
-def test_start_beta_undo_save_and_a_reload_of_the_page(opened: tuple[Tab, Desk], tmp_path: Path) -> None:
-    tab, desk = opened
+def test_start_beta_undo_save_and_a_reload_of_the_page(opened: tuple[Tab, LiveController], tmp_path: Path) -> None:
+    tab, controller = opened
     steps = (
         "(s => { s.value = -1.2; s.oninput(); s.onchange(); })(element('live-start').querySelector('input'))",
         "(s => { s.value = 0.9; s.oninput(); s.onchange(); })(element('live-beta'))",
@@ -192,8 +194,8 @@ def test_start_beta_undo_save_and_a_reload_of_the_page(opened: tuple[Tab, Desk],
         tab.run(step)
         answered(tab, count)
     assert waypoints(tab)[0][0] == pytest.approx(-1.2)
-    assert desk._state.question.beta == 0.9
-    assert np.arctan2(*place(desk, "post")[[1, 0], 0]) == pytest.approx(0.1)
+    assert controller._state.question.beta == 0.9
+    assert np.arctan2(*place(controller, "post")[[1, 0], 0]) == pytest.approx(0.1)
     for choice in ("before", "change", "cost"):
         tab.run(f"(e => {{ e.value = '{choice}'; e.onchange(); }})(element('colour'))")
         assert tab.run("document.documentElement.dataset.colour") == choice
@@ -204,7 +206,7 @@ def test_start_beta_undo_save_and_a_reload_of_the_page(opened: tuple[Tab, Desk],
     count = tab.run(DONE)
     tab.run("element('undo').click()")
     answered(tab, count)
-    assert place(desk, "post")[1, 0] == 0.0
+    assert place(controller, "post")[1, 0] == 0.0
     tab.run("element('save').click()")
     tab.run("new Promise(done => (function look() { element('live-said').textContent.startsWith('Written') ? done(1) "
             ": setTimeout(look, 20); })())")  # fmt: skip
@@ -212,7 +214,7 @@ def test_start_beta_undo_save_and_a_reload_of_the_page(opened: tuple[Tab, Desk],
     assert saved.startswith("q:-1.2")
 
 
-def test_where_there_is_no_path_what_separates_is_red(opened: tuple[Tab, Desk]) -> None:
+def test_where_there_is_no_path_what_separates_is_red(opened: tuple[Tab, LiveController]) -> None:
     tab, _ = opened
     count = tab.run(DONE)
     tab.run("element('live-x').value = 0.3, element('live-x').onchange()")

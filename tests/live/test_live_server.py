@@ -14,23 +14,23 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from planner.live.controller import Desk
+from planner.live.controller import LiveController
 from planner.view import serve
 from planner.view.serve import TOKEN_HEADER, running
-from tests.live.desks import make_desk
+from tests.live.controllers import make_controller
 
 PATIENCE = 60.0  # s
 ORDER = json.dumps({"order": {"do": "beta", "beta": 0.25}}).encode()
 
 
 @pytest.fixture
-def served(tmp_path: Path) -> Iterator[tuple[Desk, int]]:
-    desk = make_desk(tmp_path)
-    with running(desk) as (address, _):
+def served(tmp_path: Path) -> Iterator[tuple[LiveController, int]]:
+    controller = make_controller(tmp_path)
+    with running(controller) as (address, _):
         port = urlsplit(address).port
         assert port is not None
-        assert address == f"http://127.0.0.1:{port}/?token={desk.token}"
-        yield desk, port
+        assert address == f"http://127.0.0.1:{port}/?token={controller.token}"
+        yield controller, port
 
 
 def ask(
@@ -45,33 +45,40 @@ def ask(
         connection.close()
 
 
-def own(desk: Desk, port: int) -> dict[str, str]:
-    return {"Origin": f"http://127.0.0.1:{port}", TOKEN_HEADER: desk.token}
+def own(controller: LiveController, port: int) -> dict[str, str]:
+    return {"Origin": f"http://127.0.0.1:{port}", TOKEN_HEADER: controller.token}
 
 
-def test_the_page_is_shown_to_who_knows_the_token(served: tuple[Desk, int]) -> None:
-    desk, port = served
-    status, body, headers = ask(port, "GET", f"/?token={desk.token}")
+def test_the_page_is_shown_to_who_knows_the_token(served: tuple[LiveController, int]) -> None:
+    controller, port = served
+    status, body, headers = ask(port, "GET", f"/?token={controller.token}")
     assert status == 200
-    assert desk.token.encode() in body
+    assert controller.token.encode() in body
     assert b"connect-src 'self'" in body
     assert headers["X-Frame-Options"] == "DENY"
     assert headers["Referrer-Policy"] == "no-referrer"
-    for path in ("/", "/?token=", "/?token=wrong", f"/?other={desk.token}", f"/?token={desk.token}x", "/?token=%ff"):
+    for path in (
+        "/",
+        "/?token=",
+        "/?token=wrong",
+        f"/?other={controller.token}",
+        f"/?token={controller.token}x",
+        "/?token=%ff",
+    ):
         status, body, _ = ask(port, "GET", path)
         assert status == 403
-        assert desk.token.encode() not in body
-    assert ask(port, "GET", f"/?token={desk.token}", Host="evil.example")[0] == 403
-    assert ask(port, "GET", f"/act?token={desk.token}")[0] == 404
+        assert controller.token.encode() not in body
+    assert ask(port, "GET", f"/?token={controller.token}", Host="evil.example")[0] == 403
+    assert ask(port, "GET", f"/act?token={controller.token}")[0] == 404
 
 
-def test_only_the_page_changes_anything(served: tuple[Desk, int]) -> None:
-    desk, port = served
-    good = own(desk, port)
-    beta = desk._state.question.beta
+def test_only_the_page_changes_anything(served: tuple[LiveController, int]) -> None:
+    controller, port = served
+    good = own(controller, port)
+    beta = controller._state.question.beta
     refused = [
         {"Origin": good["Origin"]},
-        {TOKEN_HEADER: desk.token},
+        {TOKEN_HEADER: controller.token},
         {**good, TOKEN_HEADER: ""},
         {**good, TOKEN_HEADER: "wrong"},
         {**good, "Origin": "http://evil.example"},
@@ -83,8 +90,8 @@ def test_only_the_page_changes_anything(served: tuple[Desk, int]) -> None:
     ]
     for headers in refused:
         assert ask(port, "POST", "/act", ORDER, **headers)[0] == 403, headers
-    assert ask(port, "POST", f"/act?token={desk.token}", ORDER)[0] == 403
-    assert desk._state.question.beta == beta
+    assert ask(port, "POST", f"/act?token={controller.token}", ORDER)[0] == 403
+    assert controller._state.question.beta == beta
     status, body, headers = ask(port, "POST", "/act", ORDER, **good)
     assert (status, headers["Content-Type"]) == (200, "application/json")
     assert json.loads(body)["data"]["beta"] == 0.25
@@ -92,9 +99,9 @@ def test_only_the_page_changes_anything(served: tuple[Desk, int]) -> None:
     assert ask(port, "POST", "/act", ORDER, **local)[0] == 200
 
 
-def test_other_methods_paths_and_sizes(served: tuple[Desk, int]) -> None:
-    desk, port = served
-    good = own(desk, port)
+def test_other_methods_paths_and_sizes(served: tuple[LiveController, int]) -> None:
+    controller, port = served
+    good = own(controller, port)
     assert ask(port, "POST", "/", ORDER, **good)[0] == 404
     assert ask(port, "OPTIONS", "/act", None, **good)[0] == 501
     assert ask(port, "PUT", "/act", ORDER, **good)[0] == 501
@@ -104,24 +111,24 @@ def test_other_methods_paths_and_sizes(served: tuple[Desk, int]) -> None:
 
 
 def test_who_hangs_up_changes_nothing_and_is_no_news(
-    served: tuple[Desk, int], capfd: pytest.CaptureFixture[str]
+    served: tuple[LiveController, int], capfd: pytest.CaptureFixture[str]
 ) -> None:
-    desk, port = served
-    lines = [f"{name}: {value}" for name, value in own(desk, port).items()]
+    controller, port = served
+    lines = [f"{name}: {value}" for name, value in own(controller, port).items()]
     head = "\r\n".join(["POST /act HTTP/1.1", f"Host: 127.0.0.1:{port}", f"Content-Length: {len(ORDER)}", *lines])
     question = head.encode() + b"\r\n\r\n" + ORDER
-    before = desk._state
+    before = controller._state
     for cut, rude in [(n, rude) for n in (9, len(head) + 2, len(question) - 4) for rude in (False, True)]:
         with socket.create_connection(("127.0.0.1", port)) as client:
             if rude:
                 client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             client.sendall(question[:cut])
-    assert ask(port, "GET", f"/?token={desk.token}")[0] == 200
-    assert desk._state is before
+    assert ask(port, "GET", f"/?token={controller.token}")[0] == 200
+    assert controller._state is before
     with socket.create_connection(("127.0.0.1", port)) as client:  # all was said, the answer is not waited for
         client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         client.sendall(question)
-    assert ask(port, "POST", "/act", ORDER, **own(desk, port))[0] == 200
+    assert ask(port, "POST", "/act", ORDER, **own(controller, port))[0] == 200
     assert capfd.readouterr().err == ""
 
 
@@ -139,11 +146,11 @@ def is_hung_up_on(client: socket.socket) -> bool:
         return True
 
 
-def test_who_trickles_is_hung_up_on(served: tuple[Desk, int], monkeypatch: pytest.MonkeyPatch) -> None:
-    desk, port = served
+def test_who_trickles_is_hung_up_on(served: tuple[LiveController, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    controller, port = served
     monkeypatch.setattr(serve, "_DEADLINE", 0.5)
     begin = time.monotonic()
-    lines = [f"{name}: {value}" for name, value in own(desk, port).items()]
+    lines = [f"{name}: {value}" for name, value in own(controller, port).items()]
     head = "\r\n".join(["POST /act HTTP/1.1", f"Host: 127.0.0.1:{port}", "Content-Length: 1000", *lines])
     with half_open(port) as silent, half_open(port) as trickling, half_open(port, f"{head}\r\n\r\n".encode()) as body:
         for client in (trickling, body):
@@ -159,17 +166,19 @@ def test_who_trickles_is_hung_up_on(served: tuple[Desk, int], monkeypatch: pytes
                     break
                 assert time.monotonic() - begin < 20
         assert is_hung_up_on(silent)
-    assert ask(port, "GET", f"/?token={desk.token}")[0] == 200
+    assert ask(port, "GET", f"/?token={controller.token}")[0] == 200
 
 
-def test_many_half_open_connections_keep_nobody_out(served: tuple[Desk, int], monkeypatch: pytest.MonkeyPatch) -> None:
-    desk, port = served
+def test_many_half_open_connections_keep_nobody_out(
+    served: tuple[LiveController, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    controller, port = served
     monkeypatch.setattr(serve, "_MOST_CONNECTIONS", 8)
     before = threading.active_count()
     clients = [half_open(port) for _ in range(60)]
     try:
-        assert ask(port, "GET", f"/?token={desk.token}")[0] == 200
-        assert ask(port, "POST", "/act", ORDER, **own(desk, port))[0] == 200
+        assert ask(port, "GET", f"/?token={controller.token}")[0] == 200
+        assert ask(port, "POST", "/act", ORDER, **own(controller, port))[0] == 200
         assert all(is_hung_up_on(client) for client in clients[:50])  # the oldest
         assert threading.active_count() - before <= 16
     finally:
@@ -178,8 +187,8 @@ def test_many_half_open_connections_keep_nobody_out(served: tuple[Desk, int], mo
 
 
 def test_it_ends_while_connections_are_half_open(tmp_path: Path) -> None:
-    desk, before = make_desk(tmp_path), threading.active_count()
-    with running(desk) as (address, _):
+    controller, before = make_controller(tmp_path), threading.active_count()
+    with running(controller) as (address, _):
         port = urlsplit(address).port
         assert port is not None
         client = half_open(port)

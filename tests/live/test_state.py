@@ -15,7 +15,7 @@ from planner.live.state import Question, State, field_before, page_of, report_of
 from planner.planning.replanned import Replanned
 from planner.session.session import Session
 from tests.browser import page_data
-from tests.live.desks import SCENE
+from tests.live.controllers import SCENE
 from tests.worlds import load
 
 QUESTION = Question("start", "goal", 0.5)

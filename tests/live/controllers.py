@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.live.controller import Desk
+from planner.live.controller import LiveController
 from planner.live.state import Question
 from planner.models.scene import Scene
 from planner.session.session import Session
@@ -21,20 +21,20 @@ states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}}
 """
 
 
-def make_desk(folder: Path, scene: str = SCENE) -> Desk:
+def make_controller(folder: Path, scene: str = SCENE) -> LiveController:
     """Its scene is ``scene.yaml`` in ``folder``, and is saved to ``saved.yaml`` there."""
     file = folder / "scene.yaml"
     file.write_text(scene)
     session = Session("planar_2r", str(file), nodes=80, collision="coal", join_motions=500)
-    return Desk(session, Question("start", "goal", 0.5), lambda: Scene.load(str(file)), folder / "saved.yaml")
+    return LiveController(session, Question("start", "goal", 0.5), lambda: Scene.load(str(file)), folder / "saved.yaml")
 
 
-def ask(desk: Desk, **order: Any) -> dict[str, Any]:
-    return json.loads(desk.answer(json.dumps({"order": order}).encode()))
+def ask(controller: LiveController, **order: Any) -> dict[str, Any]:
+    return json.loads(controller.answer(json.dumps({"order": order}).encode()))
 
 
-def move(desk: Desk, name: str, *position: float) -> dict[str, Any]:
-    return ask(desk, do="move", name=name, position=position, quaternion=[0, 0, 0, 1])
+def move(controller: LiveController, name: str, *position: float) -> dict[str, Any]:
+    return ask(controller, do="move", name=name, position=position, quaternion=[0, 0, 0, 1])
 
 
 def path_of(answer: dict[str, Any]) -> np.ndarray:
