@@ -131,7 +131,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     },
     "check": lambda: {"what": FINE, "checker": make_post(), "step": 0.001, "progress": planner.Progress()},
     "export": lambda: {"trajectory": motion(), "kind": "csv", "skip_first_point": False},
-    "build_network": lambda: {"roadmap": post_roadmap(), "objective": 0.5, "clearance": 0.0},
+    "build_network": lambda: {"roadmap": post_roadmap(), "objective": 0.5, "clearance": 0.0, "beta": None},
     "build_roadmap": lambda: {
         "robot": make_post().robot, "checker": make_post(), "start": FINE[0], "goal": FINE[1], "nodes": 4, "seed": 0,
         "progress": planner.Progress(), "min_manipulability": 0.0, "density": 2.0, "refined": 0.1, "growth": None,

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import AssumptionError
+from planner.base.errors import AssumptionError, KeywordError
 from planner.base.kinds import checks_kinds
 from planner.base.shares import traded_off
 from planner.objective.scale import cost_number, length_cost, manipulability_cost
@@ -43,15 +43,24 @@ def edge_manipulability_cost(roadmap: Roadmap, manipulability: ManipulabilityCos
 
 
 @checks_kinds
-def build_network(roadmap: Roadmap, objective: Objective | float = _PLAIN, clearance: float = 0.0) -> gabf.Network:
+def build_network(
+    roadmap: Roadmap,
+    objective: Objective | float | None = None,
+    clearance: float = 0.0,
+    *,
+    beta: float | None = None,
+) -> gabf.Network:
     """The network whose cost-to-go GABF computes: two arcs per edge, the goals as sources, the kernel of eq. (finew).
 
-    ``objective`` may be beta alone: larger values weigh distance more and manipulability less. With its ``charge``
-    "nodes" omega is that of the node that an edge leads to, as in the paper; with "edges" it is integrated along the
-    edge over its length, over states ``W_IN_COST`` apart, so that the cost of a path does not depend on how many nodes
-    lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
+    ``objective`` may be ``beta`` alone, by either name: larger values weigh distance more and manipulability less. With
+    its ``charge`` "nodes" omega is that of the node that an edge leads to, as in the paper; with "edges" it is
+    integrated along the edge over its length, over states ``W_IN_COST`` apart, so that the cost of a path does not
+    depend on how many nodes lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
     """
-    objective = objective if isinstance(objective, Objective) else Objective(objective)
+    if objective is not None and beta is not None:
+        raise KeywordError("beta is a part of the objective: say it there, or leave the objective out.")
+    given = beta if objective is None else objective
+    objective = given if isinstance(given, Objective) else _PLAIN if given is None else Objective(given)
     name, beta = objective.manipulability_cost, objective.beta
     kept = roadmap.clearance >= clearance
     weight = np.tile(distance_cost(roadmap, objective.metric)[kept], 2)

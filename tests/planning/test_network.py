@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from planner import gabf
-from planner.base.errors import OptionError
+from planner.base.errors import KeywordError, OptionError
 from planner.construction.build import build_roadmap
 from planner.kinematics.manipulability import manipulability
 from planner.objective.scale import CAP_QUANTILE, COSTS, ZETA, CostScale, manipulability_cost, measure_scale
@@ -204,3 +204,13 @@ def test_the_edge_charge_does_not_mind_where_nodes_lie() -> None:
             costs[charge, n] = gabf.oracle(network)[0]
     assert costs["edges", 2] == pytest.approx(costs["edges", 3], rel=1e-3)
     assert costs["nodes", 2] != pytest.approx(costs["nodes", 3], rel=0.1)
+
+
+def test_beta_alone_is_an_objective_by_either_name():
+    roadmap = post_roadmap()
+    networks = [build_network(roadmap, beta=0.3), build_network(roadmap, 0.3), build_network(roadmap, Objective(0.3))]
+    for network in networks:
+        np.testing.assert_array_equal(gabf.oracle(network), gabf.oracle(networks[0]))
+    np.testing.assert_array_equal(gabf.oracle(build_network(roadmap)), gabf.oracle(build_network(roadmap, beta=0.5)))
+    with pytest.raises(KeywordError, match="beta is a part of the objective"):
+        build_network(roadmap, Objective(), beta=0.3)
