@@ -55,7 +55,8 @@ def build_network(
     ``objective`` may be ``beta`` alone, by either name: larger values weigh distance more and manipulability less. With
     its ``charge`` "nodes" omega is that of the node that an edge leads to, as in the paper; with "edges" it is
     integrated along the edge over its length, over states ``W_IN_COST`` apart, so that the cost of a path does not
-    depend on how many nodes lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the margin are left out.
+    depend on how many nodes lie on it. Edges that are not certified to keep ``clearance`` (m) beyond the
+    margin are left out.
     """
     if objective is not None and beta is not None:
         raise KeywordError("beta is a part of the objective: say it there, or leave the objective out.")
