@@ -26,7 +26,6 @@ from planner.base.errors import PlannerError
 from planner.base.files import write_whole
 from planner.collision import BACKENDS, make_checker
 from planner.collision.edge_prover import EdgeProver
-from planner.planning.replanned import Replanned
 from planner.planning.result import Plan
 from planner.problem.request import RoadmapRequest
 from planner.sampling.grow import grow
@@ -77,7 +76,7 @@ def _simulated(session: Session, answer: Plan, simulations: int, seed: int) -> l
 
 
 def _columns(step: Step) -> Columns:
-    answer, done = step.plan, step.plan.replanned or Replanned()
+    answer, done = step.plan, step.plan.replanned
     return {
         "kind": step.kind,
         "outcome": answer.outcome.key,

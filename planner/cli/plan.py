@@ -104,7 +104,7 @@ def plan(
 
 
 def _plan_table(record: dict[str, Any]) -> Table:
-    from planner.planning.result import summary_rows
+    from planner.planning.summary import summary_rows
 
     seconds = ", ".join(f"{stage} {value:.2f}" for stage, value in record["timings_s"].items())
     return facts(f"{record['robot']} in {record['scene']}", [*summary_rows(record), ("seconds", seconds)])

@@ -24,7 +24,6 @@ from planner.models.files.scene_writer import write_scene
 from planner.models.poses import quaternion_of
 from planner.models.scene import Scene
 from planner.models.shapes import Obstacle
-from planner.planning.replanned import Replanned
 from planner.problem.targets import HOME, Named, Pose, Target, follow, joints_text, parse_target, parse_targets
 from planner.session.report import Change as WorldChange
 from planner.session.report import Edges
@@ -114,8 +113,7 @@ class LiveController:
                 plan = self._session.replan()
             else:
                 plan = self._session.plan(question.start, question.goal, question.beta)
-        done = plan.replanned or Replanned()
-        plan = replace(plan, replanned=replace(done, edges=edges + done.edges))
+        plan = replace(plan, replanned=replace(plan.replanned, edges=edges + plan.edges))
         self._past.append(before)
         self._state = State.of(self._session, question, plan)
         self._report = report_of(change.what, self._state, before, clock.seconds)

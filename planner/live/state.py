@@ -12,7 +12,6 @@ from planner.base.errors import choices
 from planner.kinematics.forward import tool_positions
 from planner.models.poses import quaternion_of
 from planner.models.shapes import Cylinder
-from planner.planning.replanned import Replanned
 from planner.planning.result import Plan
 from planner.roadmap.roadmap import Roadmap
 from planner.session.session import Session, Snapshot
@@ -159,7 +158,7 @@ def field_before(state: State, before: State) -> Floats | None:
 
 def report_of(what: str, state: State, before: State | None, seconds: dict[str, float]) -> Report:
     """What a change of the world meant for edges, field and cost."""
-    done = state.plan.replanned or Replanned()
+    done = state.plan.replanned
     edges = done.edges
     proofs = state.snapshot.now.live.proofs
     rows = [

@@ -9,11 +9,11 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import AssumptionError, KeywordError
+from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
 from planner.base.shares import traded_off
 from planner.objective.scale import cost_number, length_cost, manipulability_cost
-from planner.problem.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective
+from planner.problem.objective import DEFAULT_COST, DEFAULT_METRIC, ManipulabilityCost, Metric, Objective, said_twice
 from planner.roadmap.roadmap import Roadmap
 
 _PLAIN = Objective()
@@ -59,7 +59,7 @@ def build_network(
     margin are left out.
     """
     if objective is not None and beta is not None:
-        raise KeywordError("beta is a part of the objective: say it there, or leave the objective out.")
+        raise said_twice("beta")
     given = beta if objective is None else objective
     objective = given if isinstance(given, Objective) else _PLAIN if given is None else Objective(given)
     name, beta = objective.manipulability_cost, objective.beta

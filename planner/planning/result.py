@@ -13,7 +13,6 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.beside import hashes
-from planner.base.errors import choices
 from planner.base.files import make_folder, remove, write_json
 from planner.base.html import html_table
 from planner.base.kinds import checks_kinds
@@ -25,21 +24,20 @@ from planner.models.robot import Robot
 from planner.models.run_record import run_record
 from planner.models.scene import Scene
 from planner.paths.clearance import TOO_CLOSE
-from planner.paths.measure import corners, measure_path, path_manipulability
+from planner.paths.measure import PathMeasures, corners, measure_path, path_manipulability
 from planner.planning.conditioning import Conditioning, judge_conditioning
 from planner.planning.lower_bound import cost_lower_bound
 from planner.planning.manipulability_floor import LayeredNetwork, first_violation
 from planner.planning.network import PathCost
 from planner.planning.replanned import Edges, Replanned
+from planner.planning.summary import CONDITIONING, summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import NoPath
 from planner.problem.request import PlanRequest
-from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
-from planner.trajectory.clearance import clearance_rows, nearest_in_motion, nearest_on_path
+from planner.trajectory.clearance import nearest_in_motion, nearest_on_path
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
-from planner.trajectory.report import floor_text
 from planner.trajectory.trajectory import Trajectory
 from planner.view.page import Content, page, save_page
 from planner.view.shown_path import ShownPath, path_rows, shown_motion
@@ -49,7 +47,6 @@ if TYPE_CHECKING:
 
 JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
 _CORNERS = ("corners", "corners_blended", "shortcuts")  # what a trajectory's proof says of a path's corners
-CONDITIONING = "conditioning"  # the row of the summary that is there only where it is bad
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +80,7 @@ class Plan:
     route: TimedRoute | None = None  # when each waypoint is reached and left, where obstacles move
     alternatives: tuple[ShownPath, ...] = ()
     reason: NoPath | None = None
-    replanned: Replanned | None = None  # what a session did for it
+    replanned: Replanned = Replanned()  # noqa: RUF009 (frozen); what a session did for it
     timings: dict[str, float] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -108,7 +105,17 @@ class Plan:
     @property
     def edges(self) -> Edges:
         """What became of a session's edges for this plan; all 0 where it is no session's."""
-        return Edges() if self.replanned is None else self.replanned.edges
+        return self.replanned.edges
+
+    @cached_property
+    def measures(self) -> PathMeasures:
+        """Manipulability and lengths along the path, where there is one."""
+        return measure_path(self.robot, self.path)
+
+    @cached_property
+    def w_along_path(self) -> Floats:
+        """w (n,) sampled densely along the path, where there is one."""
+        return path_manipulability(self.robot, self.path)
 
     @cached_property
     def conditioning(self) -> Conditioning | None:
@@ -292,9 +299,9 @@ def _in_time(plan: Plan) -> dict[str, Any] | None:
 
 def _measures(plan: Plan) -> dict[str, Any]:
     """What is measured along the path; empty where there is no path."""
-    if plan.outcome is not Outcome.SOLVED:
+    if not plan.solved:
         return {"manipulability": None, "conditioning": None, "path_length": None}
-    found, robot = measure_path(plan.robot, plan.path), plan.robot
+    found, robot = plan.measures, plan.robot
     w = {"min": found.w_min, "mean": found.w_mean, "rows": robot.manipulability, "frame": robot.tool}
     lengths = {"joint": found.joint_length, "workspace": found.workspace_length}
     conditioning = None if plan.conditioning is None else plan.conditioning.to_dict()
@@ -307,7 +314,7 @@ def _quality(plan: Plan) -> dict[str, Any] | None:
         return None
     request = plan.request
     bound = cost_lower_bound(plan.roadmap, plan.robot, request.objective)
-    w = path_manipulability(plan.robot, plan.path)
+    w = plan.w_along_path
     return {
         "effort": request.rounds,
         "curve": [{"rounds": rounds, "cost": cost} for rounds, cost in plan.curve],
@@ -325,7 +332,7 @@ def _floor(plan: Plan) -> dict[str, Any]:
         return {}
     ends = [float(w) for w in manipulability(plan.robot, plan.path[[0, -1]])]
     holds = first_violation(plan.robot, plan.path, floor) is None
-    reached = bool(path_manipulability(plan.robot, plan.path).max() >= floor)
+    reached = bool(plan.w_along_path.max() >= floor)
     return {"floor": {"asked": floor, "start": ends[0], "goal": ends[1], "reached": reached, "holds": holds}}
 
 
@@ -347,108 +354,6 @@ def _gabf(plan: Plan) -> dict[str, Any] | None:
     }
 
 
-def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
-    """What the terminal's table and the page's panel say about a plan."""
-    field, cost, w = (record[key] for key in ("gabf", "cost", "manipulability"))
-    rows = [("roadmap", roadmap_text(record["roadmap"]))]
-    if cost:
-        rows.append(
-            (
-                "cost",
-                f"{cost['total']:.4f} = {1 - cost['beta']:g} x {cost['manipulability']:.4f} manipulability"
-                f" + {cost['beta']:g} x {cost['distance']:.4f} distance",
-            )
-        )
-        rows += _quality_rows(record["quality"], bool(record["in_time"]))
-        rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
-        if record["conditioning"] and record["conditioning"]["poor"]:
-            rows.append((CONDITIONING, record["conditioning"]["advice"]))
-        rows += clearance_rows(record["clearance"], record["config"]["room"])
-        length = record["path_length"]
-        rows.append(("goal reached", record["goal"]))
-        rows.append(
-            ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
-        )
-    if record["trajectory"]:
-        rows.append(("motion", _motion_text(record["trajectory"], bool(w and "floor" in w))))
-    if record["in_time"]:
-        rows += _rows_in_time(record["in_time"], record["trajectory"])
-    if field:
-        rows.append(("settled", _settling(field)))
-        rows += _certified(field)
-        rows.append(("error against oracle", f"{field['max_error_vs_oracle']:.1e} relative"))
-    return rows
-
-
-def _quality_rows(quality: dict[str, Any], in_time: bool) -> list[tuple[str, str]]:
-    """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""
-    bound, gap = quality["lower_bound"], quality["gap"]
-    apart = "" if gap is None or in_time else f"; this path is at most {100 * gap:.1f} % above the optimum"
-    rows = [("bound", f"no path costs less than {bound:.4f}{apart}")]
-    costs = [point["cost"] for point in quality["curve"]]
-    if len(costs) > 1:
-        rounds = quality["curve"][-1]["rounds"]
-        rows.append(("effort", f"{rounds} rounds took the best cost from {costs[0]:.4f} to {costs[-1]:.4f}"))
-    return rows
-
-
-def _motion_text(motion: dict[str, Any], floored: bool) -> str:
-    corners = "from rest to rest, the earliest through the roadmap"
-    if "corners" in motion:
-        corners = (
-            f"{motion['corners_blended']} of {motion['corners']} corners rounded, shortcuts: {motion['shortcuts']}"
-        )
-    proof = "proven free and within limits" if motion["proven"] else "NOT proven as a whole"
-    above = f"{floor_text(motion['floor'])}; " if floored and motion["floor"] else ""
-    return f"{motion['duration']:.3f} s, {corners}, {proof}; {above}{motion['limits']}"
-
-
-def _rows_in_time(in_time: dict[str, Any], motion: dict[str, Any]) -> list[tuple[str, str]]:
-    """How the motion keeps clear of what moves, and until when what may move cannot touch."""
-    rows, times, horizon = [], in_time["waypoints"], in_time["horizon"]
-    if times:
-        waits = sum(times["departures"]) - sum(times["arrivals"])
-        stands = f"it stands {waits:.3f} s on the way" if waits > 0 else "it need not wait"
-        clear = "proven clear" if motion["proven"] else "NOT proven clear"
-        rows.append(("known motions", f"{clear} of {choices(in_time['moving'])}; {stands}"))
-    if horizon:
-        limits = choices(f"{name} below {limit:g} m/s" for name, limit in horizon["speed_limits"].items())
-        until = horizon["free_until"]
-        when = "at any time" if until is None else f"before {until:.3f} s"
-        rows.append(("horizon", f"no contact {when}, whatever these do: {limits}"))
-    return rows
-
-
-def _floor_text(w: dict[str, Any]) -> str:
-    if "floor" not in w:
-        return ""
-    asked, ends = w["floor"]["asked"], min(w["floor"]["start"], w["floor"]["goal"])
-    if not w["floor"]["holds"]:
-        return f"; NOT above the floor of {asked:g}"
-    if not w["floor"]["reached"]:
-        return f"; it never reaches the floor of {asked:g}, and stays above its lower end's {ends:.5f}"
-    low = "" if ends >= asked else f" but for the stretches from and to its ends, of w {ends:.5f}"
-    return f"; above the floor of {asked:g}{low}"
-
-
 def _bracket(proved: tuple[float, float] | None) -> list[float | None] | None:
     """Earliest and latest; None stands for a latest that was not found."""
     return None if proved is None else [tau if math.isfinite(tau) else None for tau in proved]
-
-
-def _certified(field: dict[str, Any]) -> list[tuple[str, str]]:
-    """The sharpest bound on the settling time that is proven for this run."""
-    proven = [c for c in field["certificate"] if c["quantity"] == "settling tau" and c["applies"] and c["proven"]]
-    if not proven:
-        return []
-    best = min(proven, key=lambda c: c["bound"])
-    remaining = best["log10_remaining"]
-    ahead = "" if remaining is None else f", {10**remaining:.2g} s before T_p" if remaining > -300 else ", before T_p"
-    return [("certified", f"to settle by tau = {best['bound']:.1f}{ahead} ({best['name']})")]
-
-
-def _settling(field: dict[str, Any]) -> str:
-    if field["settling_time"] is None:
-        return "not within the budget"
-    limit = f" of T_p = {field['prescribed_time']:g} s" if field["log10_remaining"] is not None else " s"
-    return f"at t = {field['settling_time']:.4f}{limit} (tau = {field['settling_tau']:.2f}), law {field['law']}"

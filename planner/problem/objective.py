@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from planner.base.errors import OptionError, choices, require_number
+from planner.base.errors import KeywordError, OptionError, choices, require_number
 from planner.base.kinds import checks_kinds
 from planner.base.shares import Cost, require_share, traded_off
 
@@ -51,6 +51,11 @@ class Objective:
     def total(self, omega: Cost, distance: Cost) -> Cost:
         """The cost of a motion or a path with so much Omega and D, each normalised."""
         return traded_off(self.beta, omega, distance)
+
+
+def said_twice(option: str) -> KeywordError:
+    """The error for an ``option`` that is given beside the objective that it is a part of."""
+    return KeywordError(f"{option} is a part of the objective: say it there, or leave the objective out.")
 
 
 def require_floor(w: float) -> None:

@@ -7,7 +7,7 @@ from typing import TypedDict
 
 from planner.base.errors import KeywordError, choices
 from planner.base.yamlfile import nearest
-from planner.problem.objective import Objective
+from planner.problem.objective import Objective, said_twice
 from planner.problem.request import (
     Backend,
     Charge,
@@ -75,5 +75,5 @@ def plan_request(request: PlanRequest | None, options: PlanOptions, objective: O
     said = {option: getattr(objective, name) for name, option in _OF_OBJECTIVE.items()}
     twice = [name for name in options if name in said]
     if twice:
-        raise KeywordError(f"{twice[0]} is a part of the objective: say it there, or leave the objective out.")
+        raise said_twice(twice[0])
     return replace(request or PlanRequest(), **options, **said)

@@ -20,7 +20,8 @@ from planner.models.scene import Scene
 from planner.models.shapes import Box, Obstacle
 from planner.paths.measure import path_manipulability, tool_path_length
 from planner.planning.plan import plan
-from planner.planning.result import plan_record, save_plan, summary_rows
+from planner.planning.result import plan_record, save_plan
+from planner.planning.summary import summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.request import Backend, PlanRequest, TimingRequest
 from planner.refinement.simplify import TOLERANCE

@@ -1,0 +1,114 @@
+"""A plan's record, the keys of ``plan.json``, as rows of a table: for the terminal, the page and notebooks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from planner.base.errors import choices
+from planner.roadmap.record_text import roadmap_text
+from planner.trajectory.clearance import clearance_rows
+from planner.trajectory.report import floor_text
+
+CONDITIONING = "conditioning"  # the row that is there only where it is bad
+
+
+def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
+    """What the terminal's table and the page's panel say about a plan."""
+    field, cost, w = (record[key] for key in ("gabf", "cost", "manipulability"))
+    rows = [("roadmap", roadmap_text(record["roadmap"]))]
+    if cost:
+        rows.append(
+            (
+                "cost",
+                f"{cost['total']:.4f} = {1 - cost['beta']:g} x {cost['manipulability']:.4f} manipulability"
+                f" + {cost['beta']:g} x {cost['distance']:.4f} distance",
+            )
+        )
+        rows += _quality_rows(record["quality"], bool(record["in_time"]))
+        rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
+        if record["conditioning"] and record["conditioning"]["poor"]:
+            rows.append((CONDITIONING, record["conditioning"]["advice"]))
+        rows += clearance_rows(record["clearance"], record["config"]["room"])
+        length = record["path_length"]
+        rows.append(("goal reached", record["goal"]))
+        rows.append(
+            ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
+        )
+    if record["trajectory"]:
+        rows.append(("motion", _motion_text(record["trajectory"], bool(w and "floor" in w))))
+    if record["in_time"]:
+        rows += _rows_in_time(record["in_time"], record["trajectory"])
+    if field:
+        rows.append(("settled", _settling(field)))
+        rows += _certified(field)
+        rows.append(("error against oracle", f"{field['max_error_vs_oracle']:.1e} relative"))
+    return rows
+
+
+def _quality_rows(quality: dict[str, Any], in_time: bool) -> list[tuple[str, str]]:
+    """The bound on the cost, and what the effort gained; ``in_time`` it is not the cost that decides."""
+    bound, gap = quality["lower_bound"], quality["gap"]
+    apart = "" if gap is None or in_time else f"; this path is at most {100 * gap:.1f} % above the optimum"
+    rows = [("bound", f"no path costs less than {bound:.4f}{apart}")]
+    costs = [point["cost"] for point in quality["curve"]]
+    if len(costs) > 1:
+        rounds = quality["curve"][-1]["rounds"]
+        rows.append(("effort", f"{rounds} rounds took the best cost from {costs[0]:.4f} to {costs[-1]:.4f}"))
+    return rows
+
+
+def _motion_text(motion: dict[str, Any], floored: bool) -> str:
+    corners = "from rest to rest, the earliest through the roadmap"
+    if "corners" in motion:
+        corners = (
+            f"{motion['corners_blended']} of {motion['corners']} corners rounded, shortcuts: {motion['shortcuts']}"
+        )
+    proof = "proven free and within limits" if motion["proven"] else "NOT proven as a whole"
+    above = f"{floor_text(motion['floor'])}; " if floored and motion["floor"] else ""
+    return f"{motion['duration']:.3f} s, {corners}, {proof}; {above}{motion['limits']}"
+
+
+def _rows_in_time(in_time: dict[str, Any], motion: dict[str, Any]) -> list[tuple[str, str]]:
+    """How the motion keeps clear of what moves, and until when what may move cannot touch."""
+    rows, times, horizon = [], in_time["waypoints"], in_time["horizon"]
+    if times:
+        waits = sum(times["departures"]) - sum(times["arrivals"])
+        stands = f"it stands {waits:.3f} s on the way" if waits > 0 else "it need not wait"
+        clear = "proven clear" if motion["proven"] else "NOT proven clear"
+        rows.append(("known motions", f"{clear} of {choices(in_time['moving'])}; {stands}"))
+    if horizon:
+        limits = choices(f"{name} below {limit:g} m/s" for name, limit in horizon["speed_limits"].items())
+        until = horizon["free_until"]
+        when = "at any time" if until is None else f"before {until:.3f} s"
+        rows.append(("horizon", f"no contact {when}, whatever these do: {limits}"))
+    return rows
+
+
+def _floor_text(w: dict[str, Any]) -> str:
+    if "floor" not in w:
+        return ""
+    asked, ends = w["floor"]["asked"], min(w["floor"]["start"], w["floor"]["goal"])
+    if not w["floor"]["holds"]:
+        return f"; NOT above the floor of {asked:g}"
+    if not w["floor"]["reached"]:
+        return f"; it never reaches the floor of {asked:g}, and stays above its lower end's {ends:.5f}"
+    low = "" if ends >= asked else f" but for the stretches from and to its ends, of w {ends:.5f}"
+    return f"; above the floor of {asked:g}{low}"
+
+
+def _certified(field: dict[str, Any]) -> list[tuple[str, str]]:
+    """The sharpest bound on the settling time that is proven for this run."""
+    proven = [c for c in field["certificate"] if c["quantity"] == "settling tau" and c["applies"] and c["proven"]]
+    if not proven:
+        return []
+    best = min(proven, key=lambda c: c["bound"])
+    remaining = best["log10_remaining"]
+    ahead = "" if remaining is None else f", {10**remaining:.2g} s before T_p" if remaining > -300 else ", before T_p"
+    return [("certified", f"to settle by tau = {best['bound']:.1f}{ahead} ({best['name']})")]
+
+
+def _settling(field: dict[str, Any]) -> str:
+    if field["settling_time"] is None:
+        return "not within the budget"
+    limit = f" of T_p = {field['prescribed_time']:g} s" if field["log10_remaining"] is not None else " s"
+    return f"at t = {field['settling_time']:.4f}{limit} (tau = {field['settling_tau']:.2f}), law {field['law']}"
