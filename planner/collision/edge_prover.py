@@ -213,6 +213,20 @@ class EdgeProver:
         self._find_inside(proofs, coefficients[free, 0], free)
         return proofs
 
+    def all_free(self, coefficients: Floats, room: float = PROOF) -> bool:
+        """Whether all polynomial pieces (m, degree + 1, dof) are proven, as :meth:`prove_curves` has it.
+
+        A proof goes no further once another piece is refused.
+        """
+        coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", self.robot.dof), most=_LARGEST)
+        if self.static_contact is not None:
+            return False
+        once = np.ones(1, dtype=np.int64)
+        found, _, _ = self._native.first_proven(
+            self._bounds, coefficients, len(coefficients) * once, once, 0 * once, room
+        )
+        return bool(found[0] >= 0) and not (self.checker.inside.pairs(coefficients[:, 0]) >= 0).any()
+
     def _prove_batch(self, coefficients: Floats, room: float) -> tuple[Proofs, Floats]:
         """The proofs, and where those stopped that are undecided."""
         verdict, pair, samples, clearance, where = self._native.prove(self._bounds, coefficients, room)

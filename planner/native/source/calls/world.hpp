@@ -271,18 +271,19 @@ int world_prove(const World* world, const double* reach, const double* body_reac
 
 // Of each of `count` items the first alternative whose motions are all proven, or -1: chosen (count,), where it says at
 // first which alternative to begin with. They are those from items[k] to items[k + 1] of `alternatives` in all, and the
-// motions of one are the pieces from ends[a] to ends[a + 1] of `motions`. clearance and samples (motions,) of what was
+// motions of one are the pieces from ends[a] to ends[a + 1] of `motions`, (motions, degree + 1, dof). clearance and samples (motions,) of what was
 // chosen, -1 samples of the others.
 int world_first_proven(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
-                       const double* coefficients, int motions, int count, const int64_t* items, int alternatives,
-                       const int64_t* ends, double room, int threads, int64_t* chosen, double* clearance,
-                       int64_t* samples) {
+                       const double* coefficients, int motions, int degree, int count, const int64_t* items,
+                       int alternatives, const int64_t* ends, double room, int threads, int64_t* chosen,
+                       double* clearance, int64_t* samples) {
     return answered([&] {
         require(are_offsets(items, count, alternatives) && are_offsets(ends, alternatives, motions),
                 "the numbers of alternatives and motions do not fit each other");
+        require(degree >= 0 && degree <= highest_degree, "the pieces are of a higher degree than is supported");
         require(between(chosen, count, 0, INT32_MAX), "there is no such alternative to begin with");
         require(room >= rounding, "the room is below what distances are rounded by");
-        const Pieces pieces{coefficients, motions, 1, world->chain.dof()};
+        const Pieces pieces{coefficients, motions, degree, world->chain.dof()};
         std::vector<Proof> proofs(pieces.count);
         for (Proof& proof : proofs) proof.samples = -1;
         share_out(
