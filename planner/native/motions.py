@@ -45,7 +45,8 @@ def curve_phases(pieces: Floats, stop: Bools, intervals: Ints, velocity: Floats,
     """The phases (p, 5) of the quickest motion from rest to rest along ``pieces`` (m, 3, dof), c0 + c1 s + c2 s².
 
     A phase is a piece, s and ds/dt at its beginning, d²s/dt² on it, and the seconds that it takes. The motion stops
-    behind pieces with ``stop`` (m,); on a parabola d²s/dt² is constant on each of its ``intervals`` (m,). Limits (dof,).
+    behind pieces with ``stop`` (m,); on a parabola d²s/dt² is constant on each of its ``intervals`` (m,). Limits are
+    (dof,).
     """
     m, dof = len(pieces), len(velocity)
     pieces, stop, intervals = _floats(pieces, m, 3, dof), _bytes(stop, m), _ints(intervals, m)

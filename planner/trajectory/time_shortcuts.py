@@ -94,7 +94,7 @@ class Shortcuts:
         return curve_next_ramp(curve.coefficients, phases.rows, moments, _SHARES, limits, positions)
 
     def _with_ramp(self, curve: Curve, start: Place, ramp: Floats, end: Place, spare: float) -> Curve | None:
-        """The curve with a ramp between two places, where that is proven and costs no more than before and ``spare``."""
+        """The curve with a ramp between two places, where that is proven and costs no more than ``spare``."""
         if not self.prover.all_free(ramp):
             return None
         if curve_cost(ramp, self.cost) - curve_cost(between(curve, start, end), self.cost) > spare:
