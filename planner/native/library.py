@@ -145,6 +145,11 @@ class NativeBounds:
         self._arrays = arrays  # which have to stay where they are
         self.addresses = tuple(map(_at, arrays))
 
+    @property
+    def left_out(self) -> Bools:
+        """(pairs,) which pairs proofs leave out."""
+        return self._arrays[2].astype(bool)
+
 
 class NativeWorld:
     """Bodies of a robot and obstacles, added one after the other, bodies first; then the pairs that are checked.
@@ -285,15 +290,15 @@ class NativeWorld:
         q = _floats(q, len(q), self.dof)
         return _library.world_first_near(self.handle, len(q), _at(q))
 
-    def motion_looks_free(self, start: Floats, delta: Floats, body_reach: Floats, step: float) -> bool:
+    def motion_looks_free(self, bounds: NativeBounds, start: Floats, delta: Floats, step: float) -> bool:
         """Whether :meth:`first_near` finds nothing along a motion from ``start`` by ``delta`` (dof,) but at ``start``.
 
-        In its end, its middle, and states between which no point moves further than ``step`` (m): ``body_reach``
-        (bodies, dof) bounds how far a joint's motion moves a body's points.
+        In its end, its middle, and states between which no point moves further than ``step`` (m), but for those that
+        lie as near to one that was looked at as it is clear. ``bounds`` are what :meth:`bounds` of this world makes.
         """
         start, delta = _floats(start, self.dof), _floats(delta, self.dof)
-        body_reach = _floats(body_reach, self.bodies, self.dof)
-        return bool(_library.world_motion_looks_free(self.handle, _at(start), _at(delta), _at(body_reach), step))
+        reach, body_reach, _ = bounds.addresses
+        return bool(_library.world_motion_looks_free(self.handle, reach, body_reach, _at(start), _at(delta), step))
 
     def prove(
         self, bounds: NativeBounds, coefficients: Floats, room: float, spans: Floats | None = None

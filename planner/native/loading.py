@@ -96,7 +96,7 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
         (_int, _int, _Pointer, _int, _Pointer, _int, _Pointer, _int, *8 * [_Pointer]),
     ),
     "world_first_near": (_int, (_Pointer, _int, _Pointer)),
-    "world_motion_looks_free": (_int, (_Pointer, *3 * [_Pointer], _double)),
+    "world_motion_looks_free": (_int, (_Pointer, *4 * [_Pointer], _double)),
     "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, *3 * [_Pointer])),
 }
 

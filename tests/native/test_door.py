@@ -209,10 +209,10 @@ WRONG: dict[str, Callable[[], object]] = {
     "close: pair": lambda: WORLD.close(*CHAIN.placements(Q), np.array([0]), np.array([WORLD.pairs])),
     "close: lengths": lambda: WORLD.close(*CHAIN.placements(Q), np.zeros(2), np.zeros(1)),
     "first near: columns": lambda: WORLD.first_near(Q[:, :1]),
-    "looks: delta": lambda: WORLD.motion_looks_free(Q[0], Q[0, :2], BODY_REACH, 0.1),
-    "looks: reach": lambda: WORLD.motion_looks_free(Q[0], Q[0], BODY_REACH[:1], 0.1),
-    "looks: no step": lambda: WORLD.motion_looks_free(*_free_motion(), BODY_REACH, 0.0),
-    "looks: a NaN step": lambda: WORLD.motion_looks_free(*_free_motion(), BODY_REACH, NAN),
+    "looks: delta": lambda: WORLD.motion_looks_free(BOUNDS, Q[0], Q[0, :2], 0.1),
+    "looks: reach": lambda: WORLD.motion_looks_free(WORLD.bounds(NAN * REACH, NAN * BODY_REACH, MOVING), *_free_motion(), 0.1),
+    "looks: no step": lambda: WORLD.motion_looks_free(BOUNDS, *_free_motion(), 0.0),
+    "looks: a NaN step": lambda: WORLD.motion_looks_free(BOUNDS, *_free_motion(), NAN),
     "prove: columns": lambda: WORLD.prove(BOUNDS, CURVES[:, :, :1], 1e-3),
     "prove: degree": lambda: WORLD.prove(BOUNDS, np.zeros((1, 18, 3)), 1e-3),
     "prove: no coefficients": lambda: WORLD.prove(BOUNDS, np.zeros((1, 0, 3)), 1e-3),
@@ -319,8 +319,8 @@ def test_no_number_is_never_free(bad: float) -> None:
     state = np.zeros((1, 3))
     state[0, 1] = bad
     assert WORLD.first_near(state) == 0
-    assert not WORLD.motion_looks_free(state[0], Q[0], BODY_REACH, 0.1)
-    assert not WORLD.motion_looks_free(Q[0], state[0], BODY_REACH, 0.1)
+    assert not WORLD.motion_looks_free(BOUNDS, state[0], Q[0], 0.1)
+    assert not WORLD.motion_looks_free(BOUNDS, Q[0], state[0], 0.1)
 
 
 def test_a_chain_with_a_price_that_is_no_number_is_not_taken() -> None:

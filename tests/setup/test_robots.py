@@ -27,8 +27,8 @@ def arm(tmp_path: Path) -> Path:
     return made
 
 
-def robot(folder: Path, **options: str) -> Robot:
-    return robot_of(WorldRequest(str(folder / "robot.yaml"), **options), Scene("empty"), None)
+def robot(folder: Path, base: str | None = None) -> Robot:
+    return robot_of(WorldRequest(str(folder / "robot.yaml"), base=base), Scene("empty"), None)
 
 
 def test_it_is_the_same_object_for_the_same_request(arm: Path) -> None:

@@ -327,35 +327,12 @@ int world_first_near(const World* world, int n, const double* q) {
 }
 
 // Whether no pair is so near in states along the motion from start by delta (dof,): at its end, in its middle, and where
-// no point moves further than `step` (m) from one to the next; body_reach (bodies, dof).
-int world_motion_looks_free(const World* world, const double* start, const double* delta, const double* body_reach,
-                            double step) {
+// no point moves further than `step` (m) from one to the next; reach (pairs, dof), body_reach (bodies, dof).
+int world_motion_looks_free(const World* world, const double* reach, const double* body_reach, const double* start,
+                            const double* delta, double step) {
     return answered([&] {
         require(step > 0.0, "a step is longer than nothing");
-        const int dof = world->chain.dof();
-        Glance glance(*world);
-        std::vector<double> q(dof);
-        auto is_near = [&](double share) {
-            heed();
-            for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
-            return glance.finds_near(q.data());
-        };
-        if (is_near(1.0) || is_near(0.5)) return 0;
-        double most = 0.0;
-        for (int b = 0; b < world->bodies; ++b) {
-            double motion = 0.0;
-            for (int j = 0; j < dof; ++j) motion += body_reach[b * dof + j] * std::fabs(delta[j]);
-            require(motion >= 0.0, "a body's reach is no distance");
-            most = std::max(most, motion);
-        }
-        require(most / step <= INT32_MAX / 4, "a motion is too long to be looked at in such short steps");
-        const int count = static_cast<int>(std::ceil(most / step));
-        int stride = 1;
-        while (2 * stride < count) stride *= 2;
-        for (; stride > 0; stride /= 2)  // far apart first, as contacts lie in runs
-            for (int k = stride; k < count; k += 2 * stride)
-                if (is_near(k / double(count))) return 0;
-        return 1;
+        return static_cast<int>(Glance(*world).looks_free(start, delta, reach, body_reach, step));
     });
 }
 
