@@ -8,7 +8,7 @@ exceeds the true distance, so what they clear needs no check by a collision libr
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property, lru_cache
 from types import MappingProxyType
@@ -101,12 +101,12 @@ class ClearanceBound:
         is_static: Bools = ~np.any(world.pair_reach, axis=1)
         return self.native.bounds(world.pair_reach, world.reach.bodies, is_static)
 
-    def motion_looks_free(self, start: Floats, delta: Floats, step: float) -> bool:
-        """The same of states along a straight motion from ``start`` by ``delta`` (dof,), its end and its middle first.
+    def look_along(self, step: float) -> Callable[[Floats, Floats], bool]:
+        """The same of states along straight motions from a start by a delta (dof,), their ends and middles first.
 
-        Between two of them no point moves further than ``step`` (m).
+        Between two of them no point moves further than ``step`` (m). One thread asks it.
         """
-        return self.native.motion_looks_free(self.of_all, start, delta, step)
+        return self.native.look(self.of_all, step)
 
 
 def _add_item(native: NativeWorld, item: Body | Obstacle, motions: Mapping[str, KnownMotion]) -> None:

@@ -6,6 +6,7 @@ Arrays are float64 in C order, angles rad, lengths m. Each may be asked by sever
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -296,9 +297,20 @@ class NativeWorld:
         In its end, its middle, and states between which no point moves further than ``step`` (m), but for those that
         lie as near to one that was looked at as it is clear. ``bounds`` are what :meth:`bounds` of this world makes.
         """
-        start, delta = _floats(start, self.dof), _floats(delta, self.dof)
-        reach, body_reach, _ = bounds.addresses
-        return bool(_library.world_motion_looks_free(self.handle, reach, body_reach, _at(start), _at(delta), step))
+        return self.look(bounds, step)(_floats(start, self.dof), _floats(delta, self.dof))
+
+    def look(self, bounds: NativeBounds, step: float) -> Callable[[Floats, Floats], bool]:
+        """:meth:`motion_looks_free` of one step, for one thread that asks it of many motions."""
+        here = np.empty((2, self.dof))
+        start, delta = here
+        ask, (reach, body_reach, _) = _library.world_motion_looks_free, bounds.addresses
+        known = self.handle, reach, body_reach, _at(start), _at(delta), step
+
+        def look(first: Floats, by: Floats, holds: Any = (self, bounds, here)) -> bool:
+            start[:], delta[:] = first, by
+            return ask(*known) == 1
+
+        return look
 
     def prove(
         self, bounds: NativeBounds, coefficients: Floats, room: float, spans: Floats | None = None

@@ -160,7 +160,8 @@ def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> T
     floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
     how = {"law": timing.time_law, "floor": floor, "cost": cost_in_motion(found), "extra_cost": timing.extra_cost}
     wanted = 0.0 if found.scene.limited else found.request.room  # until when these cannot touch is told for the margin
-    clearance = clearance_of_path(found.path, found.checker, wanted)
+    kept = min(wanted, found.clearance_kept)
+    clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)
     made = time_path(found.path, keeping(found.checker, clearance), limits, **how)
     if not made.proven and clearance > 0:
         made = time_path(found.path, found.checker, limits, **how)

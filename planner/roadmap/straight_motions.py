@@ -17,7 +17,7 @@ MotionCheck = Callable[[Floats, Floats], bool]
 
 
 class Motions:
-    """Motion checks in one world; counts nothing, remembers nothing.
+    """Motion checks in one world, for one thread; counts nothing, remembers nothing.
 
     With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``W_IN_GROWTH`` apart.
     ``room`` (m): how much a proof must leave, see :meth:`planner.collision.edge_prover.EdgeProver.prove`.
@@ -25,19 +25,19 @@ class Motions:
 
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
         self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
-        self._bound = prover.checker.bound
+        self._ends_look_free = prover.checker.bound.look_along(np.inf)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
         """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
-        looks_free = self._looks_free(first, delta, np.inf) and self._well_conditioned(first, delta)
+        looks_free = self._ends_look_free(first, delta) and self._well_conditioned(first, delta)
         return looks_free and bool(self.prover.free(first[None], delta[None], self.room)[0])
 
     def looks_free(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""
-        return lambda first, delta: self._looks_free(first, delta, step) and self._well_conditioned(first, delta)
-
-    def _looks_free(self, first: Floats, delta: Floats, step: float) -> bool:
-        return self._bound.motion_looks_free(first, delta, step)
+        look = self.prover.checker.bound.look_along(step)
+        if self.floor <= 0:
+            return look
+        return lambda first, delta: look(first, delta) and self._well_conditioned(first, delta)
 
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
         if self.floor <= 0:

@@ -71,6 +71,7 @@ class TreePlanners:
         self._space, self._check, self._rng, self._progress = space, check, rng, progress
         self._joints, self._wraps = range(len(space.lower)), space.wrap.tolist() if space.wrap.any() else None
         self._ends, self._both = Struct(f"{2 * len(space.lower)}d"), np.empty((2, len(space.lower)))
+        self._buffer = self._both.data
         with self._seeded():  # setting a space up draws seeds for its projections
             self._ompl_space = _ompl_space(space)
             self._info = ob.SpaceInformation(self._ompl_space)
@@ -156,7 +157,7 @@ class TreePlanners:
             return False
         self.checked += 1
         if self._wraps is None:  # the quickest way into an array
-            self._ends.pack_into(self._both, 0, *[a[k] for k in self._joints], *[b[k] for k in self._joints])
+            self._ends.pack_into(self._buffer, 0, *[a[k] for k in self._joints], *[b[k] for k in self._joints])
             first, second = self._both
             delta = second - first
         else:

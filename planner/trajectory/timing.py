@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,12 +38,29 @@ class _Asked:
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """A motion along a curve, and what is proven of it; ``widths`` (k - 2,) of the corners, where they are rounded."""
+    """A motion along a curve."""
 
     curve: Curve
     timed: Timed
+
+    @property
+    def nanoseconds(self) -> int:
+        """How long it takes."""
+        return int(self.timed.nanoseconds[-1])
+
+    def proven_for(self, asked: _Asked, widths: Floats) -> _Proven:
+        """The same with what is proven of it."""
+        trajectory = self.timed.trajectory(asked.limits.joints, "")
+        proof = prove_motion(trajectory, asked.prover, asked.limits, asked.floor)
+        return _Proven(self.curve, self.timed, proof, widths)
+
+
+@dataclass(frozen=True, eq=False)
+class _Proven(_Motion):
+    """And what is proven of it; ``widths`` (k - 2,) of the path's corners, where they are rounded."""
+
     proof: MotionProof
-    widths: Floats = field(default_factory=lambda: np.zeros(0))
+    widths: Floats
 
 
 @checks_kinds
@@ -86,30 +103,45 @@ def timed_curve(
         raise StateError("path has no waypoint: give a row of joint values for each, at least one.")
     limits = limits or MotionLimits.of(checker.robot)
     asked = _Asked(without_standstill(path), EdgeProver(checker), limits, floor)
-    found, shortcuts = _rounded_motion(asked, law), 0
-    if law == "shortcuts" and found.proof.whole and len(asked.path) > 1:
+    rules = None
+    if law == "shortcuts" and len(asked.path) > 1:
         most = (1.0 + extra_cost) * curve_cost(straight(asked.path), cost)
         rules = Shortcuts(asked.prover, limits.times(USED), floor, cost, most)
-        curve, count = rules.shorten(found.curve)
-        shorter = _motion(asked, curve)
-        if count and shorter.proof.whole and shorter.timed.nanoseconds[-1] < found.timed.nanoseconds[-1]:
-            found, shortcuts = replace(shorter, widths=found.widths), count
+    found, shortcuts = _proven_motion(asked, law, rules)
     record = found.proof.to_dict(checker.world.margin, checker.name)
     record |= {"corners": len(found.widths), "corners_blended": int((found.widths > 0).sum()), "shortcuts": shortcuts}
     made = found.timed.trajectory(limits.joints, law)
     return replace(made, limits=limits, proven=found.proof.whole, proof=record), found.curve
 
 
-def _rounded_motion(asked: _Asked, law: TimeLaw) -> _Motion:
-    """The motion along the path with its corners rounded as far as that and the motion itself are proven."""
+def _proven_motion(asked: _Asked, law: TimeLaw, rules: Shortcuts | None) -> tuple[_Proven, int]:
+    """The motion along the path with its corners rounded as far as that is proven, and shortcuts where there are rules.
+
+    And how many shortcuts. Where a motion with shortcuts is proven, as nearly all are, none without is asked for.
+    """
     corners = max(len(asked.path) - 2, 0)
     widths = _provable_widths(asked) if law != "stop-at-corners" and corners else np.zeros(corners)
-    while True:
-        motion = replace(_motion(asked, rounded(asked.path, widths)), widths=widths)
-        narrower = _narrowed(motion)
-        if narrower is None:
-            return motion
-        widths = narrower
+    motion = _motion(asked, rounded(asked.path, widths))
+    if (found := _shortened(asked, motion, widths, rules)) is not None:
+        return found
+    proven = motion.proven_for(asked, widths)
+    while (narrower := _narrowed(proven)) is not None:
+        proven = _motion(asked, rounded(asked.path, narrower)).proven_for(asked, narrower)
+    if proven.widths is not widths and proven.proof.whole:
+        found = _shortened(asked, proven, proven.widths, rules)
+    return found or (proven, 0)
+
+
+def _shortened(asked: _Asked, motion: _Motion, widths: Floats, rules: Shortcuts | None) -> tuple[_Proven, int] | None:
+    """The motion with shortcuts, and how many; None where these make nothing quicker that is proven."""
+    if rules is None:
+        return None
+    curve, count = rules.shorten(motion.curve)
+    shorter = _motion(asked, curve) if count else motion
+    if shorter.nanoseconds >= motion.nanoseconds:
+        return None
+    proven = shorter.proven_for(asked, widths)
+    return (proven, count) if proven.proof.whole else None
 
 
 def _provable_widths(asked: _Asked) -> Floats:
@@ -143,19 +175,14 @@ def _motion(asked: _Asked, curve: Curve) -> _Motion:
     limits = asked.limits.times(USED)
     spacing = Spacing.of(limits, asked.path)
     if len(asked.path) == 1:
-        timed = standstill(asked.path[0], spacing.window)
-        return _Motion(curve, timed, _proof(asked, timed))
+        return _Motion(curve, standstill(asked.path[0], spacing.window))
     phases = quickest(curve, limits.velocity, limits.acceleration)
     stretch, timed, needed = 1.0, None, np.inf
     while timed is None or needed > 1.0:
         timed = smoothed(knots_of(curve, phases, stretch, spacing), spacing)
         needed = _stretch_needed(timed, limits)
         stretch *= needed * (1.0 + _EXTRA)
-    return _Motion(curve, timed, _proof(asked, timed))
-
-
-def _proof(asked: _Asked, timed: Timed) -> MotionProof:
-    return prove_motion(timed.trajectory(asked.limits.joints, ""), asked.prover, asked.limits, asked.floor)
+    return _Motion(curve, timed)
 
 
 def _stretch_needed(timed: Timed, limits: MotionLimits) -> float:
@@ -165,7 +192,7 @@ def _stretch_needed(timed: Timed, limits: MotionLimits) -> float:
     return float(max(share ** (1.0 / order) for order, share in enumerate(shares, start=1)))
 
 
-def _narrowed(motion: _Motion) -> Floats | None:
+def _narrowed(motion: _Proven) -> Floats | None:
     """Half the width for corners next to which something is not proven; None where there is nothing to narrow."""
     bad = np.flatnonzero((motion.proof.verdict != 0) | ~motion.proof.floor_holds)
     pieces, corner = motion.timed.piece[bad], motion.curve.corner

@@ -198,7 +198,7 @@ def test_a_motion_looks_free_where_its_states_do() -> None:
         for step in (np.inf, 0.05):
             count = 1 if np.isinf(step) else math.ceil(float((reach @ np.abs(delta)).max()) / step)
             shares = np.array([1.0, 0.5, *(np.arange(1, count) / count)])
-            looks = checker.bound.motion_looks_free(a, delta, step)
+            looks = checker.bound.look_along(step)(a, delta)
             assert looks == checker.bound.looks_free(a + shares[:, None] * delta)
             verdicts.append(looks)
     assert 20 < sum(verdicts) < 220

@@ -40,6 +40,7 @@ class Glance {
     bool looks_free(const double* start, const double* delta, const double* reach, const double* body_reach,
                     double step) {
         const int dof = world_.chain.dof(), scene = world_.bodies * world_.obstacles();
+        if (!within(delta, dof, farthest)) return false;
         const auto moved = [&](const double* row) {
             double motion = 0.0;
             for (int j = 0; j < dof; ++j) motion += row[j] * std::fabs(delta[j]);
