@@ -10,9 +10,9 @@ import pytest
 from scipy.sparse.csgraph import dijkstra
 
 from planner.collision import BACKENDS, make_checker
-from planner.collision.checker import is_free
+from planner.collision.checker import is_free, keeping
 from planner.collision.coal import CoalChecker
-from planner.collision.edge_prover import EdgeProver, Verdict, recheck, states_along
+from planner.collision.edge_prover import EdgeProver, Verdict, first_contact_on, recheck, states_along
 from planner.collision.fcl import FclChecker
 from planner.collision.world import World
 from planner.models.poses import pose
@@ -414,6 +414,43 @@ def test_recheck_agrees_with_proofs(paper):
         seen = recheck(paper, start[k], delta[k], 2e-3) is not None
         assert verdict != Verdict.FREE or not seen
         assert verdict != Verdict.COLLIDES or seen or proofs.clearance[k] < 2e-3
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_motions_looked_at_together_touch_where_they_do_one_by_one(backend):
+    checker = make_checker(load("panda"), Scene.load("shelf"), backend)
+    start, delta = edges_of(checker.robot, 60, 18, 0.6)
+    alone = [recheck(checker, q, d, 5e-3) for q, d in zip(start, delta, strict=True)]
+    first = next(k for k, contact in enumerate(alone) if contact is not None)
+    assert first_contact_on(checker, start, delta, 5e-3) == (first, alone[first])
+    free = np.array([contact is None for contact in alone])
+    assert free.sum() > 35  # more than are looked at together
+    assert first_contact_on(checker, start[free], delta[free], 5e-3) is None
+    last = np.append(np.flatnonzero(free), first)
+    found = first_contact_on(checker, start[last], delta[last], 5e-3)
+    assert found is not None
+    assert found[0] == len(last) - 1
+
+
+def test_curves_are_all_free_where_each_is_proven():
+    checker = checker_of("panda", "shelf")
+    prover, rng = EdgeProver(checker), np.random.default_rng(19)
+    q = random_q(checker.robot, 40, seed=19)
+    curves = np.stack([q, *(0.1 * rng.normal(size=(2, *q.shape)))], axis=1)
+    free = prover.prove_curves(curves).free
+    assert 5 < free.sum() < 38
+    assert prover.all_free(curves[free])
+    for k, each in enumerate(free):
+        assert prover.all_free(curves[k : k + 1]) == each
+    assert not prover.all_free(curves)
+
+
+def test_a_checker_that_keeps_more_clearance_is_made_once():
+    checker = checker_of("panda", "shelf")
+    wider = keeping(checker, 0.01)
+    assert wider is keeping(checker, 0.01)
+    assert wider.world.margin == checker.world.margin + 0.01
+    assert keeping(checker, 0.0) is checker
 
 
 # which of several motions are proven
