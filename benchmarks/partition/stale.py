@@ -22,10 +22,11 @@ from planner.base.progress import QUIET, Progress
 from planner.base.tables import markdown_table
 from planner.batch.results import Results
 from planner.gabf.laws import Law
+from planner.gabf.partitioned.block import Block
 from planner.gabf.partitioned.cut import Cut, bands
-from planner.gabf.partitioned.run import LocalBlocks, PartitionedField
+from planner.gabf.partitioned.run import PartitionedField
 from planner.gabf.problem import reduce
-from planner.gabf.solvers import State, disequilibrium, mean_cost
+from planner.gabf.solvers import State
 from planner.problem.request import require_seed
 
 NODES, BLOCKS, MOST_STEPS = 500, 4, 4000
@@ -68,7 +69,7 @@ class StaleField(PartitionedField):
     def __init__(self, cut: Cut, law: Law, y0: Floats, delay: int, due: Floats) -> None:
         parts = zip(cut.halos, cut.parts(y0), strict=True)
         arguments = ((rows, y, halo.told, halo.wanted.size, law.flow) for halo, (rows, y) in parts)
-        super().__init__(cut, LocalBlocks(arguments), -1.0)
+        super().__init__(cut, [Block(*each) for each in arguments], -1.0)
         self._due, self._renewed = due, 0
         first = y0[cut.boundary]
         self._past: deque[Floats] = deque([first] * (delay + 1), maxlen=delay + 1)
@@ -145,13 +146,13 @@ def _run(law: Law, start: str, stale: str, rng: np.random.Generator) -> _StaleRu
     y0, y_star = problem.pack(x0), problem.pack(fresh.x)
     delay, due = _when(law, stale)
     field = StaleField(Cut.of(problem, bands(problem, BLOCKS), BLOCKS), law, y0, delay, due)
-    states = gabf.Splitting().steps(field, law.flow, mean_cost(problem, y0), due)
+    states = gabf.Splitting().steps(field, law.flow, problem.mean_cost(y0), due)
     wrong_side, rounding = (-1.0 if start == "above" else 1.0), 1e-12 * np.maximum(1.0, np.abs(y_star))
     crossed, quiet, step = False, 0, 0
     while True:
         state, step = next(states), step + 1
         crossed |= bool((wrong_side * (state.y - y_star) > rounding).any())
-        at_rest = not disequilibrium(problem, state.y).any()
+        at_rest = not problem.disequilibrium(state.y).any()
         quiet = quiet + 1 if state.residual == 0.0 and state.tau >= due.max(initial=0.0) else 0
         if at_rest or step > MOST_STEPS or quiet > delay + 2:
             break

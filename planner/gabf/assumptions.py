@@ -43,7 +43,7 @@ def overestimate(net: Network) -> Floats:
 def start_above(problem: Problem) -> Floats:
     rungs = _ladder(problem, np.full(problem.depth + 1, -np.inf))
     starts = [0.0, *(problem.climb(k, rungs[k]) for k in range(1, rungs.size))]
-    return np.concatenate((np.array(starts)[problem.hops], problem.anchors))
+    return problem.with_sources(np.array(starts)[problem.hops])
 
 
 def premises(problem: Problem, y0: Floats) -> Premises:
@@ -67,7 +67,7 @@ def ceiling(problem: Problem, y0: Floats) -> Floats:
     V_0 = max source, V_k = max(x_i(0) over nodes of k hops, g_k(V_(k-1))) with g_k of :func:`overestimate`
     satisfies T'V <= V, and the flow keeps order, so x stays below V.
     """
-    return np.concatenate((_rungs_above(problem, y0)[problem.hops], problem.anchors))
+    return problem.with_sources(_rungs_above(problem, y0)[problem.hops])
 
 
 def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:

@@ -76,7 +76,7 @@ def _optimum(problem: Problem) -> Floats:
     """x*, from above: as many sweeps of eq. (bellman-gabf) as there are rows suffice."""
     y = start_above(problem)
     for _ in range(problem.n_rows + 1):
-        swept = np.concatenate((problem.parent_values(y), problem.anchors))
+        swept = problem.swept(y)
         if np.array_equal(swept, y):
             return y
         y = swept

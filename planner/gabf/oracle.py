@@ -85,8 +85,7 @@ def bellman_operator(net: Network, x: Floats) -> Floats:
     It is +inf at unreachable nodes.
     """
     problem = reduce(net)
-    y = problem.pack(field(problem, x, "x"))
-    return problem.unpack(np.concatenate((problem.parent_values(y), problem.anchors)))
+    return problem.unpack(problem.swept(problem.pack(field(problem, x, "x"))))
 
 
 @checks_kinds
@@ -100,10 +99,10 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     y = problem.pack(field(problem, x0, "x0"))
     budget = 1000 * net.n_nodes if max_sweeps is None else max_sweeps
     for sweep in range(budget + 1):
-        m = problem.parent_values(y)
-        if np.array_equal(m, y[: problem.n_rows]):
+        swept = problem.swept(y)
+        if np.array_equal(swept, y):
             return problem.unpack(y), sweep
-        y = np.concatenate((m, problem.anchors))
+        y = swept
     raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
 
 
@@ -112,7 +111,7 @@ def residual(net: Network, x: Floats) -> float:
     """max_i |x_i - min_j f_i(x_j, w_ij)| over reachable nodes: small is not converged, see settling.error_bound."""
     problem = reduce(net)
     y = problem.pack(field(problem, x, "x"))
-    return float(np.abs(y[: problem.n_rows] - problem.parent_values(y)).max(initial=0.0))
+    return float(np.abs(problem.disequilibrium(y)).max(initial=0.0))
 
 
 @checks_kinds

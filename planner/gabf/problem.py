@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.base.arrays import Floats, Ints, plain_numbers
 from planner.base.errors import AssumptionError
@@ -78,6 +79,14 @@ class Rows:
             return np.empty(0)
         return np.minimum.reduceat(self.arcs(y[self.heads]), self.starts)
 
+    def disequilibrium(self, y: Floats) -> Floats:
+        """xhat (R,), eq. (xhat)."""
+        return y[: self.n_rows] - self.parent_values(y)
+
+    def standing(self, y: Floats) -> Standing:
+        """How the rows stand at states ``y``."""
+        return Standing.of(y, self.disequilibrium(y))
+
 
 @dataclass(frozen=True, eq=False)
 class Problem(Rows):
@@ -128,6 +137,21 @@ class Problem(Rows):
         """g_k(a): the largest, over the nodes of k hops, of the cheapest arc's f_ij(a) towards k - 1 hops."""
         return self.levels[k - 1].worst(a) if self.climbs is None else a + self.climbs[k - 1]
 
+    def mean_cost(self, y: Floats) -> float:
+        """What an arc adds on average at state ``y``: the scale that errors of one step are measured by."""
+        if not self.n_rows:
+            return 0.0
+        heads = y[self.heads]
+        return float(np.mean(np.abs(self.arcs(heads) - heads)))
+
+    def with_sources(self, rows: Floats) -> Floats:
+        """(R + S,) the states ``rows`` (R,), and the sources at their anchors."""
+        return np.concatenate((rows, self.anchors))
+
+    def swept(self, y: Floats) -> Floats:
+        """T'y of eq. (bellman-gabf)."""
+        return self.with_sources(self.parent_values(y))
+
     def _level(self, arcs: Ints) -> Level:
         starts = np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))
         return Level(self.arcs.take(arcs), starts, arcs.size)
@@ -138,10 +162,10 @@ class Problem(Rows):
         y[self.n_rows :] = self.anchors
         return y
 
-    def unpack(self, y: Floats, missing: float = np.inf) -> Floats:
-        """An array over all nodes, ``missing`` at nodes that reach no source."""
-        x = np.full(self.network.n_nodes, missing)
-        x[self.nodes] = y
+    def unpack(self, y: Any, missing: float = np.inf) -> NDArray[Any]:
+        """An array over all nodes out of ``y`` (R + S,), or of the rows alone (R,); ``missing`` at all others."""
+        x = np.full(self.network.n_nodes, missing, dtype=y.dtype)
+        x[self.nodes[: y.size]] = y
         return x
 
 

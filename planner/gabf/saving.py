@@ -103,5 +103,4 @@ class Recorder:
         return Trajectory(frozen(tau), frozen(t), frozen(x), frozen(u))
 
     def _input(self, tau: float, state: State) -> Floats:
-        rows = control_input(self._law, tau, state.standing.xhat)
-        return self._problem.unpack(np.concatenate((rows, np.zeros(self._problem.anchors.size))), missing=0.0)
+        return self._problem.unpack(control_input(self._law, tau, state.standing.xhat), missing=0.0)

@@ -33,7 +33,7 @@ def limit(problem: Problem, y0: Floats, y_star: Floats, upper: bool) -> Floats:
     worse = np.maximum if upper else np.minimum
     z = ceiling(problem, y0) if upper else y0
     for _ in range(problem.n_rows):
-        swept = np.concatenate((worse(y0[: problem.n_rows], problem.parent_values(z)), problem.anchors))
+        swept = problem.with_sources(worse(y0[: problem.n_rows], problem.parent_values(z)))
         if np.array_equal(swept, z):
             break
         z = swept

@@ -7,7 +7,7 @@ from planner import gabf
 from planner.base.errors import AssumptionError
 from planner.gabf.problem import reduce
 from planner.gabf.settling import error_bound, require_rooted
-from planner.gabf.solvers import State, standing
+from planner.gabf.solvers import State
 from tests.gabf.test_solve import NET
 
 from .networks import from_arcs, scattered, solve
@@ -48,7 +48,7 @@ def test_the_bound_holds_wherever_it_is_finite(seed):
     finite = 0
     for size in 10.0 ** rng.uniform(-9, 0, 40):
         y = problem.pack(np.where(np.isfinite(x_star), x_star, 0.0) + size * rng.normal(size=60))
-        bound = error_bound(problem, result.premises, State(0.0, standing(problem, y), 1))
+        bound = error_bound(problem, result.premises, State(0.0, problem.standing(y), 1))
         error = np.abs(problem.unpack(y) - x_star)[problem.rows].max()
         assert error <= bound * (1 + 1e-12)
         finite += bool(np.isfinite(bound))

@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.cluster import cluster
 from planner.gabf.flows import Flow
-from planner.gabf.partitioned.block import Block, Report
+from planner.gabf.partitioned.block import Block
 from planner.gabf.partitioned.cut import Cut, Partition
 from planner.gabf.problem import Problem, Standing
 from planner.gabf.solvers import State
@@ -29,47 +29,19 @@ class Exchanged:
     calls: int
 
 
-class Blocks(Protocol):
-    """Blocks somewhere."""
-
-    def call(self, method: str, arguments: Sequence[tuple]) -> list[Any]:
-        """What a method gives on every block, each with its own arguments."""
-        ...
-
-
-class LocalBlocks:
-    """Blocks in this process, one after the other."""
-
-    def __init__(self, arguments: Iterator[tuple]) -> None:
-        self._blocks = [Block(*each) for each in arguments]
-
-    def call(self, method: str, arguments: Sequence[tuple]) -> list[Any]:
-        return [getattr(block, method)(*each) for block, each in zip(self._blocks, arguments, strict=True)]
-
-
-class RemoteBlocks:
-    """Blocks on the workers of a cluster, at the same time."""
-
-    def __init__(self, actors: Sequence[Any]) -> None:
-        self._actors = actors
-
-    def call(self, method: str, arguments: Sequence[tuple]) -> list[Any]:
-        running = [getattr(actor, method)(*each) for actor, each in zip(self._actors, arguments, strict=True)]
-        return [future.result() for future in running]
-
-
 class PartitionedField:
     """The states on blocks, see :class:`planner.gabf.splitting.Field`.
 
-    Two exchanges a step: the states that parent values are taken from, half a step on, and those at its end.
+    ``blocks``: each a :class:`Block`, or a Dask actor of one. Two exchanges a step: the states that parent values are
+    taken from, half a step on, and those at its end.
     ``clear_above``: residuals after which earlier states are never asked for again.
     """
 
-    def __init__(self, cut: Cut, blocks: Blocks, clear_above: float) -> None:
+    def __init__(self, cut: Cut, blocks: Sequence[Any], clear_above: float) -> None:
         self._cut, self._blocks, self._clear_above = cut, blocks, clear_above
         self._steps = self._states = self._calls = 0
         self._told: list[Floats] = []
-        self._reports: list[Report] = self._call("report")
+        self._reports: list[Standing] = self._call("report")
 
     @property
     def exchanged(self) -> Exchanged:
@@ -111,7 +83,8 @@ class PartitionedField:
     def _call(self, method: str, common: tuple = (), halos: Sequence[Floats] | None = None) -> list[Any]:
         self._calls += 1
         own = [()] * len(self._cut.halos) if halos is None else [(halo,) for halo in halos]
-        return self._blocks.call(method, [common + each for each in own])
+        answers = [getattr(block, method)(*common, *each) for block, each in zip(self._blocks, own, strict=True)]
+        return [a if isinstance(block, Block) else a.result() for block, a in zip(self._blocks, answers, strict=True)]
 
 
 class GatheredState(State):
@@ -124,13 +97,15 @@ class GatheredState(State):
         self,
         field: PartitionedField,
         step: int,
-        reports: list[Report],
+        reports: list[Standing],
         tau: float,
         evaluations: int,
         rejected: int,
     ) -> None:
-        residual, lowest, highest, moving = zip(*reports, strict=True)
-        standing = Standing(np.empty(0), np.empty(0), max(residual), min(lowest), max(highest), min(moving))
+        residual, lowest, highest, moving = zip(*(report[2:] for report in reports), strict=True)
+        standing = reports[0]._replace(
+            residual=max(residual), lowest=min(lowest), highest=max(highest), lowest_moving=min(moving)
+        )
         super().__init__(tau, standing, evaluations, rejected)
         self.__dict__.update(_field=field, _step=step)  # as a frozen dataclass allows no assignment
 
@@ -149,7 +124,7 @@ def partitioned_field(
     parts = zip(cut.halos, cut.parts(y0), strict=True)
     arguments = ((rows, y, halo.told, halo.wanted.size, flow) for halo, (rows, y) in parts)
     if partition.scheduler is None:
-        yield PartitionedField(cut, LocalBlocks(arguments), clear_above)
+        yield PartitionedField(cut, [Block(*each) for each in arguments], clear_above)
         return
     with cluster(partition.scheduler) as found:
-        yield PartitionedField(cut, RemoteBlocks(found.actors(Block, arguments)), clear_above)
+        yield PartitionedField(cut, found.actors(Block, arguments), clear_above)

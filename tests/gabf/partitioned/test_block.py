@@ -29,7 +29,7 @@ def block() -> Block:
 
 def test_the_report_is_of_the_own_rows(block: Block) -> None:
     """xhat = (5 - 4, 3 - 2.5), and the parent value of row 1 is the lowest that moves."""
-    assert block.report() == (1.0, 3.0, 5.0, 2.5)
+    assert block.report()[2:] == (1.0, 3.0, 5.0, 2.5)
 
 
 def test_a_step_follows_the_solution(block: Block) -> None:
@@ -43,7 +43,7 @@ def test_a_step_follows_the_solution(block: Block) -> None:
     first, second = block.states(1)
     assert second == end
     assert first == pytest.approx(3.5 + 0.5 * (3.0 + DTAU) * math.exp(-DTAU), abs=0.1 * DTAU**3)
-    assert report == block.report() == (first - (second + 1.0), second, first, 2.5)
+    assert report[2:] == block.report()[2:] == (first - (second + 1.0), second, first, 2.5)
 
 
 def test_what_is_told_half_way_is_the_parent_of_the_step_and_what_is_told_at_its_end_of_the_next(block: Block) -> None:

@@ -13,7 +13,6 @@ from planner.base.errors import OptionError
 from planner.gabf.partitioned.cut import Cut, bands
 from planner.gabf.partitioned.run import partitioned_field
 from planner.gabf.problem import reduce
-from planner.gabf.solvers import disequilibrium
 from tests.gabf.networks import from_arcs, scattered, solve
 
 KERNELS = (gabf.TradeOff(0.5), gabf.Multiplicative(K=20.0), gabf.UserKernel(lambda i, a, b: a + b + 0.1 * (i % 3)))
@@ -94,7 +93,7 @@ def test_states_are_fetched_only_if_they_are_needed(network: gabf.Network) -> No
         calls = field.exchanged.calls
         state = field.state(0.0, 1)
         assert state.standing[3:5] == (y0[: problem.n_rows].min(), y0[: problem.n_rows].max())
-        assert state.residual == np.abs(disequilibrium(problem, y0)).max()
+        assert state.residual == np.abs(problem.disequilibrium(y0)).max()
         assert field.exchanged.calls == calls
         field.attempt(0.01, state.residual)
         field.accept()
