@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -52,13 +52,16 @@ class Certificate:
     quantity: str
     bound: float
     measured: float | None
-    slack: float | None
+    slack: float | None = field(init=False)
     assumptions: tuple[Assumption, ...]
     ours: bool = False
     log10_remaining: float | None = None
     proven: bool = True
     earliest: float | None = None
     latest: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "slack", None if self.measured is None else self.bound - self.measured)
 
     @property
     def applies(self) -> bool:
@@ -133,9 +136,8 @@ def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None 
     known = result.x if result.error_bound == 0.0 else oracle(net)
     optimum = structure(net, known) if optimum is None else optimum
     facts = _facts(law, result, optimum, reachable.rows)
-    found = [_globalbound(facts), _upper(facts)]
-    found += _fixed_time(law, facts) if isinstance(law, FixedTime | SingularityFree) else _exponential(facts)
-    return [certificate for certificate in found if certificate.applies]
+    settling = _fixed_time(law, facts) if isinstance(law, FixedTime | SingularityFree) else _exponential(facts)
+    return [certificate for certificate in (*_range(facts), *settling) if certificate.applies]
 
 
 def _facts(law: Law, result: CostToGo, optimum: Structure, rows: Any) -> Facts:
@@ -154,31 +156,12 @@ def _facts(law: Law, result: CostToGo, optimum: Structure, rows: Any) -> Facts:
 
 
 def _settling(
-    facts: Facts,
-    name: str,
-    equation: str,
-    bound: float,
-    assumptions: tuple[Assumption, ...],
-    ours: bool = False,
-    proven: bool = True,
+    facts: Facts, name: str, equation: str, bound: float, assumptions: tuple[Assumption, ...], **kind: bool
 ) -> Certificate:
     measured, earliest, latest = _date(facts.result, bound)
-    slack = None if measured is None else bound - measured
     remaining = facts.law.clock.log10_remaining(bound) if math.isfinite(bound) else None
-    return Certificate(
-        name,
-        equation,
-        "settling tau",
-        bound,
-        measured,
-        slack,
-        assumptions,
-        ours,
-        remaining,
-        proven,
-        earliest,
-        latest,
-    )
+    more: dict[str, Any] = {"log10_remaining": remaining, "earliest": earliest, "latest": latest, **kind}
+    return Certificate(name, equation, "settling tau", bound, measured, assumptions, **more)
 
 
 def _date(result: CostToGo, bound: float) -> tuple[float, float, float] | tuple[None, None, None]:
@@ -225,7 +208,7 @@ def _exponential(facts: Facts) -> Iterator[Certificate]:
             return bounds.log_errorbound(facts.e_max, L, hops, tau)
 
         tight = bounds.tau_when(log_bound, tolerance)
-        yield _settling(facts, name, "eq. (errorbound)", tight, facts.over, ours)
+        yield _settling(facts, name, "eq. (errorbound)", tight, facts.over, ours=ours)
     if facts.result.trajectory is not None:
         yield from _along_trajectory(facts, log_M)
 
@@ -247,45 +230,22 @@ def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
 
 
 def _least_slack(
-    name: str,
-    equation: str,
-    quantity: str,
-    bound: Floats,
-    measured: Floats,
-    assumptions: tuple[Assumption, ...],
+    name: str, equation: str, quantity: str, bound: Floats, measured: Floats, assumptions: tuple[Assumption, ...]
 ) -> Certificate:
     """The state and node where the bound is closest."""
     bound = np.broadcast_to(bound, measured.shape)
     at = np.unravel_index(int(np.argmin(bound - measured)), measured.shape)
-    b, m = float(bound[at]), float(measured[at])
-    return Certificate(name, equation, quantity, b, m, b - m, assumptions)
+    return Certificate(name, equation, quantity, float(bound[at]), float(measured[at]), assumptions)
 
 
-def _globalbound(facts: Facts) -> Certificate:
-    least = facts.result.lowest
-    return Certificate(
-        "no state falls below",
-        "lemma (globalbound)",
-        "-min x",
-        -facts.lowest,
-        -least,
-        least - facts.lowest,
-        facts.base,
-    )
-
-
-def _upper(facts: Facts) -> Certificate:
-    most, bound = facts.result.highest, facts.result.premises.upper
-    return Certificate(
-        "no state rises above",
-        "lemma (globalexistence)",
-        "max x",
-        bound,
-        most,
-        bound - most,
-        facts.base,
-        ours=True,
-    )
+def _range(facts: Facts) -> list[Certificate]:
+    """No state leaves the interval that the premises were checked on."""
+    lowest, highest, upper = facts.result.lowest, facts.result.highest, facts.result.premises.upper
+    below, above = ("no state falls below", "lemma (globalbound)"), ("no state rises above", "lemma (globalexistence)")
+    return [
+        Certificate(*below, "-min x", -facts.lowest, -lowest, facts.base),
+        Certificate(*above, "max x", upper, highest, facts.base, ours=True),
+    ]
 
 
 def _is_infinite(value: Any) -> bool:

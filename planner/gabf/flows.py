@@ -65,7 +65,7 @@ class Flow(ABC):
         """tau in which nothing that a double holds is left of any s that a double holds."""
         return self.total_time
 
-    @property
+    @cached_property
     def pace(self) -> float:
         """The unit of tau in which the law acts, s / phi(s) up to a factor of 2 where its two powers balance."""
         return 1.0
@@ -160,13 +160,9 @@ class PowerFlow(Flow):
         """ln of :attr:`pace`."""
         return self._floats[2] * self._log_balance - math.log(self.beta1)
 
-    @property
+    @cached_property
     def pace(self) -> float:
         """s^(1-p) / beta1 where the powers are equal: 1 for beta1 = beta2 = 1."""
-        return self._pace
-
-    @cached_property
-    def _pace(self) -> float:
         return math.exp(self.log_pace)
 
     @property

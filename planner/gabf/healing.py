@@ -20,7 +20,6 @@ from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
 from planner.gabf.problem import Problem, reduce
 from planner.gabf.result import CostToGo
-from planner.gabf.reverse_adjacency import Readers
 from planner.gabf.solve import solve
 
 
@@ -99,13 +98,11 @@ def raised_start(net: Network, x: Floats) -> Floats:
     x = plain_numbers("x", x)
     if x.shape != (net.n_nodes,):
         raise ArrayError(f"x has shape {x.shape}: give a state for each of {net.n_nodes} nodes.")
-    y = x[problem.nodes]
-    y[problem.n_rows :] = problem.anchors
-    readers = Readers(problem.heads, problem.nodes.size)
-    settled = _borne(problem, readers, y)
+    y = problem.pack(x)
+    settled = _borne(problem, y)
     frontier = np.flatnonzero(settled)
     while frontier.size:
-        arcs = readers.of(frontier)
+        arcs = problem.readers.of(frontier)
         arcs = arcs[~settled[problem.owners[arcs]]]
         owners = problem.owners[arcs]
         offers = problem.arcs.take(arcs)(y[problem.heads[arcs]])
@@ -116,17 +113,8 @@ def raised_start(net: Network, x: Floats) -> Floats:
     return problem.unpack(y)
 
 
-def _borne(problem: Problem, readers: Readers, y: Floats) -> Bools:
+def _borne(problem: Problem, y: Floats) -> Bools:
     """(R + S,) the nodes that arcs with f(y_j) <= y_i lead from to a source."""
     with np.errstate(invalid="ignore"):
         bears = problem.arcs(y[problem.heads]) <= y[problem.owners]
-    bears &= np.isfinite(y[problem.owners])
-    borne = np.zeros(problem.nodes.size, dtype=bool)
-    borne[problem.n_rows :] = True
-    frontier = np.arange(problem.n_rows, problem.nodes.size)
-    while frontier.size:
-        arcs = readers.of(frontier)
-        owners = problem.owners[arcs[bears[arcs]]]
-        frontier = np.unique(owners[~borne[owners]])
-        borne[frontier] = True
-    return borne
+    return problem.hops_along(bears & np.isfinite(y[problem.owners])) >= 0

@@ -14,7 +14,6 @@ from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
-from planner.gabf.reverse_adjacency import Readers
 
 
 @checks_kinds
@@ -106,12 +105,6 @@ class Network:
     def arcs(self) -> ArcMap:
         """The kernel bound to every arc."""
         return self.kernel.bind(self)  # pyright: ignore[reportArgumentType]  (a cached property is one)
-
-    @cached_property
-    def readers(self) -> tuple[Ints, Ints]:
-        """The reversed graph: ``(indptr, arc)``, the arcs that read node j being ``arc[indptr[j]:indptr[j + 1]]``."""
-        readers = Readers(self.indices, self.n_nodes)
-        return readers.indptr, readers.order
 
     def arcs_between(self, i: int, j: int) -> Ints:
         """Ids of the arcs through which node i reads node j (several if parallel, none if not linked)."""

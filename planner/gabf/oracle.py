@@ -13,7 +13,6 @@ from planner.gabf.arcmaps import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce
 from planner.gabf.result import CostToGo
-from planner.gabf.reverse_adjacency import Readers
 from planner.native.graphs import cheapest_costs
 
 
@@ -36,8 +35,7 @@ def oracle(net: Network) -> Floats:
 
 def _dijkstra(problem: Problem) -> Floats:
     best = [np.inf] * problem.n_rows + problem.anchors.tolist()
-    readers = Readers(problem.heads, problem.nodes.size)
-    indptr, order = readers.indptr.tolist(), readers.order
+    indptr, order = problem.readers.indptr.tolist(), problem.readers.order
     owners = problem.owners[order].tolist()
     reach = _affine_reach(problem, indptr, order) if isinstance(problem.arcs, AffineArcs) else None
     heap = [(value, node) for node, value in enumerate(best) if node >= problem.n_rows]

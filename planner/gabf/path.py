@@ -6,13 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, indices, plain_numbers
+from planner.base.arrays import Bools, Floats, Ints, indices, numbers, plain_numbers
 from planner.base.errors import ArrayError, AssumptionError, StateError
 from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce, require_state
 from planner.gabf.result import CostToGo
-from planner.native.dynamics import hops_to_source
 
 SLACK = 1e-9
 """Arcs this close to the minimum, relative to max(1, |x|), count as ties if the field is not settled to the
@@ -39,12 +38,36 @@ def extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]
     here = [_position(problem, start) for start in starts]
     require_state(problem, x, "x")
     tight = _tight_arcs(problem, problem.pack(x))
-    hops = _hops_along(problem, tight)
+    hops = problem.hops_along(tight)
     for start in np.array(starts)[hops[here] < 0]:
         raise StateError(
             f"minimising neighbours of node {start} lead to no source: the field has not settled; solve it to the end"
         )
     return tuple(problem.nodes[_descent(problem, tight, hops, row)] for row in here)
+
+
+@checks_kinds
+def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | Sequence[int]) -> tuple[Ints, ...]:
+    """The cheapest node path (k,) from each of the ``starts`` (s,) to a goal; empty where no goal can be reached.
+
+    Nothing is solved again: along minimising neighbours x already holds every node's cost-to-go, and x at a start is
+    what its path costs. :func:`planner.roadmap.roadmap.path_waypoints` turns nodes into configurations:
+
+        roadmap = attach(load_roadmap(file), checker, starts, goals)      # nodes for all of them, linked by proofs
+        network = planner.build_network(roadmap, 0.5)
+        paths = paths_from(network, planner.gabf.solve(network, law), roadmap.starts)
+
+    Raises :class:`StateError` for a start that is no node.
+    """
+    n = network.n_nodes
+    x = cost_to_go.x if isinstance(cost_to_go, CostToGo) else plain_numbers("x", cost_to_go, AssumptionError)
+    if x.shape != (n,):
+        raise AssumptionError(f"x has shape {x.shape} where ({n},) is needed: one state a node")
+    nodes = numbers("starts", starts, ("s",), StateError).tolist()
+    nodes = [int(start) if start == int(start) else start for start in nodes]
+    reaching = [start for start in nodes if start not in range(n) or np.isfinite(x[start])]
+    paths = dict(zip(reaching, extract_paths(network, cost_to_go, reaching), strict=True))
+    return tuple(paths.get(start, np.zeros(0, dtype=np.int64)) for start in nodes)
 
 
 @checks_kinds
@@ -79,13 +102,6 @@ def _tight_arcs(problem: Problem, y: Floats) -> Bools:
     settled = np.array_equal(least, y[: problem.n_rows])
     slack = 0.0 if settled else SLACK * np.maximum(1.0, np.abs(least))
     return values <= (least + slack)[problem.owners]
-
-
-def _hops_along(problem: Problem, tight: Bools) -> Ints:
-    """(R + S,) fewest tight arcs to a source; -1 where there is no such path."""
-    sources = np.arange(problem.n_rows, problem.nodes.size)
-    counts = np.bincount(problem.owners[tight], minlength=problem.nodes.size)
-    return hops_to_source(np.concatenate(([0], np.cumsum(counts))), problem.heads[tight], sources)
 
 
 def _descent(problem: Problem, tight: Bools, hops: Ints, here: int) -> list[int]:

@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.base.arrays import Floats, Ints, plain_numbers
+from planner.base.arrays import Bools, Floats, Ints, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.network import Network
+from planner.gabf.reverse_adjacency import Readers
 from planner.native.dynamics import hops_to_source
 
 
@@ -107,11 +108,27 @@ class Problem(Rows):
         return self.nodes[: self.n_rows]
 
     @cached_property
+    def _downhill(self) -> Bools:
+        """(A,) the arcs that lead one hop nearer to the sources."""
+        hops = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
+        return hops[self.heads] < hops[self.owners]
+
+    @cached_property
+    def readers(self) -> Readers:
+        """Which arcs read a node."""
+        return Readers(self.heads, self.nodes.size)
+
+    def hops_along(self, arcs: Bools) -> Ints:
+        """(R + S,) the fewest of these ``arcs`` (A,) from each node to a source; -1 where they lead to none."""
+        counts = np.bincount(self.owners[arcs], minlength=self.nodes.size)
+        sources = np.arange(self.n_rows, self.nodes.size)
+        return hops_to_source(np.concatenate(([0], np.cumsum(counts))), self.heads[arcs], sources)
+
+    @cached_property
     def levels(self) -> list[Level]:
         """One entry a hop count, from 1 up."""
-        depth = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
-        downhill = np.flatnonzero(depth[self.heads] == depth[self.owners] - 1)
-        height = depth[self.owners[downhill]]
+        downhill = np.flatnonzero(self._downhill)
+        height = self.hops[self.owners[downhill]]
         downhill = downhill[np.argsort(height, kind="stable")]
         ends = np.cumsum(np.bincount(height, minlength=1))
         return [self._level(downhill[a:b]) for a, b in pairwise(ends)]
@@ -121,9 +138,7 @@ class Problem(Rows):
         """For the additive family, what each level adds to any a: g_k(a) = a + climbs[k - 1]; else None."""
         if not isinstance(self.arcs, AffineArcs) or self.arcs.slope is not None or not self.n_rows:
             return None
-        depth = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
-        uphill = depth[self.heads] >= depth[self.owners]
-        cheapest = np.minimum.reduceat(np.where(uphill, np.inf, self.arcs.offset), self.starts)
+        cheapest = np.minimum.reduceat(np.where(self._downhill, self.arcs.offset, np.inf), self.starts)
         steepest = np.full(int(self.hops.max()), -np.inf)
         np.maximum.at(steepest, self.hops - 1, cheapest)
         return steepest.tolist()

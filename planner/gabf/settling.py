@@ -47,13 +47,9 @@ def require_rooted(problem: Problem, y: Floats) -> None:
     if (values > heads).all():
         return
     tight = values == y[problem.owners]
-    rooted = np.zeros(y.size, dtype=bool)
-    rooted[problem.n_rows :] = True
-    count = 0
-    while count != (count := int(rooted.sum())):
-        rooted[problem.owners[tight & rooted[problem.heads]]] = True
-    if not rooted.all():
-        i = int(np.flatnonzero(~rooted)[0])
+    unrooted = np.flatnonzero(problem.hops_along(tight) < 0)
+    if unrooted.size:
+        i = int(unrooted[0])
         raise AssumptionError(
             f"node {problem.nodes[i]} is stuck at {y[i]:g}: an arc cost on its path vanishes beside that in "
             "double precision, so the kernel is not progressive; start from overestimate(net), or rescale"

@@ -51,14 +51,14 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
     problem = reduce(net)
     y = problem.pack(x)
     tight = _true_arcs(problem, y)
-    longest = _hops(problem, tight, longest=True)
+    longest, fewest = _most_hops(problem, tight), problem.hops_along(tight)
     level, values = _levels(problem, y)
-    level = _spread(problem, level)
+    level = problem.unpack(level, missing=-1)
     return Structure(
         x_star=x,
         true_arcs=problem.arc_ids[tight],
-        longest=_spread(problem, longest),
-        fewest=_spread(problem, _hops(problem, tight, longest=False)),
+        longest=problem.unpack(longest, missing=-1),
+        fewest=problem.unpack(np.where(fewest < 0, problem.nodes.size, fewest), missing=-1),
         level=level,
         values=values,
         diameter=int(longest.max(initial=0)) + 1,
@@ -91,18 +91,15 @@ def _nearly(own: Floats, y: Floats) -> Floats:
     return _TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
 
 
-def _hops(problem: Problem, tight: Bools, longest: bool) -> Ints:
-    """Most or fewest true arcs from each node to a source; at most D(G) sweeps over the true arcs."""
+def _most_hops(problem: Problem, tight: Bools) -> Ints:
+    """The most true arcs from each node to a source; at most D(G) sweeps over the true arcs."""
     owners, heads = problem.owners[tight], problem.heads[tight]
-    worst = problem.nodes.size
-    hops = np.where(np.arange(worst) < problem.n_rows, 0 if longest else worst, 0)
-    better, sign = (np.maximum, 1) if longest else (np.minimum, -1)
+    hops = np.zeros(problem.nodes.size, dtype=np.int64)
     while True:
-        offered = hops.copy()
-        better.at(offered, owners, hops[heads] + 1)
-        if not ((offered - hops) * sign > 0).any():
+        before = hops.copy()
+        np.maximum.at(hops, owners, before[heads] + 1)
+        if np.array_equal(hops, before):
             return hops
-        hops = offered
 
 
 def _levels(problem: Problem, y: Floats) -> tuple[Ints, Floats]:
@@ -114,9 +111,3 @@ def _levels(problem: Problem, y: Floats) -> tuple[Ints, Floats]:
     level = np.zeros(problem.nodes.size, dtype=np.int64)
     level[order] = np.cumsum(fresh)
     return level, np.concatenate(([problem.anchors.min()], ascending[fresh]))
-
-
-def _spread(problem: Problem, values: Ints) -> Ints:
-    spread = np.full(problem.network.n_nodes, -1, dtype=np.int64)
-    spread[problem.nodes] = values
-    return spread

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from planner.gabf.assumptions import Premises, ceiling
 from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem
-from planner.gabf.reverse_adjacency import Readers
 
 _SPARE = 1.05
 """Farther than expected from the last step that the next one is held: nearer is tighter, and fails more often."""
@@ -139,12 +137,8 @@ class Side:
     def _reading(self, rows: Ints) -> Bools:
         """(R,) which rows read one of ``rows``."""
         reading = np.zeros(self._problem.n_rows, dtype=bool)
-        reading[self._problem.owners[self._readers.of(rows)]] = True
+        reading[self._problem.owners[self._problem.readers.of(rows)]] = True
         return reading
-
-    @cached_property
-    def _readers(self) -> Readers:
-        return Readers(self._problem.heads, self._problem.nodes.size)
 
     def _within_limit(self, y: Floats, beyond: Floats) -> Floats:
         return np.minimum(y, beyond) if self._upper else np.maximum(y, beyond)
