@@ -41,7 +41,7 @@ CALLED_BY_SOLVE = {"bind", "states", "steps", "targets", "wants", "block_of_row"
 RESULTS = {  # nobody but the planner makes these
     "Plan", "Tradeoff", "Trajectory", "Robot", "Reason", "Roadmap", "CollisionChecker", "Change",
     "gabf.CostToGo", "gabf.Certificate",
-    "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.Trajectory",
+    "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.FieldHistory",
 }  # fmt: skip
 INSIDE = {
     "Objective.total", "Roadmap.edge_index", "Roadmap.part", "Roadmap.record", "Roadmap.without_edge",

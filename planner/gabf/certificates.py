@@ -209,12 +209,12 @@ def _exponential(facts: Facts) -> Iterator[Certificate]:
 
         tight = bounds.tau_when(log_bound, tolerance)
         yield _settling(facts, name, "eq. (errorbound)", tight, facts.over, ours=ours)
-    if facts.result.trajectory is not None:
+    if facts.result.history is not None:
         yield from _along_trajectory(facts, log_M)
 
 
 def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
-    saved = facts.result.trajectory
+    saved = facts.result.history
     assert saved is not None
     rows, live = facts.optimum.longest > 0, np.isfinite(saved.tau)
     tau, x, u = saved.tau[live], saved.x[live][:, rows], saved.u[live][:, rows]

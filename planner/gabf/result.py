@@ -31,7 +31,7 @@ class Ending(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class FieldHistory:
     """Saved states: ``tau`` (k,), ``t`` (k,), ``x`` (k, n) and the control input ``u`` = dx/dt (k, n).
 
     x is +inf and u is 0 at nodes that reach no source. tau is +inf for times from T_p on, where the law is
@@ -75,7 +75,7 @@ class CostToGo:
     steps: int
     evaluations: int
     solver: str
-    trajectory: Trajectory | None = None
+    history: FieldHistory | None = None
     exchanged: Exchanged | None = None
 
     @property

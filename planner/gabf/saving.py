@@ -12,7 +12,7 @@ from planner.base.errors import OptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.laws import Law, control_input
 from planner.gabf.problem import Problem
-from planner.gabf.result import Trajectory
+from planner.gabf.result import FieldHistory
 from planner.gabf.solvers import State
 
 
@@ -86,7 +86,7 @@ class Recorder:
         elif self._save.wants(step, state.tau):
             self._kept.append((state.tau, state))
 
-    def trajectory(self, last: State, settled: bool) -> Trajectory | None:
+    def history(self, last: State, settled: bool) -> FieldHistory | None:
         """All that was kept. Chosen times after the end find a settled run at rest; a cut one has no answer."""
         if self._save is None:
             return None
@@ -100,7 +100,7 @@ class Recorder:
         shape = (tau.size, self._problem.network.n_nodes)
         x = np.array([self._problem.unpack(state.y) for _, state in kept]).reshape(shape)
         u = np.array([self._input(reading, state) for reading, state in kept]).reshape(shape)
-        return Trajectory(frozen(tau), frozen(t), frozen(x), frozen(u))
+        return FieldHistory(frozen(tau), frozen(t), frozen(x), frozen(u))
 
     def _input(self, tau: float, state: State) -> Floats:
         return self._problem.unpack(control_input(self._law, tau, state.standing.xhat), missing=0.0)

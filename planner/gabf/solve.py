@@ -144,7 +144,7 @@ class _Run:
             steps=step,
             evaluations=state.evaluations,
             solver=self.solver.name,
-            trajectory=recorder.trajectory(state, settled),
+            history=recorder.history(state, settled),
         )
 
     def _is_settled(self, state: State) -> bool:

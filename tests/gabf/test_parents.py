@@ -33,7 +33,7 @@ def test_retiring_rows_changes_nothing(monkeypatch, kernel, start):
     never, always = runs
     assert np.array_equal(never.x, always.x)
     assert never.settling_tau == always.settling_tau
-    assert np.array_equal(never.trajectory.x, always.trajectory.x)
+    assert np.array_equal(never.history.x, always.history.x)
 
 
 @pytest.mark.parametrize("kernel", KERNELS[::2], ids=lambda k: type(k).__name__)

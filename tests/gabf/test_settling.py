@@ -18,7 +18,7 @@ def test_settling_time_is_the_first_after_which_all_errors_stay_in_the_band():
     for law in (gabf.SingularityFree(), gabf.Nominal()):
         for tolerance in (1e-2, 1e-9):
             result = solve(NET, law, save=gabf.EverySteps(1), settle_tolerance=tolerance)
-            saved, finite = result.trajectory, np.isfinite(x_star)
+            saved, finite = result.history, np.isfinite(x_star)
             error = np.abs(saved.x - x_star)[:, finite] / np.maximum(1, x_star[finite])
             inside = error.max(axis=1) <= tolerance
             last_outside = np.flatnonzero(~inside)[-1]

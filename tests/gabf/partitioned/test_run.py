@@ -17,7 +17,7 @@ from tests.gabf.networks import from_arcs, scattered, solve
 
 KERNELS = (gabf.TradeOff(0.5), gabf.Multiplicative(K=20.0), gabf.UserKernel(lambda i, a, b: a + b + 0.1 * (i % 3)))
 LAWS = (gabf.SingularityFree(T=4.0), gabf.FixedTime(p=(5, 7), m=(13, 7)), gabf.Nominal(), gabf.PrescribedTime())
-_NOT_COMPARED = ("x", "x0", "problem", "exchanged", "trajectory", "law")
+_NOT_COMPARED = ("x", "x0", "problem", "exchanged", "history", "law")
 
 
 def assert_same(one: gabf.CostToGo, other: gabf.CostToGo) -> None:
