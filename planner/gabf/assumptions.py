@@ -10,7 +10,7 @@ from planner.base.arrays import Bools, Floats, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem, reduce, require_state
+from planner.gabf.problem import Problem, field, reduce
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,7 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
         return start_above(problem)
     x = plain_numbers("x0", x0, AssumptionError)
     x = np.full(problem.network.n_nodes, float(x)) if x.ndim == 0 else x
-    require_state(problem, x, "x0")
-    return problem.pack(x)
+    return problem.pack(field(problem, x, "x0"))
 
 
 def _rungs_above(problem: Problem, y0: Floats) -> Floats:

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, plain_numbers
-from planner.base.errors import ArrayError, AssumptionError
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
-from planner.gabf.problem import Problem, reduce
+from planner.gabf.problem import Problem, reduce, states
 from planner.gabf.result import CostToGo
 from planner.gabf.solve import solve
 
@@ -95,10 +95,7 @@ def raised_start(net: Network, x: Floats) -> Floats:
     too. Where arcs fell nothing needs to be raised. Ours.
     """
     problem = reduce(net)
-    x = plain_numbers("x", x)
-    if x.shape != (net.n_nodes,):
-        raise ArrayError(f"x has shape {x.shape}: give a state for each of {net.n_nodes} nodes.")
-    y = problem.pack(x)
+    y = problem.pack(states(net, x, "x"))
     settled = _borne(problem, y)
     frontier = np.flatnonzero(settled)
     while frontier.size:

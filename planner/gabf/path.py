@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, indices, numbers, plain_numbers
-from planner.base.errors import ArrayError, AssumptionError, StateError
+from planner.base.arrays import Bools, Floats, Ints, indices, numbers
+from planner.base.errors import ArrayError, StateError
 from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem, reduce, require_state
+from planner.gabf.problem import Problem, field, reduce, states
 from planner.gabf.result import CostToGo
 
 SLACK = 1e-9
@@ -33,11 +33,10 @@ def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
 def extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]) -> tuple[Ints, ...]:
     """The path, see :func:`extract_path`, from each of the ``starts``."""
     known = isinstance(result, CostToGo)
-    x = result.x if known else plain_numbers("x", result, AssumptionError)
+    x = result.x if known else result
     problem = result.problem if known and result.network is net else reduce(net)
     here = [_position(problem, start) for start in starts]
-    require_state(problem, x, "x")
-    tight = _tight_arcs(problem, problem.pack(x))
+    tight = _tight_arcs(problem, problem.pack(field(problem, x, "x")))
     hops = problem.hops_along(tight)
     for start in np.array(starts)[hops[here] < 0]:
         raise StateError(
@@ -60,9 +59,7 @@ def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | S
     Raises :class:`StateError` for a start that is no node.
     """
     n = network.n_nodes
-    x = cost_to_go.x if isinstance(cost_to_go, CostToGo) else plain_numbers("x", cost_to_go, AssumptionError)
-    if x.shape != (n,):
-        raise AssumptionError(f"x has shape {x.shape} where ({n},) is needed: one state a node")
+    x = states(network, cost_to_go.x if isinstance(cost_to_go, CostToGo) else cost_to_go, "x")
     nodes = numbers("starts", starts, ("s",), StateError).tolist()
     nodes = [int(start) if start == int(start) else start for start in nodes]
     reaching = [start for start in nodes if start not in range(n) or np.isfinite(x[start])]

@@ -202,18 +202,18 @@ def reduce(net: Network) -> Problem:
     return Problem(starts, heads, arcs, net, nodes, anchors, arc_ids, hops[is_row])
 
 
-def field(problem: Problem, x: Floats, name: str) -> Floats:
-    """``x`` as one state a node, see :func:`require_state`."""
-    found = plain_numbers(name, x, AssumptionError)
-    require_state(problem, found, name)
-    return found
+def states(net: Network, x: Any, name: str) -> Floats:
+    """``x`` as one state a node (n,), finite or not; AssumptionError otherwise."""
+    result = plain_numbers(name, x, AssumptionError)
+    if result.shape != (net.n_nodes,):
+        raise AssumptionError(f"{name} has shape {result.shape} where ({net.n_nodes},) is needed: one state a node")
+    return result
 
 
-def require_state(problem: Problem, x: Floats, name: str) -> None:
-    """Refuse a state that is not one finite number a reachable node."""
-    n = problem.network.n_nodes
-    if x.shape != (n,):
-        raise AssumptionError(f"{name} has shape {x.shape} where ({n},) is needed: one state a node")
-    bad = problem.nodes[~np.isfinite(x[problem.nodes])]
+def field(problem: Problem, x: Any, name: str) -> Floats:
+    """``x`` as :func:`states` has it, finite at every reachable node."""
+    result = states(problem.network, x, name)
+    bad = problem.nodes[~np.isfinite(result[problem.nodes])]
     if bad.size:
-        raise AssumptionError(f"{name}[{bad[0]}] is {x[bad[0]]}: every state must be finite")
+        raise AssumptionError(f"{name}[{bad[0]}] is {result[bad[0]]}: every state must be finite")
+    return result

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,13 +16,6 @@ from planner.gabf.result import FieldHistory
 from planner.gabf.solvers import State
 
 
-class Save(Protocol):
-    """Says which readings of the clock a solver must land on, and which states are kept."""
-
-    def targets(self, law: Law) -> Floats: ...
-    def wants(self, step: int, tau: float) -> bool: ...
-
-
 @checks_kinds
 @dataclass(frozen=True)
 class EverySteps:
@@ -33,12 +26,6 @@ class EverySteps:
     def __post_init__(self) -> None:
         if self.k < 1:
             raise OptionError(f"k must be at least 1, not {self.k}")
-
-    def targets(self, law: Law) -> Floats:
-        return np.empty(0)
-
-    def wants(self, step: int, tau: float) -> bool:
-        return step % self.k == 0
 
 
 @checks_kinds
@@ -55,18 +42,15 @@ class AtTimes:
         t.setflags(write=False)
         object.__setattr__(self, "t", t)
 
-    def targets(self, law: Law) -> Floats:
-        return law.clock.tau(self.t)
 
-    def wants(self, step: int, tau: float) -> bool:
-        return False
+Save: TypeAlias = EverySteps | AtTimes
 
 
 class Recorder:
     """Collects states while a run goes on."""
 
     def __init__(self, save: Save | None, problem: Problem, law: Law):
-        self.targets = np.empty(0) if save is None else save.targets(law)
+        self.targets = law.clock.tau(save.t) if isinstance(save, AtTimes) else np.empty(0)  # to land on
         self._save, self._problem, self._law = save, problem, law
         self._kept: list[tuple[float, State]] = []
         self._landed = 0
@@ -78,12 +62,10 @@ class Recorder:
 
     def offer(self, step: int, state: State) -> None:
         """Keep the state after ``step`` steps, if that is wanted."""
-        if self._save is None:
-            return
         if self._landed < self.targets.size and state.tau >= self.targets[self._landed]:
             self._kept.append((float(self.targets[self._landed]), state))
             self._landed += 1
-        elif self._save.wants(step, state.tau):
+        elif isinstance(self._save, EverySteps) and step % self._save.k == 0:
             self._kept.append((state.tau, state))
 
     def history(self, last: State, settled: bool) -> FieldHistory | None:

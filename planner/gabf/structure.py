@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, plain_numbers
-from planner.base.errors import ArrayError
+from planner.base.arrays import Bools, Floats, Ints
 from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
-from planner.gabf.problem import Problem, reduce
+from planner.gabf.problem import Problem, reduce, states
 
 _TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: nearer values are equal, as paths of one cost are rounded
 
@@ -47,7 +46,7 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
     ``x_star``: the oracle's unless given. Values that differ by at most 1e-12 max(1, |x*|) count as equal, with the
     largest |x*| in place of 1 where that is less.
     """
-    x = oracle(net) if x_star is None else _states(net, x_star)
+    x = oracle(net) if x_star is None else states(net, x_star, "x_star")
     problem = reduce(net)
     y = problem.pack(x)
     tight = _true_arcs(problem, y)
@@ -64,13 +63,6 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
         diameter=int(longest.max(initial=0)) + 1,
         unreachable=np.flatnonzero(level < 0),
     )
-
-
-def _states(net: Network, x: Floats) -> Floats:
-    found = plain_numbers("x_star", x)
-    if found.shape != (net.n_nodes,):
-        raise ArrayError(f"x_star has shape {found.shape}: give a state of each node, ({net.n_nodes},).")
-    return found
 
 
 @checks_kinds

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats
-from planner.kinematics.forward import Chain
+from planner.kinematics.forward import Chain, tool_joint
 from planner.models.robot import Robot
 
 ROWS = {"pose": slice(0, 6), "translation": slice(0, 3), "planar": slice(0, 2)}
@@ -68,5 +68,5 @@ def manipulability_along(robot: Robot, start: Floats, delta: Floats, shares: Flo
 
 def _tool(robot: Robot) -> tuple[int, Floats, int]:
     """The joint that carries the tool, where the tool is in its frame, and how many rows of its Jacobian count."""
-    frame = robot.model.frames[robot.tool_id]
-    return int(frame.parentJoint), frame.placement.translation, ROWS[robot.manipulability].stop
+    joint, placement = tool_joint(robot)
+    return joint, placement.translation, ROWS[robot.manipulability].stop

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.products import dot, length, product
-from planner.kinematics.forward import Chain
+from planner.kinematics.forward import Chain, travel
 from planner.models.robot import Robot
 from planner.models.shapes import Body, farthest, farthest_from_axis
 
@@ -65,7 +65,7 @@ def _reach_of(robot: Robot, body: Body) -> Floats:
     while True:
         # a tiny positive reach marks "carried" even for a body that lies on the axis
         reach[joint] = 1.0 if chain.prismatic[joint] else max(across, 1e-12)
-        radius += _travel(robot, chain, joint)
+        radius += travel(robot, chain, joint)
         parent = int(chain.parent[joint]) - 1
         if parent < 0:
             return frozen(reach)
@@ -96,7 +96,7 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
             across = radius
         if not chain.prismatic[joint - 1]:
             reach[joint - 1] = min(reach[joint - 1], max(across, 1e-12))
-        radius += _travel(robot, chain, joint - 1)
+        radius += travel(robot, chain, joint - 1)
         above = joint
     return frozen(reach)
 
@@ -108,8 +108,3 @@ def _joints_down_to(chain: Chain, top: int, joint: int) -> list[int]:
         found.insert(0, joint)
         joint = int(chain.parent[joint - 1])
     return found if joint == top else []
-
-
-def _travel(robot: Robot, chain: Chain, joint: int) -> float:
-    """How far a prismatic joint can shift what it carries (m)."""
-    return float(max(abs(robot.lower[joint]), abs(robot.upper[joint]))) if chain.prismatic[joint] else 0.0

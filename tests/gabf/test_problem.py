@@ -5,7 +5,7 @@ import pytest
 
 from planner import gabf
 from planner.base.errors import AssumptionError
-from planner.gabf.problem import reduce, require_state
+from planner.gabf.problem import field, reduce
 
 from .networks import from_arcs, scattered
 
@@ -51,8 +51,8 @@ def test_unpacking_puts_back_and_marks_the_rest():
 
 def test_states_are_one_finite_number_per_node():
     problem = reduce(CUT_OFF)
-    require_state(problem, np.array([0.0, 1, 2, np.nan, np.inf, 5]), "x0")
+    field(problem, np.array([0.0, 1, 2, np.nan, np.inf, 5]), "x0")
     with pytest.raises(AssumptionError, match="shape"):
-        require_state(problem, np.zeros(5), "x0")
+        field(problem, np.zeros(5), "x0")
     with pytest.raises(AssumptionError, match=r"x0\[2\] is nan"):
-        require_state(problem, np.array([0, 1, np.nan, 0, 0, 5]), "x0")
+        field(problem, np.array([0, 1, np.nan, 0, 0, 5]), "x0")
