@@ -56,14 +56,9 @@ class Flow(ABC):
         return self.compiled.moved(BRAKE_THEN_SINK, s, dtau)
 
     @property
-    def total_time(self) -> float:
-        """tau from infinity down to 0; infinite for a linear flow."""
-        return math.inf
-
-    @property
+    @abstractmethod
     def whole_time(self) -> float:
         """tau in which nothing that a double holds is left of any s that a double holds."""
-        return self.total_time
 
     @cached_property
     def pace(self) -> float:
@@ -144,10 +139,14 @@ class PowerFlow(Flow):
 
     @property
     def total_time(self) -> float:
-        """pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r with r = (1 - p)/(q - p)."""
+        """tau from infinity down to 0: pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r with r = (1 - p)/(q - p)."""
         p, q, below, _ = self._floats
         r = below / (q - p)
         return math.pi / ((q - p) * math.sin(math.pi * r)) * self.beta1 ** (r - 1.0) * self.beta2**-r
+
+    @property
+    def whole_time(self) -> float:
+        return self.total_time
 
     @cached_property
     def _log_balance(self) -> float:
