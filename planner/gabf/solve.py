@@ -20,7 +20,7 @@ from planner.gabf.partitioned.run import partitioned_field
 from planner.gabf.problem import Problem, reduce
 from planner.gabf.result import CostToGo, Ending
 from planner.gabf.saving import Recorder, Save
-from planner.gabf.settling import EndPhase, Extremes, error_bound, require_rooted
+from planner.gabf.settling import Course, error_bound, require_rooted
 from planner.gabf.solvers import Solver, State
 from planner.gabf.splitting import Splitting
 
@@ -58,7 +58,8 @@ def solve(
         result = solve(net, law=SingularityFree(T=2.0))
         result.x, result.settling_time, result.outcome
     """
-    limits = Limits(settle_tolerance, max_steps, until_tau)
+    if not (settle_tolerance > 0 and until_tau >= 0 and max_steps >= 0):
+        raise OptionError("settle_tolerance must be positive, max_steps and until_tau not negative")
     law = SingularityFree() if law is None else law
     solver = Splitting() if solver is None else solver
     problem = reduce(net)
@@ -66,24 +67,9 @@ def solve(
     bounds = premises(problem, y0)
     if law.needs_overestimate and x0 is not None:
         require_overestimate(problem, y0, problem.pack(oracle(net)), law.name)
-    run = _Run(problem, law, solver, y0, bounds, limits, Recorder(save, problem, law))
+    recorder = Recorder(save, problem, law)
+    run = _Run(problem, law, solver, y0, bounds, recorder, settle_tolerance, max_steps, until_tau)
     return run.in_one_piece() if partition is None else run.on_blocks(partition)
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What counts as settled, and how much work may be spent on it."""
-
-    tolerance: float
-    max_steps: int
-    until_tau: float
-
-    def __post_init__(self) -> None:
-        if not (self.tolerance > 0 and self.until_tau >= 0 and self.max_steps >= 0):
-            raise OptionError("settle_tolerance must be positive, max_steps and until_tau not negative")
-
-    def reached(self, tried: int, tau: float) -> bool:
-        return tried >= self.max_steps or tau >= self.until_tau
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +81,10 @@ class _Run:
     solver: Solver
     y0: Floats
     bounds: Premises
-    limits: Limits
     recorder: Recorder
+    tolerance: float
+    max_steps: int
+    until_tau: float
 
     def in_one_piece(self) -> CostToGo:
         return self._follow(partial(self.solver.states, self.problem, self.law.flow, self.y0))
@@ -104,28 +92,25 @@ class _Run:
     def on_blocks(self, partition: Partition) -> CostToGo:
         if not isinstance(self.solver, Splitting) or self.recorder.keeps:
             raise OptionError("blocks run the splitting solver and keep no trajectory: leave solver and save out.")
-        clear_above = EndPhase(self.bounds, self.limits.tolerance).clear_above
+        clear_above = Course(self.bounds, self.tolerance).clear_above
         with partitioned_field(self.problem, self.law.flow, self.y0, partition, clear_above) as field:
             states = partial(self.solver.steps, field, self.law.flow, self.problem.mean_cost(self.y0))
             return replace(self._follow(states), exchanged=field.exchanged)
 
     def _follow(self, states_from: Callable[[Floats], Iterator[State]]) -> CostToGo:
         """The cost-to-go after as many states as it takes; ``states_from`` makes them land on given readings."""
-        limits, recorder = self.limits, self.recorder
-        end_phase, extremes = EndPhase(self.bounds, limits.tolerance), Extremes()
-        states = states_from(np.unique(np.append(recorder.targets, limits.until_tau)))
+        course, recorder = Course(self.bounds, self.tolerance), self.recorder
+        states = states_from(np.unique(np.append(recorder.targets, self.until_tau)))
         step = -1
         while True:
             step, state = step + 1, next(states)
-            end_phase.add(state)
-            extremes.add(state)
+            course.add(state)
             recorder.offer(step, state)
             settled = self._is_settled(state)
-            if settled or limits.reached(step + state.rejected, state.tau):
+            if settled or step + state.rejected >= self.max_steps or state.tau >= self.until_tau:
                 break
         known = state.residual == 0.0 or not settled  # x*, or not to be compared with
         y_star = state.y if known else self.problem.pack(oracle(self.problem.network))
-        lowest, highest, largest_input = extremes.over(self.law)
         return CostToGo(
             x=_frozen(self.problem.unpack(state.y)),
             x0=_frozen(self.problem.unpack(self.y0)),
@@ -133,14 +118,14 @@ class _Run:
             problem=self.problem,
             premises=self.bounds,
             outcome=Ending.SETTLED if settled else Ending.BUDGET_SPENT,
-            dated_tau=end_phase.settling_tau(y_star, self.law.flow) if settled else None,
+            dated_tau=course.settling_tau(y_star, self.law.flow) if settled else None,
             end_tau=state.tau,
             residual=state.residual,
-            lowest=lowest,
-            highest=highest,
-            largest_input=largest_input,
+            lowest=course.lowest,
+            highest=course.highest,
+            largest_input=course.largest_input(self.law),
             error_bound=error_bound(self.problem, self.bounds, state),
-            settle_tolerance=limits.tolerance,
+            settle_tolerance=self.tolerance,
             steps=step,
             evaluations=state.evaluations,
             solver=self.solver.name,
@@ -152,7 +137,7 @@ class _Run:
         if state.residual == 0.0:
             require_rooted(self.problem, state.y)
             return True
-        return not self.solver.exact_rest and error_bound(self.problem, self.bounds, state) <= self.limits.tolerance
+        return not self.solver.exact_rest and error_bound(self.problem, self.bounds, state) <= self.tolerance
 
 
 def _frozen(array: Floats) -> Floats:
