@@ -1,6 +1,6 @@
 """``benchmarks stale``: blocks that read old values of each other. What still holds, and what the paper covers.
 
-The paper's law reads the neighbours' states of the same instant. Here a block reads what others told ``delay`` steps
+The paper's law reads the neighbours' states of the same instant. Here a block reads what others sent ``delay`` steps
 ago, or at the last multiple of a ``period`` of the law's time.
 """
 
@@ -64,18 +64,18 @@ class Row:
 
 
 class StaleField(PartitionedField):
-    """Blocks that are told the boundary of ``delay`` steps ago, or, if any are ``due``, at those readings tau only."""
+    """Blocks that receive the boundary of ``delay`` steps ago, or, if any are ``due``, at those readings tau only."""
 
     def __init__(self, cut: Cut, law: Law, y0: Floats, delay: int, due: Floats) -> None:
         parts = zip(cut.halos, cut.parts(y0), strict=True)
-        arguments = ((rows, y, halo.told, halo.wanted.size, law.flow) for halo, (rows, y) in parts)
+        arguments = ((rows, y, halo.sent, halo.received.size, law.flow) for halo, (rows, y) in parts)
         super().__init__(cut, [Block(*each) for each in arguments], -1.0)
         self._due, self._renewed = due, 0
         first = y0[cut.boundary]
         self._past: deque[Floats] = deque([first] * (delay + 1), maxlen=delay + 1)
 
     def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
-        """Also where the boundary is told."""
+        """Also where the boundary is sent."""
         state = super().state(tau, evaluations, rejected)
         passed = int(np.searchsorted(self._due, tau, side="right"))
         if not self._due.size or passed > self._renewed:
@@ -84,10 +84,10 @@ class StaleField(PartitionedField):
         return state
 
     def retire(self) -> None:
-        """No row rests for good: what it reads may still be told to have moved."""
+        """No row rests for good: what it reads may still turn out to have moved."""
 
-    def _exchange(self, told: Sequence[Floats]) -> list[Floats]:
-        return [self._past[0][halo.wanted] for halo in self._cut.halos]
+    def _exchange(self, sent: Sequence[Floats]) -> list[Floats]:
+        return [self._past[0][halo.received] for halo in self._cut.halos]
 
 
 def bench_stale(out: Path, graphs: int = 10, seed: int = 0, progress: Progress = QUIET) -> Results[Row]:

@@ -183,9 +183,9 @@ def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
     known = [kind for kind in kinds if kind is not None]
     if len(known) < len(kinds):
         return None
-    said = [kind for kind in known if kind is not _PLAIN[type(None)]]
-    wanted = dict.fromkeys(kind.wanted for kind in said)
-    errors = {kind.error for kind in said}
+    named = [kind for kind in known if kind is not _PLAIN[type(None)]]
+    wanted = dict.fromkeys(kind.wanted for kind in named)
+    errors = {kind.error for kind in named}
     tests = [kind.fits for kind in known]
     error = errors.pop() if len(errors) == 1 else FileError if FileError in errors else KindError
     return Kind(lambda value: any(fits(value) for fits in tests), ", or ".join(wanted), error)
@@ -231,16 +231,16 @@ def _instance(kind: type) -> Kind:
     wanted = _WANTED.get(kind.__name__, f"{article} {kind.__name__}")
     if not getattr(kind, "_is_protocol", False):
         return Kind(lambda value: isinstance(value, kind), wanted)
-    asked = [name for name, member in vars(kind).items() if not name.startswith("_") and _is_asked(member)]
+    required = [name for name, member in vars(kind).items() if not name.startswith("_") and _is_required(member)]
 
     def fits(value: object) -> bool:
         own = getattr(value, "__dict__", {})
-        return not isinstance(value, type) and all(hasattr(type(value), name) or name in own for name in asked)
+        return not isinstance(value, type) and all(hasattr(type(value), name) or name in own for name in required)
 
     return Kind(fits, wanted)
 
 
-def _is_asked(member: object) -> bool:
+def _is_required(member: object) -> bool:
     return callable(member) or isinstance(member, property)
 
 

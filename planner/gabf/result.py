@@ -55,7 +55,7 @@ class CostToGo:
     and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
     non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
     that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
-    ``exchanged``: what a run on blocks told between them.
+    ``exchanged``: how much a run on blocks exchanged.
     """
 
     x: Floats

@@ -66,9 +66,9 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
 
 
 @checks_kinds
-def true_parents(net: Network, found: Structure, i: int) -> Ints:
+def true_parents(net: Network, optimum: Structure, i: int) -> Ints:
     """P(i), definition (true), ascending; empty at sources and at nodes that reach none."""
-    arcs = found.true_arcs
+    arcs = optimum.true_arcs
     return np.unique(net.indices[arcs[net.tails[arcs] == i]])
 
 

@@ -1,4 +1,4 @@
-"""The splitting solver on blocks: what is told between them, and the few numbers that all of them share."""
+"""The splitting solver on blocks: what they exchange, and the few numbers that all of them share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from planner.gabf.solvers import State
 
 @dataclass(frozen=True)
 class Exchanged:
-    """What a run on blocks told: states of other blocks' rows in all, and how often all blocks were called."""
+    """What a run on blocks exchanged: states of other blocks' rows in all, and how often all blocks were called."""
 
     blocks: int
     boundary: int
@@ -40,7 +40,7 @@ class PartitionedField:
     def __init__(self, cut: Cut, blocks: Sequence[Any], clear_above: float) -> None:
         self._cut, self._blocks, self._clear_above = cut, blocks, clear_above
         self._steps = self._states = self._calls = 0
-        self._told: list[Floats] = []
+        self._sent: list[Floats] = []
         self._reports: list[Standing] = self._call("report")
 
     @property
@@ -53,13 +53,13 @@ class PartitionedField:
     def attempt(self, dtau: float, size: float) -> float:
         """See :class:`planner.gabf.splitting.Field`."""
         forget = max(report.residual for report in self._reports) > self._clear_above
-        told = self._call("sketch", (dtau, size, forget))
-        answers = self._call("advance", (dtau, size), self._exchange(told))
-        self._told = [told for _, told in answers]
+        sent = self._call("sketch", (dtau, size, forget))
+        answers = self._call("advance", (dtau, size), self._exchange(sent))
+        self._sent = [sent for _, sent in answers]
         return max(share for share, _ in answers)
 
     def accept(self) -> None:
-        self._reports = self._call("accept", (), self._exchange(self._told))
+        self._reports = self._call("accept", (), self._exchange(self._sent))
         self._steps += 1
 
     def retire(self) -> None:
@@ -74,9 +74,9 @@ class PartitionedField:
         y[problem.n_rows :] = problem.anchors
         return y
 
-    def _exchange(self, told: Sequence[Floats]) -> list[Floats]:
-        shared = np.concatenate(told)
-        halos = [shared[halo.wanted] for halo in self._cut.halos]
+    def _exchange(self, sent: Sequence[Floats]) -> list[Floats]:
+        shared = np.concatenate(sent)
+        halos = [shared[halo.received] for halo in self._cut.halos]
         self._states += sum(halo.size for halo in halos)
         return halos
 
@@ -122,7 +122,7 @@ def partitioned_field(
     """The field of a problem cut up; its blocks are gone afterwards."""
     cut = Cut.of(problem, partition.block_of_row(problem), partition.blocks)
     parts = zip(cut.halos, cut.parts(y0), strict=True)
-    arguments = ((rows, y, halo.told, halo.wanted.size, flow) for halo, (rows, y) in parts)
+    arguments = ((rows, y, halo.sent, halo.received.size, flow) for halo, (rows, y) in parts)
     if partition.scheduler is None:
         yield PartitionedField(cut, [Block(*each) for each in arguments], clear_above)
         return

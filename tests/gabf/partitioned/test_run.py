@@ -75,13 +75,13 @@ def test_rows_that_rest_are_retired_and_the_bits_stay() -> None:
     assert_same(solve(network, **options), solve(network, partition=gabf.Partition(2), **options))
 
 
-def test_what_is_told_is_counted(network: gabf.Network) -> None:
+def test_what_is_exchanged_is_counted(network: gabf.Network) -> None:
     """Every exchange tells every halo once; a step that is tried again takes one exchange more than its two."""
     problem = reduce(network)
     cut = Cut.of(problem, bands(problem, 4), 4)
     found = solve(network, partition=gabf.Partition(4))
     assert (found.exchanged.blocks, found.exchanged.boundary) == (4, cut.boundary.size)
-    exchanges, rest = divmod(found.exchanged.states, sum(halo.wanted.size for halo in cut.halos))
+    exchanges, rest = divmod(found.exchanged.states, sum(halo.received.size for halo in cut.halos))
     assert rest == 0
     assert found.exchanged.calls > exchanges >= 2 * found.steps
 

@@ -30,14 +30,14 @@ _ALIGNED = 8  # bytes: where numbers may begin
 _since: dict[Path, int] = {}  # bytes written since a folder was cleared
 
 
-def kept(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
+def cached(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
     """What ``make`` makes, from the cache where it has been made before of the same values (see ``content_hash``)."""
     path = cache_folder() / kind / f"{content_hash([_VERSION, *made_of])}.kept"
-    found = _read(path)
-    if found is None:
-        found = make()
-        _write(path, found)
-    return found
+    arrays = _read(path)
+    if arrays is None:
+        arrays = make()
+        _write(path, arrays)
+    return arrays
 
 
 def cache_folder() -> Path:
@@ -55,10 +55,10 @@ def _read(path: Path) -> Arrays | None:
     return None
 
 
-def _arrays(content: bytes, said: Iterable[tuple[str, str, list[int]]], at: int) -> Arrays:
+def _arrays(content: bytes, header: Iterable[tuple[str, str, list[int]]], at: int) -> Arrays:
     """The arrays, read-only, that lie one after the other from ``at`` on, of each its name, kind and shape."""
     found = {}
-    for name, kind, shape in said:
+    for name, kind, shape in header:
         count = math.prod(shape)
         array = np.frombuffer(content, np.dtype(kind), count, at) if count else np.empty(0, kind)
         found[name] = array.reshape(shape)
@@ -67,8 +67,8 @@ def _arrays(content: bytes, said: Iterable[tuple[str, str, list[int]]], at: int)
 
 
 def _write(path: Path, arrays: Arrays) -> None:
-    said = json.dumps([(name, array.dtype.str, array.shape) for name, array in arrays.items()]).encode()
-    parts = [said + b" " * (-(len(said) + 1) % _ALIGNED) + b"\n"]
+    header = json.dumps([(name, array.dtype.str, array.shape) for name, array in arrays.items()]).encode()
+    parts = [header + b" " * (-(len(header) + 1) % _ALIGNED) + b"\n"]
     for array in arrays.values():
         parts += [array.tobytes(), b" " * (-array.nbytes % _ALIGNED)]
     content = b"".join(parts)
