@@ -57,13 +57,13 @@ def _read(path: Path) -> Arrays | None:
 
 def _arrays(content: bytes, header: Iterable[tuple[str, str, list[int]]], at: int) -> Arrays:
     """The arrays, read-only, that lie one after the other from ``at`` on, of each its name, kind and shape."""
-    found = {}
+    arrays = {}
     for name, kind, shape in header:
         count = math.prod(shape)
         array = np.frombuffer(content, np.dtype(kind), count, at) if count else np.empty(0, kind)
-        found[name] = array.reshape(shape)
+        arrays[name] = array.reshape(shape)
         at += array.nbytes + -array.nbytes % _ALIGNED
-    return found
+    return arrays
 
 
 def _write(path: Path, arrays: Arrays) -> None:
@@ -88,7 +88,9 @@ def _make_room(folder: Path, written: int) -> None:
 
 def _clear(folder: Path) -> None:
     """Remove the oldest files beyond the room that there is for them all."""
-    files = sorted((found.st_mtime_ns, found.st_size, path) for path in folder.glob("*.kept") if (found := path.stat()))
+    files = sorted(
+        (status.st_mtime_ns, status.st_size, path) for path in folder.glob("*.kept") if (status := path.stat())
+    )
     room = _MOST
     for _, size, path in reversed(files):
         room -= size

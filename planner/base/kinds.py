@@ -73,12 +73,12 @@ def checks_kinds(thing: Checked) -> Checked:
 
 def kinds_of(function: Callable[..., Any]) -> dict[str, Kind | None]:
     """The kind that each parameter of a function is checked for; None where anything will do."""
-    hints, found = _scope(function), {}
+    hints, kinds = _scope(function), {}
     for name, parameter in inspect.signature(function).parameters.items():
         many = parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
         if not many and parameter.annotation is not parameter.empty:
-            found[name] = kind_of(_read(parameter.annotation, hints))
-    return found
+            kinds[name] = kind_of(_read(parameter.annotation, hints))
+    return kinds
 
 
 def kind_of(hint: Any) -> Kind | None:

@@ -39,8 +39,8 @@ class Healing:
     @property
     def settling_tau(self) -> float | None:
         """When the field settled, on the clock that was running when the network changed."""
-        found = self.cost_to_go.settling_tau
-        return None if found is None else self.since_tau + found
+        tau = self.cost_to_go.settling_tau
+        return None if tau is None else self.since_tau + tau
 
     @property
     def settling_time(self) -> float | None:
@@ -74,13 +74,13 @@ def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0
             "everywhere: start anew with solve(net, law), or take the SingularityFree law"
         )
     start = raised_start(net, x)
-    found = solve(net, law, x0=start, **options)
-    reached = np.isfinite(found.x)
+    result = solve(net, law, x0=start, **options)
+    reached = np.isfinite(result.x)
     before = np.asarray(x, dtype=np.float64)
     return Healing(
-        found,
+        result,
         raised=np.flatnonzero(reached & (start != before)),
-        moved=np.flatnonzero(reached & (found.x != before)),
+        moved=np.flatnonzero(reached & (result.x != before)),
         since_tau=since_tau,
     )
 

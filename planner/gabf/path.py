@@ -87,10 +87,10 @@ def _position(problem: Problem, start: int) -> int:
     n = problem.network.n_nodes
     if start not in range(n):
         raise StateError(f"start {start} is not a node; nodes run from 0 to {n - 1}")
-    found = np.flatnonzero(problem.nodes == start)
-    if not found.size:
+    position = np.flatnonzero(problem.nodes == start)
+    if not position.size:
         raise StateError(f"node {start} reaches no source: there is no path; connect it, or start elsewhere")
-    return int(found[0])
+    return int(position[0])
 
 
 def _tight_arcs(problem: Problem, y: Floats) -> Bools:

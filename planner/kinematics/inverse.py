@@ -93,13 +93,13 @@ def _solve(
     off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
     nearest = int(np.argmin(off))
     solved = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
-    found = _distinct(robot, ends[solved])
-    return Solutions(found, ends[nearest], float(distance[nearest]), float(angle[nearest]))
+    distinct = _distinct(robot, ends[solved])
+    return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
-def _distinct(robot: Robot, found: Floats) -> Floats:
+def _distinct(robot: Robot, solved: Floats) -> Floats:
     kept = np.empty((0, robot.dof))
-    for q in found:
+    for q in solved:
         if (np.abs(robot.difference(q, kept)).max(axis=1, initial=0.0) > _APART).all():
             kept = np.vstack([kept, robot.normalise(q)])
     return kept

@@ -24,11 +24,11 @@ def jacobian(robot: Robot, q: Floats) -> Floats:
 def jacobians(robot: Robot, q: Floats) -> Floats:
     """The :func:`jacobian` (n, rows, dof) at each of several configurations (n, dof)."""
     model, aligned = robot.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    data, found = model.createData(), np.zeros((len(q), 6, model.nv))
+    data, matrices = model.createData(), np.zeros((len(q), 6, model.nv))
     for k, row in enumerate(q):
         # Pinocchio drops an axis where there is one joint
-        found[k] = pin.computeFrameJacobian(model, data, row, robot.tool_id, aligned).reshape(6, model.nv)
-    return found[:, ROWS[robot.manipulability]]
+        matrices[k] = pin.computeFrameJacobian(model, data, row, robot.tool_id, aligned).reshape(6, model.nv)
+    return matrices[:, ROWS[robot.manipulability]]
 
 
 def manipulability(robot: Robot, q: Floats) -> Floats:

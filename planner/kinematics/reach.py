@@ -103,8 +103,8 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
 
 def _joints_down_to(chain: Chain, top: int, joint: int) -> list[int]:
     """The joints below ``top`` on the way down to ``joint``; none where that does not hang below it."""
-    found = []
+    joints = []
     while joint not in (top, 0):
-        found.insert(0, joint)
+        joints.insert(0, joint)
         joint = int(chain.parent[joint - 1])
-    return found if joint == top else []
+    return joints if joint == top else []

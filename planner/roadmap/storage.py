@@ -153,10 +153,10 @@ def require_same_world(roadmap: Roadmap, checker: CollisionChecker, path: Place)
             f"roadmap {path} was proven with a margin of {mine.margin:g} m, less than the {world.margin:g} m "
             f"asked for: build it again, ask for less, or keep what holds here with {_REPAIR}."
         )
-    found = changes(mine.world, world)
-    obstacles = mine.scene_identity != scene.identity and not any(item.startswith("body") for item in found)
+    differences = changes(mine.world, world)
+    obstacles = mine.scene_identity != scene.identity and not any(item.startswith("body") for item in differences)
     other = f"scene '{mine.scene}' with other obstacles" if obstacles else f"'{mine.robot}' of other geometry or set-up"
-    what = f" ({_some(found)})" if found else ""
+    what = f" ({_some(differences)})" if differences else ""
     raise FileError(f"roadmap {path} is for a {other}{what}: build it again, {kept}.")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base import kept as module
+from planner.base import cache as module
 from planner.base.cache import cache_folder, cached
 
 

@@ -71,9 +71,9 @@ def bands(problem: Problem, blocks: int) -> Ints:
     graph = csr_matrix((np.ones(pairs[0].size, dtype=np.int8), pairs), shape=shape)
     order = reverse_cuthill_mckee(graph, symmetric_mode=False)
     arcs = np.cumsum(np.diff(problem.starts, append=problem.heads.size)[order])
-    found = np.empty(problem.n_rows, dtype=np.int64)
-    found[order] = np.minimum((arcs - 1) * blocks // arcs[-1], blocks - 1)
-    return found
+    block = np.empty(problem.n_rows, dtype=np.int64)
+    block[order] = np.minimum((arcs - 1) * blocks // arcs[-1], blocks - 1)
+    return block
 
 
 @dataclass(frozen=True, eq=False)

@@ -126,5 +126,5 @@ def partitioned_field(
     if partition.scheduler is None:
         yield PartitionedField(cut, [Block(*each) for each in arguments], clear_above)
         return
-    with cluster(partition.scheduler) as found:
-        yield PartitionedField(cut, found.actors(Block, arguments), clear_above)
+    with cluster(partition.scheduler) as workers:
+        yield PartitionedField(cut, workers.actors(Block, arguments), clear_above)
