@@ -88,8 +88,6 @@ class Facts:
     result: CostToGo
     optimum: Structure
     error: Floats
-    zeta: float
-    L: float
     base: tuple[Assumption, ...]
 
     @property
@@ -152,7 +150,7 @@ def _facts(law: Law, result: CostToGo, optimum: Structure, rows: Any) -> Facts:
         Assumption("progressive", premises.zeta > 0 and visible, f"zeta = {premises.zeta:.6g}, {how}{lost}"),
     )
     error = result.x0[rows] - optimum.x_star[rows]
-    return Facts(law, result, optimum, error, premises.zeta, premises.L, base)
+    return Facts(law, result, optimum, error, base)
 
 
 def _settling(
@@ -178,7 +176,7 @@ def _date(result: CostToGo, bound: float) -> tuple[float, float, float] | tuple[
 
 def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Certificate]:
     flow, optimum = law.flow, facts.optimum
-    rise = bounds.T_f(flow, float(optimum.values[-1]), facts.lowest, facts.zeta)
+    rise = bounds.T_f(flow, float(optimum.values[-1]), facts.lowest, facts.result.premises.zeta)
     theorem = "theorem (singularity)" if law.prescribed_time else "theorem (fix)"
     for name, T_star, proven in (
         ("T_* as printed, which is no bound", bounds.T_star_printed(law), False),
@@ -192,12 +190,12 @@ def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Cert
     by_levels = bounds.settling_bound(optimum.R, sharp, rise)
     yield _settling(facts, "R levels instead of |V\\S|", "definition (S)", by_levels, facts.base, ours=True)
     rungs = np.concatenate(([facts.lowest], optimum.values[1:])) if facts.below else None
-    both = bounds.two_sided_bound(flow, sharp, facts.fewest, rungs, facts.zeta)
+    both = bounds.two_sided_bound(flow, sharp, facts.fewest, rungs, facts.result.premises.zeta)
     yield _settling(facts, "from above by hops, from below by levels", "", both, facts.base, ours=True)
 
 
 def _exponential(facts: Facts) -> Iterator[Certificate]:
-    D, L, tolerance = facts.optimum.diameter, facts.L, facts.result.settle_tolerance
+    D, L, tolerance = facts.optimum.diameter, facts.result.premises.L, facts.result.settle_tolerance
     log_M = bounds.log_exponential_factor(facts.e_max, L, D)
     label = "eq. (boundt)" if facts.law.prescribed_time else "eq. (exTraj)"
     loose = bounds.tau_when(lambda tau: bounds.log_boundt(log_M, tau), tolerance)
@@ -224,7 +222,7 @@ def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
     yield _least_slack("x* is not undershot", "lemma (over)", "x* - x", np.zeros_like(error), -error, facts.over)
     clock = facts.law.clock
     if isinstance(clock, PrescribedClock):
-        lower, upper = bounds.input_bounds(clock, log_M, facts.L, facts.error, tau)
+        lower, upper = bounds.input_bounds(clock, log_M, facts.result.premises.L, facts.error, tau)
         yield _least_slack("control input from below", "eq. (lowerli)", "-dx/dt", -lower, -u, facts.over)
         yield _least_slack("control input from above", "eq. (ute)", "dx/dt", upper, u, facts.over)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
@@ -61,7 +61,7 @@ class Splitting(Solver):
 
     def states(self, problem: Problem, flow: Flow, y0: Floats, targets: Floats) -> Iterator[State]:
         """See :class:`planner.gabf.solvers.Solver`."""
-        return self.steps(InOnePiece(problem, flow, y0), flow, problem.mean_cost(y0), targets)
+        return self.steps(Field(problem, flow, y0), flow, problem.mean_cost(y0), targets)
 
     def steps(self, field: Field, flow: Flow, hop: float, targets: Floats) -> Iterator[State]:
         """The same for states wherever they are kept; ``hop`` is their mean cost, see :class:`Problem`."""
@@ -124,42 +124,26 @@ def _shortest_step(flow: Flow, state: State) -> float:
     return max(_EPS * state.tau, _FINEST * left, _TINY)
 
 
-class Field(Protocol):
-    """The states of a run, wherever they are kept, and one step of them."""
-
-    def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
-        """The states as they are."""
-        ...
-
-    def attempt(self, dtau: float, size: float) -> float:
-        """Try a step, and how far off it may be, see :meth:`planner.gabf.parents.Parents.advance`."""
-        ...
-
-    def accept(self) -> None:
-        """Take the step that was tried last."""
-        ...
-
-    def retire(self) -> None:
-        """Stop looking at rows that rest for good."""
-        ...
-
-
-class InOnePiece:
-    """All states in one array."""
+class Field:
+    """The states of a run in one array, and one step of them; subclasses keep them elsewhere."""
 
     def __init__(self, problem: Problem, flow: Flow, y0: Floats):
         self._flow, self._parents = flow, parents_of(problem)
         self._here = self._next = self._parents.standing(y0)
 
     def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
+        """The states as they are."""
         return State(tau, self._here, evaluations, rejected)
 
     def attempt(self, dtau: float, size: float) -> float:
+        """Try a step, and how far off it may be, see :meth:`Parents.advance`."""
         self._next, share = self._parents.step(self._flow, self._here, dtau, size)
         return share
 
     def accept(self) -> None:
+        """Take the step that was tried last."""
         self._here = self._next
 
     def retire(self) -> None:
+        """Stop looking at rows that rest for good."""
         self._parents = self._parents.retire(self._here, self._here.lowest_moving)

@@ -30,12 +30,9 @@ class Reach:
     @staticmethod
     def of(robot: Robot, bodies: tuple[Body, ...] | None = None) -> Reach:
         """Reach of the robot's own bodies, or of any others that its joints carry."""
-        return _own_reach(robot) if bodies is None else Reach._of(robot, bodies)
-
-    @staticmethod
-    def _of(robot: Robot, bodies: tuple[Body, ...]) -> Reach:
-        rows = [_reach_of(robot, body) for body in bodies]
-        return Reach(frozen(np.reshape(rows, (len(rows), robot.dof))))
+        if bodies is None:
+            return _own_reach(robot)
+        return Reach(frozen(np.reshape([_reach_of(robot, body) for body in bodies], (len(bodies), robot.dof))))
 
     def motion(self, delta: Floats) -> Floats:
         """The most that any point of each body moves (m), (n, n_bodies), along joint segments ``delta`` (n, dof)."""
@@ -50,7 +47,7 @@ class Reach:
 @lru_cache(maxsize=16)
 def _own_reach(robot: Robot) -> Reach:
     """Kept, as a world that changes asks for the same robot's again and again."""
-    return Reach._of(robot, robot.bodies)
+    return Reach.of(robot, robot.bodies)
 
 
 @lru_cache(maxsize=2048)

@@ -7,7 +7,7 @@ from planner import gabf
 from planner.base.errors import OptionError
 from planner.gabf.parents import parents_of
 from planner.gabf.problem import reduce
-from planner.gabf.splitting import InOnePiece
+from planner.gabf.splitting import Field
 from tests.gabf.test_solvers import NET, START
 
 from .networks import chain, from_arcs, scattered, solve
@@ -47,14 +47,14 @@ def test_one_row_flows_exactly():
 @pytest.fixture
 def tried(monkeypatch):
     """How many steps were tried since it was cleared; a run that tries 20,000 fails, where it might have no end."""
-    steps, attempt = [], InOnePiece.attempt
+    steps, attempt = [], Field.attempt
 
     def counted(field, dtau, size):
         steps.append(dtau)
         assert len(steps) < 20_000
         return attempt(field, dtau, size)
 
-    monkeypatch.setattr(InOnePiece, "attempt", counted)
+    monkeypatch.setattr(Field, "attempt", counted)
     return steps
 
 
@@ -89,7 +89,7 @@ def test_laws_settle_at_every_exponent_and_magnitude(tried):
 
 
 def test_a_step_that_is_never_good_enough_is_rejected_a_counted_number_of_times(monkeypatch):
-    monkeypatch.setattr(InOnePiece, "attempt", lambda field, dtau, size: np.nan)
+    monkeypatch.setattr(Field, "attempt", lambda field, dtau, size: np.nan)
     result = solve(chain(6), gabf.FixedTime(), 9.0, max_steps=200)
     assert result.outcome is gabf.Ending.BUDGET_SPENT
     assert result.evaluations < 1000

@@ -17,6 +17,7 @@ from planner.gabf.partitioned.block import Block
 from planner.gabf.partitioned.cut import Cut, Partition
 from planner.gabf.problem import Problem, Standing
 from planner.gabf.solvers import State
+from planner.gabf.splitting import Field
 
 
 @dataclass(frozen=True)
@@ -29,8 +30,8 @@ class Exchanged:
     calls: int
 
 
-class PartitionedField:
-    """The states on blocks, see :class:`planner.gabf.splitting.Field`.
+class PartitionedField(Field):
+    """The states on blocks.
 
     ``blocks``: each a :class:`Block`, or a Dask actor of one. Two exchanges a step: the states that parent values are
     taken from, half a step on, and those at its end.
@@ -51,7 +52,6 @@ class PartitionedField:
         return GatheredState(self, self._steps, self._reports, tau, evaluations, rejected)
 
     def attempt(self, dtau: float, size: float) -> float:
-        """See :class:`planner.gabf.splitting.Field`."""
         forget = max(report.residual for report in self._reports) > self._clear_above
         sent = self._call("sketch", (dtau, size, forget))
         answers = self._call("advance", (dtau, size), self._exchange(sent))
