@@ -81,8 +81,6 @@ class Recorder:
         t = self._save.t[: tau.size] if isinstance(self._save, AtTimes) else self._law.clock.time(tau)
         shape = (tau.size, self._problem.network.n_nodes)
         x = np.array([self._problem.unpack(state.y) for _, state in kept]).reshape(shape)
-        u = np.array([self._input(reading, state) for reading, state in kept]).reshape(shape)
+        inputs = (control_input(self._law, reading, state.standing.xhat) for reading, state in kept)
+        u = np.array([self._problem.unpack(rows, missing=0.0) for rows in inputs]).reshape(shape)
         return FieldHistory(frozen(tau), frozen(t), frozen(x), frozen(u))
-
-    def _input(self, tau: float, state: State) -> Floats:
-        return self._problem.unpack(control_input(self._law, tau, state.standing.xhat), missing=0.0)
