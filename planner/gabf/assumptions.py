@@ -41,8 +41,8 @@ def overestimate(net: Network) -> Floats:
 
 
 def start_above(problem: Problem) -> Floats:
-    rungs = _ladder(problem, np.full(problem.depth + 1, -np.inf))
-    starts = [0.0, *(problem.climb(k, rungs[k]) for k in range(1, rungs.size))]
+    rungs = _ladder(problem, np.full(len(problem.climbs) + 1, -np.inf))
+    starts = [0.0, *(climb(rung) for climb, rung in zip(problem.climbs, rungs[1:], strict=True))]
     return problem.with_sources(np.array(starts)[problem.hops])
 
 
@@ -103,7 +103,7 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
 
 
 def _rungs_above(problem: Problem, y0: Floats) -> Floats:
-    floor = np.full(problem.depth + 1, -np.inf)
+    floor = np.full(len(problem.climbs) + 1, -np.inf)
     np.maximum.at(floor, problem.hops, y0[: problem.n_rows])
     return _ladder(problem, floor)
 
@@ -111,8 +111,8 @@ def _rungs_above(problem: Problem, y0: Floats) -> Floats:
 def _ladder(problem: Problem, floor: Floats) -> Floats:
     rungs = np.empty(floor.size)
     rungs[0] = problem.anchors.max()
-    for k in range(1, rungs.size):
-        rungs[k] = max(floor[k], problem.climb(k, rungs[k - 1]))
+    for k, climb in enumerate(problem.climbs, 1):
+        rungs[k] = max(floor[k], climb(rungs[k - 1]))
     return rungs
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -16,21 +18,6 @@ from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.network import Network
 from planner.gabf.reverse_adjacency import Readers
 from planner.native.dynamics import hops_to_source
-
-
-@dataclass(frozen=True, eq=False)
-class Level:
-    """The nodes of k hops and their arcs towards nodes of k - 1 hops."""
-
-    arcs: ArcMap
-    starts: Ints
-    width: int
-
-    def worst(self, a: float) -> float:
-        """g_k(a): the largest, over the nodes, of the cheapest arc's f_ij(a)."""
-        with np.errstate(over="ignore"):
-            values = self.arcs(np.full(self.width, a))
-        return float(np.minimum.reduceat(values, self.starts).max())
 
 
 class Standing(NamedTuple):
@@ -125,32 +112,23 @@ class Problem(Rows):
         return hops_to_source(np.concatenate(([0], np.cumsum(counts))), self.heads[arcs], sources)
 
     @cached_property
-    def levels(self) -> list[Level]:
-        """One entry a hop count, from 1 up."""
+    def climbs(self) -> list[Callable[[float], float]]:
+        """g_1, g_2, ..: g_k(a) is the largest, over the nodes of k hops, of the cheapest f_ij(a) towards k - 1 hops."""
+        if isinstance(self.arcs, AffineArcs) and self.arcs.slope is None and self.n_rows:
+            cheapest = np.minimum.reduceat(np.where(self._downhill, self.arcs.offset, np.inf), self.starts)
+            steepest = np.full(int(self.hops.max()), -np.inf)
+            np.maximum.at(steepest, self.hops - 1, cheapest)
+            return [partial(operator.add, cost) for cost in steepest.tolist()]
         downhill = np.flatnonzero(self._downhill)
         height = self.hops[self.owners[downhill]]
         downhill = downhill[np.argsort(height, kind="stable")]
         ends = np.cumsum(np.bincount(height, minlength=1))
-        return [self._level(downhill[a:b]) for a, b in pairwise(ends)]
+        return [partial(_climb, self._reading_one(downhill[a:b])) for a, b in pairwise(ends)]
 
-    @cached_property
-    def climbs(self) -> list[float] | None:
-        """For the additive family, what each level adds to any a: g_k(a) = a + climbs[k - 1]; else None."""
-        if not isinstance(self.arcs, AffineArcs) or self.arcs.slope is not None or not self.n_rows:
-            return None
-        cheapest = np.minimum.reduceat(np.where(self._downhill, self.arcs.offset, np.inf), self.starts)
-        steepest = np.full(int(self.hops.max()), -np.inf)
-        np.maximum.at(steepest, self.hops - 1, cheapest)
-        return steepest.tolist()
-
-    @cached_property
-    def depth(self) -> int:
-        """The largest hop count."""
-        return int(self.hops.max(initial=0))
-
-    def climb(self, k: int, a: float) -> float:
-        """g_k(a): the largest, over the nodes of k hops, of the cheapest arc's f_ij(a) towards k - 1 hops."""
-        return self.levels[k - 1].worst(a) if self.climbs is None else a + self.climbs[k - 1]
+    def _reading_one(self, arcs: Ints) -> Rows:
+        """The rows of some ``arcs``, all of which read one state."""
+        starts = np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))
+        return Rows(starts, np.zeros(arcs.size, dtype=np.int64), self.arcs.take(arcs))
 
     def mean_cost(self, y: Floats) -> float:
         """What an arc adds on average at state ``y``: the scale that errors of one step are measured by."""
@@ -167,10 +145,6 @@ class Problem(Rows):
         """T'y of eq. (bellman-gabf)."""
         return self.with_sources(self.parent_values(y))
 
-    def _level(self, arcs: Ints) -> Level:
-        starts = np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))
-        return Level(self.arcs.take(arcs), starts, arcs.size)
-
     def pack(self, x: Floats) -> Floats:
         """States of these nodes from an array over all nodes, sources at their anchors."""
         y = x[self.nodes]
@@ -182,6 +156,11 @@ class Problem(Rows):
         x = np.full(self.network.n_nodes, missing, dtype=y.dtype)
         x[self.nodes[: y.size]] = y
         return x
+
+
+def _climb(rows: Rows, a: float) -> float:
+    with np.errstate(over="ignore"):
+        return float(rows.parent_values(np.array([a])).max())
 
 
 def reduce(net: Network) -> Problem:
