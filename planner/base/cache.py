@@ -87,12 +87,10 @@ def _make_room(folder: Path, written: int) -> None:
 
 
 def _clear(folder: Path) -> None:
-    """Remove the oldest files beyond the room that there is for them all."""
-    files = sorted(
-        (status.st_mtime_ns, status.st_size, path) for path in folder.glob("*.kept") if (status := path.stat())
-    )
-    room = _MOST
+    """Remove the oldest files beyond the bytes that there are for them all."""
+    files = sorted((stat.st_mtime_ns, stat.st_size, path) for path in folder.glob("*.kept") if (stat := path.stat()))
+    left = _MOST
     for _, size, path in reversed(files):
-        room -= size
-        if room < 0:
+        left -= size
+        if left < 0:
             path.unlink(missing_ok=True)
