@@ -55,6 +55,16 @@ def test_the_bound_holds_wherever_it_is_finite(seed):
     assert finite > 10
 
 
+def test_the_bound_is_met_where_a_kernel_doubles_every_error():
+    """Each of eight nodes in a row a little above what it reads: e_i = 2 e_(i - 1) + r, so r (2^8 - 1) in the end."""
+    net = from_arcs(9, [(i, i - 1, 1.0) for i in range(1, 9)], kernel=gabf.UserKernel(lambda i, a, b: 2 * a + b))
+    problem, x_star, r = reduce(net), gabf.oracle(net), 1e-3
+    y = x_star + r * (2.0 ** np.arange(9) - 1.0)
+    result = gabf.solve(net)
+    bound = error_bound(problem, result.premises, State(0.0, problem.standing(problem.pack(y)), 1))
+    assert bound == pytest.approx(255 * r, rel=1e-6)
+
+
 def test_a_residual_of_zero_without_a_root_is_no_solution():
     """Two nodes that hold each other at a value beside which the cost of an arc vanishes."""
     net = from_arcs(3, [(1, 0, 1.0), (1, 2, 1e-9), (2, 1, 1e-9)])
