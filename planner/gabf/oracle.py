@@ -94,14 +94,11 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     number grows like x* / zeta. AssumptionError if ``max_sweeps`` (default 1000 n) do not suffice.
     """
     problem = reduce(net)
-    y = problem.pack(field(problem, x0, "x0"))
     budget = 1000 * net.n_nodes if max_sweeps is None else max_sweeps
-    for sweep in range(budget + 1):
-        swept = problem.swept(y)
-        if np.array_equal(swept, y):
-            return problem.unpack(y), sweep
-        y = swept
-    raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
+    settled = problem.settled(problem.pack(field(problem, x0, "x0")), budget)
+    if settled is None:
+        raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
+    return problem.unpack(settled[0]), settled[1]
 
 
 @checks_kinds

@@ -145,6 +145,15 @@ class Problem(Rows):
         """T'y of eq. (bellman-gabf)."""
         return self.with_sources(self.parent_values(y))
 
+    def settled(self, y: Floats, sweeps: int) -> tuple[Floats, int] | None:
+        """T' iterated from ``y`` until nothing changes, and how often it did; None where ``sweeps`` do not suffice."""
+        for sweep in range(sweeps + 1):
+            swept = self.swept(y)
+            if np.array_equal(swept, y):
+                return y, sweep
+            y = swept
+        return None
+
     def pack(self, x: Floats) -> Floats:
         """States of these nodes from an array over all nodes, sources at their anchors."""
         y = x[self.nodes]

@@ -111,7 +111,10 @@ class CostToGo:
         :mod:`planner.gabf.enclosure` spends; half the width takes about twice the work.
         """
         if self.dated_tau is not None and width not in self._brackets:
-            self._brackets[width] = self._bracket(self.dated_tau, width)
+            y0, y_star = self.problem.pack(self.x0), self.problem.pack(self.x) if self.error_bound == 0.0 else None
+            self._brackets[width] = bracket_settling(
+                self.problem, self.law.flow, y0, self.premises, self.settle_tolerance, self.dated_tau, width, y_star
+            )
         return self._brackets.get(width)
 
     @checks_kinds
@@ -124,11 +127,3 @@ class CostToGo:
     def _brackets(self) -> dict[float, tuple[float, float]]:
         """Those that were asked for, by their width."""
         return {}
-
-    def _bracket(self, expected: float, width: float) -> tuple[float, float]:
-        problem = self.problem
-        y0 = problem.pack(self.x0)
-        y_star = problem.pack(self.x) if self.error_bound == 0.0 else None
-        return bracket_settling(
-            problem, self.law.flow, y0, self.premises, self.settle_tolerance, expected, width, y_star
-        )
