@@ -241,18 +241,19 @@ def test_walls_are_named_whatever_floor_was_asked(scenes):
 
 
 def collide(monkeypatch, edges):
-    """The recheck finds a contact on these edges, given by the configurations of their ends."""
-    real, seen = module.recheck, []
+    """The second look finds a contact on these edges, given by the configurations of their ends."""
+    real, seen = module.first_contact_on, []
 
-    def look(checker, start, delta, step):
-        for a, b in edges:
-            for p, q in ((a, b), (b, a)):
-                if np.allclose(start, p, atol=1e-12) and np.allclose(start + delta, q, atol=1e-9):
-                    seen.append((p, q))
-                    return Contact("link_2", "post")
-        return real(checker, start, delta, step)
+    def look(checker, starts, deltas, step):
+        for row, (start, delta) in enumerate(zip(starts, deltas, strict=True)):
+            for a, b in edges:
+                for p, q in ((a, b), (b, a)):
+                    if np.allclose(start, p, atol=1e-12) and np.allclose(start + delta, q, atol=1e-9):
+                        seen.append((p, q))
+                        return row, Contact("link_2", "post")
+        return real(checker, starts, deltas, step)
 
-    monkeypatch.setattr(module, "recheck", look)
+    monkeypatch.setattr(module, "first_contact_on", look)
     return seen
 
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from types import MappingProxyType
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen
+from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.cache import cached
 from planner.base.products import product
 from planner.collision.bounding_volumes import Spheres, box_cover, sphere_cover
@@ -24,7 +24,7 @@ from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.models.moving import KnownMotion
 from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
-from planner.native.library import NativeWorld
+from planner.native.library import NativeBounds, NativeWorld
 
 _NONE: Mapping[str, KnownMotion] = MappingProxyType({})
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)
@@ -94,12 +94,19 @@ class ClearanceBound:
         """Whether no surfaces of checked pairs are within the margin in any configuration (n, dof)."""
         return self.native.first_near(q) == len(q)
 
+    @cached_property
+    def of_all(self) -> NativeBounds:
+        """How fast all pairs and bodies move at most, as proofs and looks ask."""
+        world = self.world
+        is_static: Bools = ~np.any(world.pair_reach, axis=1)
+        return self.native.bounds(world.pair_reach, world.reach.bodies, is_static)
+
     def motion_looks_free(self, start: Floats, delta: Floats, step: float) -> bool:
         """The same of states along a straight motion from ``start`` by ``delta`` (dof,), its end and its middle first.
 
         Between two of them no point moves further than ``step`` (m).
         """
-        return self.native.motion_looks_free(start, delta, self.world.reach.bodies, step)
+        return self.native.motion_looks_free(self.of_all, start, delta, step)
 
 
 def _add_item(native: NativeWorld, item: Body | Obstacle, motions: Mapping[str, KnownMotion]) -> None:

@@ -51,6 +51,11 @@ class CollisionChecker(Protocol):
         return Inside(self.world, self.chain)
 
     @cached_property
+    def roomier(self) -> dict[float, CollisionChecker]:
+        """What :func:`keeping` has made of it, by clearance."""
+        return {}
+
+    @cached_property
     def static_contact(self) -> Contact | None:
         """A pair that no joint can move (the base and an obstacle), if it touches or is within the margin."""
         world = self.world
@@ -104,9 +109,13 @@ class CollisionChecker(Protocol):
 def keeping(checker: CollisionChecker, clearance: float) -> CollisionChecker:
     """A checker by the same library that asks for so much ``clearance`` (m) beyond the margin; itself for none.
 
-    Pairs that no joint can move play no part in it: they are as near as they are.
+    Pairs that no joint can move play no part in it: they are as near as they are. The same one each time.
     """
-    return type(checker)(checker.world.keeping(clearance), checker) if clearance > 0 else checker
+    if clearance <= 0:
+        return checker
+    if clearance not in checker.roomier:
+        checker.roomier[clearance] = type(checker)(checker.world.keeping(clearance), checker)
+    return checker.roomier[clearance]
 
 
 def configurations(checker: CollisionChecker, what: str, values: Floats) -> Floats:

@@ -26,6 +26,7 @@ from planner.collision.world import Contact, World
 from planner.kinematics.forward import joint_placements
 
 _BATCH = 256  # pieces between two looks whether to stop
+_TOGETHER = 32  # motions that are sampled at once
 
 MotionTest = Callable[[Floats, Floats], Bools]
 """Which motions from configurations (m, dof) by joint motions (m, dof) may be taken, (m,)."""
@@ -85,21 +86,16 @@ class EdgeProver:
         self.checker, self.progress = checker, progress
         self.world: World = checker.world
         self.robot = checker.robot
-        self._reach = np.ascontiguousarray(self.world.pair_reach)
-        self._is_static: Bools = ~np.any(self.world.pair_reach, axis=1)
-        self._native = checker.bound.native
-        self._bounds = self._native.bounds(self._reach, self.world.reach.bodies, self._is_static)
+        self._native, self._bounds = checker.bound.native, checker.bound.of_all
         self.static_contact = checker.static_contact
 
     def only(self, pairs: Bools) -> EdgeProver:
         """A prover of these ``pairs`` (pairs,) alone: what it calls free may touch in others."""
-        if np.shape(pairs) != self._is_static.shape:
-            raise ArrayError(
-                f"pairs has shape {np.shape(pairs)}: give one truth value for each of {self._is_static.size}."
-            )
+        left_out = self._bounds.left_out
+        if np.shape(pairs) != left_out.shape:
+            raise ArrayError(f"pairs has shape {np.shape(pairs)}: give one truth value for each of {left_out.size}.")
         part = copy.copy(self)
-        part._is_static = self._is_static | ~pairs
-        part._bounds = self._native.bounds(self._reach, self.world.reach.bodies, part._is_static)
+        part._bounds = self._native.bounds(self.world.pair_reach, self.world.reach.bodies, left_out | ~pairs)
         return part
 
     def _touching(self, rotation: Floats, position: Floats, pairs: Ints) -> int | None:
@@ -213,6 +209,20 @@ class EdgeProver:
         self._find_inside(proofs, coefficients[free, 0], free)
         return proofs
 
+    def all_free(self, coefficients: Floats, room: float = PROOF) -> bool:
+        """Whether all polynomial pieces (m, degree + 1, dof) are proven, as :meth:`prove_curves` has it.
+
+        A proof goes no further once another piece is refused.
+        """
+        coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", self.robot.dof), most=_LARGEST)
+        if self.static_contact is not None:
+            return False
+        once = np.ones(1, dtype=np.int64)
+        found, _, _ = self._native.first_proven(
+            self._bounds, coefficients, len(coefficients) * once, once, 0 * once, room
+        )
+        return bool(found[0] >= 0) and not (self.checker.inside.pairs(coefficients[:, 0]) >= 0).any()
+
     def _prove_batch(self, coefficients: Floats, room: float) -> tuple[Proofs, Floats]:
         """The proofs, and where those stopped that are undecided."""
         verdict, pair, samples, clearance, where = self._native.prove(self._bounds, coefficients, room)
@@ -251,9 +261,27 @@ def states_along(start: Floats, delta: Floats, motion: float, step: float) -> Fl
     return start + np.linspace(0.0, 1.0, count + 1)[:, None] * delta
 
 
+def first_contact_on(
+    checker: CollisionChecker, start: Floats, delta: Floats, step: float
+) -> tuple[int, Contact] | None:
+    """The first of motions (m, dof), one after the other, on which a contact is seen every ``step`` (m), and that.
+
+    Without bounds or proofs: this is the second opinion on what is proven.
+    """
+    for first in range(0, len(start), _TOGETHER):
+        rows = range(first, min(first + _TOGETHER, len(start)))
+        parts = [dense_states(checker.world, start[row], delta[row], step) for row in rows]
+        moved = np.max([motion for _, motion in parts], axis=0)
+        found = checker.first_contact_along(np.concatenate([states for states, _ in parts]), moved)
+        if found is not None:
+            ends = np.cumsum([len(states) for states, _ in parts])
+            return first + int(np.searchsorted(ends, found[0], side="right")), found[1]
+    return None
+
+
 def recheck(checker: CollisionChecker, start: Floats, delta: Floats, step: float = 1e-3) -> Contact | None:
     """The first contact on a segment sampled every ``step`` metres of motion, without bounds or proofs; else None."""
-    found = checker.first_contact_along(*dense_states(checker.world, start, delta, step))
+    found = first_contact_on(checker, start[None], delta[None], step)
     return found[1] if found else None
 
 

@@ -145,6 +145,11 @@ class NativeBounds:
         self._arrays = arrays  # which have to stay where they are
         self.addresses = tuple(map(_at, arrays))
 
+    @property
+    def left_out(self) -> Bools:
+        """(pairs,) which pairs proofs leave out."""
+        return self._arrays[2].astype(bool)
+
 
 class NativeWorld:
     """Bodies of a robot and obstacles, added one after the other, bodies first; then the pairs that are checked.
@@ -285,15 +290,15 @@ class NativeWorld:
         q = _floats(q, len(q), self.dof)
         return _library.world_first_near(self.handle, len(q), _at(q))
 
-    def motion_looks_free(self, start: Floats, delta: Floats, body_reach: Floats, step: float) -> bool:
+    def motion_looks_free(self, bounds: NativeBounds, start: Floats, delta: Floats, step: float) -> bool:
         """Whether :meth:`first_near` finds nothing along a motion from ``start`` by ``delta`` (dof,) but at ``start``.
 
-        In its end, its middle, and states between which no point moves further than ``step`` (m): ``body_reach``
-        (bodies, dof) bounds how far a joint's motion moves a body's points.
+        In its end, its middle, and states between which no point moves further than ``step`` (m), but for those that
+        lie as near to one that was looked at as it is clear. ``bounds`` are what :meth:`bounds` of this world makes.
         """
         start, delta = _floats(start, self.dof), _floats(delta, self.dof)
-        body_reach = _floats(body_reach, self.bodies, self.dof)
-        return bool(_library.world_motion_looks_free(self.handle, _at(start), _at(delta), _at(body_reach), step))
+        reach, body_reach, _ = bounds.addresses
+        return bool(_library.world_motion_looks_free(self.handle, reach, body_reach, _at(start), _at(delta), step))
 
     def prove(
         self, bounds: NativeBounds, coefficients: Floats, room: float, spans: Floats | None = None
@@ -329,16 +334,17 @@ class NativeWorld:
         """For each of n items the number of the first of its alternatives whose motions are all proven, or -1.
 
         Item k has ``alternatives[k]`` (n,) of them, of which those before ``begin[k]`` are left out; alternative j
-        consists of ``motions[j]`` of the straight motions ``coefficients`` (m, 2, dof), one after the other. With the
+        consists of ``motions[j]`` of the pieces ``coefficients`` (m, degree + 1, dof), one after the other. With the
         numbers (n,) clearances and samples (m,) of the motions that were chosen, -1 samples for the others. Otherwise
         as :meth:`prove`.
         """
         n, m, count = len(alternatives), len(coefficients), len(motions)
-        coefficients, chosen = _floats(coefficients, m, 2, self.dof), _ints(begin, n).copy()
+        degree = coefficients.shape[1] - 1
+        coefficients, chosen = _floats(coefficients, m, degree + 1, self.dof), _ints(begin, n).copy()
         items, ends = (_ints(np.concatenate([[0], np.cumsum(counts)])) for counts in (alternatives, motions))
         clearance, samples = np.empty(m), np.empty(m, dtype=np.int64)
         _library.world_first_proven(
-            self.handle, *bounds.addresses, _at(coefficients), m, n, _at(items), count, _at(ends), room,
+            self.handle, *bounds.addresses, _at(coefficients), m, degree, n, _at(items), count, _at(ends), room,
             threads(), _at(chosen), _at(clearance), _at(samples),
         )  # fmt: skip
         return chosen, clearance, samples
@@ -376,19 +382,3 @@ def manipulability_cost_sums(w: Floats, weights: Floats, low: float, high: float
     w, weights, sums = _floats(w, n, k), _floats(weights, k), np.empty(n)
     _library.manipulability_cost_sums(n, k, _at(w), _at(weights), low, high, zeta, kind, _at(sums))
     return sums
-
-
-def quickest_motion(
-    pieces: Floats, piece: Ints, parts: Floats, joint: Floats, velocity: Floats, acceleration: Floats
-) -> Floats:
-    """The quickest motion from rest along stretches of a curve of ``pieces`` c0 + c1 s + c2 s² (m, 3, dof).
-
-    Stretch k is the part from ``parts[k]`` (n, 2) of ``piece[k]`` (n,): a whole line, or a part of a parabola on which
-    u = d²s/dt² is constant. Behind it x = (ds/dt)² is multiplied by ``joint[k]`` (n,), and 0 is a stop. Rows (n, 3): x
-    at the beginning and at the end of each stretch, and u, on a line the largest u. Limits are (dof,).
-    """
-    n, m, dof = len(piece), len(pieces), len(velocity)
-    stretches = _floats(pieces, m, 3, dof), _ints(piece, n), _floats(parts, n, 2), _floats(joint, n)
-    limits, found = (_floats(velocity, dof), _floats(acceleration, dof)), np.empty((n, 3))
-    _library.curve_quickest(n, dof, m, *map(_at, stretches), *map(_at, limits), _at(found))
-    return found

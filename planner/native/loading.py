@@ -21,7 +21,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 17  # of the functions' arguments: what planner_version() says
+_VERSION = 18  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -56,12 +56,13 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
         _Pointer,
         *4 * [_Pointer],
         _int,
+        _int,
         *2 * [_int, _Pointer],
         _double,
         _int,
         *3 * [_Pointer],
     ),
-    "curve_quickest": (_int, _int, _int, *7 * [_Pointer]),
+    "polynomials_extrema": (_long, _int, _int, *3 * [_Pointer]),
     "manipulability_costs": (_long, _Pointer, *3 * [_double], _int, _Pointer),
     "manipulability_cost_sums": (_long, _int, *2 * [_Pointer], *3 * [_double], _int, _Pointer),
     "arcs_step": (*2 * [_Pointer], _long, _Pointer, _long, *2 * [_Pointer], *3 * [_double], _int, _Pointer),
@@ -85,8 +86,17 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], _Pointer)),
     "arcs_new": (_Pointer, (_long, _long, *4 * [_Pointer])),
     "flow_advance": (_double, (_Pointer, _long, _Pointer, _long, *3 * [_Pointer], _double, _double, _int, _Pointer)),
+    "polynomials_worst": (_double, (_long, *3 * [_int], *3 * [_Pointer], _double, _Pointer)),
+    "curve_phases": (_int, (_int, _int, *6 * [_Pointer])),
+    "curve_knots": (_int, (_int, _int, *2 * [_Pointer], _int, _Pointer, _double, _long, _long, *4 * [_Pointer])),
+    "motion_mean": (_int, (_int, _int, *3 * [_Pointer], _long, _long, *4 * [_Pointer])),
+    "ramp_quickest": (_int, (_int, *4 * [_Pointer], _int, *4 * [_Pointer])),
+    "curve_next_ramp": (
+        _int,
+        (_int, _int, _Pointer, _int, _Pointer, _int, _Pointer, _int, *8 * [_Pointer]),
+    ),
     "world_first_near": (_int, (_Pointer, _int, _Pointer)),
-    "world_motion_looks_free": (_int, (_Pointer, *3 * [_Pointer], _double)),
+    "world_motion_looks_free": (_int, (_Pointer, *4 * [_Pointer], _double)),
     "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, *3 * [_Pointer])),
 }
 

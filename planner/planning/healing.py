@@ -9,7 +9,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import recheck
+from planner.collision.edge_prover import first_contact_on
 from planner.planning.manipulability_floor import first_violation, layered_network
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 
@@ -45,14 +45,16 @@ class HealingNetwork:
 
     def accepts(self, steps: Ints) -> bool:
         """Whether the path over nodes ``steps`` (k,) of the layered network holds; if not, what failed is removed."""
-        nodes = self.layered.roadmap_node[steps]
-        for i, j in itertools.pairwise(nodes.tolist()):
-            if (min(i, j), max(i, j)) not in self._seen and not self._is_free(i, j):
-                self.roadmap = self.roadmap.without_edge(self.roadmap.edge_index(i, j))
-                self.layered = self.layered.without_edge(i, j)
-                self.edges_removed += 1
-                return False
-            self._seen.add((min(i, j), max(i, j)))
+        nodes = self.layered.roadmap_node[steps].tolist()
+        new = [(i, j) for i, j in itertools.pairwise(nodes) if (min(i, j), max(i, j)) not in self._seen]
+        failed = self._first_contact(new)
+        self._seen |= {(min(i, j), max(i, j)) for i, j in new[:failed]}
+        if failed < len(new):
+            i, j = new[failed]
+            self.roadmap = self.roadmap.without_edge(self.roadmap.edge_index(i, j))
+            self.layered = self.layered.without_edge(i, j)
+            self.edges_removed += 1
+            return False
         low = first_violation(self.robot, self.waypoints(steps), self.floor)
         if low is None:
             return True
@@ -64,10 +66,16 @@ class HealingNetwork:
         """The configurations (k, dof) of a path over nodes of the layered network."""
         return path_waypoints(self.roadmap, self.robot, self.layered.roadmap_node[steps])
 
-    def _is_free(self, i: int, j: int) -> bool:
-        delta = self.robot.difference(self.roadmap.nodes[i], self.roadmap.nodes[j])
-        start = self.roadmap.nodes[i]
-        return all(recheck(judge, start, delta, step) is None for judge, step in self._judges.items())
+    def _first_contact(self, edges: list[tuple[int, int]]) -> int:
+        """The number of the first of ``edges`` on which a second look sees a contact; how many there are for none."""
+        if not edges:
+            return 0
+        start, end = (self.roadmap.nodes[list(nodes)] for nodes in zip(*edges, strict=True))
+        delta, first = self.robot.difference(start, end), len(edges)
+        for judge, step in self._judges.items():
+            found = first_contact_on(judge, start[:first], delta[:first], step)
+            first = first if found is None else found[0]
+        return first
 
 
 def warm_start(network: gabf.Network, cost_to_go: gabf.CostToGo | None, law: gabf.Law) -> Floats | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from struct import Struct
 from typing import Any, Self
 
 import numpy as np
@@ -69,6 +70,7 @@ class TreePlanners:
         self._grown: Forest | None = None
         self._space, self._check, self._rng, self._progress = space, check, rng, progress
         self._joints, self._wraps = range(len(space.lower)), space.wrap.tolist() if space.wrap.any() else None
+        self._ends, self._both = Struct(f"{2 * len(space.lower)}d"), np.empty((2, len(space.lower)))
         with self._seeded():  # setting a space up draws seeds for its projections
             self._ompl_space = _ompl_space(space)
             self._info = ob.SpaceInformation(self._ompl_space)
@@ -153,8 +155,13 @@ class TreePlanners:
         if self._progress.stopped:
             return False
         self.checked += 1
-        first, second = self._read(a), self._read(b)
-        delta = second - first if self._wraps is None else self._space.difference(first, second)
+        if self._wraps is None:  # the quickest way into an array
+            self._ends.pack_into(self._both, 0, *[a[k] for k in self._joints], *[b[k] for k in self._joints])
+            first, second = self._both
+            delta = second - first
+        else:
+            first, second = self._read(a), self._read(b)
+            delta = self._space.difference(first, second)
         free = bool(self._check(first, delta))  # a numpy.bool_ ends in bad_cast
         if free:
             self.accepted += 1

@@ -72,17 +72,8 @@ def _noting(scene: Scene, *notes: Note) -> Scene:
     return replace(scene, notes=tuple(dict.fromkeys((*scene.notes, *notes))))
 
 
-def asked_of(robot: Robot, message: MotionPlanRequest | None, choice: JointChoice = ALL_JOINTS) -> Robot:
-    """The robot with the shares of its limits that a request asks for, and notes of what it cannot make use of in it.
-
-    ``choice`` says who chose the joints that are planned.
-    """
-    if message is None:
-        return robot
-    return replace(robot, shares=message.shares, notes=(*robot.notes, *_notes_on(message, robot, choice)))
-
-
-def _notes_on(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> tuple[Note, ...]:
+def notes_on(message: MotionPlanRequest, robot: Robot, choice: JointChoice) -> tuple[Note, ...]:
+    """Notes of what a robot cannot make use of in a request; ``choice`` says who chose the planned joints."""
     lacking = [name for name in message.start if name not in robot.source.joints]
     held = {name: value for name, value in message.start.items() if name not in (*robot.joints, *lacking)}
     other = [name for name, value in held.items() if abs(robot.fixed_joints.get(name, 0.0) - value) > _SAME]

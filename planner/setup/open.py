@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import OptionError, SceneError, choices
+from planner.base.errors import SceneError, choices
 from planner.base.places import Place
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
-from planner.models.files.robot_files import JointChoice, read_robot
 from planner.models.model_checks import require_bodies, tell
-from planner.models.poses import pose
-from planner.models.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
+from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.request import RoadmapRequest, WorldRequest
-from planner.problem.targets import HOME, Joints, Target, joints_text, parse_base, parse_target, parse_targets
-from planner.setup.message import asked_of, choice_of, goals_of, in_request, joints_of, start_of, unasked
-from planner.setup.resolve import looks_like_degrees, resolve
+from planner.problem.targets import HOME, Target, joints_text, parse_target, parse_targets
+from planner.setup.message import goals_of, in_request, joints_of, unasked
+from planner.setup.resolve import resolve
+from planner.setup.robots import robot_of, widened_for
 
 if TYPE_CHECKING:
     from planner.models.files.moveit.requests import MotionPlanRequest
-
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +72,7 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
         )
     start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
-        robot = _widened(robot, [start, *(goal for _, goal in goals)])
+        robot = widened_for(robot, [start, *(goal for _, goal in goals)])
     _judge(robot, scene)
     checker = make_checker(robot, scene, request.collision, request.margin)
     return resolve_query(checker, start, goals, request.ik_solutions, near_start)
@@ -118,34 +114,7 @@ def _set_up(request: WorldRequest, message: MotionPlanRequest | None) -> tuple[S
     """The scene, and the robot in it, as a MoveIt request changes them: every command loads its robot here."""
     scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
     scene = unasked(scene) if message is None else in_request(scene, message)
-    return scene, _robot(request, scene, message)
-
-
-def _robot(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
-    """The robot as the scene and the request set it up; one that is given as such stands as it is."""
-    if isinstance(request.robot, Robot):
-        _require_as_it_is(request)
-        return asked_of(with_carried(with_tool(request.robot, request.tool), scene.carried), message)
-    files = read_robot(str(request.robot), request.srdf)
-    placement = scene.placement(files.name)
-    tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
-    choice = JointChoice(request.group, request.joint_names)
-    if message is not None:
-        choice, start = choice_of(message, choice, files), start_of(message, scene)
-        planned = files.planned_joints(tool, choice, fixed)
-        held = {name: start[name] for name in files.model.names[1:] if name in start and name not in planned}
-        _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
-        fixed |= held
-    base = placement.base.matrix() if request.base is None else pose(*parse_base(request.base))
-    return asked_of(with_carried(assemble(files, tool, choice, fixed, base), scene.carried), message, choice)
-
-
-def _require_as_it_is(request: WorldRequest) -> None:
-    for option in ("srdf", "group", "joints", "base"):
-        if getattr(request, option) is not None:
-            raise OptionError(
-                f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
-            )
+    return scene, robot_of(request, scene, message)
 
 
 def states_of(robot: Robot, scene: Scene) -> dict[str, str]:
@@ -165,18 +134,6 @@ def _targets(
     if message is not None and request.goal == plain.goal:
         goals = goals_of(message, robot, scene)
     return start, goals
-
-
-def _widened(robot: Robot, targets: list[Target]) -> Robot:
-    """Limits widened to what is asked for in joints, unless that looks like degrees; the log says which."""
-    wanted = [np.array(t.values) for t in targets if isinstance(t, Joints) and len(t.values) == robot.dof]
-    wanted = [q for q in wanted if np.isfinite(q).all() and not looks_like_degrees(robot, q)]
-    if not wanted:
-        return robot
-    wide = with_widened_limits(robot, np.array(wanted))
-    for k in np.nonzero((wide.lower < robot.lower) | (wide.upper > robot.upper))[0]:
-        _log.warning("limits of %s widened to [%.4f, %.4f]", robot.joints[k], wide.lower[k], wide.upper[k])
-    return wide
 
 
 def _judge(robot: Robot, scene: Scene) -> None:

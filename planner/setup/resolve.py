@@ -26,6 +26,7 @@ DEGREES = "degrees? As degrees they would lie within limits; give them in rad." 
 IK_SEED = 0  # its own, so that the same target gives the same configuration whatever --seed says
 _AROUND = 15  # seeds around every configuration to come from: other solutions near it, where the nearest is blocked
 _SPREAD = 0.4  # rad (m), of these seeds
+_FORGIVEN = 1e-9  # rad (m): beyond a limit that was printed and read back
 _GLANCE = 0.1  # rad (m) of the largest joint motion between the states in which a straight motion is looked at
 
 
@@ -187,8 +188,13 @@ def check_limits(robot: Robot, values: Floats, role: str) -> None:
 def beyond_limits(robot: Robot, values: Floats) -> Floats:
     """How far (..., dof) joint values lie outside their limits (rad, m), 0 within; continuous joints have none."""
     beyond = np.maximum(robot.lower - values, values - robot.upper)
-    # 1e-9 forgives a limit that was printed and read back
-    return np.where(robot.continuous | (beyond <= 1e-9), 0.0, beyond)
+    return np.where(robot.continuous | (beyond <= _FORGIVEN), 0.0, beyond)
+
+
+def position_bounds(robot: Robot) -> tuple[Floats, Floats]:
+    """The lowest and the highest values (dof,) that are not beyond limits."""
+    lower, upper = robot.lower - _FORGIVEN, robot.upper + _FORGIVEN
+    return np.where(robot.continuous, -np.inf, lower), np.where(robot.continuous, np.inf, upper)
 
 
 def looks_like_degrees(robot: Robot, values: Floats) -> bool:

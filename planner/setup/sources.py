@@ -7,10 +7,8 @@ import hashlib
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import TypeAlias
 
 from planner.base.errors import PlannerError
-from planner.base.files import is_file
 from planner.base.places import Place
 from planner.base.resources import scene_file
 from planner.base.yamlfile import parse_yaml, read_text
@@ -18,8 +16,8 @@ from planner.models.files.robot_files import find_robot, robot_file
 from planner.models.files.urdf import Description, read_description
 from planner.models.files.urdf_geometry import mesh_files
 from planner.problem.request import SweepRequest
-
-_Stamp: TypeAlias = tuple[str, int, int, int]  # path, modified at (ns), size (bytes), inode
+from planner.setup.robots import paths_beside
+from planner.setup.stamps import Stamp, stamp_of
 
 
 def sources_hash(request: SweepRequest) -> str:
@@ -30,7 +28,7 @@ def sources_hash(request: SweepRequest) -> str:
     """
     digest = hashlib.sha256()
     for path in _sources(request):
-        stamp = _stamp(path)
+        stamp = stamp_of(path)
         digest.update(b"missing" if stamp is None else _content(stamp))
     return digest.hexdigest()
 
@@ -49,9 +47,8 @@ def _of_robot(name: str, srdf: Place | None) -> Iterator[Path]:
         found = file.urdf.path(folder) if file else robot_file(name)
         own = file.srdf.path(folder) if file and file.srdf else None
         yield from (Path(path) for path in (found, srdf or own) if path is not None)
-        if found.suffix.lower() == ".xacro":  # it may name any of these
-            yield from (path for kind in ("*.xacro", "*.yaml") for path in sorted(found.parent.parent.rglob(kind)))
-        stamp = _stamp(found)
+        yield from paths_beside(found)
+        stamp = stamp_of(found)
         if stamp is not None:
             yield from mesh_files(_description(stamp, tuple(sorted(file.urdf.args.items())) if file else ()))
 
@@ -59,40 +56,31 @@ def _of_robot(name: str, srdf: Place | None) -> Iterator[Path]:
 def _of_scene(name: str) -> Iterator[Path]:
     """The scene's file, and its meshes."""
     path = scene_file(name) or Path(name)
-    stamp = _stamp(path)
+    stamp = stamp_of(path)
     yield path
     if stamp is not None and path.suffix.lower() in (".yaml", ".yml"):
         with contextlib.suppress(PlannerError):
             yield from (path.parent / name for name in _scene_meshes(stamp))
 
 
-def _stamp(path: Path) -> _Stamp | None:
-    """What tells whether a file has been touched; None where there is none."""
-    with contextlib.suppress(PlannerError, OSError):
-        if is_file(path):
-            found = path.stat()
-            return str(path), found.st_mtime_ns, found.st_size, found.st_ino
-    return None
-
-
 @lru_cache(maxsize=4096)
-def _content(stamp: _Stamp) -> bytes:
+def _content(stamp: Stamp) -> bytes:
     try:
-        with open(stamp[0], "rb") as file:
+        with open(stamp.path, "rb") as file:
             return hashlib.file_digest(file, "sha256").digest()
     except OSError:  # the plan will say so
         return b"unreadable"
 
 
 @lru_cache(maxsize=64)
-def _description(stamp: _Stamp, arguments: tuple[tuple[str, str], ...]) -> Description:
-    return read_description(Path(stamp[0]), dict(arguments))
+def _description(stamp: Stamp, arguments: tuple[tuple[str, str], ...]) -> Description:
+    return read_description(Path(stamp.path), dict(arguments))
 
 
 @lru_cache(maxsize=4096)
-def _scene_meshes(stamp: _Stamp) -> tuple[str, ...]:
+def _scene_meshes(stamp: Stamp) -> tuple[str, ...]:
     """The mesh files that a scene of our own names."""
-    data = parse_yaml(read_text(Path(stamp[0]), "scene file"), "scene file")
+    data = parse_yaml(read_text(Path(stamp.path), "scene file"), "scene file")
     things = [data.get(key) for key in ("obstacles", "carried")] if isinstance(data, dict) else []
     items = [item for each in things if isinstance(each, list) for item in each if isinstance(item, dict)]
     return tuple(item["file"] for item in items if isinstance(item.get("file"), str))

@@ -23,9 +23,10 @@ from math import ceil
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.native.motions import curve_knots, motion_mean
 from planner.trajectory.curve import Curve
 from planner.trajectory.limits import KINDS, LEAST_JERK, MotionLimits
-from planner.trajectory.time_optimal import Phase
+from planner.trajectory.time_optimal import Phases
 from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 _ROUNDED = 4  # last bits of a position: the difference of two knots is known no better
@@ -63,9 +64,6 @@ def apart_for(
     return max(nearest, ceil(max(shares) / NANOSECOND))
 
 
-_Row = tuple[int, Floats, Floats, int]  # nanoseconds, position, velocity, piece
-
-
 @dataclass(frozen=True, eq=False)
 class Timed:
     """The knots of a motion along a curve: ``nanoseconds`` (k,), positions and velocities (k, dof) there.
@@ -100,107 +98,18 @@ def window_for(acceleration: Floats, jerk: Floats) -> int:
     return int(np.ceil(max(float((2.0 * acceleration / jerk).max()), _SHORTEST_WINDOW) / NANOSECOND))
 
 
-def knots_of(curve: Curve, phases: list[Phase], stretch: float, spacing: Spacing) -> Timed:
+def knots_of(curve: Curve, phases: Phases, stretch: float, spacing: Spacing) -> Timed:
     """The knots of ``phases``, ``stretch`` times as slow, with a wait of a window at every stop on the way.
 
     Between two stops a motion takes four times as long as knots are apart, or longer.
     """
-    rows: list[_Row] = []
-    begin = 0
-    for section in _sections(curve, phases):
-        found, end = _knots_between_stops(curve, section, stretch, begin, spacing.apart)
-        rows += found
-        begin = end + spacing.window
-    times, q, qd, piece = zip(*rows, strict=True)
-    return Timed(np.array(times), np.array(q), np.array(qd), np.array(piece[:-1]))
-
-
-def _sections(curve: Curve, phases: list[Phase]) -> list[list[Phase]]:
-    """The phases from stop to stop."""
-    sections: list[list[Phase]] = [[]]
-    for phase in phases:
-        last = sections[-1][-1:]
-        if last and last[0].piece != phase.piece and curve.stop[last[0].piece]:
-            sections.append([])
-        sections[-1].append(phase)
-    return sections
-
-
-def _knots_between_stops(
-    curve: Curve, phases: list[Phase], stretch: float, begin: int, apart: int
-) -> tuple[list[_Row], int]:
-    """The knots from rest at ``begin`` ns to rest, and when that is: those that are ``apart`` from one another."""
-    rows: list[_Row] = []
-    end, late = begin, 0.0  # a phase begins ``late`` s before the whole nanosecond ``end``, at which its knot is
-    for phase in phases:
-        takes = stretch * phase.duration
-        if not rows or end - rows[-1][0] >= apart:
-            rows.append((end, *_state(curve, phase, min(late, takes), stretch)))
-        more = ceil((takes - late) / NANOSECOND)
-        end, late = end + more, more * NANOSECOND - (takes - late)
-    rows = rows[:1] if end - begin < 4 * apart else [row for row in rows if row is rows[0] or end - row[0] >= apart]
-    end = max(end, begin + 4 * apart)
-    corner = curve.coefficients[phases[-1].piece].sum(axis=0)
-    return [*rows, (end, corner, np.zeros_like(corner), phases[-1].piece)], end
-
-
-def _state(curve: Curve, phase: Phase, t: float, stretch: float) -> tuple[Floats, Floats, int]:
-    """Position, velocity and piece ``t`` s into a phase that is ``stretch`` times as slow."""
-    t /= stretch
-    s = phase.s + (phase.speed + 0.5 * phase.acceleration * t) * t
-    speed = (phase.speed + phase.acceleration * t) / stretch
-    c0, c1, c2 = curve.coefficients[phase.piece]
-    return c0 + (c1 + c2 * s) * s, (c1 + 2.0 * s * c2) * speed, phase.piece
+    window, apart = spacing.window, spacing.apart
+    clock, q, qd, piece = curve_knots(curve.coefficients, curve.stop, phases.rows, stretch, window, apart)
+    return Timed(clock, q, qd, piece[:-1])
 
 
 def smoothed(timed: Timed, spacing: Spacing) -> Timed:
     """The mean of the motion over the last window, from its beginning to a window after its end."""
-    window = spacing.window
-    times = _thinned(np.unique(np.concatenate([timed.nanoseconds, timed.nanoseconds + window])), spacing.apart)
-    base = _with_rest(timed, window).trajectory((), "")
-    before, seconds = times - window, window * NANOSECOND
-    change = [base.at_nanoseconds(times, k) - base.at_nanoseconds(before, k) for k in (0, 1)]
-    q, qd, qdd = _means(base, before, times), *(values / seconds for values in change)
-    q[0], q[-1] = timed.q[0], timed.q[-1]
-    qd[[0, -1]] = qdd[[0, -1]] = 0.0
-    piece = np.clip(np.searchsorted(timed.nanoseconds, times[:-1], side="right") - 1, 0, len(timed.piece) - 1)
-    return Timed(times, q, qd, timed.piece[piece], qdd)
-
-
-def _thinned(times: Ints, apart: int) -> Ints:
-    """The times (k,) without those nearer than ``apart`` to the one before that is left, or to the last, which is."""
-    kept = times[:1].tolist()
-    for time in times[1:-1].tolist():
-        if time - kept[-1] >= apart and times[-1] - time >= apart:
-            kept.append(time)
-    return np.array([*kept, times[-1]], dtype=np.int64)
-
-
-def _with_rest(timed: Timed, window: int) -> Timed:
-    """The motion with a ``window`` of rest before it and after it."""
-    times = timed.nanoseconds
-    return Timed(
-        np.concatenate([[times[0] - window], times, [times[-1] + window]]),
-        np.concatenate([timed.q[:1], timed.q, timed.q[-1:]]),
-        np.concatenate([0.0 * timed.qd[:1], timed.qd, 0.0 * timed.qd[-1:]]),
-        np.concatenate([timed.piece[:1], timed.piece, timed.piece[-1:]]),
-    )
-
-
-def _means(base: Trajectory, low: Ints, high: Ints) -> Floats:
-    """Means (n, dof) of the positions from ``low`` to ``high`` (n,) ns: Simpson's rule, exact for cubics, by pieces.
-
-    Summed up is the difference to the position at ``high``, which is small, so that nothing is lost to rounding.
-    """
-    at_high = base.at_nanoseconds(high)
-    total = np.zeros_like(at_high)
-    first, last = base.piece_at(low), base.piece_at(high)
-    for offset in range(int((last - first).max()) + 1):
-        piece = np.minimum(first + offset, last)
-        begin = base.nanoseconds[piece]
-        a, b = np.maximum(low, begin), np.minimum(high, base.nanoseconds[piece + 1])
-        width = np.where(first + offset <= last, np.maximum(b - a, 0), 0) / 1e9
-        since = (a - begin) / 1e9
-        values = base.on(piece, since) + 4.0 * base.on(piece, since + 0.5 * width) + base.on(piece, since + width)
-        total += width[:, None] / 6.0 * (values - 6.0 * at_high)
-    return at_high + total / ((high - low) / 1e9)[:, None]
+    clock, q, qd, qdd = motion_mean(timed.nanoseconds, timed.q, timed.qd, spacing.window, spacing.apart)
+    piece = np.clip(np.searchsorted(timed.nanoseconds, clock[:-1], side="right") - 1, 0, len(timed.piece) - 1)
+    return Timed(clock, q, qd, timed.piece[piece], qdd)

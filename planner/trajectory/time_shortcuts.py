@@ -9,19 +9,18 @@ corners are: the path stays a curve of lines and parabolas, along which the quic
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.polynomials import bernstein
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.setup.resolve import beyond_limits
+from planner.native.motions import curve_next_ramp
+from planner.setup.resolve import position_bounds
 from planner.trajectory.curve import Curve, Place, between, spliced
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.ramps import State, quickest_ramp
-from planner.trajectory.time_optimal import Phase, quickest
+from planner.trajectory.time_optimal import Phases, quickest
 
 TRIES = 60  # with twice as many motions take 2 % less, and timing them 1.6 times as long
 _SHARES = np.linspace(0.3, 0.98, 35)  # of the time between two moments: how long a ramp may take
@@ -32,6 +31,7 @@ _LEAST = 1e-12  # rad (m)
 _STILL = 1e-9  # of the velocity at a ramp's other end: rest
 
 Cost = Callable[[Floats, Floats], Floats]
+Ramp = tuple[int, Place, Place, Floats]  # its number among those tried, both ends on the curve, pieces (m, 3, dof)
 
 
 def joint_motion(a: Floats, b: Floats) -> Floats:
@@ -69,60 +69,39 @@ class Shortcuts:
 
     def shorten(self, curve: Curve) -> tuple[Curve, int]:
         """The curve with shortcuts in place of what takes longer, and how many there are."""
-        rng, found = np.random.default_rng(0), 0
-        motion, spent = self._motion(curve), curve_cost(curve.coefficients, self.cost)
-        for _ in range(TRIES):
-            span = motion.duration * _SHORTEST ** rng.random()
-            early = rng.random() * (motion.duration - span)
-            shorter = self._shortcut(motion, early, early + span, max(self.most - spent, 0.0))
+        draws = np.random.default_rng(0).random((TRIES, 2))
+        spans = np.array([_SHORTEST**draw for draw in draws[:, 0].tolist()])
+        spent, tried, found = curve_cost(curve.coefficients, self.cost), 0, 0
+        phases = self._quickest(curve)
+        while (next_ := self._next_ramp(curve, phases, spans[tried:], draws[tried:, 1])) is not None:
+            number, start, end, ramp = next_
+            tried += number + 1
+            shorter = self._with_ramp(curve, start, ramp, end, max(self.most - spent, 0.0))
             if shorter is not None and (costs := curve_cost(shorter.coefficients, self.cost)) <= max(self.most, spent):
-                motion, spent, found = self._motion(shorter), costs, found + 1
-        return motion.curve, found
+                curve, spent, found = shorter, costs, found + 1
+                phases = self._quickest(curve)
+        return curve, found
 
-    def _motion(self, curve: Curve) -> _Motion:
-        return _Motion(curve, quickest(curve, self.limits.velocity, self.limits.acceleration))
+    def _quickest(self, curve: Curve) -> Phases:
+        return quickest(curve, self.limits.velocity, self.limits.acceleration)
 
-    def _shortcut(self, motion: _Motion, early: float, late: float, spare: float) -> Curve | None:
-        """The curve with a ramp between two moments, which costs no more than what was there and ``spare``."""
-        (start, state), (end, goal) = motion.at(early), motion.at(late)
-        ramp = quickest_ramp(state, goal, _SHARES * (late - early), self.limits.velocity, self.limits.acceleration)
-        if ramp is None or any(beyond_limits(self.prover.robot, points).any() for points in bernstein(ramp)):
+    def _next_ramp(self, curve: Curve, phases: Phases, spans: Floats, draws: Floats) -> Ramp | None:
+        """The next ramp between two moments of the motion, ``spans`` (k,) of it apart, that takes less time."""
+        spans = phases.duration * spans
+        early = draws * (phases.duration - spans)
+        moments, robot = np.stack([early, early + spans], axis=1), self.prover.robot
+        limits, positions = (self.limits.velocity, self.limits.acceleration), position_bounds(robot)
+        return curve_next_ramp(curve.coefficients, phases.rows, moments, _SHARES, limits, positions)
+
+    def _with_ramp(self, curve: Curve, start: Place, ramp: Floats, end: Place, spare: float) -> Curve | None:
+        """The curve with a ramp between two places, where that is proven and costs no more than ``spare``."""
+        if not self.prover.all_free(ramp):
             return None
-        more = curve_cost(ramp, self.cost) - curve_cost(between(motion.curve, start, end), self.cost)
-        if more > spare or not self._proven(ramp):
+        if curve_cost(ramp, self.cost) - curve_cost(between(curve, start, end), self.cost) > spare:
             return None
-        return spliced(motion.curve, start, _without_rest(ramp), end)
-
-    def _proven(self, ramp: Floats) -> bool:
-        if not self.prover.prove_curves(ramp).free.all():
-            return False
-        return self.floor <= 0 or bool(prove_floor(self.prover.robot, ramp, self.floor).holds.all())
-
-
-@dataclass(frozen=True, eq=False)
-class _Motion:
-    """The quickest motion along a curve."""
-
-    curve: Curve
-    phases: list[Phase]
-    ends: Floats = field(init=False)  # s, of the phases
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "ends", np.cumsum([phase.duration for phase in self.phases]))
-
-    @property
-    def duration(self) -> float:
-        return float(self.ends[-1])
-
-    def at(self, t: float) -> tuple[Place, State]:
-        """The place on the curve at ``t`` s, position and velocity (dof,)."""
-        k = min(int(np.searchsorted(self.ends, t)), len(self.phases) - 1)
-        phase = self.phases[k]
-        into = min(max(t - (float(self.ends[k]) - phase.duration), 0.0), phase.duration)
-        s = min(max(phase.s + (phase.speed + 0.5 * phase.acceleration * into) * into, 0.0), 1.0)
-        c0, c1, c2 = self.curve.coefficients[phase.piece]
-        speed = max(phase.speed + phase.acceleration * into, 0.0)
-        return (phase.piece, s), (c0 + (c1 + c2 * s) * s, (c1 + 2.0 * c2 * s) * speed)
+        if self.floor > 0 and not prove_floor(self.prover.robot, ramp, self.floor).holds.all():
+            return None
+        return spliced(curve, start, _without_rest(ramp), end)
 
 
 def _without_rest(ramp: Floats) -> Floats:

@@ -10,7 +10,8 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, frozen, numbers
 from planner.base.errors import ArrayError
 from planner.base.kinds import checks_kinds
-from planner.base.polynomials import bernstein, derivative, evaluate, extrema
+from planner.base.polynomials import derivative, evaluate
+from planner.native.motions import polynomial_extrema, polynomial_worst
 from planner.trajectory.limits import LimitError, MotionLimits
 
 if TYPE_CHECKING:
@@ -154,7 +155,7 @@ class Trajectory:
     def extrema(self, order: int = 0) -> tuple[Floats, Floats]:
         """The least and largest value (k, dof) of a derivative on every piece, exact but for rounding."""
         h = self.seconds[:, None] ** order
-        low, high = extrema(derivative(self.coefficients, order))
+        low, high = polynomial_extrema(derivative(self.coefficients, order))
         return low / h, high / h
 
     def largest(self, order: int) -> Floats:
@@ -165,16 +166,9 @@ class Trajectory:
         """The largest share of a limit ``most`` (dof,) on a derivative, and the piece and joint that has it.
 
         Exact as :meth:`largest`, in a fraction of the time: only pieces are solved whose Bernstein coefficients are
-        beyond the largest value at a knot. Shares up to ``beyond`` may come out smaller than they are.
+        beyond the largest value there is so far. Shares up to ``beyond`` may come out smaller than they are.
         """
-        h = self.seconds[:, None] ** order
-        slope = derivative(self.coefficients, order)
-        hull = np.abs(bernstein(slope))
-        reached = np.maximum(hull[:, 0], hull[:, -1]) / h / most
-        open_ = np.flatnonzero((hull.max(axis=1) / h / most).max(axis=1) > max(reached.max(), beyond))
-        reached[open_] = np.max(np.abs(extrema(slope[open_])), axis=0) / h[open_] / most
-        piece, joint = np.unravel_index(int(reached.argmax()), reached.shape)
-        return float(reached[piece, joint]), int(piece), int(joint)
+        return polynomial_worst(self.coefficients, self.seconds, order, most, beyond)
 
 
 def _points(joints: tuple[str, ...], times: Floats, *columns: Floats | None) -> tuple[Any, ...]:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 
-from planner.base.polynomials import bernstein, derivative, evaluate, extrema, part
+from planner.base.polynomials import bernstein, derivative, evaluate, part
+from planner.native.motions import polynomial_extrema as extrema
 
 DEGREES = range(6)
 

@@ -22,7 +22,15 @@ from planner.native.library import (
     NativeWorld,
     manipulability_cost_sums,
     manipulability_costs,
-    quickest_motion,
+)
+from planner.native.motions import (
+    curve_knots,
+    curve_next_ramp,
+    curve_phases,
+    motion_mean,
+    polynomial_extrema,
+    polynomial_worst,
+    ramp_quickest,
 )
 from tests.random_shapes import random_pose
 
@@ -207,7 +215,7 @@ def of_glances(rng: Rng, size: Size) -> list[Any]:
     assert first == (near.index(True) if True in near else len(q))
     looks = []
     for a, by in zip(q[:20], delta[:20], strict=True):
-        looks.append(world.motion_looks_free(a, by, body_reach_of(world), 2.0))
+        looks.append(world.motion_looks_free(bounds_of(world), a, by, 2.0))
         assert not looks[-1] or world.first_near(a + np.array([[0.5], [1.0]]) * by) == 2
     return [first, looks]
 
@@ -290,19 +298,39 @@ def of_costs(rng: Rng, size: Size) -> list[Any]:
     return found
 
 
-def of_curves(rng: Rng, size: Size) -> list[Any]:
+def of_polynomials(rng: Rng, size: Size) -> list[Any]:
     n, dof = size.rows, size.joints
-    pieces = rng.normal(size=(n + 1, 3, dof))
-    pieces[:, 2] *= np.where(np.arange(n + 1) % 2, 0.1, 0.0)[:, None]
-    piece = rng.integers(0, n + 1, n)
-    low = np.where(pieces[piece, 2].any(axis=1), rng.uniform(0, 0.5, n), 0.0)
-    parts = np.column_stack([low, np.where(low > 0, low + 0.3, 1.0)])
-    joint = np.where(rng.random(n) < 0.3, 0.0, rng.uniform(0.2, 2.0, n))
-    velocity, acceleration = rng.uniform(0.5, 2.0, (2, dof))
-    found = quickest_motion(pieces, piece, parts, joint, velocity, acceleration)
-    assert np.isfinite(found).all()
-    assert (found[:, :2] >= 0).all()
-    return [found]
+    pieces, seconds = rng.normal(size=(n + 1, rng.integers(1, 7), dof)), rng.uniform(0.1, 2.0, n + 1)
+    least, largest = polynomial_extrema(pieces)
+    assert (least <= pieces.sum(axis=1) + 1e-12).all()
+    assert (largest >= pieces[:, 0]).all()
+    share, piece, joint = polynomial_worst(pieces, seconds, 0, np.full(dof, 0.5), 0.0)
+    assert share == 2.0 * max(-least[piece, joint], largest[piece, joint]) == 2.0 * max(-least.min(), largest.max())
+    return [least, largest, np.array([polynomial_worst(pieces, seconds, k, np.ones(dof), 1.0) for k in range(4)])]
+
+
+def of_curves(rng: Rng, size: Size) -> list[Any]:
+    """Lines, and parabolas that are ramps of all joints alike, so that motions along them are quick to tell."""
+    m, dof = size.rows + 1, size.joints
+    pieces = rng.normal(size=(m, 3, dof))
+    pieces[:, 2] = np.where(np.arange(m) % 2, 0.3, 0.0)[:, None] * pieces[:, 1]
+    stop, (velocity, acceleration) = rng.random(m) < 0.3, rng.uniform(0.5, 2.0, (2, dof))
+    phases = curve_phases(pieces, stop, rng.integers(1, 30, m), velocity, acceleration)
+    duration = phases[:, 4].sum()
+    assert ((phases[:, 1] >= -1e-12) & (phases[:, 1] <= 1) & (phases[:, 2] >= 0) & (phases[:, 4] > 0)).all()
+    clock, q, qd, piece = curve_knots(pieces, stop, phases, 1.5, 20_000_000, 50_000)
+    assert (np.diff(clock) >= 50_000).all()
+    assert 1.5 * duration - 1e-6 * len(phases) <= clock[-1] / 1e9
+    assert not qd[[0, -1]].any()
+    mean = motion_mean(clock, q, qd, 20_000_000, 50_000)
+    assert np.array_equal(mean[1][[0, -1]], q[[0, -1]])
+    assert mean[0][-1] == clock[-1] + 20_000_000
+    moments = np.sort(rng.uniform(0, duration, (8, 2)), axis=1)
+    limits, positions = (velocity, acceleration), (np.full(dof, -9.0), np.full(dof, 9.0))
+    found = curve_next_ramp(pieces, phases, moments, np.array([0.6, 0.9, 40.0]), limits, positions)
+    ramp = ramp_quickest((q[0], qd[0]), (q[-1], qd[-1]), np.array([1.0, 30.0, 1e3]), velocity, acceleration)
+    assert not len(ramp) or np.array_equal(ramp[0, 0], q[0])
+    return [phases, clock, q, qd, piece, *mean, ramp, *(() if found is None else (np.array(found[:1]), found[3]))]
 
 
 def of_graphs(rng: Rng, size: Size) -> list[Any]:
@@ -366,6 +394,6 @@ CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
         of_a_chain, of_inverse, of_boxes, of_distances, of_glances, of_proofs, of_proofs_in_time, of_choices, of_costs,
-        of_curves, of_graphs, of_dynamics, of_flows,
+        of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
     )
 }  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from planner.base.errors import ArrayError
-from planner.native import dynamics, graphs, library, loading
+from planner.native import dynamics, graphs, library, loading, motions
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
 from planner.native.library import NativeBoxes, NativeChain, NativeWorld
 from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_world, body_reach_of, bounds_of
@@ -50,7 +50,7 @@ def test_no_function_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
             asked.add(name)
             return getattr(whole, name)
 
-    for module, name in ((library, "_library"), (graphs, "library"), (dynamics, "library")):
+    for module, name in ((library, "_library"), (motions, "_library"), (graphs, "library"), (dynamics, "library")):
         monkeypatch.setattr(module, name, Noting())
     for case in CASES:
         answers(case, Size())
@@ -142,6 +142,8 @@ def boxes_with(**other: np.ndarray) -> Callable[[], object]:
 
 
 ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
+LINE, PHASE = np.ones((1, 3, 2)), np.array([[0.0, 0.0, 1.0, 0.0, 1.0]])
+LIMITS = np.ones(2), np.ones(2)
 WRONG: dict[str, Callable[[], object]] = {
     "chain: a parent behind": chain_with(parent=np.array([0, 2])),
     "chain: a parent below 0": chain_with(parent=np.array([-1, 0])),
@@ -207,10 +209,10 @@ WRONG: dict[str, Callable[[], object]] = {
     "close: pair": lambda: WORLD.close(*CHAIN.placements(Q), np.array([0]), np.array([WORLD.pairs])),
     "close: lengths": lambda: WORLD.close(*CHAIN.placements(Q), np.zeros(2), np.zeros(1)),
     "first near: columns": lambda: WORLD.first_near(Q[:, :1]),
-    "looks: delta": lambda: WORLD.motion_looks_free(Q[0], Q[0, :2], BODY_REACH, 0.1),
-    "looks: reach": lambda: WORLD.motion_looks_free(Q[0], Q[0], BODY_REACH[:1], 0.1),
-    "looks: no step": lambda: WORLD.motion_looks_free(*_free_motion(), BODY_REACH, 0.0),
-    "looks: a NaN step": lambda: WORLD.motion_looks_free(*_free_motion(), BODY_REACH, NAN),
+    "looks: delta": lambda: WORLD.motion_looks_free(BOUNDS, Q[0], Q[0, :2], 0.1),
+    "looks: reach": lambda: WORLD.motion_looks_free(WORLD.bounds(NAN * REACH, NAN * BODY_REACH, MOVING), *_free_motion(), 0.1),
+    "looks: no step": lambda: WORLD.motion_looks_free(BOUNDS, *_free_motion(), 0.0),
+    "looks: a NaN step": lambda: WORLD.motion_looks_free(BOUNDS, *_free_motion(), NAN),
     "prove: columns": lambda: WORLD.prove(BOUNDS, CURVES[:, :, :1], 1e-3),
     "prove: degree": lambda: WORLD.prove(BOUNDS, np.zeros((1, 18, 3)), 1e-3),
     "prove: no coefficients": lambda: WORLD.prove(BOUNDS, np.zeros((1, 0, 3)), 1e-3),
@@ -230,9 +232,29 @@ WRONG: dict[str, Callable[[], object]] = {
     "chain of motions: no points": lambda: WORLD.cheapest_chain(BOUNDS, Q[:0], np.ones((0, 0)), 1e-3),
     "costs: kind": lambda: library.manipulability_costs(ONE, 0.1, 0.5, 0.1, 3),
     "cost sums: weights": lambda: library.manipulability_cost_sums(np.ones((2, 3)), np.ones((1, 3)), 0.1, 0.5, 0.1, 1),
-    "curve: piece": lambda: library.quickest_motion(np.ones((1, 3, 2)), [1], [[0.0, 1.0]], ONE, *np.ones((2, 2))),
-    "curve: limits": lambda: library.quickest_motion(np.ones((1, 3, 2)), [0], [[0.0, 1.0]], ONE, *np.ones((2, 1))),
-    "curve: a limit of 0": lambda: library.quickest_motion(np.ones((1, 3, 2)), [0], [[0, 1]], ONE, *np.zeros((2, 2))),
+    "phases: stops": lambda: motions.curve_phases(LINE, [0, 0], [3], *LIMITS),
+    "phases: intervals": lambda: motions.curve_phases(LINE, [0], [0], *LIMITS),
+    "phases: limits": lambda: motions.curve_phases(LINE, [0], [3], *np.ones((2, 1))),
+    "phases: a limit of 0": lambda: motions.curve_phases(LINE, [0], [3], *np.zeros((2, 2))),
+    "phases: a NaN": lambda: motions.curve_phases(NAN * LINE, [0], [3], *LIMITS),
+    "phases: no pieces": lambda: motions.curve_phases(LINE[:0], [], [], *LIMITS),
+    "phases: standstill": lambda: motions.curve_phases(0 * LINE[[0, 0]], [0, 0], [3, 3], *LIMITS),
+    "knots: piece": lambda: motions.curve_knots(LINE, [0], [[1, 0, 0, 1, 1]], 1.0, 10, 10),
+    "knots: no phases": lambda: motions.curve_knots(LINE, [0], np.ones((0, 5)), 1.0, 10, 10),
+    "knots: a stretch of 0": lambda: motions.curve_knots(LINE, [0], PHASE, 0.0, 10, 10),
+    "knots: no window": lambda: motions.curve_knots(LINE, [0], PHASE, 1.0, 0, 10),
+    "knots: too long": lambda: motions.curve_knots(LINE, [0], PHASE, 1e10, 10, 10),
+    "mean: one point": lambda: motions.motion_mean([0], np.ones((1, 2)), np.ones((1, 2)), 10, 10),
+    "mean: times": lambda: motions.motion_mean([0, 0], *np.ones((2, 2, 2)), 10, 10),
+    "mean: velocities": lambda: motions.motion_mean([0, 9], np.ones((2, 2)), np.ones((2, 1)), 10, 10),
+    "ramp: states": lambda: motions.ramp_quickest((ONE, ONE), (ONE, np.ones(2)), ONE, ONE, ONE),
+    "ramp: a limit of 0": lambda: motions.ramp_quickest((ONE, ONE), (ONE, ONE), ONE, 0 * ONE, ONE),
+    "next ramp: piece": lambda: motions.curve_next_ramp(LINE, PHASE + 1, np.ones((1, 2)), ONE, LIMITS, LIMITS),
+    "next ramp: bounds": lambda: motions.curve_next_ramp(LINE, PHASE, np.ones((1, 2)), ONE, LIMITS, np.ones((2, 1))),
+    "extrema: degree": lambda: motions.polynomial_extrema(np.ones((1, 18, 2))),
+    "extrema: a NaN": lambda: motions.polynomial_extrema(np.full((1, 3, 2), NAN)),
+    "worst: no pieces": lambda: motions.polynomial_worst(LINE[:0], ONE[:0], 1, ONE, 0.0),
+    "worst: limits": lambda: motions.polynomial_worst(LINE, ONE, 1, ONE, 0.0),
     "detours: node": lambda: graphs.detours(2, np.array([[0, 2]]), ONE, np.array([[0, 1]]), ONE),
     "detours: pair": lambda: graphs.detours(2, np.array([[0, 1]]), ONE, np.array([[0, 2]]), ONE),
     "detours: a negative length": lambda: graphs.detours(2, np.array([[0, 1]]), -ONE, np.array([[0, 1]]), ONE),
@@ -297,8 +319,8 @@ def test_no_number_is_never_free(bad: float) -> None:
     state = np.zeros((1, 3))
     state[0, 1] = bad
     assert WORLD.first_near(state) == 0
-    assert not WORLD.motion_looks_free(state[0], Q[0], BODY_REACH, 0.1)
-    assert not WORLD.motion_looks_free(Q[0], state[0], BODY_REACH, 0.1)
+    assert not WORLD.motion_looks_free(BOUNDS, state[0], Q[0], 0.1)
+    assert not WORLD.motion_looks_free(BOUNDS, Q[0], state[0], 0.1)
 
 
 def test_a_chain_with_a_price_that_is_no_number_is_not_taken() -> None:

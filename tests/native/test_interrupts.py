@@ -17,7 +17,8 @@ import pytest
 
 from planner.base.progress import StopRequest
 from planner.native import graphs
-from planner.native.library import NativeBoxes, NativeChain, NativeWorld, quickest_motion
+from planner.native.library import NativeBoxes, NativeChain, NativeWorld
+from planner.native.motions import curve_knots, curve_next_ramp, curve_phases, motion_mean, polynomial_extrema
 
 SOON = 1.0  # s
 TURNS = np.eye(3)
@@ -78,9 +79,19 @@ def far_away() -> tuple[object, ...]:
     return np.linspace(-9, 9, MANY // 2)[:, None], 1, np.eye(4), goal, True, limits, 1000
 
 
-def curve() -> tuple[np.ndarray, ...]:
-    pieces, parts = np.array([[[0.0] * 9, [1.0] * 9, [0.1] * 9]]), np.tile([0.0, 1.0], (2 * MANY, 1))
-    return pieces, np.zeros(len(parts)), parts, np.ones(len(parts)), np.ones(9), np.ones(9)
+LIMITS = np.ones(9), np.ones(9)
+
+
+def curve(count: int = 1) -> np.ndarray:
+    return np.tile([[0.0] * 9, [1.0] * 9, [0.1] * 9], (count, 1, 1))
+
+
+def phases(count: int) -> np.ndarray:
+    return np.tile([0.0, 0.0, 1.0, 0.0, 1.0], (count, 1))
+
+
+def points() -> tuple[object, ...]:
+    return 1000 * np.arange(MANY), *np.zeros((2, MANY, 9)), 1_000_000, 100
 
 
 def circle(ways: int, *ends: object) -> tuple[object, ...]:
@@ -109,14 +120,21 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         lambda: (*CHAIN.placements(np.zeros((1, 1))), *np.zeros((2, 6 * MANY), dtype=np.int64)),
     ),
     "first_near": (WORLD.first_near, lambda: (np.zeros((9 * MANY, 1)),)),
-    "motion_looks_free": (WORLD.motion_looks_free, lambda: (np.zeros(1), np.full(1, 9.0), np.ones((1, 1)), 1e-7)),
+    "motion_looks_free": (WORLD.motion_looks_free, lambda: (BOUNDS, np.zeros(1), np.full(1, 9.0), 1e-7)),
     "prove": (WORLD.prove, lambda: (BOUNDS, np.tile(ALONG, (2, 1, 1)), 1e-4)),
     "first_proven": (WORLD.first_proven, lambda: (BOUNDS, ALONG, ONE, ONE, 0 * ONE, 1e-4)),
     "cheapest_chain": (
         WORLD.cheapest_chain,
         lambda: (BOUNDS, np.array([[-9e4], [0], [9e4]]), np.triu(np.ones((3, 3))), 1e-4),
     ),
-    "quickest_motion": (quickest_motion, curve),
+    "curve_phases": (curve_phases, lambda: (curve(), ONE, 1_000_000 * ONE, *LIMITS)),
+    "curve_knots": (curve_knots, lambda: (curve(), ONE, phases(4 * MANY), 1.0, 1, 1)),
+    "motion_mean": (motion_mean, points),
+    "curve_next_ramp": (
+        curve_next_ramp,
+        lambda: (curve(), phases(1), np.zeros((MANY, 2)), np.ones(1000), LIMITS, LIMITS),
+    ),
+    "polynomial_extrema": (polynomial_extrema, lambda: (np.random.default_rng(0).normal(size=(MANY // 4, 6, 9)),)),
     "cheapest_costs": (graphs.cheapest_costs, lambda: circle(4, ZERO, ZERO)),
     "cheapest_nodes": (graphs.cheapest_nodes, lambda: circle(6, HALF, ZERO)),
     "detours": (graphs.detours, lambda: circle(1, np.tile([0, MANY // 2], (50, 1)), np.full(50, np.inf))),

@@ -33,7 +33,8 @@ def test_an_edge_that_fails_goes_from_roadmap_and_network(
 ) -> None:
     steps = cheapest(healing)
     bad = {int(steps[0]), int(steps[1])}
-    monkeypatch.setattr(HealingNetwork, "_is_free", lambda self, i, j: {i, j} != bad)
+    first_bad = lambda self, edges: next((k for k, edge in enumerate(edges) if set(edge) == bad), len(edges))  # noqa: E731
+    monkeypatch.setattr(HealingNetwork, "_first_contact", first_bad)
     edges = len(healing.roadmap.edges)
     assert not healing.accepts(steps)
     assert (healing.edges_removed, len(healing.roadmap.edges)) == (1, edges - 1)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.polynomials import extrema
 from planner.trajectory.limits import KINDS, MotionLimits
 
 _COLUMNS = ("positions", "velocities", "accelerations")
@@ -27,9 +26,17 @@ def largest_shares(message: dict[str, Any], limits: MotionLimits) -> dict[str, f
     shares = {}
     for order, kind in enumerate(KINDS, start=1):
         powers = powers[:, 1:] * np.arange(1, powers.shape[1])[:, None]
-        low, high = extrema(powers)
-        shares[kind] = float((np.maximum(-low, high) / h**order / getattr(limits, kind)).max())
+        largest = np.array([[_largest(c) for c in piece.T] for piece in powers])
+        shares[kind] = float((largest / h**order / getattr(limits, kind)).max())
     return shares
+
+
+def _largest(c: np.ndarray) -> float:
+    """The largest absolute value on [0, 1], by the roots of the derivative as eigenvalues."""
+    slope = np.trim_zeros(c[1:] * np.arange(1, len(c)), "b")
+    roots = np.polynomial.polynomial.polyroots(slope) if len(slope) else np.zeros(0)
+    places = [0.0, 1.0, *(float(np.clip(root.real, 0.0, 1.0)) for root in roots)]
+    return float(np.abs(np.polynomial.polynomial.polyval(places, c)).max())
 
 
 def _quintic(h: Fraction, q0: Fraction, v0: Fraction, a0: Fraction, q1: Fraction, v1: Fraction, a1: Fraction):

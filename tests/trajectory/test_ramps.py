@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.trajectory.ramps import quickest_ramp
+from planner.native.motions import ramp_quickest
 
 V, A = np.full(3, 2.0), np.array([5.0, 3.0, 8.0])
 DURATIONS = np.linspace(0.1, 12.0, 200)
@@ -16,8 +16,8 @@ def test_they_join_two_states_within_limits(seed: int) -> None:
     rng = np.random.default_rng(seed)
     q = rng.normal(size=(2, 3))
     v = rng.uniform(-2.0, 2.0, size=(2, 3))
-    pieces = quickest_ramp((q[0], v[0]), (q[1], v[1]), DURATIONS, V, A)
-    assert pieces is not None
+    pieces = ramp_quickest((q[0], v[0]), (q[1], v[1]), DURATIONS, V, A)
+    assert len(pieces)
     end, slope, late = pieces.sum(axis=1), pieces[:, 1], pieces[:, 1] + 2 * pieces[:, 2]
     seconds = _durations(pieces, v[0])
     np.testing.assert_allclose(pieces[0, 0], q[0])
@@ -46,12 +46,12 @@ def test_from_rest_to_rest_it_takes_as_long_as_a_trapezoid() -> None:
         a, v = 5.0, 2.0
         want = 2 * np.sqrt(distance / a) if distance < v * v / a else distance / v + v / a
         tried = np.array([0.99 * want, 1.001 * want, 1.2 * want])
-        pieces = quickest_ramp((still, still), (still + distance, still), tried, np.array([v]), np.array([a]))
-        assert pieces is not None
+        pieces = ramp_quickest((still, still), (still + distance, still), tried, np.array([v]), np.array([a]))
+        assert len(pieces)
         speed_up = pieces[0, 2, 0]  # a t²/2
         assert speed_up == pytest.approx(0.5 * a * _rise(distance, v, a) ** 2, rel=0.02)
-        none = quickest_ramp((still, still), (still + distance, still), tried[:1], np.array([v]), np.array([a]))
-        assert none is None
+        none = ramp_quickest((still, still), (still + distance, still), tried[:1], np.array([v]), np.array([a]))
+        assert not len(none)
 
 
 def _rise(distance: float, v: float, a: float) -> float:

@@ -7,21 +7,23 @@
 namespace planner {
 
 constexpr double clearly = 1e-6;  // m beyond the margin, so that no rounding matters
+constexpr double ahead = 0.3;    // m: whatever is farther away is as far, for what is clear around a state
 
 class Glance {
    public:
     explicit Glance(const World& world)
         : world_(world), scratch_(world.scratch()), bounds_(world.pair_count()),
-          enough_(world.pair_count(), world.margin + rounding) {
+          enough_(world.pair_count(), world.margin + rounding),
+          motion_(world.bodies + world.pair_count() - world.bodies * world.obstacles()) {
         world.place_moving(0.0, scratch_.frames.data());
     }
 
     // Whether a pair is not farther apart than the margin at a configuration, or that holds what is no finite number.
-    bool finds_near(const double* q) {
+    bool finds_near(const double* q, double beyond = clearly) {
         if (!within(q, world_.chain.dof(), farthest)) return true;
         const Frame* frames = scratch_.frames.data();
         world_.chain.place(q, scratch_.frames.data());
-        world_.find_far(frames, world_.margin + clearly, least_, far_);
+        world_.find_far(frames, world_.margin + beyond, least_, far_);
         world_.coarse(frames, scratch_, bounds_.data(), nullptr, enough_.data(), far_.data());
         for (int p = 0; p < world_.pair_count(); ++p) {
             if (bounds_[p] > world_.margin) continue;
@@ -31,10 +33,63 @@ class Glance {
         return false;
     }
 
+    // Whether it finds nothing along a motion from `start` by `delta` but at `start`: at its end, in its middle, and
+    // where no point moves further than `step` (m) from one state to the next. States are passed over that are clear as
+    // one that was looked at is farther from everything than anything moves until there.
+    // `reach` (pairs, dof) and `body_reach` (bodies, dof) bound how a joint's motion changes distances, and moves points.
+    bool looks_free(const double* start, const double* delta, const double* reach, const double* body_reach,
+                    double step) {
+        const int dof = world_.chain.dof(), scene = world_.bodies * world_.obstacles();
+        const auto moved = [&](const double* row) {
+            double motion = 0.0;
+            for (int j = 0; j < dof; ++j) motion += row[j] * std::fabs(delta[j]);
+            require(motion >= 0.0, "a reach is no distance");
+            return motion;
+        };
+        double most = 0.0;
+        for (int b = 0; b < world_.bodies; ++b) most = std::max(most, motion_[b] = moved(body_reach + b * dof));
+        for (int p = scene; p < world_.pair_count(); ++p)
+            motion_[world_.bodies + p - scene] = moved(reach + static_cast<size_t>(p) * dof);
+        require(most / step <= INT32_MAX / 4, "a motion is too long to be looked at in such short steps");
+        const int count = static_cast<int>(std::ceil(most / step));
+        std::vector<double> q(dof);
+        std::vector<uint8_t> clear(count + 1);
+        const auto is_near = [&](double share) {
+            heed();
+            for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
+            if (finds_near(q.data(), ahead)) return true;
+            const double around = clear_around() * count, low = share * count - around, high = share * count + around;
+            if (around > 0.0)
+                for (int k = std::max(0, static_cast<int>(std::ceil(low))); k <= count && k <= high; ++k) clear[k] = 1;
+            return false;
+        };
+        if (is_near(1.0) || is_near(0.5)) return false;
+        int stride = 1;
+        while (2 * stride < count) stride *= 2;
+        for (; stride > 0; stride /= 2)  // far apart first, as contacts lie in runs
+            for (int k = stride; k < count; k += 2 * stride)
+                if (!clear[k] && is_near(k / double(count))) return false;
+        return true;
+    }
+
    private:
+    // By which share of the motion the state that was looked at is away from any that is not clear.
+    double clear_around() const {
+        const int obstacles = world_.obstacles(), scene = world_.bodies * obstacles;
+        double around = infinity;
+        const auto keep = [&](int pair, double motion) {
+            const double gap = std::min(bounds_[pair], world_.margin + ahead) - world_.margin - 10.0 * clearly;
+            if (!(gap > around * motion)) around = std::max(gap, 0.0) / motion;
+        };
+        for (int b = 0; b < world_.bodies; ++b)
+            for (int o = 0; o < obstacles; ++o) keep(b * obstacles + o, motion_[b]);
+        for (int p = scene; p < world_.pair_count(); ++p) keep(p, motion_[world_.bodies + p - scene]);
+        return around;
+    }
+
     const World& world_;
     Scratch scratch_;
-    std::vector<double> bounds_, enough_, least_;
+    std::vector<double> bounds_, enough_, least_, motion_;  // m at most: that bodies move, and pairs of them to each other
     std::vector<uint8_t> far_;
 };
 

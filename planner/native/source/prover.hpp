@@ -16,6 +16,7 @@
 
 #include <algorithm>
 
+#include "polynomials.hpp"
 #include "refusals.hpp"
 #include "world.hpp"
 
@@ -29,8 +30,6 @@ constexpr double always_close = 0.03;    // m: pairs that a coarse bound puts ne
 constexpr int close_looks = 8;           // per sample, for pairs that are farther apart: more cost more than halving
 constexpr double reported = 5e-3;        // m beyond what covers an interval, so that the clearance reported is worth it
 constexpr double hull_is_enough = 0.01;  // m: where hulls are so far apart, dents below them are not looked into
-
-constexpr int highest_degree = 16;  // of pieces
 
 enum Verdict : int64_t { proven_free = 0, collides = 1, undecided = 2 };
 
@@ -64,15 +63,9 @@ struct Pieces {
             double width = 1.0;
             for (int k = 0; k <= n; ++k, width *= high - low) power[k] *= width;
             double most = 0.0, size = 0.0;
-            for (int i = 0; i <= n; ++i) {
-                double value = 0.0, share = 1.0;  // share: binomial(i, k) / binomial(n, k)
-                for (int k = 0; k <= i; ++k) {
-                    value += share * power[k];
-                    share *= static_cast<double>(i - k) / (n - k > 0 ? n - k : 1);
-                }
-                most = std::max(most, std::fabs(value));
-                size += std::fabs(power[i]);
-            }
+            for (int i = 0; i <= n; ++i) size += std::fabs(power[i]);
+            to_bernstein(power, n);
+            for (int i = 0; i <= n; ++i) most = std::max(most, std::fabs(power[i]));
             rates[j] = most + 1e-14 * size;
         }
     }

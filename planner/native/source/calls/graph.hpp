@@ -56,30 +56,6 @@ int graph_costs(int nodes, int arcs, const int64_t* ends, const double* costs, i
     });
 }
 
-// The quickest motion along `count` stretches: `piece` (count,) says of which of pieces (all, 3, dof) one is the part
-// between low and high (count, 2), `joint` (count,) by what x is multiplied behind it; `found` (count, 3) as
-// quickest_motion says. Limits (dof,).
-int curve_quickest(int count, int dof, int all, const double* pieces, const int64_t* piece, const double* parts,
-                   const double* joint, const double* velocity, const double* acceleration, double* found) {
-    return answered([&] {
-        require(between(piece, count, 0, all), "there is no such piece");
-        require(within(pieces, 3 * static_cast<size_t>(all) * dof, farthest), "a piece is no finite number");
-        require(not_negative(parts, 2 * static_cast<size_t>(count), 1.0), "a part of a piece is not within it");
-        require(not_negative(joint, count, infinity), "what a speed is multiplied by is no number");
-        for (const double* limits : {velocity, acceleration})
-            for (int j = 0; j < dof; ++j) require(limits[j] > 0.0, "a limit is not above 0");
-        std::vector<Stretch> stretches;
-        stretches.reserve(count);
-        for (int k = 0; k < count; ++k) {
-            heed_at(k);
-            const double* coefficients = pieces + 3 * dof * piece[k];
-            stretches.emplace_back(dof, coefficients, parts[2 * k], parts[2 * k + 1], velocity, acceleration);
-            stretches.back().joint = joint[k];
-        }
-        quickest_motion(stretches, found);
-    });
-}
-
 }  // extern "C"
 
 }  // namespace planner

@@ -271,18 +271,19 @@ int world_prove(const World* world, const double* reach, const double* body_reac
 
 // Of each of `count` items the first alternative whose motions are all proven, or -1: chosen (count,), where it says at
 // first which alternative to begin with. They are those from items[k] to items[k + 1] of `alternatives` in all, and the
-// motions of one are the pieces from ends[a] to ends[a + 1] of `motions`. clearance and samples (motions,) of what was
+// motions of one are the pieces from ends[a] to ends[a + 1] of `motions`, (motions, degree + 1, dof). clearance and samples (motions,) of what was
 // chosen, -1 samples of the others.
 int world_first_proven(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
-                       const double* coefficients, int motions, int count, const int64_t* items, int alternatives,
-                       const int64_t* ends, double room, int threads, int64_t* chosen, double* clearance,
-                       int64_t* samples) {
+                       const double* coefficients, int motions, int degree, int count, const int64_t* items,
+                       int alternatives, const int64_t* ends, double room, int threads, int64_t* chosen,
+                       double* clearance, int64_t* samples) {
     return answered([&] {
         require(are_offsets(items, count, alternatives) && are_offsets(ends, alternatives, motions),
                 "the numbers of alternatives and motions do not fit each other");
+        require(degree >= 0 && degree <= highest_degree, "the pieces are of a higher degree than is supported");
         require(between(chosen, count, 0, INT32_MAX), "there is no such alternative to begin with");
         require(room >= rounding, "the room is below what distances are rounded by");
-        const Pieces pieces{coefficients, motions, 1, world->chain.dof()};
+        const Pieces pieces{coefficients, motions, degree, world->chain.dof()};
         std::vector<Proof> proofs(pieces.count);
         for (Proof& proof : proofs) proof.samples = -1;
         share_out(
@@ -326,35 +327,12 @@ int world_first_near(const World* world, int n, const double* q) {
 }
 
 // Whether no pair is so near in states along the motion from start by delta (dof,): at its end, in its middle, and where
-// no point moves further than `step` (m) from one to the next; body_reach (bodies, dof).
-int world_motion_looks_free(const World* world, const double* start, const double* delta, const double* body_reach,
-                            double step) {
+// no point moves further than `step` (m) from one to the next; reach (pairs, dof), body_reach (bodies, dof).
+int world_motion_looks_free(const World* world, const double* reach, const double* body_reach, const double* start,
+                            const double* delta, double step) {
     return answered([&] {
         require(step > 0.0, "a step is longer than nothing");
-        const int dof = world->chain.dof();
-        Glance glance(*world);
-        std::vector<double> q(dof);
-        auto is_near = [&](double share) {
-            heed();
-            for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
-            return glance.finds_near(q.data());
-        };
-        if (is_near(1.0) || is_near(0.5)) return 0;
-        double most = 0.0;
-        for (int b = 0; b < world->bodies; ++b) {
-            double motion = 0.0;
-            for (int j = 0; j < dof; ++j) motion += body_reach[b * dof + j] * std::fabs(delta[j]);
-            require(motion >= 0.0, "a body's reach is no distance");
-            most = std::max(most, motion);
-        }
-        require(most / step <= INT32_MAX / 4, "a motion is too long to be looked at in such short steps");
-        const int count = static_cast<int>(std::ceil(most / step));
-        int stride = 1;
-        while (2 * stride < count) stride *= 2;
-        for (; stride > 0; stride /= 2)  // far apart first, as contacts lie in runs
-            for (int k = stride; k < count; k += 2 * stride)
-                if (is_near(k / double(count))) return 0;
-        return 1;
+        return static_cast<int>(Glance(*world).looks_free(start, delta, reach, body_reach, step));
     });
 }
 

@@ -1,0 +1,136 @@
+"""What the compiled library knows of curves of parabolas and of motions along them: one function for each thing.
+
+Arrays are float64 in C order unless Ints, angles rad, lengths m, times s unless ns. :class:`ArrayError` where arrays
+are not of the shapes that stand here, or hold what the library cannot use.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints
+from planner.native.loading import address as _at
+from planner.native.loading import flags as _bytes
+from planner.native.loading import floats as _floats
+from planner.native.loading import ints as _ints
+from planner.native.loading import library as _library
+
+
+def polynomial_extrema(coefficients: Floats) -> tuple[Floats, Floats]:
+    """The least and largest values (n, dof) on [0, 1] of polynomials (n, degree + 1, dof), exact but for rounding."""
+    coefficients = _floats(coefficients)
+    n, count, dof = coefficients.shape
+    least, largest = np.empty((n, dof)), np.empty((n, dof))
+    _library.polynomials_extrema(n, count - 1, dof, _at(coefficients), _at(least), _at(largest))
+    return least, largest
+
+
+def polynomial_worst(
+    coefficients: Floats, seconds: Floats, order: int, most: Floats, beyond: float
+) -> tuple[float, int, int]:
+    """The largest share that a derivative by time has of limits ``most`` (dof,), and which piece and joint has it.
+
+    Pieces (n, degree + 1, dof) take ``seconds`` (n,). Shares up to ``beyond`` may come out smaller than they are.
+    """
+    coefficients = _floats(coefficients)
+    n, count, dof = coefficients.shape
+    seconds, most, where = _floats(seconds, n), _floats(most, dof), np.empty(2, dtype=np.int64)
+    share = _library.polynomials_worst(
+        n, count - 1, dof, order, _at(coefficients), _at(seconds), _at(most), beyond, _at(where)
+    )
+    return share, int(where[0]), int(where[1])
+
+
+def curve_phases(pieces: Floats, stop: Bools, intervals: Ints, velocity: Floats, acceleration: Floats) -> Floats:
+    """The phases (p, 5) of the quickest motion from rest to rest along ``pieces`` (m, 3, dof), c0 + c1 s + c2 s².
+
+    A phase is a piece, s and ds/dt at its beginning, d²s/dt² on it, and the seconds that it takes. The motion stops
+    behind pieces with ``stop`` (m,); on a parabola d²s/dt² is constant on each of its ``intervals`` (m,). Limits are
+    (dof,).
+    """
+    m, dof = len(pieces), len(velocity)
+    pieces, stop, intervals = _floats(pieces, m, 3, dof), _bytes(stop, m), _ints(intervals, m)
+    limits, phases = (_floats(velocity, dof), _floats(acceleration, dof)), np.empty((int(intervals.sum()) + 3 * m, 5))
+    count = _library.curve_phases(dof, m, _at(pieces), _at(stop), _at(intervals), *map(_at, limits), _at(phases))
+    return phases[:count]
+
+
+def curve_knots(
+    pieces: Floats, stop: Bools, phases: Floats, stretch: float, window: int, apart: int
+) -> tuple[Ints, Floats, Floats, Ints]:
+    """The knots of a motion through ``phases`` (p, 5), ``stretch`` times as slow, no two nearer than ``apart`` ns.
+
+    With a wait of ``window`` ns at every stop on the way; between two stops a motion takes four times ``apart`` or
+    longer. Nanoseconds (k,), positions and velocities (k, dof), and the piece (k,) behind each.
+    """
+    m, p, dof = len(pieces), len(phases), pieces.shape[2]
+    pieces, stop, phases = _floats(pieces, m, 3, dof), _bytes(stop, m), _floats(phases, p, 5)
+    clock, piece = np.empty(2 * p, dtype=np.int64), np.empty(2 * p, dtype=np.int64)
+    q, qd = np.empty((2 * p, dof)), np.empty((2 * p, dof))
+    count = _library.curve_knots(
+        dof, m, _at(pieces), _at(stop), p, _at(phases), stretch, window, apart, *map(_at, (clock, q, qd, piece))
+    )
+    return clock[:count], q[:count], qd[:count], piece[:count]
+
+
+def motion_mean(clock: Ints, q: Floats, qd: Floats, window: int, apart: int) -> tuple[Ints, Floats, Floats, Floats]:
+    """The mean over the last ``window`` ns of the cubics through points (k, dof) at ``clock`` (k,) ns.
+
+    It rests before and behind them. At the points and ``window`` later, but none nearer than ``apart`` to another:
+    nanoseconds (n,), positions, velocities and accelerations (n, dof).
+    """
+    k, dof = q.shape
+    clock, q, qd = _ints(clock, k), _floats(q, k, dof), _floats(qd, k, dof)
+    times, (mean, slope, bend) = np.empty(2 * k, dtype=np.int64), (np.empty((2 * k, dof)) for _ in range(3))
+    count = _library.motion_mean(
+        k, dof, _at(clock), _at(q), _at(qd), window, apart, *map(_at, (times, mean, slope, bend))
+    )
+    return times[:count], mean[:count], slope[:count], bend[:count]
+
+
+def ramp_quickest(
+    start: tuple[Floats, Floats],
+    end: tuple[Floats, Floats],
+    durations: Floats,
+    velocity: Floats,
+    acceleration: Floats,
+) -> Floats:
+    """The parabolic ramp (m, 3, dof) between two states, position and velocity (dof,) each; m is 0 where none is.
+
+    In the first of ``durations`` (n,), ascending, in which every joint can within its limits (dof,).
+    """
+    dof, durations = len(velocity), _floats(durations, len(durations))
+    states = [_floats(part, dof) for part in (*start, *end)]
+    limits, pieces = (_floats(velocity, dof), _floats(acceleration, dof)), np.empty((2 * dof + 1, 3, dof))
+    count = _library.ramp_quickest(
+        dof, *map(_at, states), len(durations), _at(durations), *map(_at, limits), _at(pieces)
+    )
+    return pieces[:count]
+
+
+def curve_next_ramp(
+    curve: Floats,
+    phases: Floats,
+    moments: Floats,
+    shares: Floats,
+    limits: tuple[Floats, Floats],
+    positions: tuple[Floats, Floats],
+) -> tuple[int, tuple[int, float], tuple[int, float], Floats] | None:
+    """The first of pairs of ``moments`` (n, 2) s of a motion through ``phases`` (p, 5) that a ramp joins, or None.
+
+    In the first of ``shares`` (k,), ascending, of the time between them, within ``limits`` on velocities and
+    accelerations (dof,), and on ``positions``, lowest and highest (dof,). Its number, the piece of the ``curve``
+    (m, 3, dof) and s there of both ends, and the ramp.
+    """
+    m, p, n, dof = len(curve), len(phases), len(moments), curve.shape[2]
+    curve, phases, moments = _floats(curve, m, 3, dof), _floats(phases, p, 5), _floats(moments, n, 2)
+    shares, bounds = _floats(shares, len(shares)), [_floats(array, dof) for array in (*limits, *positions)]
+    found, s, pieces = np.empty(3, dtype=np.int64), np.empty(2), np.empty((2 * dof + 1, 3, dof))
+    count = _library.curve_next_ramp(
+        dof, m, _at(curve), p, _at(phases), n, _at(moments), len(shares), _at(shares), *map(_at, bounds),
+        *map(_at, (found, s, pieces)),
+    )  # fmt: skip
+    if not count:
+        return None
+    (first, low), (last, high) = zip(found[1:].tolist(), s.tolist(), strict=True)
+    return int(found[0]), (first, low), (last, high), pieces[:count]

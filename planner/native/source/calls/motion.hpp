@@ -1,0 +1,188 @@
+// What Python asks of curves and of motions along them; see ../../motions.py for shapes and units.
+#pragma once
+
+#include "../polynomials.hpp"
+#include "../ramps.hpp"
+#include "../refusals.hpp"
+
+namespace planner {
+
+namespace {
+
+constexpr double most_number = 1e300;  // of what is no position: anything but infinity and NaN
+
+void require_polynomials(int64_t n, int degree, int dof, const double* c) {
+    require(degree >= 0 && degree <= highest_degree, "the pieces are of a higher degree than is supported");
+    require(within(c, static_cast<size_t>(n) * (degree + 1) * dof, most_number), "a coefficient is no finite number");
+}
+
+void require_limits(int dof, const double* velocity, const double* acceleration) {
+    for (const double* limits : {velocity, acceleration})
+        for (int j = 0; j < dof; ++j) require(limits[j] > 0.0, "a limit is not above 0");
+}
+
+Curve curve_of(int dof, int m, const double* coefficients, const uint8_t* stop) {
+    require(m >= 1 && dof >= 1, "a curve has at least one piece and one joint");
+    require(within(coefficients, 3 * static_cast<size_t>(m) * dof, farthest), "the curve holds no finite number");
+    return {coefficients, stop, m, dof};
+}
+
+const Phase* phases_of(int p, int m, const double* rows) {
+    require(p >= 1 && within(rows, 5 * static_cast<size_t>(p), most_number), "a phase holds no finite number");
+    for (int k = 0; k < p; ++k) require(rows[5 * k] >= 0.0 && rows[5 * k] < m, "a phase is on no piece");
+    return reinterpret_cast<const Phase*>(rows);
+}
+
+}  // namespace
+
+extern "C" {
+
+// The least and the largest value (n, dof) on [0, 1] of polynomials c (n, degree + 1, dof).
+int polynomials_extrema(int64_t n, int degree, int dof, const double* c, double* least, double* largest) {
+    return answered([&] {
+        require_polynomials(n, degree, dof, c);
+        double own[highest_degree + 1];
+        for (int64_t k = 0; k < n; ++k)
+            for (int j = 0; j < dof; ++j) {
+                heed_at(k);
+                for (int i = 0; i <= degree; ++i) own[i] = c[(k * (degree + 1) + i) * dof + j];
+                extrema_of(own, degree, least[k * dof + j], largest[k * dof + j]);
+            }
+    });
+}
+
+// The largest share that the `order`-th derivative by time, of polynomials that take `seconds` (n,), has of limits
+// `most` (dof,), and on which piece and for which joint that is. Shares up to `beyond` may come out smaller.
+double polynomials_worst(int64_t n, int degree, int dof, int order, const double* c, const double* seconds,
+                         const double* most, double beyond, int64_t* where) {
+    return answered([&] {
+        require(n >= 1 && dof >= 1 && order >= 0, "there are no pieces, or the order is below 0");
+        require_polynomials(n, degree, dof, c);
+        const size_t derivatives = static_cast<size_t>(std::max(degree - order, 0)) + 1;
+        std::vector<double> slopes(n * dof * derivatives), units(n, 1.0);
+        double own[highest_degree + 1], worst = -1.0;
+        int left = 0;
+        const auto take = [&](double value, int64_t k, int j) {
+            if (!(value > worst * (units[k] * most[j]))) return;
+            worst = value / units[k] / most[j], where[0] = k, where[1] = j;
+        };
+        where[0] = where[1] = 0;
+        for (int64_t k = 0; k < n; ++k) {  // at the ends of the pieces
+            heed_at(k);
+            for (int i = 0; i < order; ++i) units[k] *= seconds[k];
+            for (int j = 0; j < dof; ++j) {
+                for (int i = 0; i <= degree; ++i) own[i] = c[(k * (degree + 1) + i) * dof + j];
+                left = derive(own, degree, order, own);
+                std::copy(own, own + left + 1, &slopes[(k * dof + j) * derivatives]);
+                take(std::max(std::fabs(own[0]), std::fabs(value_of(own, left, 1.0))), k, j);
+            }
+        }
+        for (int64_t k = 0; k < n; ++k) {  // and inside, where that may be more
+            heed_at(k);
+            for (int j = 0; j < dof; ++j) {
+                const double* slope = &slopes[(k * dof + j) * derivatives];
+                std::copy(slope, slope + left + 1, own);
+                to_bernstein(own, left);
+                double hull = 0.0, low = 0.0, high = 0.0;
+                for (int i = 0; i <= left; ++i) hull = std::max(hull, std::fabs(own[i]));
+                if (!(hull > std::max(worst, beyond) * (units[k] * most[j]))) continue;
+                extrema_of(slope, left, low, high);
+                take(std::max(std::fabs(low), std::fabs(high)), k, j);
+            }
+        }
+        return worst;
+    });
+}
+
+// The phases (p, 5) of the quickest motion along a curve (m, 3, dof), parabola k in `intervals[k]` parts; how many.
+// There is room for three a line, and for one an interval.
+int curve_phases(int dof, int m, const double* coefficients, const uint8_t* stop, const int64_t* intervals,
+                 const double* velocity, const double* acceleration, double* phases) {
+    return answered([&] {
+        const Curve curve = curve_of(dof, m, coefficients, stop);
+        require_limits(dof, velocity, acceleration);
+        require(between(intervals, m, 1, 1 << 20), "a parabola has at least one interval");
+        const QuickestMotion motion(curve, intervals, velocity, acceleration);
+        std::copy(motion.phases.begin(), motion.phases.end(), reinterpret_cast<Phase*>(phases));
+        return static_cast<int>(motion.phases.size());
+    });
+}
+
+// The knots of a motion through its phases: when (ns), positions and velocities (k, dof), pieces; how many. There is room
+// for two a phase.
+int curve_knots(int dof, int m, const double* coefficients, const uint8_t* stop, int p, const double* phases,
+                double stretch, int64_t window, int64_t apart, int64_t* clock, double* q, double* v, int64_t* piece) {
+    return answered([&] {
+        const Curve curve = curve_of(dof, m, coefficients, stop);
+        require(stretch > 0.0 && window > 0 && apart > 0, "a stretch or a time is not above 0");
+        const Phase* rows = phases_of(p, m, phases);
+        double lasts = 0.0;
+        for (int k = 0; k < p; ++k) lasts += stretch * rows[k].duration + static_cast<double>(window) * nanosecond;
+        require(lasts < 9e9, "the motion takes longer than nanoseconds count");
+        const Knots knots = KnotsOfPhases(curve, rows, p, stretch, window, apart).knots;
+        std::copy(knots.clock.begin(), knots.clock.end(), clock);
+        std::copy(knots.piece.begin(), knots.piece.end(), piece);
+        std::copy(knots.q.begin(), knots.q.end(), q);
+        std::copy(knots.v.begin(), knots.v.end(), v);
+        return static_cast<int>(knots.size());
+    });
+}
+
+// The mean over the last `window` ns of the cubics through points (k, dof): when, positions, velocities, accelerations;
+// how many. There is room for two a point.
+int motion_mean(int k, int dof, const int64_t* clock, const double* q, const double* v, int64_t window, int64_t apart,
+                int64_t* times, double* mean_q, double* mean_v, double* mean_a) {
+    return answered([&] {
+        require(k >= 2 && window > 0 && apart > 0, "a motion has two points or more, and times are above 0");
+        for (int i = 0; i + 1 < k; ++i) require(clock[i] < clock[i + 1], "the times of a motion do not increase");
+        const std::vector<int64_t> found = times_of_mean(clock, k, window, apart);
+        mean_over_window(Cubics(clock, q, v, k, dof), found, window, dof, mean_q, mean_v, mean_a);
+        std::copy(found.begin(), found.end(), times);
+        return static_cast<int>(found.size());
+    });
+}
+
+// The ramp (m, 3, dof) from one state to another in the first of `durations` in which every joint can; m, or 0. There is
+// room for 2 dof + 1 pieces.
+int ramp_quickest(int dof, const double* q0, const double* v0, const double* q1, const double* v1, int count,
+                  const double* durations, const double* velocity, const double* acceleration, double* pieces) {
+    return answered([&] {
+        require_limits(dof, velocity, acceleration);
+        const State start{{q0, q0 + dof}, {v0, v0 + dof}}, end{{q1, q1 + dof}, {v1, v1 + dof}};
+        const std::vector<double> found = quickest_ramp(start, end, durations, count, velocity, acceleration);
+        std::copy(found.begin(), found.end(), pieces);
+        return static_cast<int>(found.size()) / (3 * dof);
+    });
+}
+
+// The first of n pairs of moments (n, 2) s of a motion through phases along a curve between which there is a ramp, in
+// one of `count` shares of the time between them, that stays between `lower` and `upper`: its number and the pieces
+// `found` (3,) of the curve at both ends, s there (2,), and the ramp (m, 3, dof); m, or 0.
+int curve_next_ramp(int dof, int m, const double* coefficients, int p, const double* phases, int n,
+                    const double* moments, int count, const double* shares, const double* velocity,
+                    const double* acceleration, const double* lower, const double* upper, int64_t* found, double* s,
+                    double* pieces) {
+    return answered([&] {
+        const Curve curve = curve_of(dof, m, coefficients, nullptr);
+        require_limits(dof, velocity, acceleration);
+        const MotionOnCurve motion(curve, phases_of(p, m, phases), p);
+        std::vector<double> durations(count);
+        State states[2];
+        for (int k = 0; k < n; ++k) {
+            heed_at(k);
+            for (int end = 0; end < 2; ++end) motion.at(moments[2 * k + end], found[1 + end], s[end], states[end]);
+            for (int i = 0; i < count; ++i) durations[i] = shares[i] * (moments[2 * k + 1] - moments[2 * k]);
+            const std::vector<double> ramp =
+                quickest_ramp(states[0], states[1], durations.data(), count, velocity, acceleration);
+            if (ramp.empty() || !stay_between(ramp, dof, lower, upper)) continue;
+            found[0] = k;
+            std::copy(ramp.begin(), ramp.end(), pieces);
+            return static_cast<int>(ramp.size()) / (3 * dof);
+        }
+        return 0;
+    });
+}
+
+}  // extern "C"
+
+}  // namespace planner

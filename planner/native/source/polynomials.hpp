@@ -1,0 +1,73 @@
+// Polynomials c0 + c1 s + ... on [0, 1], ascending powers: values, Bernstein coefficients, exact extrema.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace planner {
+
+constexpr int highest_degree = 16;
+
+inline double value_of(const double* c, int degree, double s) {
+    double value = c[degree];
+    for (int k = degree - 1; k >= 0; --k) value = value * s + c[k];
+    return value;
+}
+
+// The Bernstein coefficients of a polynomial of its powers: it stays between the least and the largest of them. The i-th
+// one is the sum of binomial(i, k) / binomial(degree, k) c_k; Pascal's triangle adds them up.
+inline void to_bernstein(double* c, int degree) {
+    double binomial = 1.0;
+    for (int k = 1; k < degree; ++k) binomial = binomial * (degree - k + 1) / k, c[k] /= binomial;
+    for (int row = 1; row <= degree; ++row)
+        for (int i = degree; i >= row; --i) c[i] += c[i - 1];
+}
+
+// The derivative by s, `order` times; its degree, at least 0.
+inline int derive(const double* c, int degree, int order, double* found) {
+    std::copy(c, c + degree + 1, found);
+    for (; order > 0; --order) {
+        for (int k = 0; k < degree; ++k) found[k] = (k + 1) * found[k + 1];
+        if (degree > 0)
+            --degree;
+        else
+            found[0] = 0.0;
+    }
+    return degree;
+}
+
+// Where in (0, 1) the sign changes, ascending, to the last bit of s; how many places there are. Between two neighbouring
+// ones of its derivative a polynomial is monotone, so halving finds the one that is there.
+inline int sign_changes(const double* c, int degree, double* places) {
+    if (degree < 1) return 0;
+    double slope[highest_degree + 1], turns[highest_degree + 1];
+    const int between = sign_changes(slope, derive(c, degree, 1, slope), turns);
+    int count = 0;
+    double low = 0.0;
+    bool below = value_of(c, degree, low) < 0.0;
+    for (int k = 0; k <= between; ++k) {
+        const double end = k < between ? turns[k] : 1.0;
+        const bool there = value_of(c, degree, end) < 0.0;
+        if (there != below) {
+            double high = end;
+            for (double middle = 0.5 * (low + high); low < middle && middle < high; middle = 0.5 * (low + high))
+                ((value_of(c, degree, middle) < 0.0) == below ? low : high) = middle;
+            places[count++] = 0.5 * (low + high);
+        }
+        low = end, below = there;
+    }
+    return count;
+}
+
+// The least and the largest value, exact but for rounding.
+inline void extrema_of(const double* c, int degree, double& least, double& largest) {
+    double slope[highest_degree + 1], turns[highest_degree + 1];
+    const int count = sign_changes(slope, derive(c, degree, 1, slope), turns);
+    least = std::min(c[0], value_of(c, degree, 1.0)), largest = std::max(c[0], value_of(c, degree, 1.0));
+    for (int k = 0; k < count; ++k) {
+        const double value = value_of(c, degree, turns[k]);
+        least = std::min(least, value), largest = std::max(largest, value);
+    }
+}
+
+}  // namespace planner

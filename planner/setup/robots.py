@@ -1,0 +1,166 @@
+"""The robot of a request: read once a process as long as its files stand as they are, and the same object each time.
+
+What is worked out of a robot, its reaches, hulls and pairs, is kept by the object: so a new scene costs its obstacles.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from threading import Lock
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.errors import OptionError
+from planner.base.notes import Note
+from planner.base.places import Place
+from planner.models.files.robot_files import JointChoice, RobotFiles, read_robot, robot_file
+from planner.models.files.urdf_geometry import mesh_files
+from planner.models.poses import pose
+from planner.models.robot import Robot, assemble, with_carried, with_tool, with_widened_limits
+from planner.models.scene import Scene
+from planner.problem.request import WorldRequest
+from planner.problem.targets import Joints, Target, parse_base
+from planner.setup.message import choice_of, notes_on, start_of
+from planner.setup.resolve import looks_like_degrees
+from planner.setup.stamps import Stamp, stamp_of
+
+if TYPE_CHECKING:
+    from planner.models.files.moveit.requests import MotionPlanRequest
+
+_log = logging.getLogger(__name__)
+
+_KEPT = 16  # robots
+
+
+def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
+    """The robot as the scene and the request set it up; one that is given as such stands as it is."""
+    if isinstance(request.robot, Robot):
+        _require_as_it_is(request)
+        return _asked_of(_carrying(with_tool(request.robot, request.tool), scene), message, JointChoice())
+    files = _files(str(request.robot), request.srdf)
+    placement = scene.placement(files.name)
+    tool, fixed = request.tool or placement.tool, dict(placement.fixed_joints)
+    choice = JointChoice(request.group, request.joint_names)
+    if message is not None:
+        choice, start = choice_of(message, choice, files), start_of(message, scene)
+        planned = files.planned_joints(tool, choice, fixed)
+        held = {name: start[name] for name in files.model.names[1:] if name in start and name not in planned}
+        _log.info("joints that are not planned are held as the request has them: %s", held or "it names none")
+        fixed |= held
+    base = placement.base.matrix() if request.base is None else pose(*parse_base(request.base))
+    robot = _assembled(files, tool, choice, tuple(fixed.items()), tuple(np.ravel(base).tolist()))
+    return _asked_of(_carrying(robot, scene), message, choice)
+
+
+def widened_for(robot: Robot, targets: list[Target]) -> Robot:
+    """Limits widened to what is asked for in joints, unless that looks like degrees; the log says which."""
+    wanted = [np.array(t.values) for t in targets if isinstance(t, Joints) and len(t.values) == robot.dof]
+    wanted = [q for q in wanted if np.isfinite(q).all() and not looks_like_degrees(robot, q)]
+    low, high = robot.lower, robot.upper
+    for q in wanted:
+        low, high = np.minimum(low, q), np.maximum(high, q)
+    beyond = np.flatnonzero((low < robot.lower) | (high > robot.upper))
+    for k in beyond:
+        _log.warning("limits of %s widened to [%.4f, %.4f]", robot.joints[k], low[k], high[k])
+    return _widened(robot, tuple(low.tolist()), tuple(high.tolist())) if len(beyond) else robot
+
+
+def _require_as_it_is(request: WorldRequest) -> None:
+    for option in ("srdf", "group", "joints", "base"):
+        if getattr(request, option) is not None:
+            raise OptionError(
+                f"'{option}' is for a robot given by name or path: give it to Robot.load, which made this one."
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class _Read:
+    """A robot's files, and how those that it was read from stood then."""
+
+    files: RobotFiles
+    stamps: tuple[tuple[Path, Stamp | None], ...]
+
+    @property
+    def is_current(self) -> bool:
+        return all(stamp_of(path) == stamp for path, stamp in self.stamps)
+
+
+_read: dict[tuple[object, ...], _Read] = {}
+_alone = Lock()
+
+
+def _files(name: str, srdf: Place | None) -> RobotFiles:
+    """The robot's files, read again only where one of them has been touched."""
+    key = name, srdf, os.getcwd(), os.environ.get("ROS_PACKAGE_PATH")
+    with _alone:
+        known = _read.pop(key, None)
+    if known is None or not known.is_current:
+        began = time.time_ns()
+        files = read_robot(name, srdf)
+        known = _Read(files, tuple((path, stamp_of(path)) for path in dict.fromkeys(paths_of(files, srdf))))
+        if any(stamp is not None and stamp.changed >= began for _, stamp in known.stamps):
+            return known.files  # one that changes as it is read
+    with _alone:
+        _read[key] = known
+        while len(_read) > _KEPT:
+            _read.pop(next(iter(_read)))
+    return known.files
+
+
+def paths_of(files: RobotFiles, srdf: Place | None) -> Iterator[Path]:
+    """All that a robot was read from: robot.yaml, URDF, SRDF, meshes, and what a xacro may include."""
+    own, found = robot_file(files.origin), Path(files.description.path)
+    said = srdf if srdf is not None else files.srdf.path if files.srdf else None
+    yield from (Path(path) for path in (own, found, said) if path is not None)
+    yield from paths_beside(found)
+    yield from mesh_files(files.description)
+
+
+def paths_beside(description: Path) -> Iterator[Path]:
+    """What a xacro or an MJCF may include."""
+    if description.suffix.lower() == ".xacro":
+        yield from (path for kind in ("*.xacro", "*.yaml") for path in sorted(description.parent.parent.rglob(kind)))
+    if description.suffix.lower() == ".xml":
+        yield from sorted(description.parent.rglob("*.xml"))
+
+
+@lru_cache(_KEPT)
+def _assembled(
+    files: RobotFiles,
+    tool: str | None,
+    choice: JointChoice,
+    fixed: tuple[tuple[str, float], ...],
+    base: tuple[float, ...],
+) -> Robot:
+    return assemble(files, tool, choice, dict(fixed), np.reshape(base, (4, 4)))
+
+
+def _carrying(robot: Robot, scene: Scene) -> Robot:
+    return with_carried(robot, scene.carried) if scene.carried else robot
+
+
+def _asked_of(robot: Robot, message: MotionPlanRequest | None, choice: JointChoice) -> Robot:
+    """The robot with the shares of its limits that a request asks for, and notes of what it cannot make use of."""
+    if message is None:
+        return robot
+    return _with_shares(robot, tuple(message.shares.items()), notes_on(message, robot, choice))
+
+
+@lru_cache(_KEPT)
+def _with_shares(robot: Robot, shares: tuple[tuple[str, float], ...], notes: tuple[Note, ...]) -> Robot:
+    known: Mapping[str, float] = dict(shares)
+    return replace(robot, shares=known, notes=(*robot.notes, *notes)) if known != robot.shares or notes else robot
+
+
+@lru_cache(_KEPT)
+def _widened(robot: Robot, low: tuple[float, ...], high: tuple[float, ...]) -> Robot:
+    limits: Floats = np.array([low, high])
+    return with_widened_limits(robot, limits)

@@ -1,0 +1,28 @@
+"""What tells whether a file has been touched."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import NamedTuple
+
+from planner.base.errors import PlannerError
+from planner.base.files import is_file
+
+
+class Stamp(NamedTuple):
+    """A file as it stood: its path, when it was ``changed`` (ns), bytes, inode."""
+
+    path: str
+    changed: int
+    size: int
+    inode: int
+
+
+def stamp_of(path: Path) -> Stamp | None:
+    """How a file stands; None where there is none."""
+    with contextlib.suppress(PlannerError, OSError):
+        if is_file(path):
+            found = path.stat()
+            return Stamp(str(path), found.st_mtime_ns, found.st_size, found.st_ino)
+    return None
