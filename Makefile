@@ -1,5 +1,6 @@
 # make plan   plan the paper's manipulator scenario
 # make test   run every check: ruff, clang-format, pyright, pytest, notebooks, the page in a browser; WORKERS=8 for more processes
+# make coverage   run the tests and report the lines of planner/ that they reach in this process, file by file
 # make sanitize   run the tests of the compiled library once more, under the address and undefined-behaviour sanitizers
 # make docs   build the documentation into docs/_build/html, with warnings as errors, and check its links
 # make release   build sdist and wheel into dist, install the sdist on every Python from 3.11 to 3.13 that is here, and plan
@@ -12,7 +13,7 @@ BIN := .venv/bin
 WORKERS ?= 2
 NATIVE := $(wildcard planner/native/source/*.?pp planner/native/source/calls/*.?pp)
 
-.PHONY: plan test sanitize docs release pythons lock clean
+.PHONY: plan test coverage sanitize docs release pythons lock clean
 plan: .venv/ready
 	$(BIN)/planner plan
 
@@ -22,6 +23,9 @@ test: .venv/ready
 	$(BIN)/clang-format --dry-run --Werror $(NATIVE)
 	$(BIN)/pyright
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal
+
+coverage: .venv/ready
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal --cov --cov-report=term:skip-covered
 
 sanitize: .venv/ready
 	$(BIN)/python -m tests.native.sanitized

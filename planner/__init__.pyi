@@ -7,7 +7,7 @@ from .base.versions import __version__ as __version__
 from .collision import make_checker as make_checker
 from .collision.checker import CollisionChecker as CollisionChecker
 from .construction.build import build_roadmap as build_roadmap
-from .gabf.routes import paths_from as paths_from
+from .gabf.path import paths_from as paths_from
 from .models.moving import KnownMotion as KnownMotion
 from .models.moving import MovingObstacle as MovingObstacle
 from .models.poses import pose as pose

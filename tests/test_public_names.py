@@ -41,7 +41,7 @@ CALLED_BY_SOLVE = {"bind", "states", "steps", "targets", "wants", "block_of_row"
 RESULTS = {  # nobody but the planner makes these
     "Plan", "Tradeoff", "Trajectory", "Robot", "Reason", "Roadmap", "CollisionChecker", "Change",
     "gabf.CostToGo", "gabf.Certificate",
-    "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.Trajectory",
+    "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.FieldHistory",
 }  # fmt: skip
 INSIDE = {
     "Objective.total", "Roadmap.edge_index", "Roadmap.part", "Roadmap.record", "Roadmap.without_edge",
@@ -194,7 +194,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         "settle_tolerance": 1e-9, "max_steps": 1000, "until_tau": np.inf, "partition": None,
     },
     "gabf.structure": lambda: {"net": net(), "x_star": None},
-    "gabf.true_parents": lambda: {"net": net(), "found": gabf.structure(net()), "i": 1},
+    "gabf.true_parents": lambda: {"net": net(), "optimum": gabf.structure(net()), "i": 1},
     "gabf.value_iteration": lambda: {"net": net(), "x0": X, "max_sweeps": 10},
     "gabf.write_network": lambda: {"network": net(), "path": "/nonexistent/x.npz"},
 }  # fmt: skip

@@ -120,14 +120,13 @@ def dijkstra_on(network: gabf.Network) -> Callable[[], Floats]:
 
 def _runge_kutta(network: gabf.Network, tau_end: float, repeats: int) -> dict[str, tuple[int, Callable[[], Any]]]:
     """RK45 on right sides without overhead; only the state at the end is kept."""
-    from planner.gabf.solvers import disequilibrium
     from planner.reproduce.textbook import Initial
 
     start = Initial(network, LAW, gabf.overestimate(network), np.zeros(network.n_nodes))
     problem, anchored = start.problem, np.zeros(start.problem.anchors.size)
 
     def in_tau(_: float, y: Floats) -> Floats:
-        return np.concatenate((-LAW.flow.rate(disequilibrium(problem, y)), anchored))
+        return np.concatenate((-LAW.flow.rate(problem.disequilibrium(y)), anchored))
 
     def run(slope: Callable[[float, Floats], Floats], end: float) -> tuple[Floats, int]:
         from scipy.integrate import solve_ivp

@@ -1,6 +1,6 @@
 """``benchmarks stale``: blocks that read old values of each other. What still holds, and what the paper covers.
 
-The paper's law reads the neighbours' states of the same instant. Here a block reads what others told ``delay`` steps
+The paper's law reads the neighbours' states of the same instant. Here a block reads what others sent ``delay`` steps
 ago, or at the last multiple of a ``period`` of the law's time.
 """
 
@@ -22,10 +22,11 @@ from planner.base.progress import QUIET, Progress
 from planner.base.tables import markdown_table
 from planner.batch.results import Results
 from planner.gabf.laws import Law
+from planner.gabf.partitioned.block import Block
 from planner.gabf.partitioned.cut import Cut, bands
-from planner.gabf.partitioned.run import LocalBlocks, PartitionedField
+from planner.gabf.partitioned.run import PartitionedField
 from planner.gabf.problem import reduce
-from planner.gabf.solvers import State, disequilibrium, mean_cost
+from planner.gabf.solvers import State
 from planner.problem.request import require_seed
 
 NODES, BLOCKS, MOST_STEPS = 500, 4, 4000
@@ -63,18 +64,18 @@ class Row:
 
 
 class StaleField(PartitionedField):
-    """Blocks that are told the boundary of ``delay`` steps ago, or, if any are ``due``, at those readings tau only."""
+    """Blocks that receive the boundary of ``delay`` steps ago, or, if any are ``due``, at those readings tau only."""
 
     def __init__(self, cut: Cut, law: Law, y0: Floats, delay: int, due: Floats) -> None:
         parts = zip(cut.halos, cut.parts(y0), strict=True)
-        arguments = ((rows, y, halo.told, halo.wanted.size, law.flow) for halo, (rows, y) in parts)
-        super().__init__(cut, LocalBlocks(arguments), -1.0)
+        arguments = ((rows, y, halo.sent, halo.received.size, law.flow) for halo, (rows, y) in parts)
+        super().__init__(cut, [Block(*each) for each in arguments], -1.0)
         self._due, self._renewed = due, 0
         first = y0[cut.boundary]
         self._past: deque[Floats] = deque([first] * (delay + 1), maxlen=delay + 1)
 
     def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
-        """Also where the boundary is told."""
+        """Also where the boundary is sent."""
         state = super().state(tau, evaluations, rejected)
         passed = int(np.searchsorted(self._due, tau, side="right"))
         if not self._due.size or passed > self._renewed:
@@ -83,10 +84,10 @@ class StaleField(PartitionedField):
         return state
 
     def retire(self) -> None:
-        """No row rests for good: what it reads may still be told to have moved."""
+        """No row rests for good: what it reads may still turn out to have moved."""
 
-    def _exchange(self, told: Sequence[Floats]) -> list[Floats]:
-        return [self._past[0][halo.wanted] for halo in self._cut.halos]
+    def _exchange(self, sent: Sequence[Floats]) -> list[Floats]:
+        return [self._past[0][halo.received] for halo in self._cut.halos]
 
 
 def bench_stale(out: Path, graphs: int = 10, seed: int = 0, progress: Progress = QUIET) -> Results[Row]:
@@ -145,13 +146,13 @@ def _run(law: Law, start: str, stale: str, rng: np.random.Generator) -> _StaleRu
     y0, y_star = problem.pack(x0), problem.pack(fresh.x)
     delay, due = _when(law, stale)
     field = StaleField(Cut.of(problem, bands(problem, BLOCKS), BLOCKS), law, y0, delay, due)
-    states = gabf.Splitting().steps(field, law.flow, mean_cost(problem, y0), due)
+    states = gabf.Splitting().steps(field, law.flow, problem.mean_cost(y0), due)
     wrong_side, rounding = (-1.0 if start == "above" else 1.0), 1e-12 * np.maximum(1.0, np.abs(y_star))
     crossed, quiet, step = False, 0, 0
     while True:
         state, step = next(states), step + 1
         crossed |= bool((wrong_side * (state.y - y_star) > rounding).any())
-        at_rest = not disequilibrium(problem, state.y).any()
+        at_rest = not problem.disequilibrium(state.y).any()
         quiet = quiet + 1 if state.residual == 0.0 and state.tau >= due.max(initial=0.0) else 0
         if at_rest or step > MOST_STEPS or quiet > delay + 2:
             break

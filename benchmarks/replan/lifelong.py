@@ -15,6 +15,7 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
+from planner.gabf.reverse_adjacency import Readers
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +45,8 @@ class _Search:
     def __init__(self, network: gabf.Network, x: Floats) -> None:
         self._network, self.updates = network, 0
         self._sources = set(network.sources.tolist())
-        indptr, order = network.readers
-        self._readers = [network.tails[order[a:b]].tolist() for a, b in itertools.pairwise(indptr)]
+        readers = Readers(network.indices, network.n_nodes)
+        self._readers = [network.tails[readers.order[a:b]].tolist() for a, b in itertools.pairwise(readers.indptr)]
         spans = list(itertools.pairwise(network.indptr))
         self._arcs = [network.arcs.take(np.arange(a, b)) for a, b in spans]
         self._heads = [network.indices[a:b] for a, b in spans]

@@ -38,7 +38,7 @@ from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import recheck
 from planner.construction.build import build_roadmap
 from planner.construction.connect_endpoints import attach
-from planner.gabf.routes import paths_from
+from planner.gabf.path import paths_from
 from planner.planning.network import build_network
 from planner.planning.plan import plan
 from planner.problem.request import PlanRequest, WorldRequest

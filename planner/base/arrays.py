@@ -72,8 +72,8 @@ def plain_numbers(what: str, values: Any, error: type[PlannerError] = ArrayError
 def rows(what: str, values: Any, width: int, error: type[PlannerError] = ArrayError, most: float = np.inf) -> Floats:
     """As :func:`numbers`, of shape (n, width); one row alone (width,) becomes (1, width)."""
     shape = ("n", width)
-    found = _read(what, values, shape, error)
-    return _fitting(what, found[None] if found.shape == (width,) else found, shape, error, most)
+    array = _read(what, values, shape, error)
+    return _fitting(what, array[None] if array.shape == (width,) else array, shape, error, most)
 
 
 def indices(what: str, values: Any, shape: Shape, count: int, error: type[PlannerError] = ArrayError) -> Ints:
@@ -87,12 +87,12 @@ def indices(what: str, values: Any, shape: Shape, count: int, error: type[Planne
 
 def placement(what: str, values: Any, error: type[PlannerError] = ArrayError, most: float = np.inf) -> Floats:
     """``values`` as a rigid placement (4, 4): rotation, position, and 0 0 0 1 below; otherwise as :func:`numbers`."""
-    found = numbers(what, values, (4, 4), error, most)
-    turn = found[:3, :3]
+    array = numbers(what, values, (4, 4), error, most)
+    turn = array[:3, :3]
     rigid = np.abs(turn @ turn.T - np.eye(3)).max() <= 1e-6 and np.linalg.det(turn) > 0
-    if not rigid or np.abs(found[3] - [0.0, 0.0, 0.0, 1.0]).max() > 1e-9:
+    if not rigid or np.abs(array[3] - [0.0, 0.0, 0.0, 1.0]).max() > 1e-9:
         raise error(f"{what} is not rigid: give a (4, 4) placement, as planner.pose makes it.")
-    return found
+    return array
 
 
 _FLOAT = np.dtype(np.float64)
@@ -111,37 +111,37 @@ def _read(what: str, values: Any, shape: Shape, error: type[PlannerError]) -> Fl
     raise error(f"{what} is no array of numbers: give one of shape {_text(shape)}.")
 
 
-def _shaped(what: str, found: Floats, shape: Shape, error: type[PlannerError]) -> Floats:
-    there = found.shape
+def _shaped(what: str, array: Floats, shape: Shape, error: type[PlannerError]) -> Floats:
+    there = array.shape
     alike = len(there) == len(shape)
     for size, wanted in zip(there, shape, strict=False):
         alike = alike and (size == wanted or type(wanted) is str)
     if not alike:
         raise error(f"{what} has shape {there}: give an array of shape {_text(shape)}.")
-    return found
+    return array
 
 
-def _fitting(what: str, found: Floats, shape: Shape, error: type[PlannerError], most: float) -> Floats:
-    _shaped(what, found, shape, error)
-    if not _square(found) < min(most, 1e150) ** 2:  # a look at all of them at once takes a third of the time
-        fits = np.abs(found) <= most if most < np.inf else np.isfinite(found)
+def _fitting(what: str, array: Floats, shape: Shape, error: type[PlannerError], most: float) -> Floats:
+    _shaped(what, array, shape, error)
+    if not _square(array) < min(most, 1e150) ** 2:  # a look at all of them at once takes a third of the time
+        fits = np.abs(array) <= most if most < np.inf else np.isfinite(array)
         if not fits.all():
             limit = "" if most == np.inf else f", no farther than {most:g} from 0"
-            _refuse(what, found, fits, f"every number has to be finite{limit}", error)
-    return found
+            _refuse(what, array, fits, f"every number has to be finite{limit}", error)
+    return array
 
 
-def _square(found: Floats) -> float:
+def _square(array: Floats) -> float:
     """The sum of all squares. BLAS shares out long ones to threads, which wait for each other longer than it takes."""
-    flat = found.ravel()
-    return float(np.vdot(flat, flat) if found.size < _LONG else np.einsum("i,i->", flat, flat))
+    flat = array.ravel()
+    return float(np.vdot(flat, flat) if array.size < _LONG else np.einsum("i,i->", flat, flat))
 
 
 def _text(shape: Shape) -> str:
     return f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
 
 
-def _refuse(what: str, found: Floats, fits: NDArray[np.bool_], remedy: str, error: type[PlannerError]) -> NoReturn:
+def _refuse(what: str, array: Floats, fits: NDArray[np.bool_], remedy: str, error: type[PlannerError]) -> NoReturn:
     at = tuple(int(k) for k in np.argwhere(~fits)[0])
     where = f"[{', '.join(map(str, at))}]" if at else ""
-    raise error(f"{what}{where} is {found[at]:g}: {remedy}.")
+    raise error(f"{what}{where} is {array[at]:g}: {remedy}.")

@@ -53,10 +53,10 @@ def mismatch(file: Path) -> str | None:
 def _listed(record: Path) -> dict[str, str]:
     """The hashes that a record holds by the names of files beside it; none where it cannot be read."""
     try:
-        found = json.loads(read_text(record, "record")) if is_file(record) else None
+        content = json.loads(read_text(record, "record")) if is_file(record) else None
     except (FileError, ValueError, RecursionError):
         return {}
-    files = found.get("files") if isinstance(found, dict) else None
+    files = content.get("files") if isinstance(content, dict) else None
     listed = files.items() if isinstance(files, dict) else ()
     return {name: digest for name, digest in listed if isinstance(digest, str) and _NAME.fullmatch(name)}
 

@@ -87,8 +87,8 @@ def local_cluster(workers: int) -> Iterator[str]:
         host="127.0.0.1",
         dashboard_address="127.0.0.1:0",
         silence_logs=logging.ERROR,
-    ) as found:
-        yield found.scheduler_address
+    ) as local:
+        yield local.scheduler_address
 
 
 @contextmanager
@@ -113,11 +113,11 @@ def cluster(address: str) -> Iterator[Cluster]:
             "the address."
         ) from None
     with client, client.as_current():  # actors look for the current client
-        found = Cluster(client)
-        if not found.threads:
+        workers = Cluster(client)
+        if not workers.threads:
             raise FileError(f"the scheduler at {address} has no workers: start some with 'dask worker {address}'.")
         try:
-            yield found
+            yield workers
         except KilledWorker as error:
             raise PlannerError(
                 f"the cluster gave up on a task whose workers died one after the other: {error}."

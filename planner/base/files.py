@@ -13,8 +13,9 @@ import json
 import os
 import stat
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from planner.base.errors import FileError
 
@@ -46,7 +47,14 @@ def _reason(error: OSError | ValueError) -> str:
 
 
 def write_whole(path: Path, content: bytes, lasting: bool = True) -> None:
-    """Write to a temporary name beside ``path``, then rename; on a :class:`FileError` an old file is untouched.
+    """Write ``content`` as :func:`whole_file` does."""
+    with whole_file(path, lasting) as file:
+        file.write(content)
+
+
+@contextlib.contextmanager
+def whole_file(path: Path, lasting: bool = True) -> Iterator[IO[bytes]]:
+    """A file under a temporary name beside ``path``, then renamed; on a :class:`FileError` an old file is untouched.
 
     A writer that is killed leaves its temporary file behind; the next one to write ``path`` clears it away. What need
     not survive a power cut, as its readers notice, is not ``lasting``: the disk is not waited for.
@@ -56,7 +64,7 @@ def write_whole(path: Path, content: bytes, lasting: bool = True) -> None:
         _clear_unfinished(path)
         handle, temporary = _open_temporary(path)
         with os.fdopen(handle, "wb") as file:
-            file.write(content)
+            yield file
             file.flush()
             if lasting:
                 os.fsync(file.fileno())

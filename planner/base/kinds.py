@@ -73,12 +73,12 @@ def checks_kinds(thing: Checked) -> Checked:
 
 def kinds_of(function: Callable[..., Any]) -> dict[str, Kind | None]:
     """The kind that each parameter of a function is checked for; None where anything will do."""
-    hints, found = _scope(function), {}
+    names, kinds = {**vars(sys.modules[function.__module__]), **WIDER}, {}
     for name, parameter in inspect.signature(function).parameters.items():
         many = parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
         if not many and parameter.annotation is not parameter.empty:
-            found[name] = kind_of(_read(parameter.annotation, hints))
-    return found
+            kinds[name] = kind_of(_read(parameter.annotation, names))
+    return kinds
 
 
 def kind_of(hint: Any) -> Kind | None:
@@ -129,17 +129,12 @@ def _checking(function: Any) -> Any:
     return checked
 
 
-def _scope(function: Callable[..., Any]) -> Mapping[str, Any]:
-    """What the names in a function's hints stand for."""
-    return {**vars(sys.modules[function.__module__]), **WIDER}
-
-
-def _read(annotation: Any, scope: Mapping[str, Any]) -> Any:
-    """A hint that was kept as text; ``object`` where only type checkers know its names."""
+def _read(annotation: Any, names: Mapping[str, Any]) -> Any:
+    """A hint that was kept as text, by what its ``names`` stand for; ``object`` where only type checkers know them."""
     if not isinstance(annotation, str):
         return annotation
     try:
-        return eval(annotation, dict(scope))  # as typing.get_type_hints does, hint by hint
+        return eval(annotation, dict(names))  # as typing.get_type_hints does, hint by hint
     except NameError:
         return object
 
@@ -183,9 +178,9 @@ def _any_of(kinds: Sequence[Kind | None]) -> Kind | None:
     known = [kind for kind in kinds if kind is not None]
     if len(known) < len(kinds):
         return None
-    said = [kind for kind in known if kind is not _PLAIN[type(None)]]
-    wanted = dict.fromkeys(kind.wanted for kind in said)
-    errors = {kind.error for kind in said}
+    named = [kind for kind in known if kind is not _PLAIN[type(None)]]
+    wanted = dict.fromkeys(kind.wanted for kind in named)
+    errors = {kind.error for kind in named}
     tests = [kind.fits for kind in known]
     error = errors.pop() if len(errors) == 1 else FileError if FileError in errors else KindError
     return Kind(lambda value: any(fits(value) for fits in tests), ", or ".join(wanted), error)
@@ -231,29 +226,27 @@ def _instance(kind: type) -> Kind:
     wanted = _WANTED.get(kind.__name__, f"{article} {kind.__name__}")
     if not getattr(kind, "_is_protocol", False):
         return Kind(lambda value: isinstance(value, kind), wanted)
-    asked = [name for name, member in vars(kind).items() if not name.startswith("_") and _is_asked(member)]
+    members = [(name, member) for name, member in vars(kind).items() if not name.startswith("_")]
+    required = [name for name, member in members if callable(member) or isinstance(member, property)]
 
     def fits(value: object) -> bool:
         own = getattr(value, "__dict__", {})
-        return not isinstance(value, type) and all(hasattr(type(value), name) or name in own for name in asked)
+        return not isinstance(value, type) and all(hasattr(type(value), name) or name in own for name in required)
 
     return Kind(fits, wanted)
 
 
-def _is_asked(member: object) -> bool:
-    return callable(member) or isinstance(member, property)
-
-
+_PATH = Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError)
 _PLAIN: dict[Any, Kind | None] = {
-    type(None): Kind(lambda value: value is None, "None"),
-    None: Kind(lambda value: value is None, "None"),
+    **dict.fromkeys((type(None), None), Kind(lambda value: value is None, "None")),
     bool: Kind(
         lambda value: isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"), "True or False", OptionError
     ),
     int: Kind(lambda value: isinstance(value, Integral), "a whole number", OptionError),
     float: Kind(_is_number, "a number", OptionError),
     str: Kind(lambda value: isinstance(value, str), "text", OptionError),
-    os.PathLike: Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError),
-    os.PathLike[str]: Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError),
+    **dict.fromkeys(
+        (os.PathLike, os.PathLike[str]), Kind(lambda value: isinstance(value, os.PathLike), "a path", FileError)
+    ),
     Any: None,
 }

@@ -73,5 +73,5 @@ class Silenced:
         urdfdom writes "Error:   joint 'j' is not unique." and then where in its source it was.
         """
         lines = [line.strip() for line in self.text.splitlines()]
-        found = next((line for line in lines if line.startswith(start)), "")
-        return found.removeprefix(start).strip().partition(". ")[0].rstrip(".")[:200]
+        line = next((line for line in lines if line.startswith(start)), "")
+        return line.removeprefix(start).strip().partition(". ")[0].rstrip(".")[:200]

@@ -152,8 +152,8 @@ def validate(model: type[Model], data: Any, where: str, error_type: type[Planner
     try:
         return model.model_validate(data)
     except pydantic.ValidationError as error:
-        found = error.errors(include_url=False)  # a key that is misspelt is missing too: of the two say the former
-        first = next((each for each in found if each["type"] == "extra_forbidden"), found[0])
+        errors = error.errors(include_url=False)  # a key that is misspelt is missing too: of the two say the former
+        first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
         raise error_type(f"{where}: {_sentence(first, model)}") from None
 
 
@@ -181,8 +181,8 @@ def repeated(names: Iterable[str]) -> list[str]:
 
 def nearest(name: str, known: Iterable[str], alike: float = 0.7) -> str:
     """A question in brackets, behind a blank, which of the ``known`` names was meant; empty where none is ``alike``."""
-    found = difflib.get_close_matches(name[:100], list(known), n=1, cutoff=alike)
-    return f" (did you mean {shown(found[0])}?)" if found else ""
+    near = difflib.get_close_matches(name[:100], list(known), n=1, cutoff=alike)
+    return f" (did you mean {shown(near[0])}?)" if near else ""
 
 
 def _keys_at(model: type[pydantic.BaseModel], place: Iterable[Any]) -> list[str]:

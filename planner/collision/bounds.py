@@ -16,7 +16,7 @@ from types import MappingProxyType
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.kept import kept
+from planner.base.cache import cached
 from planner.base.products import product
 from planner.collision.bounding_volumes import Spheres, box_cover, sphere_cover
 from planner.collision.hulls import hull_of
@@ -122,7 +122,7 @@ def _add_item(native: NativeWorld, item: Body | Obstacle, motions: Mapping[str, 
 def _cover(shape: Shape) -> Spheres:
     if not isinstance(shape, Mesh):
         return sphere_cover(shape, _SPHERES, _CELL)
-    arrays = kept("spheres", [*shape.content(), _SPHERES, _CELL], lambda: vars(sphere_cover(shape, _SPHERES, _CELL)))
+    arrays = cached("spheres", [*shape.content(), _SPHERES, _CELL], lambda: vars(sphere_cover(shape, _SPHERES, _CELL)))
     return Spheres(frozen(arrays["centres"]), frozen(arrays["radii"]))
 
 

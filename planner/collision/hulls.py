@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, distinct_rows, frozen
-from planner.base.kept import Arrays, kept
+from planner.base.cache import Arrays, cached
 from planner.base.products import product
 from planner.models.shapes import Mesh
 from planner.models.solids import points_used, solid_of
@@ -24,7 +24,7 @@ def hull_of(mesh: Mesh) -> tuple[Floats, float]:
     a bound. Both are made once: then they come from the cache.
     """
     few = 3 * len(mesh.triangles) < _MANY
-    made = _hull_of(mesh) if few else kept("hulls", mesh.content(), lambda: _hull_of(mesh))
+    made = _hull_of(mesh) if few else cached("hulls", mesh.content(), lambda: _hull_of(mesh))
     return frozen(made["corners"]), float(made["depth"])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.base.kept import kept
+from planner.base.cache import cached
 from planner.collision.checker import APART, CollisionChecker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements
@@ -45,7 +45,7 @@ def worked_out(
         made.append(backend(World.of(robot, Scene("none"), disabled)))
         return {"pairs": np.array(_always(made[0]), dtype=np.str_).reshape(-1, 2)}
 
-    found = kept("pairs", [robot.identity, SAMPLES, FIRST, ALWAYS], always)["pairs"]
+    found = cached("pairs", [robot.identity, SAMPLES, FIRST, ALWAYS], always)["pairs"]
     return disabled | frozenset(frozenset(pair) for pair in found.tolist()), made[0] if made else None
 
 

@@ -33,7 +33,7 @@ def convergence(results: Mapping[str, gabf.CostToGo], nodes: Ints | None = None,
     figure = Figure(figsize=(4.6 * columns, 2.9 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, (label, result) in zip(panels, results.items(), strict=False):
-        course = _trajectory(label, result)
+        course = _history(label, result)
         chosen = _spread_nodes(result.x) if nodes is None else np.asarray(nodes)
         t, x = _until_deadline(result, course.t), course.x[:, chosen]
         for k, column in enumerate(_rested(result, course.t, x).T):
@@ -62,7 +62,7 @@ def error_decay(results: Mapping[str, gabf.CostToGo], unit: str = "no unit") -> 
     figure = Figure(figsize=(6.8, 3.8), layout="constrained")
     axes = figure.add_subplot()
     for k, (label, result) in enumerate(results.items()):
-        course = _trajectory(label, result)
+        course = _history(label, result)
         x_star = gabf.oracle(result.network)
         known = np.isfinite(x_star)
         error = np.abs(course.x[:, known] - x_star[known]).max(axis=1)
@@ -78,10 +78,10 @@ def error_decay(results: Mapping[str, gabf.CostToGo], unit: str = "no unit") -> 
     return figure
 
 
-def _trajectory(label: str, result: gabf.CostToGo) -> gabf.Trajectory:
-    if result.trajectory is None:
-        raise OptionError(f"'{label}' has no trajectory to draw: solve with save=gabf.EverySteps(1).")
-    return result.trajectory
+def _history(label: str, result: gabf.CostToGo) -> gabf.FieldHistory:
+    if result.history is None:
+        raise OptionError(f"'{label}' has no history to draw: solve with save=gabf.EverySteps(1).")
+    return result.history
 
 
 def _spread_nodes(x: Floats) -> Ints:

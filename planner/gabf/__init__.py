@@ -28,7 +28,7 @@ from planner.gabf.oracle import bellman_operator, max_error, oracle, residual, v
 from planner.gabf.partitioned.cut import Partition
 from planner.gabf.path import cheapest_path, extract_path
 from planner.gabf.references import BackwardEuler, RungeKutta45, right_side
-from planner.gabf.result import CostToGo, Ending, Trajectory
+from planner.gabf.result import CostToGo, Ending, FieldHistory
 from planner.gabf.saving import AtTimes, EverySteps
 from planner.gabf.solve import solve
 from planner.gabf.splitting import Splitting
@@ -44,6 +44,7 @@ __all__ = [
     "EdgeIntegral",
     "Ending",
     "EverySteps",
+    "FieldHistory",
     "FixedTime",
     "Healing",
     "Kernel",
@@ -63,7 +64,6 @@ __all__ = [
     "T_star_printed",
     "T_star_sharp",
     "TradeOff",
-    "Trajectory",
     "UserKernel",
     "bellman_operator",
     "certify",

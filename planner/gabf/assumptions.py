@@ -10,7 +10,7 @@ from planner.base.arrays import Bools, Floats, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem, reduce, require_state
+from planner.gabf.problem import Problem, field, reduce
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ def overestimate(net: Network) -> Floats:
 
 
 def start_above(problem: Problem) -> Floats:
-    rungs = _ladder(problem, np.full(problem.depth + 1, -np.inf))
-    starts = [0.0, *(problem.climb(k, rungs[k]) for k in range(1, rungs.size))]
-    return np.concatenate((np.array(starts)[problem.hops], problem.anchors))
+    rungs = _ladder(problem, np.full(len(problem.climbs) + 1, -np.inf))
+    starts = [0.0, *(climb(rung) for climb, rung in zip(problem.climbs, rungs[1:], strict=True))]
+    return problem.with_sources(np.array(starts)[problem.hops])
 
 
 def premises(problem: Problem, y0: Floats) -> Premises:
@@ -67,7 +67,7 @@ def ceiling(problem: Problem, y0: Floats) -> Floats:
     V_0 = max source, V_k = max(x_i(0) over nodes of k hops, g_k(V_(k-1))) with g_k of :func:`overestimate`
     satisfies T'V <= V, and the flow keeps order, so x stays below V.
     """
-    return np.concatenate((_rungs_above(problem, y0)[problem.hops], problem.anchors))
+    return problem.with_sources(_rungs_above(problem, y0)[problem.hops])
 
 
 def check_kernel(problem: Problem, lower: float, upper: float) -> Premises:
@@ -99,12 +99,11 @@ def pack_start(problem: Problem, x0: Floats | float | None) -> Floats:
         return start_above(problem)
     x = plain_numbers("x0", x0, AssumptionError)
     x = np.full(problem.network.n_nodes, float(x)) if x.ndim == 0 else x
-    require_state(problem, x, "x0")
-    return problem.pack(x)
+    return problem.pack(field(problem, x, "x0"))
 
 
 def _rungs_above(problem: Problem, y0: Floats) -> Floats:
-    floor = np.full(problem.depth + 1, -np.inf)
+    floor = np.full(len(problem.climbs) + 1, -np.inf)
     np.maximum.at(floor, problem.hops, y0[: problem.n_rows])
     return _ladder(problem, floor)
 
@@ -112,8 +111,8 @@ def _rungs_above(problem: Problem, y0: Floats) -> Floats:
 def _ladder(problem: Problem, floor: Floats) -> Floats:
     rungs = np.empty(floor.size)
     rungs[0] = problem.anchors.max()
-    for k in range(1, rungs.size):
-        rungs[k] = max(floor[k], problem.climb(k, rungs[k - 1]))
+    for k, climb in enumerate(problem.climbs, 1):
+        rungs[k] = max(floor[k], climb(rungs[k - 1]))
     return rungs
 
 

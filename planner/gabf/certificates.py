@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -52,13 +52,16 @@ class Certificate:
     quantity: str
     bound: float
     measured: float | None
-    slack: float | None
+    slack: float | None = field(init=False)
     assumptions: tuple[Assumption, ...]
     ours: bool = False
     log10_remaining: float | None = None
     proven: bool = True
     earliest: float | None = None
     latest: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "slack", None if self.measured is None else self.bound - self.measured)
 
     @property
     def applies(self) -> bool:
@@ -85,8 +88,6 @@ class Facts:
     result: CostToGo
     optimum: Structure
     error: Floats
-    zeta: float
-    L: float
     base: tuple[Assumption, ...]
 
     @property
@@ -133,9 +134,8 @@ def certify(net: Network, law: Law, result: CostToGo, optimum: Structure | None 
     known = result.x if result.error_bound == 0.0 else oracle(net)
     optimum = structure(net, known) if optimum is None else optimum
     facts = _facts(law, result, optimum, reachable.rows)
-    found = [_globalbound(facts), _upper(facts)]
-    found += _fixed_time(law, facts) if isinstance(law, FixedTime | SingularityFree) else _exponential(facts)
-    return [certificate for certificate in found if certificate.applies]
+    settling = _fixed_time(law, facts) if isinstance(law, FixedTime | SingularityFree) else _exponential(facts)
+    return [certificate for certificate in (*_range(facts), *settling) if certificate.applies]
 
 
 def _facts(law: Law, result: CostToGo, optimum: Structure, rows: Any) -> Facts:
@@ -150,35 +150,16 @@ def _facts(law: Law, result: CostToGo, optimum: Structure, rows: Any) -> Facts:
         Assumption("progressive", premises.zeta > 0 and visible, f"zeta = {premises.zeta:.6g}, {how}{lost}"),
     )
     error = result.x0[rows] - optimum.x_star[rows]
-    return Facts(law, result, optimum, error, premises.zeta, premises.L, base)
+    return Facts(law, result, optimum, error, base)
 
 
 def _settling(
-    facts: Facts,
-    name: str,
-    equation: str,
-    bound: float,
-    assumptions: tuple[Assumption, ...],
-    ours: bool = False,
-    proven: bool = True,
+    facts: Facts, name: str, equation: str, bound: float, assumptions: tuple[Assumption, ...], **kind: bool
 ) -> Certificate:
     measured, earliest, latest = _date(facts.result, bound)
-    slack = None if measured is None else bound - measured
     remaining = facts.law.clock.log10_remaining(bound) if math.isfinite(bound) else None
-    return Certificate(
-        name,
-        equation,
-        "settling tau",
-        bound,
-        measured,
-        slack,
-        assumptions,
-        ours,
-        remaining,
-        proven,
-        earliest,
-        latest,
-    )
+    more: dict[str, Any] = {"log10_remaining": remaining, "earliest": earliest, "latest": latest, **kind}
+    return Certificate(name, equation, "settling tau", bound, measured, assumptions, **more)
 
 
 def _date(result: CostToGo, bound: float) -> tuple[float, float, float] | tuple[None, None, None]:
@@ -195,7 +176,7 @@ def _date(result: CostToGo, bound: float) -> tuple[float, float, float] | tuple[
 
 def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Certificate]:
     flow, optimum = law.flow, facts.optimum
-    rise = bounds.T_f(flow, float(optimum.values[-1]), facts.lowest, facts.zeta)
+    rise = bounds.T_f(flow, float(optimum.values[-1]), facts.lowest, facts.result.premises.zeta)
     theorem = "theorem (singularity)" if law.prescribed_time else "theorem (fix)"
     for name, T_star, proven in (
         ("T_* as printed, which is no bound", bounds.T_star_printed(law), False),
@@ -209,12 +190,12 @@ def _fixed_time(law: FixedTime | SingularityFree, facts: Facts) -> Iterator[Cert
     by_levels = bounds.settling_bound(optimum.R, sharp, rise)
     yield _settling(facts, "R levels instead of |V\\S|", "definition (S)", by_levels, facts.base, ours=True)
     rungs = np.concatenate(([facts.lowest], optimum.values[1:])) if facts.below else None
-    both = bounds.two_sided_bound(flow, sharp, facts.fewest, rungs, facts.zeta)
+    both = bounds.two_sided_bound(flow, sharp, facts.fewest, rungs, facts.result.premises.zeta)
     yield _settling(facts, "from above by hops, from below by levels", "", both, facts.base, ours=True)
 
 
 def _exponential(facts: Facts) -> Iterator[Certificate]:
-    D, L, tolerance = facts.optimum.diameter, facts.L, facts.result.settle_tolerance
+    D, L, tolerance = facts.optimum.diameter, facts.result.premises.L, facts.result.settle_tolerance
     log_M = bounds.log_exponential_factor(facts.e_max, L, D)
     label = "eq. (boundt)" if facts.law.prescribed_time else "eq. (exTraj)"
     loose = bounds.tau_when(lambda tau: bounds.log_boundt(log_M, tau), tolerance)
@@ -225,13 +206,13 @@ def _exponential(facts: Facts) -> Iterator[Certificate]:
             return bounds.log_errorbound(facts.e_max, L, hops, tau)
 
         tight = bounds.tau_when(log_bound, tolerance)
-        yield _settling(facts, name, "eq. (errorbound)", tight, facts.over, ours)
-    if facts.result.trajectory is not None:
+        yield _settling(facts, name, "eq. (errorbound)", tight, facts.over, ours=ours)
+    if facts.result.history is not None:
         yield from _along_trajectory(facts, log_M)
 
 
 def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
-    saved = facts.result.trajectory
+    saved = facts.result.history
     assert saved is not None
     rows, live = facts.optimum.longest > 0, np.isfinite(saved.tau)
     tau, x, u = saved.tau[live], saved.x[live][:, rows], saved.u[live][:, rows]
@@ -241,51 +222,28 @@ def _along_trajectory(facts: Facts, log_M: float) -> Iterator[Certificate]:
     yield _least_slack("x* is not undershot", "lemma (over)", "x* - x", np.zeros_like(error), -error, facts.over)
     clock = facts.law.clock
     if isinstance(clock, PrescribedClock):
-        lower, upper = bounds.input_bounds(clock, log_M, facts.L, facts.error, tau)
+        lower, upper = bounds.input_bounds(clock, log_M, facts.result.premises.L, facts.error, tau)
         yield _least_slack("control input from below", "eq. (lowerli)", "-dx/dt", -lower, -u, facts.over)
         yield _least_slack("control input from above", "eq. (ute)", "dx/dt", upper, u, facts.over)
 
 
 def _least_slack(
-    name: str,
-    equation: str,
-    quantity: str,
-    bound: Floats,
-    measured: Floats,
-    assumptions: tuple[Assumption, ...],
+    name: str, equation: str, quantity: str, bound: Floats, measured: Floats, assumptions: tuple[Assumption, ...]
 ) -> Certificate:
     """The state and node where the bound is closest."""
     bound = np.broadcast_to(bound, measured.shape)
     at = np.unravel_index(int(np.argmin(bound - measured)), measured.shape)
-    b, m = float(bound[at]), float(measured[at])
-    return Certificate(name, equation, quantity, b, m, b - m, assumptions)
+    return Certificate(name, equation, quantity, float(bound[at]), float(measured[at]), assumptions)
 
 
-def _globalbound(facts: Facts) -> Certificate:
-    least = facts.result.lowest
-    return Certificate(
-        "no state falls below",
-        "lemma (globalbound)",
-        "-min x",
-        -facts.lowest,
-        -least,
-        least - facts.lowest,
-        facts.base,
-    )
-
-
-def _upper(facts: Facts) -> Certificate:
-    most, bound = facts.result.highest, facts.result.premises.upper
-    return Certificate(
-        "no state rises above",
-        "lemma (globalexistence)",
-        "max x",
-        bound,
-        most,
-        bound - most,
-        facts.base,
-        ours=True,
-    )
+def _range(facts: Facts) -> list[Certificate]:
+    """No state leaves the interval that the premises were checked on."""
+    lowest, highest, upper = facts.result.lowest, facts.result.highest, facts.result.premises.upper
+    below, above = ("no state falls below", "lemma (globalbound)"), ("no state rises above", "lemma (globalexistence)")
+    return [
+        Certificate(*below, "-min x", -facts.lowest, -lowest, facts.base),
+        Certificate(*above, "max x", upper, highest, facts.base, ours=True),
+    ]
 
 
 def _is_infinite(value: Any) -> bool:

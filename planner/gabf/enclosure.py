@@ -74,16 +74,13 @@ def bracket_settling(
 
 def _optimum(problem: Problem) -> Floats:
     """x*, from above: as many sweeps of eq. (bellman-gabf) as there are rows suffice."""
-    y = start_above(problem)
-    for _ in range(problem.n_rows + 1):
-        swept = np.concatenate((problem.parent_values(y), problem.anchors))
-        if np.array_equal(swept, y):
-            return y
-        y = swept
-    raise AssumptionError(
-        f"x* is not reached in as many sweeps as there are nodes: {type(problem.network.kernel).__name__} does not "
-        "increase, or is not progressive, somewhere between the values that it was probed at; mend it"
-    )
+    settled = problem.settled(start_above(problem), problem.n_rows)
+    if settled is None:
+        raise AssumptionError(
+            f"x* is not reached in as many sweeps as there are nodes: {type(problem.network.kernel).__name__} does not "
+            "increase, or is not progressive, somewhere between the values that it was probed at; mend it"
+        )
+    return settled[0]
 
 
 def _dates(side: Side, y_star: Floats, tolerance: float, dtau: float, ramp: float) -> tuple[float, float]:

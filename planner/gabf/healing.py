@@ -12,15 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, plain_numbers
-from planner.base.errors import ArrayError, AssumptionError
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.laws import Law
 from planner.gabf.network import Network
 from planner.gabf.oracle import max_error, oracle
-from planner.gabf.problem import Problem, reduce
+from planner.gabf.problem import Problem, reduce, states
 from planner.gabf.result import CostToGo
-from planner.gabf.reverse_adjacency import Readers
 from planner.gabf.solve import solve
 
 
@@ -40,8 +39,8 @@ class Healing:
     @property
     def settling_tau(self) -> float | None:
         """When the field settled, on the clock that was running when the network changed."""
-        found = self.cost_to_go.settling_tau
-        return None if found is None else self.since_tau + found
+        tau = self.cost_to_go.settling_tau
+        return None if tau is None else self.since_tau + tau
 
     @property
     def settling_time(self) -> float | None:
@@ -75,13 +74,13 @@ def heal(net: Network, x: Floats, law: Law | None = None, since_tau: float = 0.0
             "everywhere: start anew with solve(net, law), or take the SingularityFree law"
         )
     start = raised_start(net, x)
-    found = solve(net, law, x0=start, **options)
-    reached = np.isfinite(found.x)
+    result = solve(net, law, x0=start, **options)
+    reached = np.isfinite(result.x)
     before = np.asarray(x, dtype=np.float64)
     return Healing(
-        found,
+        result,
         raised=np.flatnonzero(reached & (start != before)),
-        moved=np.flatnonzero(reached & (found.x != before)),
+        moved=np.flatnonzero(reached & (result.x != before)),
         since_tau=since_tau,
     )
 
@@ -96,16 +95,11 @@ def raised_start(net: Network, x: Floats) -> Floats:
     too. Where arcs fell nothing needs to be raised. Ours.
     """
     problem = reduce(net)
-    x = plain_numbers("x", x)
-    if x.shape != (net.n_nodes,):
-        raise ArrayError(f"x has shape {x.shape}: give a state for each of {net.n_nodes} nodes.")
-    y = x[problem.nodes]
-    y[problem.n_rows :] = problem.anchors
-    readers = Readers(problem.heads, problem.nodes.size)
-    settled = _borne(problem, readers, y)
+    y = problem.pack(states(net, x, "x"))
+    settled = _borne(problem, y)
     frontier = np.flatnonzero(settled)
     while frontier.size:
-        arcs = readers.of(frontier)
+        arcs = problem.readers.of(frontier)
         arcs = arcs[~settled[problem.owners[arcs]]]
         owners = problem.owners[arcs]
         offers = problem.arcs.take(arcs)(y[problem.heads[arcs]])
@@ -116,17 +110,8 @@ def raised_start(net: Network, x: Floats) -> Floats:
     return problem.unpack(y)
 
 
-def _borne(problem: Problem, readers: Readers, y: Floats) -> Bools:
+def _borne(problem: Problem, y: Floats) -> Bools:
     """(R + S,) the nodes that arcs with f(y_j) <= y_i lead from to a source."""
     with np.errstate(invalid="ignore"):
         bears = problem.arcs(y[problem.heads]) <= y[problem.owners]
-    bears &= np.isfinite(y[problem.owners])
-    borne = np.zeros(problem.nodes.size, dtype=bool)
-    borne[problem.n_rows :] = True
-    frontier = np.arange(problem.n_rows, problem.nodes.size)
-    while frontier.size:
-        arcs = readers.of(frontier)
-        owners = problem.owners[arcs[bears[arcs]]]
-        frontier = np.unique(owners[~borne[owners]])
-        borne[frontier] = True
-    return borne
+    return problem.hops_along(bears & np.isfinite(y[problem.owners])) >= 0

@@ -93,17 +93,12 @@ class TradeOff(Kernel):
 
 @checks_kinds
 @dataclass(frozen=True)
-class EdgeIntegral(Kernel):
+class EdgeIntegral(TradeOff):
     """f_i(x_j, w_ij) = x_j + (1 - beta) c_ij + beta w_ij, with c_ij the manipulability cost integrated along the edge.
 
     As :class:`TradeOff`, but ``arc_cost`` c_ij makes the result independent of how densely nodes are sampled.
     A larger ``beta`` favours short paths. zeta = min of (1 - beta) c_ij + beta w_ij, L = 1.
     """
-
-    beta: float = 0.5
-
-    def __post_init__(self) -> None:
-        require_share(self.beta)
 
     def bind(self, net: ArcData) -> AffineArcs:
         cost = _required(net.arc_cost, "EdgeIntegral", "arc_cost")

@@ -43,6 +43,51 @@ class Law(ABC):
         return None
 
 
+class _OfPrescribedTime(Law):
+    """A law with the gain etabar(t) of eq. (ebar)."""
+
+    T: float
+    h: float
+    gamma: float
+
+    @property
+    def clock(self) -> PrescribedClock:
+        return PrescribedClock(self.T, self.h, self.gamma)
+
+    @property
+    def prescribed_time(self) -> float:
+        return self.T
+
+
+class _OfTwoPowers(Law):
+    """A law with phi(s) = beta1 s^(p1/p2) + beta2 s^(m1/m2)."""
+
+    beta1: float
+    beta2: float
+    p: tuple[int, int]
+    m: tuple[int, int]
+
+    @property
+    def flow(self) -> PowerFlow:
+        return PowerFlow(self.beta1, self.beta2, Fraction(*self.p), Fraction(*self.m))
+
+    def _require_powers(self) -> None:
+        """Refuse exponents on the wrong side of 1, and coefficients whose times no double holds."""
+        for name, pair in (("p", self.p), ("m", self.m)):
+            if len(pair) != 2 or any(not isinstance(k, int) or k < 1 or k % 2 == 0 for k in pair):
+                raise OptionError(f"{name} must be two positive odd integers, such as (3, 5), not {pair}")
+        if not self.p[0] < self.p[1]:
+            raise OptionError(f"p1 < p2 is needed for an exponent below 1, but p = {self.p}")
+        if not self.m[0] > self.m[1]:
+            raise OptionError(f"m1 > m2 is needed for an exponent above 1, but m = {self.m}")
+        if abs(self.flow.log_pace) > _LARGEST_LOG_PACE:
+            raise OptionError(
+                f"beta1 = {self.beta1:g} and beta2 = {self.beta2:g} make the law act within tau = "
+                f"e^{self.flow.log_pace:.0f}, which leaves no numbers to count settling times in: bring both closer "
+                "to 1"
+            )
+
+
 @checks_kinds
 @dataclass(frozen=True)
 class Nominal(Law):
@@ -68,7 +113,7 @@ class Nominal(Law):
 
 @checks_kinds
 @dataclass(frozen=True)
-class PrescribedTime(Law):
+class PrescribedTime(_OfPrescribedTime):
     """dx_i/dt = -etabar(t) xhat_i, eq. (prespecified), with etabar of eq. (ebar): x = x* at T_p whatever the start.
 
     Assumption (over): every start must lie strictly above the optimum, so others are refused. The state
@@ -87,21 +132,13 @@ class PrescribedTime(Law):
         _require_positive(T=self.T, h=self.h, gamma=self.gamma)
 
     @property
-    def clock(self) -> PrescribedClock:
-        return PrescribedClock(self.T, self.h, self.gamma)
-
-    @property
     def flow(self) -> LinearFlow:
         return LinearFlow()
-
-    @property
-    def prescribed_time(self) -> float:
-        return self.T
 
 
 @checks_kinds
 @dataclass(frozen=True)
-class FixedTime(Law):
+class FixedTime(_OfTwoPowers):
     """dx_i/dt = -eta (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (singularity): finite time from any start.
 
     ``p`` = (p1, p2) and ``m`` = (m1, m2) are odd and positive with p1 < p2 and m1 > m2. A larger ``eta`` or
@@ -119,21 +156,16 @@ class FixedTime(Law):
 
     def __post_init__(self) -> None:
         _require_positive(eta=self.eta, beta1=self.beta1, beta2=self.beta2)
-        _require_exponents(self.p, self.m)
-        _require_pace(self)
+        self._require_powers()
 
     @property
     def clock(self) -> UniformClock:
         return UniformClock(self.eta)
 
-    @property
-    def flow(self) -> PowerFlow:
-        return PowerFlow(self.beta1, self.beta2, Fraction(*self.p), Fraction(*self.m))
-
 
 @checks_kinds
 @dataclass(frozen=True)
-class SingularityFree(Law):
+class SingularityFree(_OfPrescribedTime, _OfTwoPowers):
     """dx_i/dt = -etabar(t) (beta1 xhat_i^(p1/p2) + beta2 xhat_i^(m1/m2)), eq. (fully): settled before T_p, any start.
 
     Parameters as in :class:`FixedTime` and :class:`PrescribedTime`; the defaults are those of section
@@ -154,20 +186,7 @@ class SingularityFree(Law):
 
     def __post_init__(self) -> None:
         _require_positive(T=self.T, h=self.h, gamma=self.gamma, eta=self.eta, beta1=self.beta1, beta2=self.beta2)
-        _require_exponents(self.p, self.m)
-        _require_pace(self)
-
-    @property
-    def clock(self) -> PrescribedClock:
-        return PrescribedClock(self.T, self.h, self.gamma)
-
-    @property
-    def flow(self) -> PowerFlow:
-        return PowerFlow(self.beta1, self.beta2, Fraction(*self.p), Fraction(*self.m))
-
-    @property
-    def prescribed_time(self) -> float:
-        return self.T
+        self._require_powers()
 
 
 @checks_kinds
@@ -211,22 +230,3 @@ def _require_positive(**values: float) -> None:
     for name, value in values.items():
         if not (math.isfinite(value) and value > 0):
             raise OptionError(f"{name} must be a positive finite number, not {value}")
-
-
-def _require_exponents(p: tuple[int, int], m: tuple[int, int]) -> None:
-    for name, pair in (("p", p), ("m", m)):
-        if len(pair) != 2 or any(not isinstance(k, int) or k < 1 or k % 2 == 0 for k in pair):
-            raise OptionError(f"{name} must be two positive odd integers, such as (3, 5), not {pair}")
-    if not p[0] < p[1]:
-        raise OptionError(f"p1 < p2 is needed for an exponent below 1, but p = {p}")
-    if not m[0] > m[1]:
-        raise OptionError(f"m1 > m2 is needed for an exponent above 1, but m = {m}")
-
-
-def _require_pace(law: FixedTime | SingularityFree) -> None:
-    """Refuse coefficients whose times no double holds."""
-    if abs(law.flow.log_pace) > _LARGEST_LOG_PACE:
-        raise OptionError(
-            f"beta1 = {law.beta1:g} and beta2 = {law.beta2:g} make the law act within tau = e^{law.flow.log_pace:.0f}, "
-            "which leaves no numbers to count settling times in: bring both closer to 1"
-        )

@@ -14,7 +14,6 @@ from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.arcmaps import ArcMap
 from planner.gabf.kernels import Kernel, TradeOff
-from planner.gabf.reverse_adjacency import Readers
 
 
 @checks_kinds
@@ -107,16 +106,9 @@ class Network:
         """The kernel bound to every arc."""
         return self.kernel.bind(self)  # pyright: ignore[reportArgumentType]  (a cached property is one)
 
-    @cached_property
-    def readers(self) -> tuple[Ints, Ints]:
-        """The reversed graph: ``(indptr, arc)``, the arcs that read node j being ``arc[indptr[j]:indptr[j + 1]]``."""
-        readers = Readers(self.indices, self.n_nodes)
-        return readers.indptr, readers.order
-
     def arcs_between(self, i: int, j: int) -> Ints:
         """Ids of the arcs through which node i reads node j (several if parallel, none if not linked)."""
-        if not 0 <= i < self.n_nodes:
-            raise AssumptionError(f"node {i} is not there; nodes run from 0 to {self.n_nodes - 1}")
+        _require_nodes(np.array([i]), self.n_nodes, "node {1} is not there")
         first, last = self.indptr[i], self.indptr[i + 1]
         return first + np.flatnonzero(self.indices[first:last] == j)
 
@@ -146,10 +138,15 @@ def _check_listed(n: int, tails: Ints, heads: Ints, columns: Mapping[str, Ints |
             raise AssumptionError(
                 f"{name} has shape {np.shape(column)} and tails {tails.shape}: give one row of each, one entry an arc"
             )
-    for name, ends in (("tails", tails), ("heads", heads)):
-        outside = np.flatnonzero((ends < 0) | (ends >= n))
-        if outside.size:
-            raise AssumptionError(f"{name}[{outside[0]}] is {ends[outside[0]]}; nodes run from 0 to {n - 1}")
+    _require_nodes(tails, n, "tails[{0}] is {1}")
+    _require_nodes(heads, n, "heads[{0}] is {1}")
+
+
+def _require_nodes(given: Ints, n: int, complaint: str) -> None:
+    """Refuse the first of the ``given`` that is none of ``n`` nodes; the complaint reads its place and itself."""
+    outside = np.flatnonzero((given < 0) | (given >= n))
+    if outside.size:
+        raise AssumptionError(f"{complaint.format(outside[0], given[outside[0]])}; nodes run from 0 to {n - 1}")
 
 
 def _check_arcs(net: Network) -> None:
@@ -161,9 +158,7 @@ def _check_arcs(net: Network) -> None:
             f"indptr ends at {net.indptr[-1]}, with {arcs} indices and weights of shape {net.weight.shape}: "
             "all three must agree on the number of arcs"
         )
-    outside = np.flatnonzero((net.indices < 0) | (net.indices >= n))
-    if outside.size:
-        raise AssumptionError(f"arc {outside[0]} reads node {net.indices[outside[0]]}; nodes run from 0 to {n - 1}")
+    _require_nodes(net.indices, n, "arc {0} reads node {1}")
     loops = np.flatnonzero(net.indices == net.tails)
     if loops.size:
         raise AssumptionError(f"node {net.indices[loops[0]]} reads itself: remove that self-loop")
@@ -172,23 +167,15 @@ def _check_arcs(net: Network) -> None:
 def _check_sources(net: Network) -> None:
     if net.sources.ndim != 1 or net.sources.size == 0:
         raise AssumptionError("give at least one source: assumption (main) needs a non-empty source set")
-    outside = net.sources[(net.sources < 0) | (net.sources >= net.n_nodes)]
-    if outside.size:
-        raise AssumptionError(f"source {outside[0]} is not a node; nodes run from 0 to {net.n_nodes - 1}")
+    _require_nodes(net.sources, net.n_nodes, "source {1} is not a node")
     if np.unique(net.sources).size != net.sources.size:
         raise AssumptionError("a source is listed twice: list each source once")
 
 
 def _check_finite(net: Network) -> None:
-    shapes = {
-        "source_values": net.sources.size,
-        "node_cost": net.n_nodes,
-        "arc_cost": net.n_arcs,
-        "weight": net.n_arcs,
-    }
-    for name, size in shapes.items():
-        array = getattr(net, name)
-        if array is None:
+    sizes = {"source_values": net.sources.size, "node_cost": net.n_nodes, "arc_cost": net.n_arcs, "weight": net.n_arcs}
+    for name, size in sizes.items():
+        if (array := getattr(net, name)) is None:
             continue
         if array.shape != (size,):
             raise AssumptionError(f"{name} has shape {array.shape} where ({size},) is needed")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 import zipfile
 from pathlib import Path
 from typing import IO, Any
@@ -11,6 +10,7 @@ from typing import IO, Any
 import numpy as np
 
 from planner.base.errors import FileError, PlannerError
+from planner.base.files import whole_file
 from planner.base.kinds import checks_kinds
 from planner.base.npz import DAMAGE, array_header, require_sane_sizes
 from planner.base.places import Place, place
@@ -32,20 +32,13 @@ def write_network(network: Network, path: Place) -> None:
 
     Any reader of ``.npz`` reads the file. :class:`FileError` where it cannot be written.
     """
-    path, temporary = place(path), None
-    try:
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-            temporary = file.name
-            with zipfile.ZipFile(file, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
-                for name in _ARRAYS:
-                    if (array := getattr(network, name)) is not None:
-                        _write_member(archive, file, f"{name}.npy", array)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary is not None and os.path.exists(temporary):
-            os.unlink(temporary)
-        raise FileError(f"{path} cannot be written: {error.strerror or error}; choose another place.") from None
+    with (
+        whole_file(place(path), lasting=False) as file,
+        zipfile.ZipFile(file, "w", zipfile.ZIP_STORED, allowZip64=True) as archive,
+    ):
+        for name in _ARRAYS:
+            if (array := getattr(network, name)) is not None:
+                _write_member(archive, file, f"{name}.npy", array)
 
 
 @checks_kinds

@@ -13,7 +13,6 @@ from planner.gabf.arcmaps import AffineArcs
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, field, reduce
 from planner.gabf.result import CostToGo
-from planner.gabf.reverse_adjacency import Readers
 from planner.native.graphs import cheapest_costs
 
 
@@ -36,8 +35,7 @@ def oracle(net: Network) -> Floats:
 
 def _dijkstra(problem: Problem) -> Floats:
     best = [np.inf] * problem.n_rows + problem.anchors.tolist()
-    readers = Readers(problem.heads, problem.nodes.size)
-    indptr, order = readers.indptr.tolist(), readers.order
+    indptr, order = problem.readers.indptr.tolist(), problem.readers.order
     owners = problem.owners[order].tolist()
     reach = _affine_reach(problem, indptr, order) if isinstance(problem.arcs, AffineArcs) else None
     heap = [(value, node) for node, value in enumerate(best) if node >= problem.n_rows]
@@ -85,8 +83,7 @@ def bellman_operator(net: Network, x: Floats) -> Floats:
     It is +inf at unreachable nodes.
     """
     problem = reduce(net)
-    y = problem.pack(field(problem, x, "x"))
-    return problem.unpack(np.concatenate((problem.parent_values(y), problem.anchors)))
+    return problem.unpack(problem.swept(problem.pack(field(problem, x, "x"))))
 
 
 @checks_kinds
@@ -97,14 +94,11 @@ def value_iteration(net: Network, x0: Floats, max_sweeps: int | None = None) -> 
     number grows like x* / zeta. AssumptionError if ``max_sweeps`` (default 1000 n) do not suffice.
     """
     problem = reduce(net)
-    y = problem.pack(field(problem, x0, "x0"))
     budget = 1000 * net.n_nodes if max_sweeps is None else max_sweeps
-    for sweep in range(budget + 1):
-        m = problem.parent_values(y)
-        if np.array_equal(m, y[: problem.n_rows]):
-            return problem.unpack(y), sweep
-        y = np.concatenate((m, problem.anchors))
-    raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
+    settled = problem.settled(problem.pack(field(problem, x0, "x0")), budget)
+    if settled is None:
+        raise AssumptionError(f"value iteration still moves after {budget} sweeps: start from overestimate(net)")
+    return problem.unpack(settled[0]), settled[1]
 
 
 @checks_kinds
@@ -112,7 +106,7 @@ def residual(net: Network, x: Floats) -> float:
     """max_i |x_i - min_j f_i(x_j, w_ij)| over reachable nodes: small is not converged, see settling.error_bound."""
     problem = reduce(net)
     y = problem.pack(field(problem, x, "x"))
-    return float(np.abs(y[: problem.n_rows] - problem.parent_values(y)).max(initial=0.0))
+    return float(np.abs(problem.disequilibrium(y)).max(initial=0.0))
 
 
 @checks_kinds

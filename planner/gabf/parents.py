@@ -8,12 +8,16 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.gabf.arcmaps import AffineArcs
+from planner.gabf.flows import Flow
 from planner.gabf.problem import Rows, Standing
-from planner.native.dynamics import NativeArcs, NativeFlow
+from planner.native.dynamics import NativeArcs
 
 
 class Parents(ABC):
-    """Parent values of the ``rows`` that still move, None for all; :meth:`retire` drops those that never will again."""
+    """Parent values of the ``rows`` that still move, None for all, and steps of the splitting method by them.
+
+    Rows that rest cost no power, and those that :meth:`retire` drops nothing.
+    """
 
     def __init__(self, problem: Rows, rows: Ints | None) -> None:
         self.problem, self.rows = problem, rows
@@ -32,20 +36,25 @@ class Parents(ABC):
         xhat[rows] = y[rows] - self(y)
         return Standing.of(y, xhat)
 
-    def step(self, flow: NativeFlow, at: Standing, half: float, dtau: float, size: float) -> tuple[Standing, float]:
+    def step(self, flow: Flow, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
         """How the rows stand after ``dtau``, and how far off that may be: :meth:`sketch`, then :meth:`advance`."""
-        following, off = self.advance(flow, at, self.sketch(flow, at, half), dtau, size)
-        return self.standing(following), off
+        y, off = self.advance(flow, at, self.sketch(flow, at, dtau, size), dtau, size)
+        return self.standing(y), off
 
-    def sketch(self, flow: NativeFlow, at: Standing, half: float) -> Floats:
-        """y (R + S,) after ``half``, where parent values are taken from."""
+    def sketch(self, flow: Flow, at: Standing, dtau: float, size: float) -> Floats:
+        """y (R + S,) about half a step on, where parent values are taken from, see :meth:`Flow.half_step`."""
         y_mid = at.y.copy()
-        flow.sketch(self.rows, at.y, at.xhat, half, y_mid)
+        flow.compiled.sketch(self.rows, at.y, at.xhat, flow.half_step(dtau, size), y_mid)
         return y_mid
 
-    def advance(self, flow: NativeFlow, at: Standing, y_mid: Floats, dtau: float, size: float) -> tuple[Floats, float]:
-        """y (R + S,) after ``dtau``, in place of ``y_mid``, and how far off: see :meth:`Stepper.advance`."""
-        return y_mid, flow.advance(self.rows, self(y_mid), at.y, at.xhat, dtau, size, y_mid)
+    def advance(self, flow: Flow, at: Standing, y_mid: Floats, dtau: float, size: float) -> tuple[Floats, float]:
+        """y after ``dtau``, and how far off the step may be, as a share of ``size`` + |xhat_i|; ``y_mid`` is used up.
+
+        Had m not been moved by delta, the step would have ended delta (1 - rho) elsewhere, rho the share of
+        y_i - m_i that the flow leaves over. The law undoes an error of ``size`` in size / phi(size), so this
+        share counts as a time: ``size`` is the largest disequilibrium, or an average arc cost if smaller.
+        """
+        return y_mid, flow.compiled.advance(self.rows, self(y_mid), at.y, at.xhat, dtau, size, y_mid)
 
     @property
     def where(self) -> Ints | slice:
@@ -86,8 +95,9 @@ class AffineParents(Parents):
     def standing(self, y: Floats) -> Standing:
         return Standing(y, *self._arcs.standing(self.rows, y))
 
-    def step(self, flow: NativeFlow, at: Standing, half: float, dtau: float, size: float) -> tuple[Standing, float]:
-        y, xhat, *numbers, off = self._arcs.step(flow, self.rows, at.y, at.xhat, half, dtau, size)
+    def step(self, flow: Flow, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
+        half = flow.half_step(dtau, size)
+        y, xhat, *numbers, off = self._arcs.step(flow.compiled, self.rows, at.y, at.xhat, half, dtau, size)
         return Standing(y, xhat, *numbers), off
 
     def of(self, rows: Ints, kept: Bools) -> Parents:

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, indices, plain_numbers
-from planner.base.errors import ArrayError, AssumptionError, StateError
+from planner.base.arrays import Bools, Floats, Ints, indices, numbers
+from planner.base.errors import ArrayError, StateError
 from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
-from planner.gabf.problem import Problem, reduce, require_state
+from planner.gabf.problem import Problem, field, reduce, states
 from planner.gabf.result import CostToGo
-from planner.native.dynamics import hops_to_source
 
 SLACK = 1e-9
 """Arcs this close to the minimum, relative to max(1, |x|), count as ties if the field is not settled to the
@@ -34,17 +33,38 @@ def extract_path(net: Network, result: CostToGo | Floats, start: int) -> Ints:
 def extract_paths(net: Network, result: CostToGo | Floats, starts: Sequence[int]) -> tuple[Ints, ...]:
     """The path, see :func:`extract_path`, from each of the ``starts``."""
     known = isinstance(result, CostToGo)
-    x = result.x if known else plain_numbers("x", result, AssumptionError)
+    x = result.x if known else result
     problem = result.problem if known and result.network is net else reduce(net)
     here = [_position(problem, start) for start in starts]
-    require_state(problem, x, "x")
-    tight = _tight_arcs(problem, problem.pack(x))
-    hops = _hops_along(problem, tight)
+    tight = _tight_arcs(problem, problem.pack(field(problem, x, "x")))
+    hops = problem.hops_along(tight)
     for start in np.array(starts)[hops[here] < 0]:
         raise StateError(
             f"minimising neighbours of node {start} lead to no source: the field has not settled; solve it to the end"
         )
     return tuple(problem.nodes[_descent(problem, tight, hops, row)] for row in here)
+
+
+@checks_kinds
+def paths_from(network: Network, cost_to_go: CostToGo | Floats, starts: Ints | Sequence[int]) -> tuple[Ints, ...]:
+    """The cheapest node path (k,) from each of the ``starts`` (s,) to a goal; empty where no goal can be reached.
+
+    Nothing is solved again: along minimising neighbours x already holds every node's cost-to-go, and x at a start is
+    what its path costs. :func:`planner.roadmap.roadmap.path_waypoints` turns nodes into configurations:
+
+        roadmap = attach(load_roadmap(file), checker, starts, goals)      # nodes for all of them, linked by proofs
+        network = planner.build_network(roadmap, 0.5)
+        paths = paths_from(network, planner.gabf.solve(network, law), roadmap.starts)
+
+    Raises :class:`StateError` for a start that is no node.
+    """
+    n = network.n_nodes
+    x = states(network, cost_to_go.x if isinstance(cost_to_go, CostToGo) else cost_to_go, "x")
+    nodes = numbers("starts", starts, ("s",), StateError).tolist()
+    nodes = [int(start) if start == int(start) else start for start in nodes]
+    reaching = [start for start in nodes if start not in range(n) or np.isfinite(x[start])]
+    paths = dict(zip(reaching, extract_paths(network, cost_to_go, reaching), strict=True))
+    return tuple(paths.get(start, np.zeros(0, dtype=np.int64)) for start in nodes)
 
 
 @checks_kinds
@@ -67,10 +87,10 @@ def _position(problem: Problem, start: int) -> int:
     n = problem.network.n_nodes
     if start not in range(n):
         raise StateError(f"start {start} is not a node; nodes run from 0 to {n - 1}")
-    found = np.flatnonzero(problem.nodes == start)
-    if not found.size:
+    position = np.flatnonzero(problem.nodes == start)
+    if not position.size:
         raise StateError(f"node {start} reaches no source: there is no path; connect it, or start elsewhere")
-    return int(found[0])
+    return int(position[0])
 
 
 def _tight_arcs(problem: Problem, y: Floats) -> Bools:
@@ -79,13 +99,6 @@ def _tight_arcs(problem: Problem, y: Floats) -> Bools:
     settled = np.array_equal(least, y[: problem.n_rows])
     slack = 0.0 if settled else SLACK * np.maximum(1.0, np.abs(least))
     return values <= (least + slack)[problem.owners]
-
-
-def _hops_along(problem: Problem, tight: Bools) -> Ints:
-    """(R + S,) fewest tight arcs to a source; -1 where there is no such path."""
-    sources = np.arange(problem.n_rows, problem.nodes.size)
-    counts = np.bincount(problem.owners[tight], minlength=problem.nodes.size)
-    return hops_to_source(np.concatenate(([0], np.cumsum(counts))), problem.heads[tight], sources)
 
 
 def _descent(problem: Problem, tight: Bools, hops: Ints, here: int) -> list[int]:

@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from planner.base.arrays import Floats, Ints, plain_numbers
+from planner.base.arrays import Bools, Floats, Ints, plain_numbers
 from planner.base.errors import AssumptionError
 from planner.gabf.arcmaps import AffineArcs, ArcMap
 from planner.gabf.network import Network
+from planner.gabf.reverse_adjacency import Readers
 from planner.native.dynamics import hops_to_source
-
-
-@dataclass(frozen=True, eq=False)
-class Level:
-    """The nodes of k hops and their arcs towards nodes of k - 1 hops."""
-
-    arcs: ArcMap
-    starts: Ints
-    width: int
-
-    def worst(self, a: float) -> float:
-        """g_k(a): the largest, over the nodes, of the cheapest arc's f_ij(a)."""
-        with np.errstate(over="ignore"):
-            values = self.arcs(np.full(self.width, a))
-        return float(np.minimum.reduceat(values, self.starts).max())
 
 
 class Standing(NamedTuple):
@@ -78,6 +67,14 @@ class Rows:
             return np.empty(0)
         return np.minimum.reduceat(self.arcs(y[self.heads]), self.starts)
 
+    def disequilibrium(self, y: Floats) -> Floats:
+        """xhat (R,), eq. (xhat)."""
+        return y[: self.n_rows] - self.parent_values(y)
+
+    def standing(self, y: Floats) -> Standing:
+        """How the rows stand at states ``y``."""
+        return Standing.of(y, self.disequilibrium(y))
+
 
 @dataclass(frozen=True, eq=False)
 class Problem(Rows):
@@ -98,39 +95,64 @@ class Problem(Rows):
         return self.nodes[: self.n_rows]
 
     @cached_property
-    def levels(self) -> list[Level]:
-        """One entry a hop count, from 1 up."""
-        depth = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
-        downhill = np.flatnonzero(depth[self.heads] == depth[self.owners] - 1)
-        height = depth[self.owners[downhill]]
+    def _downhill(self) -> Bools:
+        """(A,) the arcs that lead one hop nearer to the sources."""
+        hops = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
+        return hops[self.heads] < hops[self.owners]
+
+    @cached_property
+    def readers(self) -> Readers:
+        """Which arcs read a node."""
+        return Readers(self.heads, self.nodes.size)
+
+    def hops_along(self, arcs: Bools) -> Ints:
+        """(R + S,) the fewest of these ``arcs`` (A,) from each node to a source; -1 where they lead to none."""
+        counts = np.bincount(self.owners[arcs], minlength=self.nodes.size)
+        sources = np.arange(self.n_rows, self.nodes.size)
+        return hops_to_source(np.concatenate(([0], np.cumsum(counts))), self.heads[arcs], sources)
+
+    @cached_property
+    def climbs(self) -> list[Callable[[float], float]]:
+        """g_1, g_2, ..: g_k(a) is the largest, over the nodes of k hops, of the cheapest f_ij(a) towards k - 1 hops."""
+        if isinstance(self.arcs, AffineArcs) and self.arcs.slope is None and self.n_rows:
+            cheapest = np.minimum.reduceat(np.where(self._downhill, self.arcs.offset, np.inf), self.starts)
+            steepest = np.full(int(self.hops.max()), -np.inf)
+            np.maximum.at(steepest, self.hops - 1, cheapest)
+            return [partial(operator.add, cost) for cost in steepest.tolist()]
+        downhill = np.flatnonzero(self._downhill)
+        height = self.hops[self.owners[downhill]]
         downhill = downhill[np.argsort(height, kind="stable")]
         ends = np.cumsum(np.bincount(height, minlength=1))
-        return [self._level(downhill[a:b]) for a, b in pairwise(ends)]
+        return [partial(_climb, self._reading_one(downhill[a:b])) for a, b in pairwise(ends)]
 
-    @cached_property
-    def climbs(self) -> list[float] | None:
-        """For the additive family, what each level adds to any a: g_k(a) = a + climbs[k - 1]; else None."""
-        if not isinstance(self.arcs, AffineArcs) or self.arcs.slope is not None or not self.n_rows:
-            return None
-        depth = np.concatenate((self.hops, np.zeros(self.anchors.size, dtype=np.int64)))
-        uphill = depth[self.heads] >= depth[self.owners]
-        cheapest = np.minimum.reduceat(np.where(uphill, np.inf, self.arcs.offset), self.starts)
-        steepest = np.full(int(self.hops.max()), -np.inf)
-        np.maximum.at(steepest, self.hops - 1, cheapest)
-        return steepest.tolist()
-
-    @cached_property
-    def depth(self) -> int:
-        """The largest hop count."""
-        return int(self.hops.max(initial=0))
-
-    def climb(self, k: int, a: float) -> float:
-        """g_k(a): the largest, over the nodes of k hops, of the cheapest arc's f_ij(a) towards k - 1 hops."""
-        return self.levels[k - 1].worst(a) if self.climbs is None else a + self.climbs[k - 1]
-
-    def _level(self, arcs: Ints) -> Level:
+    def _reading_one(self, arcs: Ints) -> Rows:
+        """The rows of some ``arcs``, all of which read one state."""
         starts = np.flatnonzero(np.diff(self.owners[arcs], prepend=-1))
-        return Level(self.arcs.take(arcs), starts, arcs.size)
+        return Rows(starts, np.zeros(arcs.size, dtype=np.int64), self.arcs.take(arcs))
+
+    def mean_cost(self, y: Floats) -> float:
+        """What an arc adds on average at state ``y``: the scale that errors of one step are measured by."""
+        if not self.n_rows:
+            return 0.0
+        heads = y[self.heads]
+        return float(np.mean(np.abs(self.arcs(heads) - heads)))
+
+    def with_sources(self, rows: Floats) -> Floats:
+        """(R + S,) the states ``rows`` (R,), and the sources at their anchors."""
+        return np.concatenate((rows, self.anchors))
+
+    def swept(self, y: Floats) -> Floats:
+        """T'y of eq. (bellman-gabf)."""
+        return self.with_sources(self.parent_values(y))
+
+    def settled(self, y: Floats, sweeps: int) -> tuple[Floats, int] | None:
+        """T' iterated from ``y`` until nothing changes, and how often it did; None where ``sweeps`` do not suffice."""
+        for sweep in range(sweeps + 1):
+            swept = self.swept(y)
+            if np.array_equal(swept, y):
+                return y, sweep
+            y = swept
+        return None
 
     def pack(self, x: Floats) -> Floats:
         """States of these nodes from an array over all nodes, sources at their anchors."""
@@ -138,11 +160,16 @@ class Problem(Rows):
         y[self.n_rows :] = self.anchors
         return y
 
-    def unpack(self, y: Floats, missing: float = np.inf) -> Floats:
-        """An array over all nodes, ``missing`` at nodes that reach no source."""
-        x = np.full(self.network.n_nodes, missing)
-        x[self.nodes] = y
+    def unpack(self, y: Any, missing: float = np.inf) -> NDArray[Any]:
+        """An array over all nodes out of ``y`` (R + S,), or of the rows alone (R,); ``missing`` at all others."""
+        x = np.full(self.network.n_nodes, missing, dtype=y.dtype)
+        x[self.nodes[: y.size]] = y
         return x
+
+
+def _climb(rows: Rows, a: float) -> float:
+    with np.errstate(over="ignore"):
+        return float(rows.parent_values(np.array([a])).max())
 
 
 def reduce(net: Network) -> Problem:
@@ -163,18 +190,18 @@ def reduce(net: Network) -> Problem:
     return Problem(starts, heads, arcs, net, nodes, anchors, arc_ids, hops[is_row])
 
 
-def field(problem: Problem, x: Floats, name: str) -> Floats:
-    """``x`` as one state a node, see :func:`require_state`."""
-    found = plain_numbers(name, x, AssumptionError)
-    require_state(problem, found, name)
-    return found
+def states(net: Network, x: Any, name: str) -> Floats:
+    """``x`` as one state a node (n,), finite or not; AssumptionError otherwise."""
+    result = plain_numbers(name, x, AssumptionError)
+    if result.shape != (net.n_nodes,):
+        raise AssumptionError(f"{name} has shape {result.shape} where ({net.n_nodes},) is needed: one state a node")
+    return result
 
 
-def require_state(problem: Problem, x: Floats, name: str) -> None:
-    """Refuse a state that is not one finite number a reachable node."""
-    n = problem.network.n_nodes
-    if x.shape != (n,):
-        raise AssumptionError(f"{name} has shape {x.shape} where ({n},) is needed: one state a node")
-    bad = problem.nodes[~np.isfinite(x[problem.nodes])]
+def field(problem: Problem, x: Any, name: str) -> Floats:
+    """``x`` as :func:`states` has it, finite at every reachable node."""
+    result = states(problem.network, x, name)
+    bad = problem.nodes[~np.isfinite(result[problem.nodes])]
     if bad.size:
-        raise AssumptionError(f"{name}[{bad[0]}] is {x[bad[0]]}: every state must be finite")
+        raise AssumptionError(f"{name}[{bad[0]}] is {result[bad[0]]}: every state must be finite")
+    return result

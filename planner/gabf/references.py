@@ -15,7 +15,7 @@ from planner.gabf.flows import Flow
 from planner.gabf.laws import Law, control_input
 from planner.gabf.network import Network
 from planner.gabf.problem import Problem, reduce
-from planner.gabf.solvers import Solver, State, Targets, disequilibrium, standing
+from planner.gabf.solvers import Solver, State, Targets
 
 
 @checks_kinds
@@ -96,19 +96,18 @@ def right_side(net: Network, law: Law) -> Callable[[float, Floats], Floats]:
     problem = reduce(net)
 
     def speed(t: float, x: Floats) -> Floats:
-        xhat = disequilibrium(problem, problem.pack(x))
-        u = control_input(law, law.clock.tau(t), xhat)
-        return problem.unpack(np.append(u, np.zeros(problem.anchors.size)), missing=0.0)
+        xhat = problem.disequilibrium(problem.pack(x))
+        return problem.unpack(control_input(law, law.clock.tau(t), xhat), missing=0.0)
 
     return speed
 
 
 def _speed(problem: Problem, flow: Flow, y: Floats) -> Floats:
-    return np.concatenate((-flow.rate(disequilibrium(problem, y)), np.zeros(problem.anchors.size)))
+    return np.concatenate((-flow.rate(problem.disequilibrium(y)), np.zeros(problem.anchors.size)))
 
 
 def _state(problem: Problem, tau: float, y: Floats, count: int) -> State:
-    return State(tau, standing(problem, y), count)
+    return State(tau, problem.standing(y), count)
 
 
 def implicit_step(problem: Problem, flow: Flow, y: Floats, dtau: float) -> tuple[Floats, int]:
@@ -120,7 +119,7 @@ def implicit_step(problem: Problem, flow: Flow, y: Floats, dtau: float) -> tuple
     guess, sweeps = y, 0
     while True:
         m = problem.parent_values(guess)
-        root = np.concatenate((m + flow.resolvent(y[:rows] - m, dtau), problem.anchors))
+        root = problem.with_sources(m + flow.resolvent(y[:rows] - m, dtau))
         change, sweeps, guess = float(np.abs(root - guess).max()), sweeps + 1, root
         if change <= 1e-13 * scale:
             return guess, sweeps

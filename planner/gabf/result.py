@@ -31,7 +31,7 @@ class Ending(Enum):
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class FieldHistory:
     """Saved states: ``tau`` (k,), ``t`` (k,), ``x`` (k, n) and the control input ``u`` = dx/dt (k, n).
 
     x is +inf and u is 0 at nodes that reach no source. tau is +inf for times from T_p on, where the law is
@@ -55,7 +55,7 @@ class CostToGo:
     and :func:`planner.gabf.residual` recomputes it. ``lowest`` and ``highest`` are the extreme states of
     non-source nodes over all steps, ``largest_input`` the largest |dx_i/dt|. ``premises`` holds the interval
     that the run stayed in with zeta and L on it, ``problem`` the part of the network that reaches a source.
-    ``exchanged``: what a run on blocks told between them.
+    ``exchanged``: how much a run on blocks exchanged.
     """
 
     x: Floats
@@ -75,7 +75,7 @@ class CostToGo:
     steps: int
     evaluations: int
     solver: str
-    trajectory: Trajectory | None = None
+    history: FieldHistory | None = None
     exchanged: Exchanged | None = None
 
     @property
@@ -111,7 +111,10 @@ class CostToGo:
         :mod:`planner.gabf.enclosure` spends; half the width takes about twice the work.
         """
         if self.dated_tau is not None and width not in self._brackets:
-            self._brackets[width] = self._bracket(self.dated_tau, width)
+            y0, y_star = self.problem.pack(self.x0), self.problem.pack(self.x) if self.error_bound == 0.0 else None
+            self._brackets[width] = bracket_settling(
+                self.problem, self.law.flow, y0, self.premises, self.settle_tolerance, self.dated_tau, width, y_star
+            )
         return self._brackets.get(width)
 
     @checks_kinds
@@ -124,11 +127,3 @@ class CostToGo:
     def _brackets(self) -> dict[float, tuple[float, float]]:
         """Those that were asked for, by their width."""
         return {}
-
-    def _bracket(self, expected: float, width: float) -> tuple[float, float]:
-        problem = self.problem
-        y0 = problem.pack(self.x0)
-        y_star = problem.pack(self.x) if self.error_bound == 0.0 else None
-        return bracket_settling(
-            problem, self.law.flow, y0, self.premises, self.settle_tolerance, expected, width, y_star
-        )

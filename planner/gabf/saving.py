@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 
@@ -12,15 +12,8 @@ from planner.base.errors import OptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.laws import Law, control_input
 from planner.gabf.problem import Problem
-from planner.gabf.result import Trajectory
+from planner.gabf.result import FieldHistory
 from planner.gabf.solvers import State
-
-
-class Save(Protocol):
-    """Says which readings of the clock a solver must land on, and which states are kept."""
-
-    def targets(self, law: Law) -> Floats: ...
-    def wants(self, step: int, tau: float) -> bool: ...
 
 
 @checks_kinds
@@ -33,12 +26,6 @@ class EverySteps:
     def __post_init__(self) -> None:
         if self.k < 1:
             raise OptionError(f"k must be at least 1, not {self.k}")
-
-    def targets(self, law: Law) -> Floats:
-        return np.empty(0)
-
-    def wants(self, step: int, tau: float) -> bool:
-        return step % self.k == 0
 
 
 @checks_kinds
@@ -55,18 +42,15 @@ class AtTimes:
         t.setflags(write=False)
         object.__setattr__(self, "t", t)
 
-    def targets(self, law: Law) -> Floats:
-        return law.clock.tau(self.t)
 
-    def wants(self, step: int, tau: float) -> bool:
-        return False
+Save: TypeAlias = EverySteps | AtTimes
 
 
 class Recorder:
     """Collects states while a run goes on."""
 
     def __init__(self, save: Save | None, problem: Problem, law: Law):
-        self.targets = np.empty(0) if save is None else save.targets(law)
+        self.targets = law.clock.tau(save.t) if isinstance(save, AtTimes) else np.empty(0)  # to land on
         self._save, self._problem, self._law = save, problem, law
         self._kept: list[tuple[float, State]] = []
         self._landed = 0
@@ -78,15 +62,13 @@ class Recorder:
 
     def offer(self, step: int, state: State) -> None:
         """Keep the state after ``step`` steps, if that is wanted."""
-        if self._save is None:
-            return
         if self._landed < self.targets.size and state.tau >= self.targets[self._landed]:
             self._kept.append((float(self.targets[self._landed]), state))
             self._landed += 1
-        elif self._save.wants(step, state.tau):
+        elif isinstance(self._save, EverySteps) and step % self._save.k == 0:
             self._kept.append((state.tau, state))
 
-    def trajectory(self, last: State, settled: bool) -> Trajectory | None:
+    def history(self, last: State, settled: bool) -> FieldHistory | None:
         """All that was kept. Chosen times after the end find a settled run at rest; a cut one has no answer."""
         if self._save is None:
             return None
@@ -99,9 +81,6 @@ class Recorder:
         t = self._save.t[: tau.size] if isinstance(self._save, AtTimes) else self._law.clock.time(tau)
         shape = (tau.size, self._problem.network.n_nodes)
         x = np.array([self._problem.unpack(state.y) for _, state in kept]).reshape(shape)
-        u = np.array([self._input(reading, state) for reading, state in kept]).reshape(shape)
-        return Trajectory(frozen(tau), frozen(t), frozen(x), frozen(u))
-
-    def _input(self, tau: float, state: State) -> Floats:
-        rows = control_input(self._law, tau, state.standing.xhat)
-        return self._problem.unpack(np.concatenate((rows, np.zeros(self._problem.anchors.size))), missing=0.0)
+        inputs = (control_input(self._law, reading, state.standing.xhat) for reading, state in kept)
+        u = np.array([self._problem.unpack(rows, missing=0.0) for rows in inputs]).reshape(shape)
+        return FieldHistory(frozen(tau), frozen(t), frozen(x), frozen(u))

@@ -47,37 +47,43 @@ def require_rooted(problem: Problem, y: Floats) -> None:
     if (values > heads).all():
         return
     tight = values == y[problem.owners]
-    rooted = np.zeros(y.size, dtype=bool)
-    rooted[problem.n_rows :] = True
-    count = 0
-    while count != (count := int(rooted.sum())):
-        rooted[problem.owners[tight & rooted[problem.heads]]] = True
-    if not rooted.all():
-        i = int(np.flatnonzero(~rooted)[0])
+    unrooted = np.flatnonzero(problem.hops_along(tight) < 0)
+    if unrooted.size:
+        i = int(unrooted[0])
         raise AssumptionError(
             f"node {problem.nodes[i]} is stuck at {y[i]:g}: an arc cost on its path vanishes beside that in "
             "double precision, so the kernel is not progressive; start from overestimate(net), or rescale"
         )
 
 
-class EndPhase:
-    """The states since the last one that was provably not settled: all that the settling time depends on.
+class Course:
+    """What is remembered of a run's states: their extremes, and those since the last one that was provably not settled.
 
-    If every error were within the tolerance band, the residual would be at most (1 + L) times the widest
-    band; a larger one clears the list. So it holds a handful of states under the laws that end in finite
-    time.
+    All that the settling time depends on are the latter. If every error were within the tolerance band, the residual
+    would be at most (1 + L) times the widest band; a larger one, ``clear_above``, clears their list. So it holds a
+    handful of states under the laws that end in finite time.
     """
 
     def __init__(self, premises: Premises, tolerance: float):
         self._tolerance = tolerance
         widest = tolerance * max(1.0, abs(premises.lower), abs(premises.upper))
         self.clear_above = (1.0 + premises.L) * widest
+        self.lowest, self.highest = math.inf, -math.inf
         self._states: list[State] = []
+        self._readings: list[tuple[float, float]] = []
 
     def add(self, state: State) -> None:
+        lowest, highest = state.standing.lowest, state.standing.highest
+        self.lowest, self.highest = min(self.lowest, lowest), max(self.highest, highest)
+        self._readings.append((state.tau, state.residual))
         if state.residual > self.clear_above:
             self._states.clear()
         self._states.append(state)
+
+    def largest_input(self, law: Law) -> float:
+        """The largest |dx_i/dt|: where the residual is largest, as the gain is common to all nodes."""
+        tau, residual = np.array(self._readings).T
+        return float(-control_input(law, tau, residual).min(initial=0.0))
 
     def settling_tau(self, y_star: Floats, flow: Flow) -> float:
         """The first tau after which all errors stay in the band, placed in its step by the law's decay."""
@@ -100,21 +106,3 @@ def _inside(step: float, excess: list[float], width: float, flow: Flow) -> float
     fall = flow.time_between(first, width)
     whole = flow.time_between(first, second) if second > 0.0 else step
     return step * min(1.0, fall / whole) if whole > 0.0 else step
-
-
-class Extremes:
-    """The lowest and highest state, and the largest control input, over the steps of a run."""
-
-    def __init__(self) -> None:
-        self._lowest, self._highest = math.inf, -math.inf
-        self._readings: list[tuple[float, float]] = []
-
-    def add(self, state: State) -> None:
-        lowest, highest = state.standing.lowest, state.standing.highest
-        self._lowest, self._highest = min(self._lowest, lowest), max(self._highest, highest)
-        self._readings.append((state.tau, state.residual))
-
-    def over(self, law: Law) -> tuple[float, float, float]:
-        """The input is largest where the residual is, as the gain is common to all nodes."""
-        tau, residual = np.array(self._readings).T
-        return self._lowest, self._highest, float(-control_input(law, tau, residual).min(initial=0.0))

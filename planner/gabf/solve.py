@@ -16,12 +16,12 @@ from planner.gabf.laws import Law, SingularityFree
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
 from planner.gabf.partitioned.cut import Partition
-from planner.gabf.partitioned.run import Exchanged, partitioned_field
+from planner.gabf.partitioned.run import partitioned_field
 from planner.gabf.problem import Problem, reduce
-from planner.gabf.result import CostToGo, Ending, Trajectory
+from planner.gabf.result import CostToGo, Ending
 from planner.gabf.saving import Recorder, Save
-from planner.gabf.settling import EndPhase, Extremes, error_bound, require_rooted
-from planner.gabf.solvers import Solver, State, mean_cost
+from planner.gabf.settling import Course, error_bound, require_rooted
+from planner.gabf.solvers import Solver, State
 from planner.gabf.splitting import Splitting
 
 
@@ -58,7 +58,8 @@ def solve(
         result = solve(net, law=SingularityFree(T=2.0))
         result.x, result.settling_time, result.outcome
     """
-    limits = Limits(settle_tolerance, max_steps, until_tau)
+    if not (settle_tolerance > 0 and until_tau >= 0 and max_steps >= 0):
+        raise OptionError("settle_tolerance must be positive, max_steps and until_tau not negative")
     law = SingularityFree() if law is None else law
     solver = Splitting() if solver is None else solver
     problem = reduce(net)
@@ -67,118 +68,76 @@ def solve(
     if law.needs_overestimate and x0 is not None:
         require_overestimate(problem, y0, problem.pack(oracle(net)), law.name)
     recorder = Recorder(save, problem, law)
-    if partition is None:
-        run = _run(partial(solver.states, problem, law.flow, y0), problem, law, solver, bounds, recorder, limits)
-    else:
-        run = _run_on_blocks(problem, law, solver, y0, bounds, recorder, limits, partition)
-    return _result(problem, law, solver, y0, bounds, run, settle_tolerance)
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What counts as settled, and how much work may be spent on it."""
-
-    tolerance: float
-    max_steps: int
-    until_tau: float
-
-    def __post_init__(self) -> None:
-        if not (self.tolerance > 0 and self.until_tau >= 0 and self.max_steps >= 0):
-            raise OptionError("settle_tolerance must be positive, max_steps and until_tau not negative")
-
-    def reached(self, tried: int, tau: float) -> bool:
-        return tried >= self.max_steps or tau >= self.until_tau
+    run = _Run(problem, law, solver, y0, bounds, recorder, settle_tolerance, max_steps, until_tau)
+    return run.in_one_piece() if partition is None else run.on_blocks(partition)
 
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    last: State
-    steps: int
-    error_bound: float
-    extremes: tuple[float, float, float]
-    dated_tau: float | None
-    trajectory: Trajectory | None
-    exchanged: Exchanged | None = None
+    """A law on a network from a packed start, with all that decides when it ends."""
 
+    problem: Problem
+    law: Law
+    solver: Solver
+    y0: Floats
+    bounds: Premises
+    recorder: Recorder
+    tolerance: float
+    max_steps: int
+    until_tau: float
 
-def _run_on_blocks(
-    problem: Problem,
-    law: Law,
-    solver: Solver,
-    y0: Floats,
-    bounds: Premises,
-    recorder: Recorder,
-    limits: Limits,
-    partition: Partition,
-) -> _Run:
-    if not isinstance(solver, Splitting) or recorder.keeps:
-        raise OptionError("blocks run the splitting solver and keep no trajectory: leave solver and save out.")
-    clear_above = EndPhase(bounds, limits.tolerance).clear_above
-    with partitioned_field(problem, law.flow, y0, partition, clear_above) as field:
-        states = partial(solver.steps, field, law.flow, mean_cost(problem, y0))
-        run = _run(states, problem, law, solver, bounds, recorder, limits)
-        return replace(run, exchanged=field.exchanged)
+    def in_one_piece(self) -> CostToGo:
+        return self._follow(partial(self.solver.states, self.problem, self.law.flow, self.y0))
 
+    def on_blocks(self, partition: Partition) -> CostToGo:
+        if not isinstance(self.solver, Splitting) or self.recorder.keeps:
+            raise OptionError("blocks run the splitting solver and keep no trajectory: leave solver and save out.")
+        clear_above = Course(self.bounds, self.tolerance).clear_above
+        with partitioned_field(self.problem, self.law.flow, self.y0, partition, clear_above) as field:
+            states = partial(self.solver.steps, field, self.law.flow, self.problem.mean_cost(self.y0))
+            return replace(self._follow(states), exchanged=field.exchanged)
 
-def _run(
-    states_from: Callable[[Floats], Iterator[State]],
-    problem: Problem,
-    law: Law,
-    solver: Solver,
-    bounds: Premises,
-    recorder: Recorder,
-    limits: Limits,
-) -> _Run:
-    end_phase, extremes = EndPhase(bounds, limits.tolerance), Extremes()
-    targets = np.unique(np.append(recorder.targets, limits.until_tau))
-    states = states_from(targets)
-    step = -1
-    while True:
-        step, state = step + 1, next(states)
-        end_phase.add(state)
-        extremes.add(state)
-        recorder.offer(step, state)
-        settled = _is_settled(problem, solver, bounds, state, limits)
-        if settled or limits.reached(step + state.rejected, state.tau):
-            break
-    proved = error_bound(problem, bounds, state)
-    y_star = state.y if state.residual == 0.0 or not settled else problem.pack(oracle(problem.network))
-    date = end_phase.settling_tau(y_star, law.flow) if settled else None
-    return _Run(state, step, proved, extremes.over(law), date, recorder.trajectory(state, settled))
+    def _follow(self, states_from: Callable[[Floats], Iterator[State]]) -> CostToGo:
+        """The cost-to-go after as many states as it takes; ``states_from`` makes them land on given readings."""
+        course, recorder = Course(self.bounds, self.tolerance), self.recorder
+        states = states_from(np.unique(np.append(recorder.targets, self.until_tau)))
+        step = -1
+        while True:
+            step, state = step + 1, next(states)
+            course.add(state)
+            recorder.offer(step, state)
+            settled = self._is_settled(state)
+            if settled or step + state.rejected >= self.max_steps or state.tau >= self.until_tau:
+                break
+        known = state.residual == 0.0 or not settled  # x*, or not to be compared with
+        y_star = state.y if known else self.problem.pack(oracle(self.problem.network))
+        return CostToGo(
+            x=_frozen(self.problem.unpack(state.y)),
+            x0=_frozen(self.problem.unpack(self.y0)),
+            law=self.law,
+            problem=self.problem,
+            premises=self.bounds,
+            outcome=Ending.SETTLED if settled else Ending.BUDGET_SPENT,
+            dated_tau=course.settling_tau(y_star, self.law.flow) if settled else None,
+            end_tau=state.tau,
+            residual=state.residual,
+            lowest=course.lowest,
+            highest=course.highest,
+            largest_input=course.largest_input(self.law),
+            error_bound=error_bound(self.problem, self.bounds, state),
+            settle_tolerance=self.tolerance,
+            steps=step,
+            evaluations=state.evaluations,
+            solver=self.solver.name,
+            history=recorder.history(state, settled),
+        )
 
-
-def _is_settled(problem: Problem, solver: Solver, bounds: Premises, state: State, limits: Limits) -> bool:
-    """Solvers that come to rest exactly run until they do; for others the error must be proved small."""
-    if state.residual == 0.0:
-        require_rooted(problem, state.y)
-        return True
-    return not solver.exact_rest and error_bound(problem, bounds, state) <= limits.tolerance
-
-
-def _result(
-    problem: Problem, law: Law, solver: Solver, y0: Floats, bounds: Premises, run: _Run, tolerance: float
-) -> CostToGo:
-    return CostToGo(
-        x=_frozen(problem.unpack(run.last.y)),
-        x0=_frozen(problem.unpack(y0)),
-        law=law,
-        problem=problem,
-        premises=bounds,
-        outcome=Ending.BUDGET_SPENT if run.dated_tau is None else Ending.SETTLED,
-        dated_tau=run.dated_tau,
-        end_tau=run.last.tau,
-        residual=run.last.residual,
-        lowest=run.extremes[0],
-        highest=run.extremes[1],
-        largest_input=run.extremes[2],
-        error_bound=run.error_bound,
-        settle_tolerance=tolerance,
-        steps=run.steps,
-        evaluations=run.last.evaluations,
-        solver=solver.name,
-        trajectory=run.trajectory,
-        exchanged=run.exchanged,
-    )
+    def _is_settled(self, state: State) -> bool:
+        """Solvers that come to rest exactly run until they do; for others the error must be proved small."""
+        if state.residual == 0.0:
+            require_rooted(self.problem, state.y)
+            return True
+        return not self.solver.exact_rest and error_bound(self.problem, self.bounds, state) <= self.tolerance
 
 
 def _frozen(array: Floats) -> Floats:

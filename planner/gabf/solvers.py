@@ -7,8 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from planner.base.arrays import Floats
 from planner.gabf.flows import Flow
 from planner.gabf.problem import Problem, Standing
@@ -67,21 +65,3 @@ class Targets:
         if self._left and tau + 1.0001 * dtau >= self._left[-1]:
             return self._left[-1] - tau, self._left[-1]
         return dtau, tau + dtau
-
-
-def disequilibrium(problem: Problem, y: Floats) -> Floats:
-    """xhat (R,), eq. (xhat)."""
-    return y[: problem.n_rows] - problem.parent_values(y)
-
-
-def standing(problem: Problem, y: Floats) -> Standing:
-    """How the rows stand at states ``y`` (R + S,)."""
-    return Standing.of(y, disequilibrium(problem, y))
-
-
-def mean_cost(problem: Problem, y: Floats) -> float:
-    """What an arc adds on average at state ``y``: the scale that errors of one step are measured by."""
-    if not problem.n_rows:
-        return 0.0
-    heads = y[problem.heads]
-    return float(np.mean(np.abs(problem.arcs(heads) - heads)))

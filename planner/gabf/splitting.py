@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,8 +14,8 @@ from planner.base.errors import OptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
-from planner.gabf.problem import Problem, Rows, Standing
-from planner.gabf.solvers import Solver, State, Targets, mean_cost
+from planner.gabf.problem import Problem
+from planner.gabf.solvers import Solver, State, Targets
 
 _EPS, _TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
 SAFETY = 0.9
@@ -61,10 +61,10 @@ class Splitting(Solver):
 
     def states(self, problem: Problem, flow: Flow, y0: Floats, targets: Floats) -> Iterator[State]:
         """See :class:`planner.gabf.solvers.Solver`."""
-        return self.steps(InOnePiece(problem, flow, y0), flow, mean_cost(problem, y0), targets)
+        return self.steps(Field(problem, flow, y0), flow, problem.mean_cost(y0), targets)
 
     def steps(self, field: Field, flow: Flow, hop: float, targets: Floats) -> Iterator[State]:
-        """The same for states wherever they are kept; ``hop`` is their :func:`planner.gabf.solvers.mean_cost`."""
+        """The same for states wherever they are kept; ``hop`` is their mean cost, see :class:`Problem`."""
         landing = Targets(targets)
         tau, count, steps, rejected = 0.0, 1, 0, 0
         state = field.state(tau, count, rejected)
@@ -113,7 +113,7 @@ class Splitting(Solver):
 
 
 def _measured_by(state: State, hop: float) -> float:
-    """The disequilibrium that an error of the next step is measured by, see :meth:`Stepper.advance`."""
+    """The disequilibrium that an error of the next step is measured by, see :meth:`Parents.advance`."""
     largest = max(abs(state.standing.lowest), abs(state.standing.highest))
     return max(min(state.residual, max(hop, _FINEST * largest)), 64 * _EPS * largest)
 
@@ -124,85 +124,26 @@ def _shortest_step(flow: Flow, state: State) -> float:
     return max(_EPS * state.tau, _FINEST * left, _TINY)
 
 
-class Field(Protocol):
-    """The states of a run, wherever they are kept, and one step of them."""
+class Field:
+    """The states of a run in one array, and one step of them; subclasses keep them elsewhere."""
+
+    def __init__(self, problem: Problem, flow: Flow, y0: Floats):
+        self._flow, self._parents = flow, parents_of(problem)
+        self._here = self._next = self._parents.standing(y0)
 
     def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
         """The states as they are."""
-        ...
-
-    def attempt(self, dtau: float, size: float) -> float:
-        """Try a step, and how far off it may be, see :meth:`Stepper.advance`."""
-        ...
-
-    def accept(self) -> None:
-        """Take the step that was tried last."""
-        ...
-
-    def retire(self) -> None:
-        """Stop looking at rows that rest for good."""
-        ...
-
-
-class InOnePiece:
-    """All states in one array."""
-
-    def __init__(self, problem: Problem, flow: Flow, y0: Floats):
-        self._stepper = Stepper(problem, flow)
-        self._here = self._next = self._stepper.standing(y0)
-
-    def state(self, tau: float, evaluations: int, rejected: int = 0) -> State:
         return State(tau, self._here, evaluations, rejected)
 
     def attempt(self, dtau: float, size: float) -> float:
-        self._next, share = self._stepper.step(self._here, dtau, size)
+        """Try a step, and how far off it may be, see :meth:`Parents.advance`."""
+        self._next, share = self._parents.step(self._flow, self._here, dtau, size)
         return share
 
     def accept(self) -> None:
+        """Take the step that was tried last."""
         self._here = self._next
 
     def retire(self) -> None:
-        self._stepper.retire(self._here, self._here.lowest_moving)
-
-
-class Stepper:
-    """One step of the splitting method in two halves; rows that rest cost no power, and retired ones nothing."""
-
-    def __init__(self, rows: Rows, flow: Flow):
-        self._flow, self._parents = flow, parents_of(rows)
-
-    def standing(self, y: Floats) -> Standing:
-        """How the rows stand at states ``y``; xhat is exactly 0 at retired rows."""
-        return self._parents.standing(y)
-
-    def retire(self, at: Standing, least: float) -> None:
-        """Stop looking at rows that rest for good: ``least`` is ``lowest_moving`` of the whole network."""
-        self._parents = self._parents.retire(at, least)
-
-    def step(self, at: Standing, dtau: float, size: float) -> tuple[Standing, float]:
-        """Both halves: see :meth:`sketch` and :meth:`advance`."""
-        return self._parents.step(self._flow.compiled, at, self._centre(dtau, size) * dtau, dtau, size)
-
-    def sketch(self, at: Standing, dtau: float, size: float) -> Floats:
-        """y about half a step on, where parent values are taken from, see :meth:`_centre`."""
-        return self._parents.sketch(self._flow.compiled, at, self._centre(dtau, size) * dtau)
-
-    def advance(self, at: Standing, y_mid: Floats, dtau: float, size: float) -> tuple[Floats, float]:
-        """y after ``dtau``, and how far off the step may be, as a share of ``size`` + |xhat_i|; ``y_mid`` is used up.
-
-        Had m not been moved by delta, the step would have ended delta (1 - rho) elsewhere, rho the share of
-        y_i - m_i that the flow leaves over. The law undoes an error of ``size`` in size / phi(size), so this
-        share counts as a time: ``size`` is the largest disequilibrium, or an average arc cost if smaller.
-        """
-        return self._parents.advance(self._flow.compiled, at, y_mid, dtau, size)
-
-    def _centre(self, dtau: float, size: float) -> float:
-        """The share of a step at which its parent values are taken: 1/2 for short steps, more for long ones.
-
-        A node forgets at about the rate phi(s) / s, so it ends nearer to where its parents were later in the step; for
-        parents that move steadily under the linear laws this is exact. At the default tolerance it takes the median
-        error of the settling tau from 2.4 % (always late) to 0.1 % there, and from 5 % to 2.5 % on 1000 nodes under
-        the default law.
-        """
-        forgotten = dtau * self._flow.speed(size) / size if size else 0.0
-        return 1.0 / -math.expm1(-forgotten) - 1.0 / forgotten if forgotten > 1e-4 else 0.5
+        """Stop looking at rows that rest for good."""
+        self._parents = self._parents.retire(self._here, self._here.lowest_moving)

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, plain_numbers
-from planner.base.errors import ArrayError
+from planner.base.arrays import Bools, Floats, Ints
 from planner.base.kinds import checks_kinds
 from planner.gabf.network import Network
 from planner.gabf.oracle import oracle
-from planner.gabf.problem import Problem, reduce
+from planner.gabf.problem import Problem, reduce, states
 
 _TIES = 1e-12  # times max(1, |x*|), 1 less where all x* are: nearer values are equal, as paths of one cost are rounded
 
@@ -47,18 +46,18 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
     ``x_star``: the oracle's unless given. Values that differ by at most 1e-12 max(1, |x*|) count as equal, with the
     largest |x*| in place of 1 where that is less.
     """
-    x = oracle(net) if x_star is None else _states(net, x_star)
+    x = oracle(net) if x_star is None else states(net, x_star, "x_star")
     problem = reduce(net)
     y = problem.pack(x)
     tight = _true_arcs(problem, y)
-    longest = _hops(problem, tight, longest=True)
+    longest, fewest = _most_hops(problem, tight), problem.hops_along(tight)
     level, values = _levels(problem, y)
-    level = _spread(problem, level)
+    level = problem.unpack(level, missing=-1)
     return Structure(
         x_star=x,
         true_arcs=problem.arc_ids[tight],
-        longest=_spread(problem, longest),
-        fewest=_spread(problem, _hops(problem, tight, longest=False)),
+        longest=problem.unpack(longest, missing=-1),
+        fewest=problem.unpack(np.where(fewest < 0, problem.nodes.size, fewest), missing=-1),
         level=level,
         values=values,
         diameter=int(longest.max(initial=0)) + 1,
@@ -66,17 +65,10 @@ def structure(net: Network, x_star: Floats | None = None) -> Structure:
     )
 
 
-def _states(net: Network, x: Floats) -> Floats:
-    found = plain_numbers("x_star", x)
-    if found.shape != (net.n_nodes,):
-        raise ArrayError(f"x_star has shape {found.shape}: give a state of each node, ({net.n_nodes},).")
-    return found
-
-
 @checks_kinds
-def true_parents(net: Network, found: Structure, i: int) -> Ints:
+def true_parents(net: Network, optimum: Structure, i: int) -> Ints:
     """P(i), definition (true), ascending; empty at sources and at nodes that reach none."""
-    arcs = found.true_arcs
+    arcs = optimum.true_arcs
     return np.unique(net.indices[arcs[net.tails[arcs] == i]])
 
 
@@ -91,18 +83,15 @@ def _nearly(own: Floats, y: Floats) -> Floats:
     return _TIES * np.maximum(min(1.0, float(np.abs(y).max(initial=0.0))), np.abs(own))
 
 
-def _hops(problem: Problem, tight: Bools, longest: bool) -> Ints:
-    """Most or fewest true arcs from each node to a source; at most D(G) sweeps over the true arcs."""
+def _most_hops(problem: Problem, tight: Bools) -> Ints:
+    """The most true arcs from each node to a source; at most D(G) sweeps over the true arcs."""
     owners, heads = problem.owners[tight], problem.heads[tight]
-    worst = problem.nodes.size
-    hops = np.where(np.arange(worst) < problem.n_rows, 0 if longest else worst, 0)
-    better, sign = (np.maximum, 1) if longest else (np.minimum, -1)
+    hops = np.zeros(problem.nodes.size, dtype=np.int64)
     while True:
-        offered = hops.copy()
-        better.at(offered, owners, hops[heads] + 1)
-        if not ((offered - hops) * sign > 0).any():
+        before = hops.copy()
+        np.maximum.at(hops, owners, before[heads] + 1)
+        if np.array_equal(hops, before):
             return hops
-        hops = offered
 
 
 def _levels(problem: Problem, y: Floats) -> tuple[Ints, Floats]:
@@ -114,9 +103,3 @@ def _levels(problem: Problem, y: Floats) -> tuple[Ints, Floats]:
     level = np.zeros(problem.nodes.size, dtype=np.int64)
     level[order] = np.cumsum(fresh)
     return level, np.concatenate(([problem.anchors.min()], ascending[fresh]))
-
-
-def _spread(problem: Problem, values: Ints) -> Ints:
-    spread = np.full(problem.network.n_nodes, -1, dtype=np.int64)
-    spread[problem.nodes] = values
-    return spread

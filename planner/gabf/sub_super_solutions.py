@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import cached_property
 
 import numpy as np
 
@@ -12,7 +11,6 @@ from planner.gabf.assumptions import Premises, ceiling
 from planner.gabf.flows import Flow
 from planner.gabf.parents import parents_of
 from planner.gabf.problem import Problem
-from planner.gabf.reverse_adjacency import Readers
 
 _SPARE = 1.05
 """Farther than expected from the last step that the next one is held: nearer is tighter, and fails more often."""
@@ -33,7 +31,7 @@ def limit(problem: Problem, y0: Floats, y_star: Floats, upper: bool) -> Floats:
     worse = np.maximum if upper else np.minimum
     z = ceiling(problem, y0) if upper else y0
     for _ in range(problem.n_rows):
-        swept = np.concatenate((worse(y0[: problem.n_rows], problem.parent_values(z)), problem.anchors))
+        swept = problem.with_sources(worse(y0[: problem.n_rows], problem.parent_values(z)))
         if np.array_equal(swept, z):
             break
         z = swept
@@ -89,21 +87,21 @@ class Side:
         """
         here = self.y[self._rows]
         reach = _SPARE * dtau * self._expected
-        held = self._held(reach)
-        there = self._flown(here, self._values(held), dtau)
+        fixed = self._fixed(reach)
+        there = self._flown(here, self._values(fixed), dtau)
         for _ in range(_SWEEPS):
             moved = self._outwards(here, there)
             short = np.flatnonzero(moved > reach)
             if not short.size:
                 return there
             reach[short] = _SPARE * moved[short]
-            held[short] = self._within_limit(here[short] + self.sign * reach[short], self._limit[short])
+            fixed[short] = self._within_limit(here[short] + self.sign * reach[short], self._limit[short])
             if here.size < _FEW_OF or short.size > _FEW * here.size:
-                there = self._flown(here, self._values(held), dtau)
+                there = self._flown(here, self._values(fixed), dtau)
             else:
                 reading = self._reading(short)
                 again = np.flatnonzero(reading)
-                there[again] = self._flown(here[again], self._values.of(again, reading)(held), dtau)
+                there[again] = self._flown(here[again], self._values.of(again, reading)(fixed), dtau)
         return None
 
     def _from_fastest(self, dtau: float) -> Floats:
@@ -116,35 +114,31 @@ class Side:
         if self._contracts:
             fastest = float(np.max(self.sign * (self._values(self.y) - here), initial=0.0))
             reach = np.minimum(reach, dtau * self._flow.speed(fastest))
-        there = self._flown(here, self._values(self._held(reach)), dtau)
+        there = self._flown(here, self._values(self._fixed(reach)), dtau)
         for _ in range(_TIGHTER):
             moved = self._outwards(here, there)
             if (moved >= 0.99 * reach).all():
                 break
             reach = np.minimum(reach, np.maximum(moved, 0.0))
-            there = self._flown(here, self._values(self._held(reach)), dtau)
+            there = self._flown(here, self._values(self._fixed(reach)), dtau)
         return there
 
     def _outwards(self, here: Floats, there: Floats) -> Floats:
         """How far ``there`` is beyond ``here``."""
         return there - here if self._upper else here - there
 
-    def _held(self, reach: Floats) -> Floats:
+    def _fixed(self, reach: Floats) -> Floats:
         """The states, each ``reach`` (R,) outwards."""
-        held = self.y.copy()
+        fixed = self.y.copy()
         if reach.any():
-            held[self._rows] = self._within_limit(held[self._rows] + self.sign * reach, self._limit)
-        return held
+            fixed[self._rows] = self._within_limit(fixed[self._rows] + self.sign * reach, self._limit)
+        return fixed
 
     def _reading(self, rows: Ints) -> Bools:
         """(R,) which rows read one of ``rows``."""
         reading = np.zeros(self._problem.n_rows, dtype=bool)
-        reading[self._problem.owners[self._readers.of(rows)]] = True
+        reading[self._problem.owners[self._problem.readers.of(rows)]] = True
         return reading
-
-    @cached_property
-    def _readers(self) -> Readers:
-        return Readers(self._problem.heads, self._problem.nodes.size)
 
     def _within_limit(self, y: Floats, beyond: Floats) -> Floats:
         return np.minimum(y, beyond) if self._upper else np.maximum(y, beyond)

@@ -66,10 +66,16 @@ def joint_placements(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     return chain.native.placements(q)
 
 
+def tool_joint(robot: Robot) -> tuple[int, pin.SE3]:
+    """The joint that carries the tool frame, 0 for the base, and where the frame is in it."""
+    frame = robot.model.frames[robot.tool_id]
+    return int(frame.parentJoint), frame.placement
+
+
 def tool_positions(robot: Robot, q: Floats) -> Floats:
     """Positions (n, 3) of the tool frame in the world (m) for configurations (n, dof)."""
-    frame = robot.model.frames[robot.tool_id]
-    return Chain.of(robot).native.points(np.atleast_2d(q), int(frame.parentJoint), frame.placement.translation)
+    joint, placement = tool_joint(robot)
+    return Chain.of(robot).native.points(np.atleast_2d(q), joint, placement.translation)
 
 
 def tool_path_lengths(robot: Robot, start: Floats, delta: Floats) -> Floats:
@@ -78,9 +84,8 @@ def tool_path_lengths(robot: Robot, start: Floats, delta: Floats) -> Floats:
     They are measured as chords between states that are ``TOOL_ALONG_EDGE`` apart.
     """
     pieces = np.maximum(1, np.ceil(np.abs(delta).sum(axis=1) / TOOL_ALONG_EDGE)).astype(np.int64)
-    frame = robot.model.frames[robot.tool_id]
-    point = frame.placement.translation
-    return Chain.of(robot).native.path_lengths(start, delta, pieces, int(frame.parentJoint), point)
+    joint, placement = tool_joint(robot)
+    return Chain.of(robot).native.path_lengths(start, delta, pieces, joint, placement.translation)
 
 
 def tool_pose(robot: Robot, q: Floats) -> pin.SE3:
@@ -88,6 +93,11 @@ def tool_pose(robot: Robot, q: Floats) -> pin.SE3:
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, np.asarray(q, dtype=float))
     return data.oMf[robot.tool_id].copy()
+
+
+def travel(robot: Robot, chain: Chain, row: int) -> float:
+    """How far (m) the joint of ``row`` can shift what it carries: 0 for one that turns."""
+    return float(max(abs(robot.lower[row]), abs(robot.upper[row]))) if chain.prismatic[row] else 0.0
 
 
 def _axis(model: pin.Model, data: pin.Data, joint: int, prismatic: bool) -> Floats:

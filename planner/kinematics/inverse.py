@@ -9,12 +9,13 @@ import pinocchio as pin
 
 from planner.base.arrays import Floats
 from planner.base.products import dot, length
-from planner.kinematics.forward import Chain, joint_placements
+from planner.kinematics.forward import Chain, joint_placements, tool_joint, travel
 from planner.models.robot import Robot
 
 POSITION_TOLERANCE = 1e-6  # m
 ANGLE_TOLERANCE = 1e-6  # rad
 _ITERATIONS = 100
+_ARM = 0.1  # m/rad: weighs angles against metres
 _APART = 1e-3  # rad: solutions nearer to each other are one
 
 
@@ -51,11 +52,10 @@ def beyond_reach(robot: Robot, position: Floats) -> float:
     This is a proof, not an estimate: the sphere's centre is a joint whose origin does not move, and its radius is the
     sum of the chain's offsets from there to the tool.
     """
-    model, chain = robot.model, Chain.of(robot)
-    frame = model.frames[robot.tool_id]
+    chain = Chain.of(robot)
     _, home = joint_placements(chain, np.zeros((1, robot.dof)))
-    joint, total = int(frame.parentJoint), length(frame.placement.translation)
-    best = 0.0
+    joint, placement = tool_joint(robot)
+    total, best = length(placement.translation), 0.0
     while joint:
         # an offset along the first axis does not turn with it: the sphere around joint 2's origin is often smaller
         if _origin_is_fixed(chain, joint):
@@ -63,8 +63,7 @@ def beyond_reach(robot: Robot, position: Floats) -> float:
                 apart = length(np.asarray(position) - home[joint, 0])
             best = max(best, apart - total)
         row = joint - 1
-        slide = max(abs(robot.lower[row]), abs(robot.upper[row])) if chain.prismatic[row] else 0.0
-        total += length(chain.offset[row]) + float(slide)
+        total += length(chain.offset[row]) + travel(robot, chain, row)
         joint = int(chain.parent[row])
     return best
 
@@ -86,24 +85,21 @@ def _solve(
     seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(starts - 1, robot.dof))])
     if near is not None:
         seeds = np.vstack([seeds, near])
-    frame = robot.model.frames[robot.tool_id]
-    tool, limits = frame.placement.homogeneous, (robot.lower, robot.upper, robot.continuous)
-    native = Chain.of(robot).native
-    ends, distance, angle = native.inverse(
-        seeds, int(frame.parentJoint), tool, target.homogeneous, oriented, limits, _ITERATIONS
+    (joint, placement), limits = tool_joint(robot), (robot.lower, robot.upper, robot.continuous)
+    ends, distance, angle = Chain.of(robot).native.inverse(
+        seeds, joint, placement.homogeneous, target.homogeneous, oriented, limits, _ITERATIONS
     )
     # a target that is inf metres away is out of reach, as the caller will say
-    nearest = int(
-        np.argmin(np.nan_to_num(distance + 0.1 * angle, nan=np.inf))
-    )  # 0.1 m/rad weighs angles against metres
+    off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
+    nearest = int(np.argmin(off))
     solved = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
-    found = _distinct(robot, ends[solved])
-    return Solutions(found, ends[nearest], float(distance[nearest]), float(angle[nearest]))
+    distinct = _distinct(robot, ends[solved])
+    return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
-def _distinct(robot: Robot, found: Floats) -> Floats:
+def _distinct(robot: Robot, solved: Floats) -> Floats:
     kept = np.empty((0, robot.dof))
-    for q in found:
+    for q in solved:
         if (np.abs(robot.difference(q, kept)).max(axis=1, initial=0.0) > _APART).all():
             kept = np.vstack([kept, robot.normalise(q)])
     return kept

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.arrays import Floats
-from planner.kinematics.forward import Chain
+from planner.kinematics.forward import Chain, tool_joint
 from planner.models.robot import Robot
 
 ROWS = {"pose": slice(0, 6), "translation": slice(0, 3), "planar": slice(0, 2)}
@@ -24,11 +24,11 @@ def jacobian(robot: Robot, q: Floats) -> Floats:
 def jacobians(robot: Robot, q: Floats) -> Floats:
     """The :func:`jacobian` (n, rows, dof) at each of several configurations (n, dof)."""
     model, aligned = robot.model, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    data, found = model.createData(), np.zeros((len(q), 6, model.nv))
+    data, matrices = model.createData(), np.zeros((len(q), 6, model.nv))
     for k, row in enumerate(q):
         # Pinocchio drops an axis where there is one joint
-        found[k] = pin.computeFrameJacobian(model, data, row, robot.tool_id, aligned).reshape(6, model.nv)
-    return found[:, ROWS[robot.manipulability]]
+        matrices[k] = pin.computeFrameJacobian(model, data, row, robot.tool_id, aligned).reshape(6, model.nv)
+    return matrices[:, ROWS[robot.manipulability]]
 
 
 def manipulability(robot: Robot, q: Floats) -> Floats:
@@ -68,5 +68,5 @@ def manipulability_along(robot: Robot, start: Floats, delta: Floats, shares: Flo
 
 def _tool(robot: Robot) -> tuple[int, Floats, int]:
     """The joint that carries the tool, where the tool is in its frame, and how many rows of its Jacobian count."""
-    frame = robot.model.frames[robot.tool_id]
-    return int(frame.parentJoint), frame.placement.translation, ROWS[robot.manipulability].stop
+    joint, placement = tool_joint(robot)
+    return joint, placement.translation, ROWS[robot.manipulability].stop

@@ -16,7 +16,8 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
-from planner.kinematics.manipulability import jacobians
+from planner.kinematics.forward import tool_joint
+from planner.kinematics.manipulability import ROWS, jacobians
 from planner.kinematics.reach import Reach
 from planner.models.robot import Robot
 from planner.models.shapes import Body, Sphere
@@ -49,7 +50,7 @@ class ManipulabilityBound:
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
         linear, angular = column_rates(robot)
-        columns, rows = robot.dof, _rows(robot)
+        columns, rows = robot.dof, ROWS[robot.manipulability].stop
         # linear rows in units of a length weigh like angular ones; their product then wants that length back
         self._unit = max(0.5 * float(linear.max()), _POINT) if 6 == rows <= columns else 1.0
         self._rate = np.hypot(linear / self._unit, angular if rows == 6 else 0.0)
@@ -66,17 +67,13 @@ class ManipulabilityBound:
         return scale * values.prod(axis=1), scale * least
 
 
-def _rows(robot: Robot) -> int:
-    return {"pose": 6, "translation": 3, "planar": 2}[robot.manipulability]
-
-
 def column_rates(robot: Robot) -> tuple[Floats, Floats]:
     """How fast column i of the tool's Jacobian changes with joint k at most, linear and angular part, (dof, dof) each.
 
     Valid for every configuration within the joint limits.
     """
-    frame = robot.model.frames[robot.tool_id]
-    tool = Body("tool", "tool", int(frame.parentJoint), Sphere(_POINT), frame.placement.homogeneous)
+    joint, placement = tool_joint(robot)
+    tool = Body("tool", "tool", joint, Sphere(_POINT), placement.homogeneous)
     reach = Reach.of(robot, (tool,)).bodies[0]  # 0 where a joint does not carry the tool
     turns, carries = ~robot.prismatic, reach > 0
     both = carries[:, None] & carries[None, :]

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.base.products import dot, length, product
-from planner.kinematics.forward import Chain
+from planner.kinematics.forward import Chain, travel
 from planner.models.robot import Robot
 from planner.models.shapes import Body, farthest, farthest_from_axis
 
@@ -30,12 +30,9 @@ class Reach:
     @staticmethod
     def of(robot: Robot, bodies: tuple[Body, ...] | None = None) -> Reach:
         """Reach of the robot's own bodies, or of any others that its joints carry."""
-        return _own_reach(robot) if bodies is None else Reach._of(robot, bodies)
-
-    @staticmethod
-    def _of(robot: Robot, bodies: tuple[Body, ...]) -> Reach:
-        rows = [_reach_of(robot, body) for body in bodies]
-        return Reach(frozen(np.reshape(rows, (len(rows), robot.dof))))
+        if bodies is None:
+            return _own_reach(robot)
+        return Reach(frozen(np.reshape([_reach_of(robot, body) for body in bodies], (len(bodies), robot.dof))))
 
     def motion(self, delta: Floats) -> Floats:
         """The most that any point of each body moves (m), (n, n_bodies), along joint segments ``delta`` (n, dof)."""
@@ -50,7 +47,7 @@ class Reach:
 @lru_cache(maxsize=16)
 def _own_reach(robot: Robot) -> Reach:
     """Kept, as a world that changes asks for the same robot's again and again."""
-    return Reach._of(robot, robot.bodies)
+    return Reach.of(robot, robot.bodies)
 
 
 @lru_cache(maxsize=2048)
@@ -65,7 +62,7 @@ def _reach_of(robot: Robot, body: Body) -> Floats:
     while True:
         # a tiny positive reach marks "carried" even for a body that lies on the axis
         reach[joint] = 1.0 if chain.prismatic[joint] else max(across, 1e-12)
-        radius += _travel(robot, chain, joint)
+        radius += travel(robot, chain, joint)
         parent = int(chain.parent[joint]) - 1
         if parent < 0:
             return frozen(reach)
@@ -96,20 +93,15 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
             across = radius
         if not chain.prismatic[joint - 1]:
             reach[joint - 1] = min(reach[joint - 1], max(across, 1e-12))
-        radius += _travel(robot, chain, joint - 1)
+        radius += travel(robot, chain, joint - 1)
         above = joint
     return frozen(reach)
 
 
 def _joints_down_to(chain: Chain, top: int, joint: int) -> list[int]:
     """The joints below ``top`` on the way down to ``joint``; none where that does not hang below it."""
-    found = []
+    joints = []
     while joint not in (top, 0):
-        found.insert(0, joint)
+        joints.insert(0, joint)
         joint = int(chain.parent[joint - 1])
-    return found if joint == top else []
-
-
-def _travel(robot: Robot, chain: Chain, joint: int) -> float:
-    """How far a prismatic joint can shift what it carries (m)."""
-    return float(max(abs(robot.lower[joint]), abs(robot.upper[joint]))) if chain.prismatic[joint] else 0.0
+    return joints if joint == top else []

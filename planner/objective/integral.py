@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -17,19 +16,12 @@ from planner.objective.scale import COSTS, CostScale, mean_manipulability_cost
 _BOUNDS = (W_STATES_PER_EDGE - 1) * W_IN_COST * 2.0 ** np.arange(8)  # rad: on longer motions states are doubled
 
 
-def states_along(length: Floats) -> Ints:
-    """(k,) numbers of states, no farther apart than ``W_IN_COST``, on motions of a ``length`` (k,) in rad.
-
-    At least W_STATES_PER_EDGE, both ends included, and one more than a multiple of what these leave between them; on
-    motions of more than 100 rad no more than there.
-    """
-    return _states(np.searchsorted(_BOUNDS[:-1], length))
-
-
 def w_along(robot: Robot, start: Floats, delta: Floats, length: Floats) -> Iterator[tuple[Ints, Floats]]:
     """w (j, states) along motions from ``start`` by ``delta`` (k, dof), of a ``length`` (k,), by rows (j,) of as many.
 
-    The rows are those of the motions that have equally many states.
+    The rows are those of the motions that have equally many states: no farther apart than ``W_IN_COST``, at least
+    W_STATES_PER_EDGE, both ends included, and one more than a multiple of what these leave between them; on motions of
+    more than 100 rad no more than there.
     """
     doubled = np.searchsorted(_BOUNDS[:-1], length)
     for level in range(int(doubled.max(initial=-1)) + 1):
@@ -38,14 +30,10 @@ def w_along(robot: Robot, start: Floats, delta: Floats, length: Floats) -> Itera
             yield rows, manipulability_along(robot, start[rows], delta[rows], _shares(level))
 
 
-def _states(doubled: Any) -> Any:
-    return (W_STATES_PER_EDGE - 1) * 2**doubled + 1
-
-
 @lru_cache
 def _shares(doubled: int) -> Floats:
     """Of a motion at its states, which are doubled so often."""
-    return frozen(np.linspace(0.0, 1.0, _states(doubled)))
+    return frozen(np.linspace(0.0, 1.0, (W_STATES_PER_EDGE - 1) * 2**doubled + 1))
 
 
 def costs_along(robot: Robot, start: Floats, delta: Floats, scale: CostScale) -> tuple[Floats, Floats]:

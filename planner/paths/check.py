@@ -92,7 +92,9 @@ def check_path(
     robot = checker.robot
     excess = worst_excess(robot, path)
     degrees = excess is not None and looks_like_degrees(robot, path)
-    seen = _Seen(_not_proven(path)) if degrees else _look(checker, path, step, progress)
+    contact, clearance, proven = None, None, _not_proven(path)
+    if not degrees:
+        contact, clearance, proven = _look(checker, path, step, progress)
     dense = path if degrees else dense_path(path)
     w, tool = manipulability(robot, dense), tool_positions(robot, dense)
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])
@@ -102,10 +104,10 @@ def check_path(
         step=step,
         excess=excess,
         degrees=degrees,
-        contact=seen.contact,
-        proven=seen.proven,
-        clearance=seen.clearance,
-        nearest=None if seen.clearance is None else nearest_pair(checker, seen.clearance.q),
+        contact=contact,
+        proven=proven,
+        clearance=clearance,
+        nearest=None if clearance is None else nearest_pair(checker, clearance.q),
         shares=along / max(float(along[-1]), 1e-300),
         w=w,
         lowest=_place_of(path, dense[w.argmin()], float(w.min())),
@@ -114,16 +116,9 @@ def check_path(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """What sampling a path among obstacles found."""
-
-    proven: Proven
-    contact: PathContact | None = None
-    clearance: Place | None = None
-
-
-def _look(checker: CollisionChecker, path: Floats, step: float, progress: Progress) -> _Seen:
+def _look(
+    checker: CollisionChecker, path: Floats, step: float, progress: Progress
+) -> tuple[PathContact | None, Place | None, Proven]:
     """The quick samples first, then the distances, then the proofs, which need the distances."""
     segments = max(len(path) - 1, 1)
     contact = path_contact(second_checker(checker), path, step, lambda done: progress("contacts", done, segments))
@@ -132,7 +127,7 @@ def _look(checker: CollisionChecker, path: Floats, step: float, progress: Progre
     progress("clearance", segments, segments)
     proven = prove_path(checker, path, np.inf if clearance is None else clearance.value)
     progress("proofs", segments, segments)
-    return _Seen(proven, contact, clearance)
+    return contact, clearance, proven
 
 
 def require_step(step: float) -> None:

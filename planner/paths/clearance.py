@@ -99,8 +99,8 @@ class _Search:
         places = np.linspace(0.0, length, max(1, int(np.ceil(length / CLEARANCE_FIRST))) + 1).tolist()
         bounds = self.clearance.at_least(np.array([self._at(place)[2] for place in places]))
         values = dict(sorted((k, self._look(places[k])) for k in np.argsort(bounds, kind="stable").tolist()))
-        found = zip(places, values.values(), strict=True)
-        for (low, left), (high, right) in itertools.pairwise(found):
+        looks = zip(places, values.values(), strict=True)
+        for (low, left), (high, right) in itertools.pairwise(looks):
             self._push(low, high, left, right)
 
     def halve(self) -> None:

@@ -90,15 +90,15 @@ def path_contact(
 
     ``progress`` is called with the number of segments that have been sampled.
     """
-    if len(path) == 1 and (found := checker.first_contact(path)):
-        return PathContact(0, 0.0, path[0], found[1])
+    if len(path) == 1 and (touching := checker.first_contact(path)):
+        return PathContact(0, 0.0, path[0], touching[1])
     pairs = itertools.pairwise(path)
     segments = [(k, *dense_states(checker.world, a, b - a, step)) for k, (a, b) in enumerate(pairs)]
     for group in _grouped(segments):
         q, motion = np.concatenate([states for _, states, _ in group]), np.max([most for *_, most in group], axis=0)
-        found = checker.first_contact_along(q, motion)
-        if found is not None:
-            return _contact_in(group, *found)
+        touching = checker.first_contact_along(q, motion)
+        if touching is not None:
+            return _contact_in(group, *touching)
         progress(group[-1][0] + 1)
     return None
 

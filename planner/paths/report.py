@@ -141,14 +141,8 @@ def _proofs(report: PathReport) -> str:
 
 
 def _contact_record(report: PathReport) -> dict[str, Any] | None:
-    if report.contact is not None:
-        found = report.contact
-        return {
-            "segment": found.segment,
-            "share": found.share,
-            "q": found.q.tolist(),
-            "pair": _pair(found.contact),
-        }
+    if (touch := report.contact) is not None:
+        return {"segment": touch.segment, "share": touch.share, "q": touch.q.tolist(), "pair": _pair(touch.contact)}
     if report.proven.strikes is not None:
         segment, pair = report.proven.strikes
         return {"segment": segment, "share": None, "q": None, "pair": _pair(pair)}

@@ -36,12 +36,12 @@ def add_refined_paths(
     edges: Ints,
     starts: Ints,
     goals: Ints,
-    room: int,
+    budget: int,
     floor: float = 0.0,
     seed: int = 0,
     progress: Progress = QUIET,
 ) -> tuple[Floats, Ints]:
-    """``nodes`` (n, dof) and proven ``edges`` (m, 2) with the refined paths of ``BETAS``, at most ``room`` nodes more.
+    """``nodes`` (n, dof) and proven ``edges`` (m, 2) with refined paths of ``BETAS``, at most ``budget`` nodes more.
 
     Nothing is added where starts and goals are not connected. With a ``floor`` (w) a path is refined only where it lies
     above the floor, and stays above it.
@@ -66,9 +66,9 @@ def add_refined_paths(
         rows = robot.normalise(_with_dips(robot, cut(refiner.round(refined), _PIECE)))
         rows[[0, -1]] = ends  # these nodes exist already: the same to the last bit
         fresh = len({q.tobytes() for q in rows if q not in forest})
-        if fresh <= room:
+        if fresh <= budget:
             forest.add_path(rows)
-            room -= fresh
+            budget -= fresh
     return forest.nodes(), forest.edges()
 
 

@@ -34,12 +34,12 @@ def straight_paths(motions: Motions, starts: Floats, goals: Floats, longest: flo
     Each is a path (k, dof) of pieces no longer than ``longest`` (rad).
     """
     robot = motions.robot
-    found = []
+    paths = []
     for a, b in itertools.product(starts, goals):
         delta = robot.difference(a, b)
         if delta.any() and motions.proven(a, delta):
-            found.append(in_pieces(motions.prover, np.array([a, b]), longest))
-    return found
+            paths.append(in_pieces(motions.prover, np.array([a, b]), longest))
+    return paths
 
 
 def in_pieces(prover: EdgeProver, ends: Floats, longest: float) -> Floats:
@@ -93,7 +93,7 @@ def shortcuts(linked: Linked, prover: RecordingProver, longest: float, progress:
 
     The cost is integrated along motions, see :class:`MotionCost`. In pieces no longer than ``longest`` (rad).
     """
-    robot, found = prover.robot, dict[tuple[int, int], None]()
+    robot, pairs = prover.robot, dict[tuple[int, int], None]()
     ends = [MotionCost(robot, linked.roadmap.scale, Objective(beta), longest=np.inf) for beta in (0.0, 1.0)]
     edges = [linked.costs(cost) for cost in ends]
     between: dict[bytes, list[Floats]] = {}  # betas often have one best path
@@ -106,9 +106,9 @@ def shortcuts(linked: Linked, prover: RecordingProver, longest: float, progress:
                 i, j = _pairs(len(path))
                 between[key] = [cost(path[i], path[j]) for cost in ends]
             for i, j in _cheaper(prover, path, _traded_off(beta, *between[key])):
-                found[int(nodes[i]), int(nodes[j])] = None
+                pairs[int(nodes[i]), int(nodes[j])] = None
     forest = Forest(linked.nodes)
-    for pair in found:
+    for pair in pairs:
         forest.add_path(in_pieces(prover, linked.nodes[list(pair)], longest))
     return forest
 
@@ -131,8 +131,8 @@ def _best_paths(linked: Linked, cost: Floats) -> list[Ints]:
     """The nodes (k,) of the cheapest path to a goal from every start that reaches one; edges have ``cost`` (m,)."""
     n, arcs, both, goals = len(linked.nodes), linked.arcs, np.tile(cost, 2), linked.goals
     starts = dict.fromkeys(linked.starts.tolist())
-    found = (cheapest_nodes(n, arcs, both, np.array([start]), goals) for start in starts)
-    return [nodes for nodes in found if len(nodes)]
+    ways = (cheapest_nodes(n, arcs, both, np.array([start]), goals) for start in starts)
+    return [nodes for nodes in ways if len(nodes)]
 
 
 def _cheaper(prover: RecordingProver, path: Floats, direct: Floats) -> list[tuple[int, int]]:

@@ -11,7 +11,6 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.gabf.problem import Problem, reduce
 from planner.gabf.references import implicit_step
-from planner.gabf.solvers import disequilibrium
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +69,7 @@ class Initial:
 
     def slope(self, t: float, y: Floats) -> Floats:
         """dy/dt of the packed states."""
-        u = -self.gain(t) * self.law.flow.rate(disequilibrium(self.problem, y))
+        u = -self.gain(t) * self.law.flow.rate(self.problem.disequilibrium(y))
         return np.concatenate((u, np.zeros(self.problem.anchors.size)))
 
     def error(self, y: Floats) -> float:

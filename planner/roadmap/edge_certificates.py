@@ -32,8 +32,8 @@ class RecordingProver(EdgeProver):
         return proofs
 
     def _note(self, start: Floats, delta: Floats, clearance: Floats, samples: Ints) -> None:
-        found = zip(clearance.tolist(), samples.tolist(), strict=True)
-        self._known |= dict(zip(zip(_rows(start), _rows(delta), strict=True), found, strict=True))
+        results = zip(clearance.tolist(), samples.tolist(), strict=True)
+        self._known |= dict(zip(zip(_rows(start), _rows(delta), strict=True), results, strict=True))
 
     def note_pieces(self, rows: Floats) -> None:
         """The certificate of the motion from the first of ``rows`` (k, dof) to the last holds for every piece of it."""
@@ -50,15 +50,15 @@ class RecordingProver(EdgeProver):
         on their own; where that leaves one undecided nothing is claimed for it: clearance 0, no samples.
         """
         a, b = nodes[edges[:, 0]], nodes[edges[:, 1]]
-        found = self._recall(a, b)
-        if missing := _missing(found):  # the proof began at the other end
+        certificates = self._recall(a, b)
+        if missing := _missing(certificates):  # the proof began at the other end
             for row, known in zip(missing, self._recall(b[missing], a[missing]), strict=True):
-                found[row] = known
-        if missing := _missing(found):
+                certificates[row] = known
+        if missing := _missing(certificates):
             self.free(a[missing], self.robot.difference(a[missing], b[missing]))
             for row, known in zip(missing, self._recall(a[missing], b[missing]), strict=True):
-                found[row] = known
-        clearance, samples = np.array([known or (0.0, 0) for known in found], dtype=float).reshape(-1, 2).T
+                certificates[row] = known
+        clearance, samples = np.array([known or (0.0, 0) for known in certificates], dtype=float).reshape(-1, 2).T
         return np.maximum(clearance, 0.0), samples.astype(np.int64)
 
     def _recall(self, a: Floats, b: Floats) -> list[tuple[float, int] | None]:

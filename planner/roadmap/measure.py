@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TypedDict
 
 import numpy as np
@@ -25,35 +26,22 @@ class EdgeMeasures(TypedDict):
 
 def measure_edges(robot: Robot, nodes: Floats, edges: Ints, scale: CostScale) -> EdgeMeasures:
     """What a roadmap whose costs are on ``scale`` keeps of ``edges`` (m, 2)."""
-    motions = _motions(robot, nodes, edges)
-    return _measures(robot, motions, _lengths(robot, *motions), scale)
+    return _measured(robot, nodes, edges, lambda joint, tool: scale)[1]
 
 
 def measure_anew(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, CostScale, EdgeMeasures]:
     """Manipulability (n,) of ``nodes``, the scale that these and ``edges`` (m, 2) set, and their measures on it."""
-    w, motions = node_manipulability(robot, nodes), _motions(robot, nodes, edges)
-    lengths = _lengths(robot, *motions)
-    scale = measure_scale(w, *lengths)
-    return w, scale, _measures(robot, motions, lengths, scale)
+    w = node_manipulability(robot, nodes)
+    return w, *_measured(robot, nodes, edges, lambda joint, tool: measure_scale(w, joint, tool))
 
 
-def edge_lengths(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floats]:
-    """Joint motion (m,) rad and length of the tool's path (m,) metres of every edge."""
-    return _lengths(robot, *_motions(robot, nodes, edges))
-
-
-def _motions(robot: Robot, nodes: Floats, edges: Ints) -> tuple[Floats, Floats]:
-    """Where edges begin and how far they go, (m, dof) each."""
+def _measured(
+    robot: Robot, nodes: Floats, edges: Ints, scale_of: Callable[[Floats, Floats], CostScale]
+) -> tuple[CostScale, EdgeMeasures]:
+    """The measures of edges on the scale for their lengths (m,) in joint motion (rad) and of the tool's path (m)."""
     start = nodes[edges[:, 0]]
-    return start, robot.difference(start, nodes[edges[:, 1]]).reshape(-1, robot.dof)
-
-
-def _lengths(robot: Robot, start: Floats, delta: Floats) -> tuple[Floats, Floats]:
-    return np.linalg.norm(delta, axis=1), tool_path_lengths(robot, start, delta)
-
-
-def _measures(
-    robot: Robot, motions: tuple[Floats, Floats], lengths: tuple[Floats, Floats], scale: CostScale
-) -> EdgeMeasures:
-    (joint, tool), (w, cost) = lengths, costs_along(robot, *motions, scale)
-    return EdgeMeasures(joint_length=joint, tool_length=tool, edge_manipulability=w, edge_cost=cost)
+    delta = robot.difference(start, nodes[edges[:, 1]]).reshape(-1, robot.dof)
+    joint, tool = np.linalg.norm(delta, axis=1), tool_path_lengths(robot, start, delta)
+    scale = scale_of(joint, tool)
+    w, cost = costs_along(robot, start, delta, scale)
+    return scale, EdgeMeasures(joint_length=joint, tool_length=tool, edge_manipulability=w, edge_cost=cost)

@@ -42,8 +42,8 @@ def with_checked_nodes(roadmap: Roadmap, checker: CollisionChecker, first: int =
 def _refused(checker: CollisionChecker, q: Floats) -> Ints:
     """The rows of configurations (n, dof) that the library does not find free; the log names what touches."""
     rows, begin = [], 0
-    while (found := checker.first_contact(q[begin:])) is not None:
-        row, contact = begin + found[0], found[1]
+    while (first := checker.first_contact(q[begin:])) is not None:
+        row, contact = begin + first[0], first[1]
         how = contact.how(checker.world.margin)
         _log.warning("node left out: %s says that %s %s there, against the proofs", checker.name, contact, how)
         rows, begin = [*rows, row], row + 1

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
 from planner.base.hashing import content_hash
 from planner.base.html import html_table
+from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.models.robot import Robot
-from planner.objective.scale import CostScale
+from planner.objective.scale import COSTS, CostScale
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.world_record import WorldRecord
 
@@ -147,26 +148,24 @@ class Roadmap:
 
 
 LIBRARIES = ("none", "fcl", "coal")
-NODE_ARRAYS = ("nodes", "manipulability", "checked_by")
-EDGE_ARRAYS = (
-    *("edges", "proven", "clearance", "samples"),
-    *("joint_length", "tool_length", "edge_manipulability", "edge_cost"),
-)
-DTYPES = {
-    "nodes": np.float64,
-    "edges": np.int64,
-    "proven": np.bool_,
-    "starts": np.int64,
-    "goals": np.int64,
-    "manipulability": np.float64,
-    "joint_length": np.float64,
-    "tool_length": np.float64,
-    "edge_manipulability": np.float64,
-    "edge_cost": np.float64,
-    "clearance": np.float64,
-    "samples": np.int64,
-    "checked_by": np.int8,
+ARRAYS: dict[str, tuple[Any, str, tuple[int | str, ...]]] = {
+    # what it is made of, what it says a row of, and the shape of a row
+    "nodes": (np.float64, "node", ("dof",)),
+    "edges": (np.int64, "edge", (2,)),
+    "proven": (np.bool_, "edge", ()),
+    "starts": (np.int64, "end", ()),
+    "goals": (np.int64, "end", ()),
+    "manipulability": (np.float64, "node", ()),
+    "joint_length": (np.float64, "edge", ()),
+    "tool_length": (np.float64, "edge", ()),
+    "edge_manipulability": (np.float64, "edge", (W_STATES_PER_EDGE,)),
+    "edge_cost": (np.float64, "edge", (len(COSTS),)),
+    "clearance": (np.float64, "edge", ()),
+    "samples": (np.int64, "edge", ()),
+    "checked_by": (np.int8, "node", ()),
 }
+DTYPES = {name: dtype for name, (dtype, _, _) in ARRAYS.items()}
+NODE_ARRAYS, EDGE_ARRAYS = (tuple(name for name in ARRAYS if ARRAYS[name][1] == of) for of in ("node", "edge"))
 
 
 def component_labels(n: int, edges: Ints) -> Ints:

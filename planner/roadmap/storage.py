@@ -30,7 +30,7 @@ from planner.base.yamlfile import Strict, shown, validate
 from planner.collision.checker import CollisionChecker
 from planner.objective.scale import COSTS, CostScale, mean_manipulability_cost
 from planner.roadmap.node_checks import nobody
-from planner.roadmap.roadmap import DTYPES, LIBRARIES, Origin, Roadmap
+from planner.roadmap.roadmap import ARRAYS, DTYPES, LIBRARIES, Origin, Roadmap
 from planner.roadmap.world_record import changes, holds_limits, unproven_pairs
 
 _log = logging.getLogger(__name__)
@@ -153,10 +153,10 @@ def require_same_world(roadmap: Roadmap, checker: CollisionChecker, path: Place)
             f"roadmap {path} was proven with a margin of {mine.margin:g} m, less than the {world.margin:g} m "
             f"asked for: build it again, ask for less, or keep what holds here with {_REPAIR}."
         )
-    found = changes(mine.world, world)
-    obstacles = mine.scene_identity != scene.identity and not any(item.startswith("body") for item in found)
+    differences = changes(mine.world, world)
+    obstacles = mine.scene_identity != scene.identity and not any(item.startswith("body") for item in differences)
     other = f"scene '{mine.scene}' with other obstacles" if obstacles else f"'{mine.robot}' of other geometry or set-up"
-    what = f" ({_some(found)})" if found else ""
+    what = f" ({_some(differences)})" if differences else ""
     raise FileError(f"roadmap {path} is for a {other}{what}: build it again, {kept}.")
 
 
@@ -242,18 +242,11 @@ def _check(arrays: dict[str, Any], dof: int) -> None:
     n, m = len(arrays["nodes"]), len(arrays["edges"])
     if n == 0:
         raise ValueError("it has no nodes")
-    shapes: dict[str, tuple[int, ...]] = dict.fromkeys(DTYPES, (m,))
-    shapes |= {
-        "nodes": (n, dof),
-        "edges": (m, 2),
-        "manipulability": (n,),
-        "edge_manipulability": (m, W_STATES_PER_EDGE),
-        "edge_cost": (m, len(COSTS)),
-    }
-    shapes |= {name: arrays[name].shape[:1] for name in ("starts", "goals")} | {"checked_by": (n,)}
-    for name, shape in shapes.items():
+    for name, (dtype, of, row) in ARRAYS.items():
         array = arrays[name]
-        if array.shape != shape or array.dtype.newbyteorder("=") != DTYPES[name]:
+        count = {"node": (n,), "edge": (m,), "end": array.shape[:1]}[of]
+        shape = (*count, *(dof if size == "dof" else size for size in row))
+        if array.shape != shape or array.dtype.newbyteorder("=") != dtype:
             raise ValueError(f"array '{name}' has shape {array.shape} of {array.dtype}, expected {shape}")
         if np.isnan(array).any() or (name != "clearance" and not np.isfinite(array).all()):
             raise ValueError(f"array '{name}' holds values that are not finite")

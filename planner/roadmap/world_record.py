@@ -119,34 +119,34 @@ def holds_limits(record: WorldRecord, world: World) -> bool:
 def changes(record: WorldRecord, world: World) -> list[str]:
     """What differs between the recorded world and this one, thing by thing: "obstacle 'shelf' moved"."""
     now = record_of(world)
-    found = []
+    differences = []
     if now.kinematics != record.kinematics:
-        found.append("the robot's base or joints placed elsewhere")
+        differences.append("the robot's base or joints placed elsewhere")
     if (now.lower, now.upper) != (record.lower, record.upper):
         narrower = not holds_limits(record, world)
-        found.append("narrower joint limits, see --widen-limits" if narrower else "wider joint limits")
+        differences.append("narrower joint limits, see --widen-limits" if narrower else "wider joint limits")
     if now.held != record.held:
-        found.append("joints that are not planned held elsewhere, see --joints and --request")
+        differences.append("joints that are not planned held elsewhere, see --joints and --request")
     bodies = [{body.name: body.content for body in each.bodies} for each in (record, now)]
     for name in _in_either(*bodies):
-        found += _one_change("body", name, bodies[0].get(name), bodies[1].get(name), "changed")
+        differences += _one_change("body", name, bodies[0].get(name), bodies[1].get(name), "changed")
     if set(now.self_pairs) != set(record.self_pairs) and bodies[0] == bodies[1]:
-        found.append("other pairs of links checked")
-    return found + _obstacle_changes(record, now)
+        differences.append("other pairs of links checked")
+    return differences + _obstacle_changes(record, now)
 
 
 def _obstacle_changes(old: WorldRecord, now: WorldRecord) -> list[str]:
-    found = []
+    differences = []
     before, after = ({item.name: item for item in each.obstacles} for each in (old, now))
     for name in _in_either(before, after):
         a, b = before.get(name), after.get(name)
         if a is None or b is None or a.shape != b.shape:
-            found += _one_change("obstacle", name, a and a.shape, b and b.shape, "of another shape")
+            differences += _one_change("obstacle", name, a and a.shape, b and b.shape, "of another shape")
         elif a.placement != b.placement:
-            found.append(f"obstacle '{name}' moved")
+            differences.append(f"obstacle '{name}' moved")
         elif a.unchecked != b.unchecked:
-            found.append(f"obstacle '{name}' may be touched by other links")
-    return found
+            differences.append(f"obstacle '{name}' may be touched by other links")
+    return differences
 
 
 def _one_change(kind: str, name: str, old: str | None, new: str | None, otherwise: str) -> list[str]:

@@ -18,10 +18,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from planner.base.arrays import frozen
+from planner.base.cache import cache_folder
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
 from planner.base.hashing import content_hash
-from planner.base.kept import cache_folder
 from planner.base.yamlfile import SMALLEST
 from planner.models.files.urdf_geometry import visual_mesh_files
 from planner.models.robot import Robot, load_visuals

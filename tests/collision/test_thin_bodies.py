@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base.kept import cache_folder
+from planner.base.cache import cache_folder
 from planner.collision import make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.forward import joint_placements

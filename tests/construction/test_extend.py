@@ -14,7 +14,7 @@ from planner.construction.extend import extend
 from planner.construction.repair import measures_hold, verify
 from planner.kinematics.manipulability import manipulability
 from planner.planning.network import build_network
-from planner.roadmap.measure import edge_lengths
+from planner.roadmap.measure import measure_edges
 from tests.worlds import load, make_post, post_roadmap, small_plan
 
 OLD = post_roadmap()
@@ -53,9 +53,8 @@ def test_new_nodes_are_linked_by_proven_edges():
 def test_measures_and_scale():
     assert NEW.scale == OLD.scale
     np.testing.assert_allclose(NEW.manipulability, manipulability(load("planar_2r"), NEW.nodes))
-    joint, tool = edge_lengths(load("planar_2r"), NEW.nodes, NEW.edges)
-    np.testing.assert_allclose(NEW.joint_length, joint)
-    np.testing.assert_allclose(NEW.tool_length, tool)
+    for name, values in measure_edges(load("planar_2r"), NEW.nodes, NEW.edges, NEW.scale).items():
+        np.testing.assert_allclose(getattr(NEW, name), np.asarray(values))
     before, after = build_network(OLD), build_network(NEW)
     assert before.node_cost is not None
     assert after.node_cost is not None

@@ -27,7 +27,7 @@ def test_convergence_shows_the_trajectory_with_its_deadline(laws: dict[str, gabf
     figure = figures.convergence(laws, nodes)
     require_labels(figure)
     nominal, free = figure.axes
-    course = laws["nominal"].trajectory
+    course = laws["nominal"].history
     assert course is not None
     assert len(nominal.get_lines()) == 3  # two nodes, settled; this law has no T_p
     assert np.array_equal(data(nominal.get_lines()[0])[1], course.x[:, 2])
@@ -51,7 +51,7 @@ def test_error_decay_is_the_distance_from_the_optimum(laws: dict[str, gabf.CostT
     (axes,) = figure.axes
     shown = lines(axes)
     assert set(shown) == {"nominal", "singularity-free", "$T_p = 2$ s"}
-    course = laws["nominal"].trajectory
+    course = laws["nominal"].history
     assert course is not None
     assert np.array_equal(shown["nominal"][0], course.t)
     error = np.abs(course.x - laws["singularity-free"].x).max(axis=1)  # the other law's answer, no oracle's
@@ -60,6 +60,6 @@ def test_error_decay_is_the_distance_from_the_optimum(laws: dict[str, gabf.CostT
 
 
 @pytest.mark.parametrize("draw", [figures.convergence, figures.error_decay])
-def test_without_a_trajectory_there_is_nothing_to_draw(draw: Any, laws: dict[str, gabf.CostToGo]) -> None:
+def test_without_a_history_there_is_nothing_to_draw(draw: Any, laws: dict[str, gabf.CostToGo]) -> None:
     with pytest.raises(OptionError, match=r"save=gabf.EverySteps"):
-        draw({"bare": replace(laws["nominal"], trajectory=None)})
+        draw({"bare": replace(laws["nominal"], history=None)})

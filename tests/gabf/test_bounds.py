@@ -44,7 +44,7 @@ def test_the_error_bound_is_sharp_on_a_chain_and_below_the_exponential_one():
     net, law = chain(8), gabf.Nominal()
     x0 = np.arange(8.0) + 5.0
     result = solve(net, law, x0, gabf.RungeKutta45(1e-10, 1e-12), AtTimes([1.0, 5.0, 20.0]), until_tau=25.0)
-    for tau, x in zip(result.trajectory.tau, result.trajectory.x, strict=True):
+    for tau, x in zip(result.history.tau, result.history.x, strict=True):
         exact = np.log(x[7] - 7.0)
         assert bounds.log_errorbound(5.0, 1.0, 7, tau) == pytest.approx(exact, abs=1e-5)
         log_M = bounds.log_exponential_factor(5.0, 1.0, 8)

@@ -24,7 +24,7 @@ def test_every_law_settles_on_the_optimum_from_its_default_start(law):
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
 def test_the_control_input_is_the_derivative_of_the_state(law):
     t = np.array([0.05, 0.05 + 1e-5])
-    saved = solve(NET, law, solver=gabf.Splitting(1e-3), save=AtTimes(t)).trajectory
+    saved = solve(NET, law, solver=gabf.Splitting(1e-3), save=AtTimes(t)).history
     slope = (saved.x[1] - saved.x[0]) / 1e-5
     finite = np.isfinite(slope)
     assert np.allclose(slope[finite], saved.u[0][finite], rtol=2e-3, atol=2e-3)
@@ -33,8 +33,8 @@ def test_the_control_input_is_the_derivative_of_the_state(law):
 def test_eta_has_no_effect_under_the_singularity_free_law():
     save = gabf.EverySteps(1)
     one, two = (solve(NET, gabf.SingularityFree(eta=eta), x0=1.0, save=save) for eta in (0.01, 99.0))
-    assert np.array_equal(one.trajectory.x, two.trajectory.x)
-    assert np.array_equal(one.trajectory.u, two.trajectory.u)
+    assert np.array_equal(one.history.x, two.history.x)
+    assert np.array_equal(one.history.u, two.history.u)
     assert one.settling_tau == two.settling_tau
 
 

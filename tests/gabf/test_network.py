@@ -62,13 +62,6 @@ def test_without_arcs_drops_them_and_their_costs():
     assert net.n_arcs == 3
 
 
-def test_readers_reverse_the_graph():
-    net = from_arcs(4, [(1, 0, 1.0), (2, 0, 1.0), (3, 2, 1.0), (3, 0, 1.0)])
-    indptr, arcs = net.readers
-    assert net.tails[arcs[indptr[0] : indptr[1]]].tolist() == [1, 2, 3]
-    assert indptr[-1] == net.n_arcs
-
-
 def test_one_node_graph():
     net = Network([0, 0], [], [], sources=[0], source_values=[3.0], kernel=gabf.Additive())
     result = solve(net)

@@ -5,7 +5,7 @@ import pytest
 
 from planner import gabf
 from planner.base.errors import AssumptionError
-from planner.gabf.problem import reduce, require_state
+from planner.gabf.problem import field, reduce
 
 from .networks import from_arcs, scattered
 
@@ -31,7 +31,7 @@ def test_minima_and_climbs_are_those_of_a_plain_loop(kernel):
     expected = [values[problem.arc_ids[problem.owners == row]].min() for row in range(problem.n_rows)]
     assert np.array_equal(problem.parent_values(y), expected)
     hops = np.concatenate([problem.hops, np.zeros(len(net.sources), dtype=int)])
-    for k in range(1, problem.depth + 1):
+    for k in range(1, len(problem.climbs) + 1):
         down = [
             min(
                 float(problem.arcs.take(np.array([a]))(np.array([0.3]))[0])
@@ -40,7 +40,7 @@ def test_minima_and_climbs_are_those_of_a_plain_loop(kernel):
             )
             for row in np.flatnonzero(problem.hops == k)
         ]
-        assert problem.climb(k, 0.3) == pytest.approx(max(down), rel=1e-12)
+        assert problem.climbs[k - 1](0.3) == pytest.approx(max(down), rel=1e-12)
 
 
 def test_unpacking_puts_back_and_marks_the_rest():
@@ -51,8 +51,8 @@ def test_unpacking_puts_back_and_marks_the_rest():
 
 def test_states_are_one_finite_number_per_node():
     problem = reduce(CUT_OFF)
-    require_state(problem, np.array([0.0, 1, 2, np.nan, np.inf, 5]), "x0")
+    field(problem, np.array([0.0, 1, 2, np.nan, np.inf, 5]), "x0")
     with pytest.raises(AssumptionError, match="shape"):
-        require_state(problem, np.zeros(5), "x0")
+        field(problem, np.zeros(5), "x0")
     with pytest.raises(AssumptionError, match=r"x0\[2\] is nan"):
-        require_state(problem, np.array([0, 1, np.nan, 0, 0, 5]), "x0")
+        field(problem, np.array([0, 1, np.nan, 0, 0, 5]), "x0")

@@ -89,7 +89,7 @@ def test_prescribed_time_settles_at_T_from_above_and_within_every_bound(net, law
     finite = np.isfinite(x_star)
     assert np.array_equal(result.x, x_star)
     assert result.settling_time <= law.T
-    assert (result.trajectory.x[:, finite] >= x_star[finite] - 1e-12 * np.abs(x_star[finite])).all()
+    assert (result.history.x[:, finite] >= x_star[finite] - 1e-12 * np.abs(x_star[finite])).all()
     for certificate in gabf.certify(net, law, result):
         assert certificate.holds, certificate
 
@@ -101,7 +101,7 @@ def test_starts_above_stay_above_under_the_fixed_time_laws(net, excess):
     finite = np.isfinite(x_star)
     x0 = np.where(finite, x_star, 0.0)
     x0 += excess * (1.0 - x0) / 11.0 if _bounded(net) else excess
-    saved = solve(net, gabf.FixedTime(), x0, save=gabf.EverySteps(1)).trajectory
+    saved = solve(net, gabf.FixedTime(), x0, save=gabf.EverySteps(1)).history
     assert (saved.x[:, finite] >= x_star[finite] - 1e-12 * np.abs(x_star[finite])).all()
 
 

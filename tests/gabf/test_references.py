@@ -17,7 +17,7 @@ def test_rk45_has_order_five_where_the_flow_is_smooth():
     errors = []
     for step in (0.4, 0.2):
         solver = gabf.RungeKutta45(rtol=1.0, atol=1e3, max_step=step)
-        x = solve(net, law, x0=9.0, solver=solver, until_tau=4.0, save=AtTimes([4.0])).trajectory.x[0]
+        x = solve(net, law, x0=9.0, solver=solver, until_tau=4.0, save=AtTimes([4.0])).history.x[0]
         errors.append(abs(x[2] - (2 + np.exp(-4.0) * (7 + 8 * 4.0))))
     assert np.log2(errors[0] / errors[1]) > 4.5
 

@@ -13,7 +13,7 @@ import planner
 from planner import gabf
 from planner.base.errors import StateError
 from planner.construction.connect_endpoints import attach
-from planner.gabf.routes import paths_from
+from planner.gabf.path import paths_from
 from planner.objective.scale import manipulability_cost
 from planner.planning.network import build_network, distance_cost, path_cost
 from planner.problem.objective import Objective

@@ -7,7 +7,7 @@ from planner import gabf
 from planner.base.errors import AssumptionError
 from planner.gabf.problem import reduce
 from planner.gabf.settling import error_bound, require_rooted
-from planner.gabf.solvers import State, standing
+from planner.gabf.solvers import State
 from tests.gabf.test_solve import NET
 
 from .networks import from_arcs, scattered, solve
@@ -18,7 +18,7 @@ def test_settling_time_is_the_first_after_which_all_errors_stay_in_the_band():
     for law in (gabf.SingularityFree(), gabf.Nominal()):
         for tolerance in (1e-2, 1e-9):
             result = solve(NET, law, save=gabf.EverySteps(1), settle_tolerance=tolerance)
-            saved, finite = result.trajectory, np.isfinite(x_star)
+            saved, finite = result.history, np.isfinite(x_star)
             error = np.abs(saved.x - x_star)[:, finite] / np.maximum(1, x_star[finite])
             inside = error.max(axis=1) <= tolerance
             last_outside = np.flatnonzero(~inside)[-1]
@@ -48,11 +48,21 @@ def test_the_bound_holds_wherever_it_is_finite(seed):
     finite = 0
     for size in 10.0 ** rng.uniform(-9, 0, 40):
         y = problem.pack(np.where(np.isfinite(x_star), x_star, 0.0) + size * rng.normal(size=60))
-        bound = error_bound(problem, result.premises, State(0.0, standing(problem, y), 1))
+        bound = error_bound(problem, result.premises, State(0.0, problem.standing(y), 1))
         error = np.abs(problem.unpack(y) - x_star)[problem.rows].max()
         assert error <= bound * (1 + 1e-12)
         finite += bool(np.isfinite(bound))
     assert finite > 10
+
+
+def test_the_bound_is_met_where_a_kernel_doubles_every_error():
+    """Each of eight nodes in a row a little above what it reads: e_i = 2 e_(i - 1) + r, so r (2^8 - 1) in the end."""
+    net = from_arcs(9, [(i, i - 1, 1.0) for i in range(1, 9)], kernel=gabf.UserKernel(lambda i, a, b: 2 * a + b))
+    problem, x_star, r = reduce(net), gabf.oracle(net), 1e-3
+    y = x_star + r * (2.0 ** np.arange(9) - 1.0)
+    result = gabf.solve(net)
+    bound = error_bound(problem, result.premises, State(0.0, problem.standing(problem.pack(y)), 1))
+    assert bound == pytest.approx(255 * r, rel=1e-6)
 
 
 def test_a_residual_of_zero_without_a_root_is_no_solution():

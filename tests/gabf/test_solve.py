@@ -30,7 +30,7 @@ def test_a_small_residual_is_not_taken_for_convergence():
     net = from_arcs(3, [(1, 2, 0.002), (2, 1, 0.002), (1, 0, 0.5)])
     result = solve(net, x0=0.0, save=gabf.EverySteps(1))
     assert result.x.tolist() == [0.0, 0.5, 0.502]
-    early = result.trajectory.x[1]
+    early = result.history.x[1]
     assert gabf.residual(net, early) < 0.005
     assert gabf.max_error(early, gabf.oracle(net)) > 0.4
 

@@ -39,8 +39,8 @@ def test_the_declared_order_is_the_measured_one(name, law):
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda s: s.name)
 def test_every_solver_follows_the_same_trajectory(solver):
     t = np.array([0.0, 0.02, 0.05, 0.1])
-    exact = solve(NET, x0=START, solver=gabf.RungeKutta45(1e-10, 1e-12), save=AtTimes(t), until_tau=1.5).trajectory
-    saved = solve(NET, x0=START, solver=solver, save=AtTimes(t), until_tau=1.5).trajectory
+    exact = solve(NET, x0=START, solver=gabf.RungeKutta45(1e-10, 1e-12), save=AtTimes(t), until_tau=1.5).history
+    saved = solve(NET, x0=START, solver=solver, save=AtTimes(t), until_tau=1.5).history
     finite = np.isfinite(exact.x[0])
     assert np.array_equal(saved.t, t)
     assert np.allclose(saved.tau, exact.tau)

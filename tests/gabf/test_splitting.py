@@ -5,8 +5,9 @@ import pytest
 
 from planner import gabf
 from planner.base.errors import OptionError
+from planner.gabf.parents import parents_of
 from planner.gabf.problem import reduce
-from planner.gabf.splitting import InOnePiece, Stepper
+from planner.gabf.splitting import Field
 from tests.gabf.test_solvers import NET, START
 
 from .networks import chain, from_arcs, scattered, solve
@@ -27,18 +28,18 @@ def test_large_steps_are_sweeps_of_bellman_and_ford():
     """Forty of them take forty nodes to the fixed point, as value iteration does."""
     net = scattered(40, seed=2)
     problem = reduce(net)
-    stepper = Stepper(problem, gabf.Nominal().flow)
-    here = stepper.standing(problem.pack(np.full(40, 50.0)))
+    parents, flow = parents_of(problem), gabf.Nominal().flow
+    here = parents.standing(problem.pack(np.full(40, 50.0)))
     for _ in range(40):
-        here, _ = stepper.step(here, 1e6, 1.0)
+        here, _ = parents.step(flow, here, 1e6, 1.0)
     assert problem.unpack(here.y) == pytest.approx(gabf.oracle(net), rel=1e-12)
 
 
 def test_one_row_flows_exactly():
     net, step = from_arcs(2, [(1, 0, 1.0)]), 0.7
     problem = reduce(net)
-    stepper = Stepper(problem, gabf.Nominal().flow)
-    there, share = stepper.step(stepper.standing(np.array([9.0, 0.0])), step, 1.0)
+    parents = parents_of(problem)
+    there, share = parents.step(gabf.Nominal().flow, parents.standing(np.array([9.0, 0.0])), step, 1.0)
     assert there.y[0] == pytest.approx(1.0 + 8.0 * np.exp(-step), rel=1e-12)
     assert share == 0.0
 
@@ -46,14 +47,14 @@ def test_one_row_flows_exactly():
 @pytest.fixture
 def tried(monkeypatch):
     """How many steps were tried since it was cleared; a run that tries 20,000 fails, where it might have no end."""
-    steps, attempt = [], InOnePiece.attempt
+    steps, attempt = [], Field.attempt
 
     def counted(field, dtau, size):
         steps.append(dtau)
         assert len(steps) < 20_000
         return attempt(field, dtau, size)
 
-    monkeypatch.setattr(InOnePiece, "attempt", counted)
+    monkeypatch.setattr(Field, "attempt", counted)
     return steps
 
 
@@ -88,7 +89,7 @@ def test_laws_settle_at_every_exponent_and_magnitude(tried):
 
 
 def test_a_step_that_is_never_good_enough_is_rejected_a_counted_number_of_times(monkeypatch):
-    monkeypatch.setattr(InOnePiece, "attempt", lambda field, dtau, size: np.nan)
+    monkeypatch.setattr(Field, "attempt", lambda field, dtau, size: np.nan)
     result = solve(chain(6), gabf.FixedTime(), 9.0, max_steps=200)
     assert result.outcome is gabf.Ending.BUDGET_SPENT
     assert result.evaluations < 1000

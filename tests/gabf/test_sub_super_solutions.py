@@ -26,7 +26,7 @@ def test_states_stay_between_the_sides(seed):
     result, problem = solve(net, law, x0), reduce(net)
     times = np.linspace(0.0, 1.2, 13) * float(law.clock.time(result.settling_tau))
     times = np.unique(times[np.isfinite(law.clock.tau(times))])
-    saved = solve(net, law, x0, gabf.Splitting(1e-3), AtTimes(times)).trajectory
+    saved = solve(net, law, x0, gabf.Splitting(1e-3), AtTimes(times)).history
     spread = np.ptp(x0) + np.ptp(result.x) + 1.0
     pair = both_sides(net, result)
     for before, tau, x in zip(saved.tau, saved.tau[1:], saved.x[1:], strict=False):
@@ -68,7 +68,7 @@ def test_a_step_that_no_guess_proves_holds_parents_as_far_out_as_the_fastest_sta
             other.step(tau)
         truth = solve(net, x0=40.0, solver=gabf.Splitting(1e-3), save=AtTimes(result.law.clock.time([side.tau])))
         for found in (side, other):
-            assert (found.sign * (found.y - reduce(net).pack(truth.trajectory.x[0])) >= -1e-3).all()
+            assert (found.sign * (found.y - reduce(net).pack(truth.history.x[0])) >= -1e-3).all()
 
 
 @pytest.mark.parametrize("upper", [True, False])
@@ -78,7 +78,7 @@ def test_no_run_goes_beyond_the_limit_which_is_the_optimum_for_starts_on_the_oth
     y_star = problem.pack(x_star)
     mixed = x_star + np.random.default_rng(4).uniform(-1.0, 1.0, 60)
     beyond = limit(problem, problem.pack(mixed), y_star, upper)
-    run = solve(net, x0=mixed, save=gabf.EverySteps()).trajectory.x
+    run = solve(net, x0=mixed, save=gabf.EverySteps()).history.x
     sign = 1.0 if upper else -1.0
     assert (sign * (beyond - run[:, problem.nodes]) >= -1e-12).all()
     inside = problem.pack(x_star - 0.5 * sign)

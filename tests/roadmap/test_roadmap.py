@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from planner.collision.edge_prover import recheck
 from planner.construction.build import build_roadmap, origin_of, versions
 from planner.kinematics.manipulability import manipulability
-from planner.roadmap.measure import edge_lengths
+from planner.roadmap.measure import measure_edges
 from tests.worlds import load, make_post, post_roadmap, small_plan
 
 ROADMAP = post_roadmap()
@@ -113,9 +113,8 @@ def test_what_it_says_about_itself_holds(which):
     roadmap, checker = (ROADMAP, make_post()) if which == "planar_2r" else (small_plan().roadmap, small_plan().checker)
     robot = checker.robot
     np.testing.assert_allclose(roadmap.manipulability, manipulability(robot, roadmap.nodes))
-    joint, tool = edge_lengths(robot, roadmap.nodes, roadmap.edges)
-    np.testing.assert_allclose(roadmap.joint_length, joint)
-    np.testing.assert_allclose(roadmap.tool_length, tool)
+    for name, values in measure_edges(robot, roadmap.nodes, roadmap.edges, roadmap.scale).items():
+        np.testing.assert_allclose(getattr(roadmap, name), np.asarray(values))
     assert ((roadmap.nodes >= robot.lower) & (roadmap.nodes <= robot.upper)).all()
     for i, j in roadmap.edges[:: 1 if which == "planar_2r" else 15]:
         assert recheck(checker, roadmap.nodes[i], robot.difference(roadmap.nodes[i], roadmap.nodes[j])) is None

@@ -1,63 +1,56 @@
-"""One block: its rows, the states that it was told, and the two halves of a step between which it is told others."""
+"""One block: its rows, the states that it received, and the two halves of a step between which it receives others."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.gabf.flows import Flow
-from planner.gabf.problem import Rows
-from planner.gabf.splitting import Stepper
+from planner.gabf.parents import parents_of
+from planner.gabf.problem import Rows, Standing
 
-
-class Report(NamedTuple):
-    """What all blocks together need to know of one, see :class:`planner.gabf.problem.Standing`."""
-
-    residual: float
-    lowest: float
-    highest: float
-    lowest_moving: float
+_NOT_SENT = np.empty(0)
 
 
 class Block:
-    """The states ``y`` of a block's own rows, of those it was told (the next ``halo``), and of sources.
+    """The states ``y`` of a block's own rows, of those it receives (the next ``halo``), and of sources.
 
-    ``told``: the own rows that others read. It may live in another process: arrays go in and out, and the order of
+    ``sent``: the own rows that others read. It may live in another process: arrays go in and out, and the order of
     calls is sketch, advance (again from sketch where the step was too long), accept.
     """
 
-    def __init__(self, rows: Rows, y: Floats, told: Ints, halo: int, flow: Flow) -> None:
-        self._stepper, self._told, self._n_rows = Stepper(rows, flow), told, rows.n_rows
+    def __init__(self, rows: Rows, y: Floats, sent: Ints, halo: int, flow: Flow) -> None:
+        self._flow, self._parents, self._sent, self._n_rows = flow, parents_of(rows), sent, rows.n_rows
         self._halo = slice(rows.n_rows, rows.n_rows + halo)
-        self._here, self._mid, self._next = self._stepper.standing(y), y, y
+        self._here, self._mid, self._next = self._parents.standing(y), y, y
         self._kept: dict[int, Floats] = {0: y}
         self._steps = 0
 
-    def report(self) -> Report:
-        """How the block stands."""
-        return Report(*self._here[2:])
+    def report(self) -> Standing:
+        """How the block stands, without its arrays: what all blocks together need to know of it."""
+        return self._here._replace(y=_NOT_SENT, xhat=_NOT_SENT)
 
     def retire(self, least: float) -> None:
         """Stop looking at rows that rest for good; ``least`` is the lowest moving state of all blocks."""
-        self._stepper.retire(self._here, least)
+        self._parents = self._parents.retire(self._here, least)
 
     def sketch(self, dtau: float, size: float, forget: bool) -> Floats:
-        """The told states half a step on; earlier states are given up where ``forget``."""
+        """The states to send, half a step on; earlier states are given up where ``forget``."""
         if forget:
             self._kept = {self._steps: self._here.y}
-        self._mid = self._stepper.sketch(self._here, dtau, size)
-        return self._mid[self._told]
+        self._mid = self._parents.sketch(self._flow, self._here, dtau, size)
+        return self._mid[self._sent]
 
     def advance(self, dtau: float, size: float, halo: Floats) -> tuple[float, Floats]:
-        """How far off the step may be, and the told states at its end; ``halo``: what others told half a step on."""
+        """How far off the step may be, and the states to send at its end; ``halo``: what others sent half a step on."""
         self._mid[self._halo] = halo
-        self._next, share = self._stepper.advance(self._here, self._mid, dtau, size)
-        return share, self._next[self._told]
+        self._next, share = self._parents.advance(self._flow, self._here, self._mid, dtau, size)
+        return share, self._next[self._sent]
 
-    def accept(self, halo: Floats) -> Report:
-        """Take the step; ``halo``: what others told of its end."""
+    def accept(self, halo: Floats) -> Standing:
+        """Take the step; ``halo``: what others sent of its end."""
         self._next[self._halo] = halo
-        self._here, self._steps = self._stepper.standing(self._next), self._steps + 1
+        self._here, self._steps = self._parents.standing(self._next), self._steps + 1
         self._kept[self._steps] = self._next
         return self.report()
 

@@ -49,13 +49,13 @@ class Partition:
 class Halo:
     """One block as the others see it.
 
-    ``members`` (r,): its rows of the problem. ``told`` (s,): positions in ``members`` of the rows that other blocks
-    read. ``wanted`` (h,): what it reads of others, as positions in all that is told, block after block.
+    ``members`` (r,): its rows of the problem. ``sent`` (s,): positions in ``members`` of the rows that other blocks
+    read. ``received`` (h,): what it reads of others, as positions in all that is sent, block after block.
     """
 
     members: Ints
-    told: Ints
-    wanted: Ints
+    sent: Ints
+    received: Ints
 
 
 def bands(problem: Problem, blocks: int) -> Ints:
@@ -71,14 +71,14 @@ def bands(problem: Problem, blocks: int) -> Ints:
     graph = csr_matrix((np.ones(pairs[0].size, dtype=np.int8), pairs), shape=shape)
     order = reverse_cuthill_mckee(graph, symmetric_mode=False)
     arcs = np.cumsum(np.diff(problem.starts, append=problem.heads.size)[order])
-    found = np.empty(problem.n_rows, dtype=np.int64)
-    found[order] = np.minimum((arcs - 1) * blocks // arcs[-1], blocks - 1)
-    return found
+    block = np.empty(problem.n_rows, dtype=np.int64)
+    block[order] = np.minimum((arcs - 1) * blocks // arcs[-1], blocks - 1)
+    return block
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """The blocks of a problem, and the ``boundary`` (b,): all rows that are told, block after block."""
+    """The blocks of a problem, and the ``boundary`` (b,): all rows that are sent, block after block."""
 
     problem: Problem
     halos: tuple[Halo, ...]
@@ -89,26 +89,26 @@ class Cut:
         """Cut where ``block`` (R,) says; blocks without rows are left out, all but one where no node has to move."""
         across = problem.heads < problem.n_rows
         across[across] = block[problem.owners[across]] != block[problem.heads[across]]
-        is_told = np.zeros(problem.n_rows, dtype=bool)
-        is_told[problem.heads[across]] = True
+        is_sent = np.zeros(problem.n_rows, dtype=bool)
+        is_sent[problem.heads[across]] = True
         members = [rows for k in range(blocks) if (rows := np.flatnonzero(block == k)).size]
         members = members or [np.empty(0, dtype=np.int64)]
-        boundary = np.concatenate([rows[is_told[rows]] for rows in members])
+        boundary = np.concatenate([rows[is_sent[rows]] for rows in members])
         place = np.full(problem.n_rows, -1, dtype=np.int64)
         place[boundary] = np.arange(boundary.size)
         halos = []
         for rows in members:
             arcs = _arcs_of(problem, rows)
             read = problem.heads[arcs[across[arcs]]]
-            halos.append(Halo(rows, np.flatnonzero(is_told[rows]), place[np.unique(read)]))
+            halos.append(Halo(rows, np.flatnonzero(is_sent[rows]), place[np.unique(read)]))
         return Cut(problem, tuple(halos), boundary)
 
     def parts(self, y: Floats) -> Iterator[tuple[Rows, Floats]]:
-        """Of each block: its rows, and its states out of ``y`` (R + S,): its own, those it is told, and sources."""
+        """Of each block: its rows, and its states out of ``y`` (R + S,): its own, those it receives, and sources."""
         problem = self.problem
         position = np.empty(problem.nodes.size, dtype=np.int64)
         for halo in self.halos:
-            others, arcs = self.boundary[halo.wanted], _arcs_of(problem, halo.members)
+            others, arcs = self.boundary[halo.received], _arcs_of(problem, halo.members)
             heads = problem.heads[arcs]
             sources = np.unique(heads[heads >= problem.n_rows])
             known = np.concatenate((halo.members, others, sources))

@@ -1,4 +1,4 @@
-"""The splitting solver on blocks: what is told between them, and the few numbers that all of them share."""
+"""The splitting solver on blocks: what they exchange, and the few numbers that all of them share."""
 
 from __future__ import annotations
 
@@ -6,22 +6,23 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.cluster import cluster
 from planner.gabf.flows import Flow
-from planner.gabf.partitioned.block import Block, Report
+from planner.gabf.partitioned.block import Block
 from planner.gabf.partitioned.cut import Cut, Partition
 from planner.gabf.problem import Problem, Standing
 from planner.gabf.solvers import State
+from planner.gabf.splitting import Field
 
 
 @dataclass(frozen=True)
 class Exchanged:
-    """What a run on blocks told: states of other blocks' rows in all, and how often all blocks were called."""
+    """What a run on blocks exchanged: states of other blocks' rows in all, and how often all blocks were called."""
 
     blocks: int
     boundary: int
@@ -29,47 +30,19 @@ class Exchanged:
     calls: int
 
 
-class Blocks(Protocol):
-    """Blocks somewhere."""
+class PartitionedField(Field):
+    """The states on blocks.
 
-    def call(self, method: str, arguments: Sequence[tuple]) -> list[Any]:
-        """What a method gives on every block, each with its own arguments."""
-        ...
-
-
-class LocalBlocks:
-    """Blocks in this process, one after the other."""
-
-    def __init__(self, arguments: Iterator[tuple]) -> None:
-        self._blocks = [Block(*each) for each in arguments]
-
-    def call(self, method: str, arguments: Sequence[tuple]) -> list[Any]:
-        return [getattr(block, method)(*each) for block, each in zip(self._blocks, arguments, strict=True)]
-
-
-class RemoteBlocks:
-    """Blocks on the workers of a cluster, at the same time."""
-
-    def __init__(self, actors: Sequence[Any]) -> None:
-        self._actors = actors
-
-    def call(self, method: str, arguments: Sequence[tuple]) -> list[Any]:
-        running = [getattr(actor, method)(*each) for actor, each in zip(self._actors, arguments, strict=True)]
-        return [future.result() for future in running]
-
-
-class PartitionedField:
-    """The states on blocks, see :class:`planner.gabf.splitting.Field`.
-
-    Two exchanges a step: the states that parent values are taken from, half a step on, and those at its end.
+    ``blocks``: each a :class:`Block`, or a Dask actor of one. Two exchanges a step: the states that parent values are
+    taken from, half a step on, and those at its end.
     ``clear_above``: residuals after which earlier states are never asked for again.
     """
 
-    def __init__(self, cut: Cut, blocks: Blocks, clear_above: float) -> None:
+    def __init__(self, cut: Cut, blocks: Sequence[Any], clear_above: float) -> None:
         self._cut, self._blocks, self._clear_above = cut, blocks, clear_above
         self._steps = self._states = self._calls = 0
-        self._told: list[Floats] = []
-        self._reports: list[Report] = self._call("report")
+        self._sent: list[Floats] = []
+        self._reports: list[Standing] = self._call("report")
 
     @property
     def exchanged(self) -> Exchanged:
@@ -79,15 +52,14 @@ class PartitionedField:
         return GatheredState(self, self._steps, self._reports, tau, evaluations, rejected)
 
     def attempt(self, dtau: float, size: float) -> float:
-        """See :class:`planner.gabf.splitting.Field`."""
         forget = max(report.residual for report in self._reports) > self._clear_above
-        told = self._call("sketch", (dtau, size, forget))
-        answers = self._call("advance", (dtau, size), self._exchange(told))
-        self._told = [told for _, told in answers]
+        sent = self._call("sketch", (dtau, size, forget))
+        answers = self._call("advance", (dtau, size), self._exchange(sent))
+        self._sent = [sent for _, sent in answers]
         return max(share for share, _ in answers)
 
     def accept(self) -> None:
-        self._reports = self._call("accept", (), self._exchange(self._told))
+        self._reports = self._call("accept", (), self._exchange(self._sent))
         self._steps += 1
 
     def retire(self) -> None:
@@ -102,16 +74,17 @@ class PartitionedField:
         y[problem.n_rows :] = problem.anchors
         return y
 
-    def _exchange(self, told: Sequence[Floats]) -> list[Floats]:
-        shared = np.concatenate(told)
-        halos = [shared[halo.wanted] for halo in self._cut.halos]
+    def _exchange(self, sent: Sequence[Floats]) -> list[Floats]:
+        shared = np.concatenate(sent)
+        halos = [shared[halo.received] for halo in self._cut.halos]
         self._states += sum(halo.size for halo in halos)
         return halos
 
     def _call(self, method: str, common: tuple = (), halos: Sequence[Floats] | None = None) -> list[Any]:
         self._calls += 1
         own = [()] * len(self._cut.halos) if halos is None else [(halo,) for halo in halos]
-        return self._blocks.call(method, [common + each for each in own])
+        answers = [getattr(block, method)(*common, *each) for block, each in zip(self._blocks, own, strict=True)]
+        return [a if isinstance(block, Block) else a.result() for block, a in zip(self._blocks, answers, strict=True)]
 
 
 class GatheredState(State):
@@ -124,13 +97,15 @@ class GatheredState(State):
         self,
         field: PartitionedField,
         step: int,
-        reports: list[Report],
+        reports: list[Standing],
         tau: float,
         evaluations: int,
         rejected: int,
     ) -> None:
-        residual, lowest, highest, moving = zip(*reports, strict=True)
-        standing = Standing(np.empty(0), np.empty(0), max(residual), min(lowest), max(highest), min(moving))
+        residual, lowest, highest, moving = zip(*(report[2:] for report in reports), strict=True)
+        standing = reports[0]._replace(
+            residual=max(residual), lowest=min(lowest), highest=max(highest), lowest_moving=min(moving)
+        )
         super().__init__(tau, standing, evaluations, rejected)
         self.__dict__.update(_field=field, _step=step)  # as a frozen dataclass allows no assignment
 
@@ -147,9 +122,9 @@ def partitioned_field(
     """The field of a problem cut up; its blocks are gone afterwards."""
     cut = Cut.of(problem, partition.block_of_row(problem), partition.blocks)
     parts = zip(cut.halos, cut.parts(y0), strict=True)
-    arguments = ((rows, y, halo.told, halo.wanted.size, flow) for halo, (rows, y) in parts)
+    arguments = ((rows, y, halo.sent, halo.received.size, flow) for halo, (rows, y) in parts)
     if partition.scheduler is None:
-        yield PartitionedField(cut, LocalBlocks(arguments), clear_above)
+        yield PartitionedField(cut, [Block(*each) for each in arguments], clear_above)
         return
-    with cluster(partition.scheduler) as found:
-        yield PartitionedField(cut, RemoteBlocks(found.actors(Block, arguments)), clear_above)
+    with cluster(partition.scheduler) as workers:
+        yield PartitionedField(cut, workers.actors(Block, arguments), clear_above)

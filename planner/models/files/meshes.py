@@ -10,9 +10,9 @@ import coal
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
+from planner.base.cache import cached
 from planner.base.errors import FileError
 from planner.base.files import is_file
-from planner.base.kept import kept
 from planner.base.places import Place, place
 from planner.base.silenced import Silenced
 from planner.base.yamlfile import FARTHEST
@@ -56,7 +56,7 @@ def link_mesh(path: Path, scale: Floats) -> Mesh:
     """
     content = path.read_bytes()
     made_of = [path.suffix.lower(), scale, np.frombuffer(content, dtype=np.uint8), CELL, MANY]
-    arrays = kept("meshes", made_of, lambda: _arrays(_thin_mesh(path, content, scale)))
+    arrays = cached("meshes", made_of, lambda: _arrays(_thin_mesh(path, content, scale)))
     return Mesh(arrays["vertices"], arrays["triangles"], float(arrays["radius"]))
 
 

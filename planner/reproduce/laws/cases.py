@@ -112,11 +112,11 @@ class Trace:
 
 def run_case(
     graph: RandomGraph, optimum: gabf.Structure, index: int, case: LawCase
-) -> tuple[Measurement, gabf.Trajectory]:
+) -> tuple[Measurement, gabf.FieldHistory]:
     """Run ``case`` on the graph of number ``index``, whose ``optimum`` the certificates use, and keep every step."""
     result = gabf.solve(graph.network, law=case.law, x0=case.x0, solver=SOLVER, save=gabf.EverySteps())
-    assert result.trajectory is not None
-    return _measure(graph, optimum, index, case, result, result.trajectory), result.trajectory
+    assert result.history is not None
+    return _measure(graph, optimum, index, case, result, result.history), result.history
 
 
 def plotted_node(graph: RandomGraph) -> int:
@@ -125,10 +125,10 @@ def plotted_node(graph: RandomGraph) -> int:
     return k - 1 if k == graph.source else k
 
 
-def trace(graph: RandomGraph, case: LawCase, trajectory: gabf.Trajectory) -> Trace:
+def trace(graph: RandomGraph, case: LawCase, history: gabf.FieldHistory) -> Trace:
     """The run as the plotted node lives it."""
     k = plotted_node(graph)
-    return Trace(case, k + 1, trajectory.t, trajectory.x[:, k] - graph.x_star[k], trajectory.u[:, k])
+    return Trace(case, k + 1, history.t, history.x[:, k] - graph.x_star[k], history.u[:, k])
 
 
 def _measure(
@@ -137,10 +137,10 @@ def _measure(
     index: int,
     case: LawCase,
     result: gabf.CostToGo,
-    trajectory: gabf.Trajectory,
+    history: gabf.FieldHistory,
 ) -> Measurement:
     certificates = gabf.certify(graph.network, case.law, result, optimum)
-    peaks = np.abs(trajectory.u).max(axis=0)
+    peaks = np.abs(history.u).max(axis=0)
     return Measurement(
         graph=index,
         case=case,
@@ -148,19 +148,19 @@ def _measure(
         settling_time=_or_infinite(result.settling_time),
         log10_remaining=_or_infinite(result.log10_remaining),
         largest_input=float(peaks.max()),
-        first_input=float(np.abs(trajectory.u[0]).max()),
-        last_input=float(np.abs(trajectory.u[-1]).max()),
+        first_input=float(np.abs(history.u[0]).max()),
+        last_input=float(np.abs(history.u[-1]).max()),
         typical_input=float(np.median(np.delete(peaks, graph.network.sources))),
         node_input=float(peaks[plotted_node(graph)]),
-        energy=_energy(trajectory),
+        energy=_energy(history),
         error=gabf.max_error(result, graph.x_star),
         within_bounds=all(c.holds for c in certificates if "printed" not in c.name),
     )
 
 
-def _energy(trajectory: gabf.Trajectory) -> float:
+def _energy(history: gabf.FieldHistory) -> float:
     """The integral of u^2 dt is that of u dx, which needs no time, where near T_p a double holds none."""
-    return float((0.5 * (trajectory.u[1:] + trajectory.u[:-1]) * np.diff(trajectory.x, axis=0)).sum())
+    return float((0.5 * (history.u[1:] + history.u[:-1]) * np.diff(history.x, axis=0)).sum())
 
 
 def _or_infinite(value: float | None) -> float:

@@ -108,10 +108,10 @@ def _study_graph(k: int, progress: Progress, nodes: int, seed: int) -> LawStudy 
     for case in CASES:
         if progress.stopped:
             return None
-        run, trajectory = run_case(graph, optimum, k, case)
+        run, history = run_case(graph, optimum, k, case)
         study.runs.append(run)
         if k == 0:
-            study.traces.append(trace(graph, case, trajectory))
+            study.traces.append(trace(graph, case, history))
     for trial, solver_run in run_trials(graph, k):
         if progress.stopped:
             return None

@@ -38,7 +38,7 @@ def walk(problem: Problem, delay: int, due: np.ndarray, taus: list[float]) -> tu
         was.append(state.y[cut.boundary])
         shared = np.empty(cut.boundary.size)
         for halo, values in zip(cut.halos, field._exchange([]), strict=True):
-            shared[halo.wanted] = values
+            shared[halo.received] = values
         told.append(shared)
         field.attempt(0.05, state.residual)
         field.accept()

@@ -35,9 +35,9 @@ def test_halos_are_what_is_read_across_the_cut(problem: Problem) -> None:
             read[block[i]].add(j)
     for k, halo in enumerate(cut.halos):
         assert halo.members.tolist() == np.flatnonzero(block == k).tolist()
-        assert sorted(cut.boundary[halo.wanted].tolist()) == sorted(read[k])
-    told = [halo.members[halo.told] for halo in cut.halos]
-    assert np.concatenate(told).tolist() == cut.boundary.tolist()
+        assert sorted(cut.boundary[halo.received].tolist()) == sorted(read[k])
+    sent = [halo.members[halo.sent] for halo in cut.halos]
+    assert np.concatenate(sent).tolist() == cut.boundary.tolist()
     assert set(cut.boundary.tolist()) == set().union(*read)
 
 

@@ -30,14 +30,14 @@ _ALIGNED = 8  # bytes: where numbers may begin
 _since: dict[Path, int] = {}  # bytes written since a folder was cleared
 
 
-def kept(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
+def cached(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arrays:
     """What ``make`` makes, from the cache where it has been made before of the same values (see ``content_hash``)."""
     path = cache_folder() / kind / f"{content_hash([_VERSION, *made_of])}.kept"
-    found = _read(path)
-    if found is None:
-        found = make()
-        _write(path, found)
-    return found
+    arrays = _read(path)
+    if arrays is None:
+        arrays = make()
+        _write(path, arrays)
+    return arrays
 
 
 def cache_folder() -> Path:
@@ -55,20 +55,20 @@ def _read(path: Path) -> Arrays | None:
     return None
 
 
-def _arrays(content: bytes, said: Iterable[tuple[str, str, list[int]]], at: int) -> Arrays:
+def _arrays(content: bytes, header: Iterable[tuple[str, str, list[int]]], at: int) -> Arrays:
     """The arrays, read-only, that lie one after the other from ``at`` on, of each its name, kind and shape."""
-    found = {}
-    for name, kind, shape in said:
+    arrays = {}
+    for name, kind, shape in header:
         count = math.prod(shape)
         array = np.frombuffer(content, np.dtype(kind), count, at) if count else np.empty(0, kind)
-        found[name] = array.reshape(shape)
+        arrays[name] = array.reshape(shape)
         at += array.nbytes + -array.nbytes % _ALIGNED
-    return found
+    return arrays
 
 
 def _write(path: Path, arrays: Arrays) -> None:
-    said = json.dumps([(name, array.dtype.str, array.shape) for name, array in arrays.items()]).encode()
-    parts = [said + b" " * (-(len(said) + 1) % _ALIGNED) + b"\n"]
+    header = json.dumps([(name, array.dtype.str, array.shape) for name, array in arrays.items()]).encode()
+    parts = [header + b" " * (-(len(header) + 1) % _ALIGNED) + b"\n"]
     for array in arrays.values():
         parts += [array.tobytes(), b" " * (-array.nbytes % _ALIGNED)]
     content = b"".join(parts)
@@ -87,10 +87,10 @@ def _make_room(folder: Path, written: int) -> None:
 
 
 def _clear(folder: Path) -> None:
-    """Remove the oldest files beyond the room that there is for them all."""
-    files = sorted((found.st_mtime_ns, found.st_size, path) for path in folder.glob("*.kept") if (found := path.stat()))
-    room = _MOST
+    """Remove the oldest files beyond the bytes that there are for them all."""
+    files = sorted((stat.st_mtime_ns, stat.st_size, path) for path in folder.glob("*.kept") if (stat := path.stat()))
+    left = _MOST
     for _, size, path in reversed(files):
-        room -= size
-        if room < 0:
+        left -= size
+        if left < 0:
             path.unlink(missing_ok=True)

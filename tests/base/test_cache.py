@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.base import kept as module
-from planner.base.kept import cache_folder, kept
+from planner.base import cache as module
+from planner.base.cache import cache_folder, cached
 
 
 class Making:
@@ -31,12 +31,12 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_made_once_for_equal_values() -> None:
     make = Making()
     for _ in range(3):
-        found = kept("kind", ["text", np.arange(3)], make)
+        found = cached("kind", ["text", np.arange(3)], make)
         np.testing.assert_array_equal(found["a"], np.arange(5.0))
         assert found["b"].tolist() == ["x", "y"]
     assert make.times == 1
-    kept("kind", ["text", np.arange(4)], make)
-    kept("other", ["text", np.arange(3)], make)
+    cached("kind", ["text", np.arange(4)], make)
+    cached("other", ["text", np.arange(3)], make)
     assert make.times == 3
 
 
@@ -51,8 +51,8 @@ def test_arrays_come_back_as_they_were() -> None:
         "big": np.arange(3, dtype=">i4"),
         "yes": np.array([True, False]),
     }
-    assert kept("kind", ["all"], lambda: arrays) is arrays
-    found = kept("kind", ["all"], lambda: arrays)
+    assert cached("kind", ["all"], lambda: arrays) is arrays
+    found = cached("kind", ["all"], lambda: arrays)
     assert list(found) == list(arrays)
     for name, array in arrays.items():
         assert found[name].dtype == array.dtype
@@ -63,13 +63,13 @@ def test_arrays_come_back_as_they_were() -> None:
 
 def test_any_damage_makes_it_anew() -> None:
     make = Making()
-    kept("kind", [1], make)
+    cached("kind", [1], make)
     (path,) = cache_folder().glob("kind/*.kept")
     whole = path.read_bytes()
     damaged = [whole[:k] + bytes([whole[k] ^ 1]) + whole[k + 1 :] for k in range(0, len(whole), 7)]
     for times, content in enumerate([*damaged, b"", whole[:40], whole[:-1], whole + b"x"], start=2):
         path.write_bytes(content)
-        np.testing.assert_array_equal(kept("kind", [1], make)["a"], np.arange(5.0))
+        np.testing.assert_array_equal(cached("kind", [1], make)["a"], np.arange(5.0))
         assert make.times == times
         assert path.read_bytes() == whole
 
@@ -78,14 +78,14 @@ def test_a_folder_that_cannot_be_written_costs_time_only(own_cache: Path) -> Non
     own_cache.write_text("a file where the folder should be")
     make = Making()
     for _ in range(2):
-        np.testing.assert_array_equal(kept("kind", [1], make)["a"], np.arange(5.0))
+        np.testing.assert_array_equal(cached("kind", [1], make)["a"], np.arange(5.0))
     assert make.times == 2
 
 
 def test_the_oldest_go_when_there_is_no_room(monkeypatch: pytest.MonkeyPatch) -> None:
-    kept("kind", [0], Making())
+    cached("kind", [0], Making())
     (path,) = cache_folder().glob("kind/*.kept")
     monkeypatch.setattr(module, "_MOST", int(2.5 * path.stat().st_size))
     for k in range(1, 6):
-        kept("kind", [k], Making())
+        cached("kind", [k], Making())
     assert len(list(cache_folder().glob("kind/*"))) == 2
