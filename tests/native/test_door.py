@@ -210,7 +210,7 @@ WRONG: dict[str, Callable[[], object]] = {
     "close: lengths": lambda: WORLD.close(*CHAIN.placements(Q), np.zeros(2), np.zeros(1)),
     "first near: columns": lambda: WORLD.first_near(Q[:, :1]),
     "looks: delta": lambda: WORLD.motion_looks_free(BOUNDS, Q[0], Q[0, :2], 0.1),
-    "looks: reach": lambda: WORLD.motion_looks_free(WORLD.bounds(NAN * REACH, NAN * BODY_REACH, MOVING), *_free_motion(), 0.1),
+    "looks: reach": lambda: WORLD.motion_looks_free(_of_no_number(), *_free_motion(), 0.1),
     "looks: no step": lambda: WORLD.motion_looks_free(BOUNDS, *_free_motion(), 0.0),
     "looks: a NaN step": lambda: WORLD.motion_looks_free(BOUNDS, *_free_motion(), NAN),
     "prove: columns": lambda: WORLD.prove(BOUNDS, CURVES[:, :, :1], 1e-3),
@@ -287,6 +287,10 @@ def _without_spheres() -> NativeWorld:
     world = NativeWorld(CHAIN, 0.0)
     world.add_hull(1, np.zeros((1, 3)), 0.1)
     return world
+
+
+def _of_no_number() -> library.NativeBounds:
+    return WORLD.bounds(NAN * REACH, NAN * BODY_REACH, MOVING)
 
 
 def _free_motion() -> np.ndarray:
