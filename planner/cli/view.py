@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError, OptionError
 from planner.cli.common import Flag
 from planner.cli.terminal import say
@@ -55,13 +54,15 @@ def view(
         result: plan.json, sweep.json, their page, or their folder.
         state: A name from the scene, q:..., xyz:... or pose:... as 'planner plan' takes them; the scene's start where
             left out, or the robot's home.
-        live: A page on which the scene can be changed.
+        live: A page on which the scene can be changed; --start, --goal, --beta, --nodes, --seed and --roadmap are for
+            it.
         out: Write the state's page to this file instead of serving it; with --live the file that the page's scene is
             saved to, <scene>-moved.yaml where left out.
         port: Port to serve on; any free one where left out.
         open: Open the page in the browser, where there is a screen.
         debug: Show tracebacks of errors.
     """
+    from planner.base.beside import warn_of_mismatch
     from planner.base.files import require_writable_file
     from planner.view.serve import require_port, serve
 
@@ -99,23 +100,15 @@ def _controller(request: WorldRequest, question: LiveRequest, out: Path | None) 
     from planner.models.frames import in_world
     from planner.models.scene import Scene
     from planner.session.session import Session
-    from planner.setup.open import open_world
 
     out = Path(f"{Path(str(request.scene)).stem}-moved.yaml") if out is None else out
     if out.suffix.lower() not in (".yaml", ".yml"):
         raise OptionError(f"--out {out} is no scene file: give a name that ends in .yaml.")
     require_writable_file(out)
-    scene = Scene.load(str(request.scene))
-    robot = open_world(replace(request, scene=replace(scene, carried=()))).robot  # the session lets it carry them
-    said = question.complete()
-    options: dict[str, Any] = {
-        "collision": request.collision,
-        "margin": request.margin,
-        "nodes": said["nodes"],
-        "seed": said["seed"],
-    }
-    session = Session(robot, scene, said["roadmap"], **options)
-    asked = Question(said["start"], said["goal"], said["beta"])
+    world = {field.name: getattr(request, field.name) for field in fields(request)}
+    session = Session(**world, roadmap=question.roadmap, nodes=question.nodes, seed=question.seed)
+    asked = Question(str(question.start), str(question.goal), question.beta)
+    robot = session.live.bare
     controller = LiveController(session, asked, lambda: in_world(Scene.load(str(request.scene)), robot), out)
     say(controller.message)
     return controller
