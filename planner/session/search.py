@@ -111,7 +111,8 @@ def search(
         live, holds = prove_path(live, nodes)
         if not holds:
             continue
-        low = first_violation(live.checker.robot, path_waypoints(live.roadmap, live.checker.robot, nodes), floor)
+        path = path_waypoints(live.roadmap, live.checker.robot, nodes)
+        low = first_violation(live.checker.robot, path, floor) if len(path) else None
         if low is None:
             return Found(live, layered, field, steps, rounds, raised, updates)
         barred.append((int(steps[low]), int(steps[low + 1])))
