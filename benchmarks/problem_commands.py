@@ -8,18 +8,18 @@ from typing import Annotated
 import tyro
 
 from benchmarks.terminal import measure
-from planner.cli.common import Flag, Workers
+from planner.cli.common import Debug, Out, Workers
 from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, RoadmapRequest
 
 
 def plan(
     folder: tyro.conf.Positional[Path],
     plain: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest("panda"),  # noqa: B008 (frozen)
-    out: Path = Path("bench-plan"),
+    out: Out = Path("bench-plan"),
     seeds: tuple[int, ...] = (0, 1, 2),
     time_limit: float = 60.0,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """A folder of planning problems, each planned with several seeds: success, times, lengths, manipulability, safety.
 
@@ -32,10 +32,8 @@ def plan(
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
         seeds: Seeds to plan every problem with.
         time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.plan.run import bench_plan
 
@@ -45,10 +43,10 @@ def plan(
 def first_path(
     folder: tyro.conf.Positional[Path],
     plain: Annotated[RoadmapRequest, tyro.conf.arg(name="")] = RoadmapRequest("panda", collision="coal"),  # noqa: B008
-    out: Path = Path("bench-first-path"),
+    out: Out = Path("bench-first-path"),
     python: tuple[str, ...] = (),
     seconds: float = 10.0,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """The time to a first path: ours, proven, beside OMPL's RRTConnect and planners of other environments.
 
@@ -63,10 +61,8 @@ def first_path(
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
         python: NAME=PATH: a planner, roboplan or pyroboplan, and the Python of the environment it is installed in.
         seconds: Seconds after which the other planners give up.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.first_path.run import bench_first_path, environments
 
@@ -77,12 +73,12 @@ def first_path(
 def quality(
     folder: tyro.conf.Positional[Path],
     plain: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest("panda", collision="coal", nodes=1000),  # noqa: B008
-    out: Path = Path("bench-quality"),
+    out: Out = Path("bench-quality"),
     betas: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0),
     efforts: tuple[int, ...] = (0, 12),
     seconds: float = 5.0,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """How good paths are: length, corners, manipulability and time, beside OMPL's RRTConnect, RRT* and BIT*.
 
@@ -91,11 +87,9 @@ def quality(
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
         betas: Trade-offs to plan at, in place of --beta.
         efforts: Rounds of refinement and search to plan with, in place of --effort.
         seconds: Processor time that OMPL's planners get.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.quality.run import bench_quality
 
@@ -106,10 +100,10 @@ def motion(
     folder: tyro.conf.Positional[Path],
     plain: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest("panda"),  # noqa: B008 (frozen)
     limits: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
-    out: Path = Path("bench-motion"),
+    out: Out = Path("bench-motion"),
     python: str | None = None,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """A folder of planning problems: the motions along their paths, how long they take and what they break or touch.
 
@@ -120,9 +114,7 @@ def motion(
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
         python: Python of an environment of its own with roboplan in it.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.motion.run import bench_motion
 
@@ -132,12 +124,12 @@ def motion(
 def replan(
     folder: tyro.conf.Positional[Path],
     plain: Annotated[RoadmapRequest, tyro.conf.arg(name="")] = RoadmapRequest("panda", collision="coal"),  # noqa: B008
-    out: Path = Path("bench-replan"),
+    out: Out = Path("bench-replan"),
     changes: int = 100,
     simulations: int = 50,
     time_limit: float = 1200.0,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Problems whose world changes: time to a new proven path against planning anew, the field against D* Lite.
 
@@ -147,11 +139,9 @@ def replan(
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
         changes: Changes of each problem's world.
         simulations: Runs among moving boxes along each problem's last path.
         time_limit: Seconds after which a problem is killed and recorded as timed out.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.replan.run import bench_replan
 

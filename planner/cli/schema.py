@@ -7,13 +7,13 @@ from typing import Literal
 
 import tyro
 
-from planner.cli.common import Flag
+from planner.cli.common import Debug
 from planner.cli.terminal import say
 
 Format = Literal["plan", "sweep", "scene", "robot"]
 
 
-def schema(file: tyro.conf.Positional[Format], debug: Flag = False) -> int:
+def schema(file: tyro.conf.Positional[Format], debug: Debug = False) -> int:
     """Print the JSON schema of a file: what plan.json and sweep.json hold, what scene and robot files may hold.
 
     planner schema scene > scene.schema.json
@@ -22,7 +22,6 @@ def schema(file: tyro.conf.Positional[Format], debug: Flag = False) -> int:
 
     Args:
         file: Which file.
-        debug: Show tracebacks of errors.
     """
     import pydantic
 

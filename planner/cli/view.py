@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from planner.base.errors import FileError, OptionError
-from planner.cli.common import Flag
+from planner.cli.common import Debug, Flag
 from planner.cli.terminal import say
 from planner.problem.request import LiveRequest, WorldRequest
 from planner.problem.targets import HOME, parse_target
@@ -27,7 +27,7 @@ def view(
     out: Path | None = None,
     port: int = 0,
     open: Flag = False,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Look at a result, or at a robot in a scene before anything is planned.
 
@@ -60,7 +60,6 @@ def view(
             saved to, <scene>-moved.yaml where left out.
         port: Port to serve on; any free one where left out.
         open: Open the page in the browser, where there is a screen.
-        debug: Show tracebacks of errors.
     """
     from planner.base.beside import warn_of_mismatch
     from planner.base.files import require_writable_file

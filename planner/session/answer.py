@@ -24,7 +24,6 @@ from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.roadmap.storage import same_world
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.live_world import LiveWorld
-from planner.session.report import edges_between
 from planner.session.search import Found, RoadmapNetwork, go_on, search
 from planner.setup.open import Query
 
@@ -69,7 +68,7 @@ def answered(moment: Moment, query: Query, planning: Planning) -> tuple[Moment, 
     live, linked = _attached(moment.live, query, planning, join=False)
     edges, nodes = [linked], len(live.roadmap.nodes)
     searches = [_search(Moment(live, moment.x), planning)]
-    edges.append(edges_between(live.proofs, searches[-1].live.proofs))
+    edges.append(searches[-1].live.proofs.since(live.proofs))
     if may_grow and not len(searches[-1].steps):
         before = searches[-1].live
         live = before.proven(np.flatnonzero(before.proofs.open))  # growth begins at nodes that are proven free
@@ -77,7 +76,7 @@ def answered(moment: Moment, query: Query, planning: Planning) -> tuple[Moment, 
         edges.append(grown)
         if live.held(live.proofs.free).connected:
             searches.append(_search(Moment(live, searches[-1].x), planning))
-            edges.append(edges_between(live.proofs, searches[-1].live.proofs))
+            edges.append(searches[-1].live.proofs.since(live.proofs))
     grown, curve = len(live.roadmap.nodes) - nodes, ()
     if len(searches[-1].steps) and planning.request.rounds:
         live, found, curve = _refined(searches[-1].live, planning)

@@ -23,6 +23,7 @@ from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Obstacle
 from planner.planning.plan import require_no_floor
+from planner.planning.replanned import Change
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.objective import Objective
@@ -35,7 +36,6 @@ from planner.sampling.growth_settings import GrowthSettings
 from planner.session.answer import Moment, Planning, adopted, answered
 from planner.session.in_time import planned_in_time
 from planner.session.live_world import LiveWorld
-from planner.session.report import Change, edges_between
 from planner.session.search import go_on, prove_path
 from planner.setup.open import Query, resolve_query, states_of
 from planner.setup.resolve import resolve_as_is
@@ -266,7 +266,7 @@ class Session:
             begin, before = time.perf_counter(), self._now.live
             after = apply(before)
             self._now = replace(self._now, live=after)
-            edges = edges_between(before.proofs, after.proofs, checked=False)
+            edges = after.proofs.since(before.proofs, checked=False)
             return Change(what, edges, time.perf_counter() - begin)
 
     def _held_at(self, live: LiveWorld, at: State | None) -> Floats:
