@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from planner.base.errors import FileError, OptionError
+from planner.cli.arguments import options_in
 from planner.cli.common import Debug, Flag
 from planner.cli.terminal import say
 from planner.problem.request import LiveRequest, WorldRequest
@@ -67,13 +69,19 @@ def view(
 
     require_port(port)
     if live:
-        _require_no_state(result, state)
+        if result is not None or state is not None:
+            raise OptionError(
+                "--live plans anew: give it --robot, --scene, --start and --goal, no RESULT and no --state."
+            )
         serve(_controller(request, question, out), port, open, say)
         return 0
-    if question != LiveRequest():
+    if options_in(sys.argv[1:]) & {f"--{field.name}" for field in fields(LiveRequest)}:  # defaults, too
         raise OptionError("--start, --goal, --beta, --nodes, --seed and --roadmap are for --live: add it.")
     if result is not None:
-        _require_alone(request, state, out)
+        if request != WorldRequest() or state is not None or out is not None:
+            raise OptionError(
+                "a result has its own robot, scene and page: give RESULT or options for a state, not both."
+            )
         page = _page_beside(result)
         warn_of_mismatch(page.with_suffix(".json"))
     else:
@@ -84,11 +92,6 @@ def view(
             return _write(page, out)
     serve(page, port, open, say)
     return 0
-
-
-def _require_no_state(result: Path | None, state: str | None) -> None:
-    if result is not None or state is not None:
-        raise OptionError("--live plans anew: give it --robot, --scene, --start and --goal, no RESULT and no --state.")
 
 
 def _controller(request: WorldRequest, question: LiveRequest, out: Path | None) -> LiveController:
@@ -111,11 +114,6 @@ def _controller(request: WorldRequest, question: LiveRequest, out: Path | None) 
     controller = LiveController(session, asked, lambda: in_world(Scene.load(str(request.scene)), robot), out)
     say(controller.message)
     return controller
-
-
-def _require_alone(request: WorldRequest, state: str | None, out: Path | None) -> None:
-    if request != WorldRequest() or state is not None or out is not None:
-        raise OptionError("a result has its own robot, scene and page: give RESULT or options for a state, not both.")
 
 
 def _page_beside(result: Path) -> Path:
