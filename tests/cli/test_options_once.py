@@ -77,13 +77,23 @@ def test_requests_share_them() -> None:
             assert where.setdefault(field.name, part) is part, field.name
 
 
-@pytest.mark.parametrize("command", ALL, ids=lambda command: f"{command.__module__}.{command.__name__}")
-def test_no_command_types_one_again(command: Callable) -> None:
+def typed(command: Callable) -> tuple[set[str], set[str]]:
+    """The options of requests that a command embeds, and those that it types by itself."""
     known = {field.name for kind in (*REQUESTS, WorkersRequest) for field in dataclasses.fields(kind)}
     embedded, own = set(), set()
     for name, hint in get_type_hints(command, include_extras=True).items():
         kinds = [kind for kind in (hint, *get_args(hint)) if inspect.isclass(kind) and dataclasses.is_dataclass(kind)]
         embedded |= {field.name for kind in kinds for field in dataclasses.fields(kind)}
         own |= set() if kinds else {name} & known
+    return embedded, own
+
+
+@pytest.mark.parametrize("command", ALL, ids=lambda command: f"{command.__module__}.{command.__name__}")
+def test_no_command_types_one_again(command: Callable) -> None:
+    embedded, own = typed(command)
     assert not own & embedded, "two options of one name"
     assert not own or command.__name__ in OWN_MEANING, f"{own}: embed the part that has them"
+
+
+def test_every_exception_is_one() -> None:
+    assert {command.__name__ for command in ALL if typed(command)[1]} == set(OWN_MEANING)
