@@ -13,7 +13,7 @@ from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.progress import Progress
 from planner.batch.results import Results, ResultsFile, measure_missing
-from planner.problem.request import SERIAL, WorkersRequest
+from planner.problem.request import SERIAL, PlanRequest, WorkersRequest
 from planner.processes import source
 from planner.processes.parallel import Measure
 from planner.reproduce.report import Verdict
@@ -55,6 +55,14 @@ def run_bench(
     report = to_markdown(rows, complete)
     write_whole(folder / f"{name}.md", report.encode())
     return Results(tuple(rows), report, complete)
+
+
+def require_left_to_problems(plain: PlanRequest, *more: str) -> None:
+    """Raise :class:`OptionError` for options, and ``more`` of them, that each problem says, or the benchmark itself."""
+    default = PlanRequest()
+    for name in ("scene", "motion_plan_request", "start", "goal", "roadmap", *more):
+        if getattr(plain, name) != getattr(default, name):
+            raise OptionError(f"{name} is what each problem says: leave it out.")
 
 
 def closing_lines(rows: Iterable[Any], complete: bool, missing: str, method: str) -> list[str]:

@@ -9,23 +9,21 @@ import tyro
 from benchmarks.block_commands import partition, scaling, stale
 from benchmarks.problem_commands import first_path, motion, plan, quality, replan
 from benchmarks.terminal import measure, measured
-from planner.cli.common import Flag, Workers
+from planner.cli.common import Debug, Out, Workers
 from planner.problem.request import SERIAL, Backend, WorldRequest
 
 
 def gabf(
-    out: Path = Path("bench-gabf"),
+    out: Out = Path("bench-gabf"),
     seed: int = 0,
     sizes: tuple[int, ...] = (1_000, 4_000, 10_000, 20_000, 100_000),
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """The dynamics against SciPy's RK45 and scipy.sparse.csgraph.dijkstra on random geometric networks.
 
     Args:
-        out: Folder to write into.
         seed: Seed of the networks.
         sizes: Numbers of nodes; 1000000 takes minutes and 1.3 GiB.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.gabf.run import bench_gabf
 
@@ -33,13 +31,13 @@ def gabf(
 
 
 def optimum(
-    out: Path = Path("bench-optimum"),
+    out: Out = Path("bench-optimum"),
     nodes: tuple[int, ...] = (1000, 5000),
     efforts: tuple[int, ...] = (6, 30),
     betas: tuple[float, ...] = (0.0, 1.0),
     seeds: tuple[int, ...] = (0, 1, 2),
     arms: tuple[str, ...] = ("planar_2r", "planar_3r"),
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Planar arms with two and three joints against the optimum of a fine grid: the gap, and how it falls with effort.
 
@@ -47,13 +45,11 @@ def optimum(
     optimum.md.
 
     Args:
-        out: Folder to write into.
         nodes: Configurations in the roadmaps.
         efforts: Rounds of refinement and search to plan with.
         betas: Trade-offs to plan at.
         seeds: Seeds to plan with.
         arms: Which arms, planar_2r or planar_3r.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.optimum.run import bench_optimum
 
@@ -61,13 +57,13 @@ def optimum(
 
 
 def misses(
-    out: Path = Path("bench-misses"),
+    out: Out = Path("bench-misses"),
     seed: int = 0,
     edges: int = 40,
     robots: tuple[str, ...] = ("iiwa14", "panda", "ur5", "planar_2r", "kinova"),
     thicknesses: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0, 5.0),
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Edges past walls, poles and windows of a few millimetres: which of those called free touch at 0.1 mm of motion.
 
@@ -75,12 +71,10 @@ def misses(
     those that OMPL's default resolution calls free some do. Writes misses.csv and misses.md.
 
     Args:
-        out: Folder to write into.
         seed: Seed of obstacles and edges.
         edges: Edges for each robot, kind of obstacle and thickness.
         robots: Names of built-in robots or paths of URDFs.
         thicknesses: Of the obstacles, in millimetres.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.misses.run import bench_misses
 
@@ -88,14 +82,14 @@ def misses(
 
 
 def attack(
-    out: Path = Path("bench-attack"),
+    out: Out = Path("bench-attack"),
     seed: int = 0,
     tries: int = 1000,
     segments: int = 100,
     robots: tuple[str, ...] = ("planar_2r", "iiwa14"),
     libraries: tuple[Backend, ...] = ("fcl", "coal"),
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """An optimiser against every claim that proofs rest on: distances, bounds, motions, and segments called free.
 
@@ -104,13 +98,11 @@ def attack(
     attack.md.
 
     Args:
-        out: Folder to write into.
         seed: Seed of the searches.
         tries: Pairs of shapes for each two kinds and library, and motions of each robot.
         segments: Segments put to the proof for each two kinds of shapes, and each robot, and library.
         robots: Names of built-in robots or paths of URDFs whose segments and reach are attacked too.
         libraries: Collision libraries to attack.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.attack.run import bench_attack
 
@@ -118,14 +110,14 @@ def attack(
 
 
 def agreement(
-    out: Path = Path("bench-agreement"),
+    out: Out = Path("bench-agreement"),
     seed: int = 0,
     states: int = 100_000,
     robots: tuple[str, ...] = (),
     scenes: tuple[str, ...] = (),
     margin: float = 0.0,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """FCL against coal on random configurations of every robot in every scene: verdicts, contact band, speed.
 
@@ -134,13 +126,11 @@ def agreement(
     agreement.csv and agreement.md.
 
     Args:
-        out: Folder to write into.
         seed: Seed of the configurations.
         states: Configurations in all, shared out among the robots and scenes.
         robots: Names of built-in robots or paths of URDFs; all built-in ones where none is given.
         scenes: Names of built-in scenes or paths of scene files; all built-in ones where none is given.
         margin: Distance in metres below which a pair counts as touching.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.agreement.run import bench_agreement
 
@@ -148,11 +138,11 @@ def agreement(
 
 
 def fuzz(
-    out: Path = Path("bench-fuzz"),
+    out: Out = Path("bench-fuzz"),
     seed: int = 0,
     cases: int = 20_000,
     kinds: tuple[str, ...] = (),
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Files of every kind, changed at random: loading one ends in success or in one sentence, and in nothing else.
 
@@ -161,11 +151,9 @@ def fuzz(
     where there are such files.
 
     Args:
-        out: Folder to write into.
         seed: Seed of the changes.
         cases: Files to try.
         kinds: Kinds of files to try, as the report names them; all where none is given.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.fuzz.run import bench_fuzz
 
@@ -174,7 +162,7 @@ def fuzz(
 
 
 def roadmap(
-    out: Path = Path("bench-roadmap"),
+    out: Out = Path("bench-roadmap"),
     robot: str = "panda",
     scene: str = "shelf",
     collision: Backend = "coal",
@@ -183,7 +171,7 @@ def roadmap(
     queries: int = 20,
     seed: int = 0,
     time_limit: float = 600.0,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """A kept roadmap: building it and asking it, against the PRMs of OMPL and of pyroboplan, where that is installed.
 
@@ -191,7 +179,6 @@ def roadmap(
     our time and memory grow. Writes roadmap.csv and roadmap.md.
 
     Args:
-        out: Folder to write into.
         robot: Name of a built-in robot or the path of a URDF.
         scene: Name of a built-in scene or the path of a scene file.
         collision: Collision library.
@@ -200,7 +187,6 @@ def roadmap(
         queries: Random starts and goals that each roadmap is asked about.
         seed: Seed of the roadmaps and the queries.
         time_limit: Seconds after which a method is killed and recorded as timed out.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.roadmap.run import bench_roadmap
 
@@ -210,11 +196,11 @@ def roadmap(
 
 def tables(
     folder: tyro.conf.Positional[Path | None] = None,
-    out: Path = Path("bench-tables"),
+    out: Out = Path("bench-tables"),
     nodes: int = 1000,
     betas: tuple[float, ...] = (1.0, 0.5, 0.0),
     seed: int = 0,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Problems that were published with results: ours beside the published numbers, their sources, and what differs.
 
@@ -224,11 +210,9 @@ def tables(
 
     Args:
         folder: Folder of MotionBenchMaker's problems for the Panda; the tables of these are left out without it.
-        out: Folder to write into.
         nodes: Configurations in the roadmaps.
         betas: Trade-offs to plan at.
         seed: Seed of the roadmaps.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.tables.run import bench_tables
 

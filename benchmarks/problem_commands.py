@@ -8,18 +8,18 @@ from typing import Annotated
 import tyro
 
 from benchmarks.terminal import measure
-from planner.cli.common import Flag, Workers
-from planner.problem.request import PAPER_NODES, SERIAL, Backend, LimitsRequest, PlanRequest
+from planner.cli.common import Debug, Out, Workers
+from planner.problem.request import SERIAL, LimitsRequest, PlanRequest, RoadmapRequest
 
 
 def plan(
     folder: tyro.conf.Positional[Path],
     plain: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest("panda"),  # noqa: B008 (frozen)
-    out: Path = Path("bench-plan"),
+    out: Out = Path("bench-plan"),
     seeds: tuple[int, ...] = (0, 1, 2),
     time_limit: float = 60.0,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """A folder of planning problems, each planned with several seeds: success, times, lengths, manipulability, safety.
 
@@ -32,10 +32,8 @@ def plan(
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
         seeds: Seeds to plan every problem with.
         time_limit: Seconds after which a run is killed and recorded as timed out; the budget is in nodes and motions.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.plan.run import bench_plan
 
@@ -44,19 +42,17 @@ def plan(
 
 def first_path(
     folder: tyro.conf.Positional[Path],
-    out: Path = Path("bench-first-path"),
-    robot: str = "panda",
-    collision: Backend = "coal",
+    plain: Annotated[RoadmapRequest, tyro.conf.arg(name="")] = RoadmapRequest("panda", collision="coal"),  # noqa: B008
+    out: Out = Path("bench-first-path"),
     python: tuple[str, ...] = (),
-    seed: int = 0,
     seconds: float = 10.0,
-    widen_limits: Flag = False,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """The time to a first path: ours, proven, beside OMPL's RRTConnect and planners of other environments.
 
-    Problems are those of 'plan'. roboplan and pyroboplan take part where they are given, each in an
-    environment of its own, as what they need clashes with this package:
+    Problems and options are those of 'plan'; paths are checked by the library that has not planned. roboplan and
+    pyroboplan take part where they are given, each in an environment of its own, as what they need clashes with this
+    package:
 
     python -m benchmarks first-path FOLDER --python roboplan=/opt/rp/bin/python pyroboplan=/opt/pyrp/bin/python
 
@@ -65,149 +61,89 @@ def first_path(
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
-        robot: Name of a built-in robot or the path of a URDF.
-        collision: Collision library to plan with; the paths are checked by the other one.
         python: NAME=PATH: a planner, roboplan or pyroboplan, and the Python of the environment it is installed in.
-        seed: Seed of all planners.
         seconds: Seconds after which the other planners give up.
-        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.first_path.run import bench_first_path, environments
 
-    plain = PlanRequest(robot, collision=collision, seed=seed, widen_limits=widen_limits, path_only=True)
-    pythons = environments(python)
-    return measure(out, lambda progress: bench_first_path(folder, out, plain, pythons, seconds, progress))
+    request, pythons = PlanRequest(**vars(plain), path_only=True), environments(python)
+    return measure(out, lambda progress: bench_first_path(folder, out, request, pythons, seconds, progress))
 
 
 def quality(
     folder: tyro.conf.Positional[Path],
-    out: Path = Path("bench-quality"),
-    robot: str = "panda",
-    collision: Backend = "coal",
-    nodes: int = 1000,
-    seed: int = 0,
+    plain: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest("panda", collision="coal", nodes=1000),  # noqa: B008
+    out: Out = Path("bench-quality"),
     betas: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0),
     efforts: tuple[int, ...] = (0, 12),
     seconds: float = 5.0,
-    above_ends: Flag = False,
-    widen_limits: Flag = False,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """How good paths are: length, corners, manipulability and time, beside OMPL's RRTConnect, RRT* and BIT*.
 
-    Problems are those of 'plan'. Writes quality.csv, one row a run, and quality.md: medians, and medians
+    Problems and options are those of 'plan'. Writes quality.csv, one row a run, and quality.md: medians, and medians
     of ratios to RRTConnect with simplification on the same problem.
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
-        robot: Name of a built-in robot or the path of a URDF.
-        collision: Collision library of all planners.
-        nodes: Configurations in the roadmap.
-        seed: Seed of all planners.
-        betas: Trade-offs to plan at.
-        efforts: Rounds of refinement and search to plan with.
+        betas: Trade-offs to plan at, in place of --beta.
+        efforts: Rounds of refinement and search to plan with, in place of --effort.
         seconds: Processor time that OMPL's planners get.
-        above_ends: Keep w above that of the lower end where such a path is found, as 'planner plan' has it.
-        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.quality.run import bench_quality
 
-    plain = PlanRequest(
-        robot, collision=collision, nodes=nodes, seed=seed, widen_limits=widen_limits, above_ends=above_ends
-    )
     return measure(out, lambda progress: bench_quality(folder, out, plain, betas, efforts, seconds, progress, workers))
 
 
 def motion(
     folder: tyro.conf.Positional[Path],
+    plain: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest("panda"),  # noqa: B008 (frozen)
     limits: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
-    out: Path = Path("bench-motion"),
-    robot: str = "panda",
-    collision: Backend = "fcl",
-    nodes: int = PAPER_NODES,
-    beta: float = 0.5,
-    min_manipulability: float = 0.0,
-    margin: float = 0.0,
-    widen_limits: Flag = False,
-    seed: int = 0,
+    out: Out = Path("bench-motion"),
     python: str | None = None,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """A folder of planning problems: the motions along their paths, how long they take and what they break or touch.
 
-    A problem is as 'plan' has it. Durations are set against stopping at every corner and, where it is
+    Problems and options are those of 'plan'. Durations are set against stopping at every corner and, where it is
     installed, against toppra along the same curve; with --python also against roboplan's time parametrization over the
     same path. Contacts are looked for at 0.1 mm of motion by the library that has not planned. Writes motion.csv and
     motion.md.
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
-        robot: Name of a built-in robot or the path of a URDF.
-        collision: Collision library to plan and prove with.
-        nodes: Configurations in the roadmap.
-        beta: Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only.
-        min_manipulability: A floor under manipulability w that paths and motions stay above; 0 for none.
-        margin: Distance in metres to keep from every obstacle, and between links.
-        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
-        seed: Seed to plan every problem with.
         python: Python of an environment of its own with roboplan in it.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.motion.run import bench_motion
 
-    plain = PlanRequest(
-        robot,
-        collision=collision,
-        margin=margin,
-        widen_limits=widen_limits,
-        nodes=nodes,
-        seed=seed,
-        min_manipulability=min_manipulability,
-        beta=beta,
-    )
     return measure(out, lambda progress: bench_motion(folder, out, plain, limits, progress, python, workers))
 
 
 def replan(
     folder: tyro.conf.Positional[Path],
-    out: Path = Path("bench-replan"),
-    robot: str = "panda",
-    collision: Backend = "coal",
-    nodes: int = PAPER_NODES,
+    plain: Annotated[RoadmapRequest, tyro.conf.arg(name="")] = RoadmapRequest("panda", collision="coal"),  # noqa: B008
+    out: Out = Path("bench-replan"),
     changes: int = 100,
     simulations: int = 50,
-    widen_limits: Flag = False,
-    seed: int = 0,
     time_limit: float = 1200.0,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Problems whose world changes: time to a new proven path against planning anew, the field against D* Lite.
 
-    Problems are those of 'plan'. Obstacles are moved, added, removed, and put on the route; then boxes
-    move within their speed limits while the arm runs the last path. Writes replan.csv, one row a change, and replan.md.
+    Problems and options are those of 'plan'; paths are checked by the library that has not planned. Obstacles are
+    moved, added, removed, and put on the route; then boxes move within their speed limits while the arm runs the last
+    path. Writes replan.csv, one row a change, and replan.md.
 
     Args:
         folder: Folder of the problems.
-        out: Folder to write into.
-        robot: Name of a built-in robot or the path of a URDF.
-        collision: Collision library to plan with; the paths are checked by the other one.
-        nodes: Configurations in the roadmap.
         changes: Changes of each problem's world.
         simulations: Runs among moving boxes along each problem's last path.
-        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
-        seed: Seed of the roadmaps and the changes.
         time_limit: Seconds after which a problem is killed and recorded as timed out.
-        debug: Show tracebacks of errors.
     """
     from benchmarks.replan.run import bench_replan
 
-    asked = folder, out, robot, collision, nodes, changes, simulations, seed, time_limit
-    return measure(out, lambda progress: bench_replan(*asked, progress, workers, widen_limits))
+    asked = folder, out, plain, changes, simulations, time_limit
+    return measure(out, lambda progress: bench_replan(*asked, progress, workers))

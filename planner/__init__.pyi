@@ -21,6 +21,7 @@ from .models.shapes import Obstacle as Obstacle
 from .models.shapes import Sphere as Sphere
 from .planning.network import build_network as build_network
 from .planning.plan import plan as plan
+from .planning.replanned import Change as Change
 from .planning.result import Plan as Plan
 from .problem.objective import Objective as Objective
 from .problem.outcome import Outcome as Outcome
@@ -31,7 +32,6 @@ from .problem.request import TimingRequest as TimingRequest
 from .roadmap.roadmap import Roadmap as Roadmap
 from .roadmap.storage import load_roadmap as load_roadmap
 from .roadmap.storage import save_roadmap as save_roadmap
-from .session.report import Change as Change
 from .session.session import Session as Session
 from .tradeoff.sweep import Tradeoff as Tradeoff
 from .tradeoff.sweep import sweep as sweep

@@ -1,30 +1,23 @@
 """The program: ``python -m planner`` and the command ``planner``."""
 
+import atexit
+import gc
+import os
 import signal
+import sys
+import threading
+from collections.abc import Callable
+from importlib import import_module
 
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # until main() sees to it: what is half loaded ends without a traceback
-
-import atexit  # noqa: E402
-import gc  # noqa: E402
-import os  # noqa: E402
-import sys  # noqa: E402
-import threading  # noqa: E402
-from collections.abc import Callable  # noqa: E402
-
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # until run() sees to it: what is half loaded ends without a traceback
 from planner.base.interrupts import end_like_interrupt, leave_on_interrupt  # noqa: E402
 
-_ALLOCATIONS_PER_COLLECTION = 200_000  # imports alone make 125,000 objects that stay
+_ALLOCATIONS_PER_COLLECTION = 200_000  # imports make 125,000 objects that stay: going through them takes 0.05 s
 
 
 def main() -> None:
     """Run the command line of the planner."""
-
-    def command_line() -> None:
-        from planner.cli import main
-
-        main()
-
-    run(command_line)
+    run(lambda: import_module("planner.cli").main())
 
 
 def run(command_line: Callable[[], None]) -> None:
@@ -42,7 +35,7 @@ def run(command_line: Callable[[], None]) -> None:
 
 
 def _leave_at_once(code: int) -> None:
-    """End the process without taking apart what it has loaded, which takes 0.15 s; not where a thread still works."""
+    """End the process without taking apart what it has loaded, 0.13 s of a plan's 0.9; not where a thread works on."""
     if threading.active_count() > 1:
         return
     try:

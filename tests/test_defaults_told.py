@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from inspect import signature
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,18 +11,19 @@ import pytest
 
 from planner import gabf
 from planner.gabf.laws import SingularityFree
-from planner.problem import request
-from planner.problem.request import LiveRequest, PlanRequest, WorkersRequest
+from planner.problem.request import PlanRequest, WorkersRequest
 from planner.reproduce.learning.robot import RobotSettings
 from planner.sampling.grow import join_settings
 from planner.sampling.growth_settings import GrowthSettings
+from planner.session.session import Session
 from planner.setup.resolve import IK_STARTS
 from planner.tradeoff.nondominated import MAX_LABELS
 from planner.trajectory.limits import ASSUMED_JERK_PER_ACCELERATION
 from tests.documents import ROOT
 from tests.worlds import load
 
-PLAIN, LIVE, ARM = PlanRequest(), LiveRequest().complete(), load("planar_2r")
+PLAIN, ARM = PlanRequest(), load("planar_2r")
+SESSION = Session("planar_2r", "empty")._planning.request
 JOIN = join_settings(GrowthSettings(), ARM).motions // ARM.dof
 NETWORK = gabf.Network.from_arcs(*np.array([[1], [0], [1], [0]]), n_nodes=2, kernel=gabf.Additive())
 HELD = float(np.array(NETWORK.source_values, dtype=float).sum())
@@ -35,15 +36,13 @@ TOLD: list[tuple[str, str, float | str]] = [
         r"left out, \d+, or (\S+) with --roadmap: as it is",
         PlanRequest(roadmap="x").rounds,
     ),
-    ("planner/problem/request.py", r"Trade-off in \[0, 1\], with --live; (\S+) where left out", LIVE["beta"]),
-    ("planner/problem/request.py", r"Configurations in the roadmap, with --live; (\S+) where left out", LIVE["nodes"]),
-    ("planner/problem/request.py", r"Seed of all randomness, with --live; (\S+) where left out", LIVE["seed"]),
     ("planner/problem/request.py", r"Tasks at once: (\S+) where left out", int(WorkersRequest().serial)),
     ("planner/cli/reproduce.py", r"number of roadmaps, (\S+) where left out", RobotSettings("x").roadmaps),
     ("planner/cli/reproduce.py", r"nodes of each roadmap, (\S+) where left out", RobotSettings("x").nodes),
     ("planner/cli/reproduce.py", r"executed on each roadmap, (\S+) where left out", RobotSettings("x").executions),
     ("planner/cli/reproduce.py", r'the scene, "(\S+)" where left out', str(RobotSettings("x").scene)),
     ("planner/cli/sweep.py", r"--front may make, (\S+) where left out", MAX_LABELS),
+    ("planner/session/session.py", r"but for ``effort``: (\S+) where left out", SESSION.rounds),
     ("planner/session/session.py", r"gives up, (\S+) per joint where left out", JOIN),
     (
         "planner/sampling/growth_settings.py",
@@ -92,11 +91,6 @@ def test_no_default_is_told_that_nothing_holds(path: Path) -> None:
 
 def test_the_defaults_of_the_library_are_those_of_the_command_line() -> None:
     """Functions that repeat a default of the request have the same one."""
-    import planner
-
-    session = signature(planner.Session.__init__).parameters
-    for name in ("collision", "margin", "nodes", "seed", "law", "prescribed_time", "metric", "manipulability_cost"):
-        assert session[name].default == getattr(PLAIN, name), name
-    assert session["charge"].default == PLAIN.charge == request.DEFAULT_CHARGE
+    assert replace(PLAIN, robot="planar_2r", scene="empty", effort=0, room=0.0) == SESSION
     assert SingularityFree(T=PLAIN.prescribed_time) == gabf.named_law(PLAIN.law, PLAIN.prescribed_time)
     assert ASSUMED_JERK_PER_ACCELERATION == 100.0, "docs and plan.json say 100/s"

@@ -153,8 +153,12 @@ def test_the_rule_catches_an_import_that_points_up(tmp_path: Path) -> None:
     [
         ("import planner.cli", {"pinocchio", "ompl", "fcl", "coal", "meshcat", "numpy", "pydantic", "scipy"}),
         (
-            "import planner.cli.alone as cli; assert cli.read_alone(['plan', '--robot', 'panda'])",
+            "import planner.cli.app as cli; assert cli.read_alone(['plan', '--robot', 'panda'])",
             {"typeguard", "asyncio", "numpy", "pydantic", "importlib.metadata"},
+        ),
+        (
+            "import planner.cli.app as cli; list(map(cli._command, cli.COMMANDS))",  # as 'planner --help' does
+            {"numpy", "pydantic", "yaml", "rich", "pinocchio"},
         ),
         ("import planner.gabf", {"pinocchio", "ompl", "fcl", "coal", "meshcat", "pydantic", "scipy", "distributed"}),
         ("import planner; planner.PlanRequest", {"pinocchio", "ompl", "fcl", "numpy"}),

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pydantic
 import pytest
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
@@ -27,7 +28,7 @@ from planner.objective.scale import COSTS
 from planner.paths.measure import dense_path, path_manipulability, tool_path_length
 from planner.planning.network import build_network, distance_cost
 from planner.planning.plan import plan
-from planner.planning.schema import PlanRecord
+from planner.planning.record import PlanRecord
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import BlockedInTime, FloorTooHigh, Separated
 from planner.problem.request import PlanRequest, TimingRequest
@@ -38,6 +39,7 @@ from planner.trajectory.file import load_trajectory
 from tests.coal_judge import CoalWorld
 from tests.worlds import load, post_roadmap, random_q
 
+RECORD = pydantic.TypeAdapter(PlanRecord)
 SCENE = """
 obstacles: [{name: post, type: box, size: [0.1, 0.02, 0.2], position: [0.75, 0, 0]}]
 states: {planar_2r: {start: "q:-1.0,0.8", goal: "q:1.0,-0.8"}}
@@ -509,7 +511,7 @@ def test_among_what_moves_the_plan_is_in_time(moving, tmp_path):
     assert record["in_time"]["horizon"]["speed_limits"] == {"dog": 0.2}
     assert load_trajectory(tmp_path).proof["horizon"] == record["in_time"]["horizon"]
     np.testing.assert_allclose(load_trajectory(tmp_path).at(times["arrivals"]), record["path"], atol=1e-9)
-    PlanRecord.model_validate(record)
+    RECORD.validate_python(record)
 
 
 def test_what_moves_in_the_way_is_a_reason(moving, tmp_path):
@@ -521,7 +523,7 @@ def test_what_moves_in_the_way_is_a_reason(moving, tmp_path):
     assert found.trajectory is None
     record = found.to_dict()
     assert (record["path"], record["in_time"], record["cost"]) == ([], None, None)
-    PlanRecord.model_validate(record)
+    RECORD.validate_python(record)
     assert found.page()
 
 

@@ -127,7 +127,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "Session": lambda: {
         "robot": robot(), "scene": scene(), "roadmap": None, "tool": None, "collision": "fcl", "margin": 0.0,
         "nodes": 4, "seed": 0, "law": "singularity-free", "prescribed_time": 4.0, "metric": "joint",
-        "manipulability_cost": "log", "charge": "edges", "join_motions": None,
+        "manipulability_cost": "log", "charge": "edges", "join_motions": None, "objective": None,
     },
     "check": lambda: {"what": FINE, "checker": make_post(), "step": 0.001, "progress": planner.Progress()},
     "export": lambda: {"trajectory": motion(), "kind": "csv", "skip_first_point": False},

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from benchmarks.bench import run_bench, software
+from benchmarks.bench import require_left_to_problems, run_bench, software
 from benchmarks.first_path.report import OMPL, OTHERS, OURS, Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.files import is_file
@@ -64,6 +64,7 @@ def bench_first_path(
     The others search for at most ``seconds``. Writes ``first-path.csv`` and ``first-path.md`` to ``out``; rows that are
     there already are kept. Raises OptionError for numbers out of range, FileError where a folder cannot be used.
     """
+    require_left_to_problems(plain)
     if not seconds > 0:
         raise OptionError("give a time above 0 s.")
     methods = {OURS: "", OMPL: "", **pythons}

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.bench import run_bench, software
+from benchmarks.bench import require_left_to_problems, run_bench, software
 from benchmarks.motion.case import measure
 from benchmarks.motion.report import Row, to_markdown
 from planner.base.errors import OptionError
@@ -34,6 +34,7 @@ def bench_motion(
     ``out`` gets ``motion.csv`` and ``motion.md``; rows that are there already are kept. Raises OptionError for options
     that the problem decides, LimitError for limits that the robot does not allow, FileError for unusable folders.
     """
+    require_left_to_problems(plain)
     if not isinstance(plain.robot, str):
         raise OptionError("give the robot by its name or its URDF.")
     limits = MotionLimits.of(Robot.load(plain.robot), motion).text()

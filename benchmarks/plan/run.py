@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from benchmarks.bench import software
+from benchmarks.bench import require_left_to_problems, software
 from benchmarks.plan.ompl_log import write_logs
 from benchmarks.plan.report import to_markdown
 from benchmarks.plan.rows import Row
@@ -24,7 +24,7 @@ from planner.processes.process import run_case
 CSV_NAME, MARKDOWN_NAME, LOGS_NAME = "plan.csv", "plan.md", "logs"
 
 _COLUMNS = ("robot", "collision", "nodes", "beta", "widen_limits")
-_BY_PROBLEM = ("scene", "motion_plan_request", "seed", "start", "goal", "roadmap")
+_BY_PROBLEM = ("scene", "motion_plan_request", "seed")
 
 
 @dataclass(frozen=True)
@@ -80,10 +80,7 @@ def bench_plan(
 
 
 def _require_usable(plain: PlanRequest, seeds: Sequence[int], time_limit: float) -> None:
-    default = PlanRequest()
-    taken = [name for name in _BY_PROBLEM if getattr(plain, name) != getattr(default, name)]
-    if taken:
-        raise OptionError(f"{taken[0]} is what each problem says: leave it out.")
+    require_left_to_problems(plain, "seed")
     if not seeds or not time_limit > 0:
         raise OptionError("give at least one seed, and a time limit above 0 s.")
     for seed in seeds:

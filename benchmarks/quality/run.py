@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from benchmarks.bench import run_bench, software
+from benchmarks.bench import require_left_to_problems, run_bench, software
 from benchmarks.quality.case import OURS
 from benchmarks.quality.report import Row, to_markdown
 from planner.base.errors import OptionError
@@ -55,6 +55,7 @@ def bench_quality(
     that are there already are kept. Raises OptionError for numbers out of range, FileError where a folder cannot be
     used.
     """
+    require_left_to_problems(plain, "beta", "effort")
     if not betas or not efforts or seconds <= 0:
         raise OptionError("give at least one beta and one effort, and a time above 0 s.")
     runs = [run for problem in find_problems(folder) for run in _runs(problem, plain, betas, efforts, seconds)]

@@ -24,9 +24,11 @@ from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.errors import PlannerError
 from planner.base.files import write_whole
+from planner.batch.options import plan_request
 from planner.collision import BACKENDS, make_checker
 from planner.collision.edge_prover import EdgeProver
 from planner.planning.result import Plan
+from planner.problem.options import SessionOptions
 from planner.problem.request import RoadmapRequest
 from planner.sampling.grow import grow
 from planner.sampling.growth_settings import GrowthSettings
@@ -47,7 +49,7 @@ def measure(request: RoadmapRequest, changes: int, simulations: int) -> list[Col
     """
     query = make_query(request)
     scene, collision = replace(query.scene, carried=()), request.collision  # the robot carries it already
-    session = Session(query.robot, scene, collision=collision, nodes=request.nodes, seed=request.seed)
+    session = Session(query.robot, scene, **_options(request))
     ends = query.starts[0], query.goals[0]
     last = session.plan(*ends)
     if not last.solved:
@@ -126,9 +128,19 @@ def _anew(session: Session, request: RoadmapRequest, start: Floats, goal: Floats
     joined, first_s = _timed(
         lambda: grow(EdgeProver(checker), start[None], goal[None], 0, request.seed, GrowthSettings()).joined
     )
-    options: Any = {"collision": request.collision, "nodes": request.nodes, "seed": request.seed}
-    answer, plan_s = _timed(lambda: Session(session.robot, session.scene, **options).plan(start, goal))
+    answer, plan_s = _timed(lambda: Session(session.robot, session.scene, **_options(request)).plan(start, goal))
     return {"first_path_s": first_s if joined else None, "anew_s": plan_s, "anew_solved": answer.solved}
+
+
+def _options(request: RoadmapRequest) -> SessionOptions:
+    """Those that are not the robot's, which stands as the request has it."""
+    return {
+        "collision": request.collision,
+        "margin": request.margin,
+        "nodes": request.nodes,
+        "seed": request.seed,
+        "min_manipulability": request.min_manipulability,
+    }
 
 
 def _timed(run: Any) -> tuple[Any, float]:
@@ -142,8 +154,7 @@ def main(out: str, options: str) -> None:
     values = json.loads(options)
     changes, simulations = values.pop("changes"), values.pop("simulations")
     try:
-        request = RoadmapRequest(**values | {"motion_plan_request": Path(values["motion_plan_request"])})
-        rows = measure(request, changes, simulations)
+        rows = measure(plan_request(values), changes, simulations)
     except PlannerError as error:
         rows = [{"kind": "none", "outcome": "refused", "message": str(error)}]
     write_whole(Path(out), json.dumps(rows, allow_nan=False).encode())

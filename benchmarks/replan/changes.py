@@ -11,8 +11,8 @@ from planner.base.errors import SceneError, StateError
 from planner.kinematics.forward import tool_positions
 from planner.models.poses import pose
 from planner.models.shapes import Box, Obstacle
+from planner.planning.replanned import Change
 from planner.planning.result import Plan
-from planner.session.report import Change
 from planner.session.session import Session
 
 KINDS = ("moved", "added", "removed", "blocking the route")

@@ -6,37 +6,26 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from benchmarks.bench import run_bench, software
+from benchmarks.bench import require_left_to_problems, run_bench, software
 from benchmarks.replan.report import Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
+from planner.batch.options import plain_options
 from planner.batch.problems import Problem, find_problems
 from planner.batch.results import Results, ResultsFile
-from planner.problem.request import (
-    PAPER_NODES,
-    SERIAL,
-    Backend,
-    PlanRequest,
-    WorkersRequest,
-    require_nodes,
-    require_seed,
-)
+from planner.problem.request import SERIAL, PlanRequest, RoadmapRequest, WorkersRequest
 from planner.processes.process import run_case
 
 
 def bench_replan(
     folder: Path,
     out: Path,
-    robot: str = "panda",
-    collision: Backend = "coal",
-    nodes: int = PAPER_NODES,
+    plain: RoadmapRequest = RoadmapRequest("panda", collision="coal"),  # noqa: B008 (frozen)
     changes: int = 100,
     simulations: int = 50,
-    seed: int = 0,
     time_limit: float = 1200.0,
     progress: Progress = QUIET,
     workers: WorkersRequest = SERIAL,
-    widen_limits: bool = False,
 ) -> Results[Row]:
     """Change each problem of :func:`find_problems` ``changes`` times, then simulate moving boxes.
 
@@ -45,21 +34,15 @@ def bench_replan(
     Each problem has a process of its own, which is killed after ``time_limit`` seconds. Problems that are measured
     already are kept. Raises OptionError for numbers out of range, FileError where a folder cannot be used.
     """
-    require_nodes(nodes)
-    require_seed(seed)
+    request = PlanRequest(**vars(plain))
+    require_left_to_problems(request)
     if changes < 1 or simulations < 0 or not time_limit > 0:
         raise OptionError("give at least one change, no negative number of simulations, and a time limit above 0 s.")
     problems = find_problems(folder)
-
-    asked = robot, collision, nodes, seed, changes, simulations
-    plain = PlanRequest(robot, collision=collision, nodes=nodes, seed=seed, widen_limits=widen_limits)
+    asked = str(plain.robot), plain.collision, plain.nodes, plain.seed, changes, simulations
+    wide, ending = plain.widen_limits, (0, "none", "crashed")
     blanks = [
-        Row(
-            problem.name,
-            *(*asked, problem.content(plain), software()),
-            *(0, "none", "crashed"),
-            widen_limits=widen_limits,
-        )
+        Row(problem.name, *asked, problem.content(request), software(), *ending, widen_limits=wide)
         for problem in problems
     ]
     return run_bench(
@@ -68,7 +51,7 @@ def bench_replan(
         Row,
         list(zip(problems, blanks, strict=True)),
         lambda table, case: _kept(table, case[1]),
-        partial(_measure, time_limit=time_limit),
+        partial(_measure, plain=request, time_limit=time_limit),
         to_markdown,
         "problems",
         progress,
@@ -82,12 +65,10 @@ def _kept(table: ResultsFile[Row], blank: Row) -> list[Row]:
     return [row for row in table.rows if row.asked == blank.asked]
 
 
-def _measure(case: tuple[Problem, Row], progress: Progress, time_limit: float) -> list[Row]:
+def _measure(case: tuple[Problem, Row], progress: Progress, plain: PlanRequest, time_limit: float) -> list[Row]:
     """The rows of one problem; none where stopped."""
     problem, blank = case
-    asked = "robot", "collision", "nodes", "seed", "changes", "simulations", "widen_limits"
-    options = {name: getattr(blank, name) for name in asked}
-    options |= {"scene": str(problem.scene), "motion_plan_request": str(problem.request)}
+    options = plain_options(problem.asked(plain)) | {"changes": blank.changes, "simulations": blank.simulations}
     ended, rows = run_case("benchmarks.replan.case", options, progress, time_limit, tries=2)
     if ended.over_time:
         return [replace(blank, outcome="timed out", message=f"Killed after {time_limit:g} s.")]

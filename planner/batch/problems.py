@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from planner.base.errors import FileError
+from planner.base.hashing import content_hash
+from planner.batch.options import plain_options
 from planner.problem.request import PlanRequest
 from planner.setup.sources import sources_hash
 
+_TOLD = ("robot", "scene", "motion_plan_request", "collision", "nodes", "seed")
 _SCENES, _REQUESTS = (".yaml", ".yml", ".scene"), (".yaml", ".yml")
 
 
@@ -26,8 +30,13 @@ class Problem:
         return replace(plain, scene=str(self.scene), motion_plan_request=self.request)
 
     def content(self, plain: PlanRequest) -> str:
-        """Eight digits of a hash of both files and of all others that ``plain`` reads, the robot's and its meshes."""
-        return sources_hash(self.asked(plain))[:8]
+        """Eight digits of a hash of both files and of all others that ``plain`` reads, the robot's and its meshes.
+
+        Of options too that are not at their defaults, but for those that every row tells.
+        """
+        asked, default = self.asked(plain), PlanRequest()
+        more = {k: v for k, v in plain_options(asked).items() if k not in _TOLD and v != getattr(default, k)}
+        return content_hash([sources_hash(asked), json.dumps(more)])[:8] if more else sources_hash(asked)[:8]
 
 
 def find_problems(folder: Path) -> list[Problem]:

@@ -12,7 +12,6 @@ from typing import NoReturn
 
 from planner.base.errors import PlannerError
 from planner.base.printable import printable
-from planner.cli.alone import read_alone
 from planner.cli.arguments import prepared
 from planner.cli.terminal import complain, let_go_of_output, say
 
@@ -60,9 +59,6 @@ def _run(arguments: list[str]) -> int:
 
         say(f"gabf-planner {__version__}")
         return 0
-    command = read_alone(arguments)
-    if command is not None:
-        return command()
     from planner.cli import app
 
     return app.run(arguments)

@@ -10,6 +10,11 @@ from planner.problem.targets import AND
 _GOAL = "--goal"
 
 
+def options_in(words: Sequence[str]) -> set[str]:
+    """The options that the words give, whatever their values, as ``--widen-limits``."""
+    return {word.partition("=")[0].replace("_", "-") for word in words if word.startswith("--")}
+
+
 def prepared(words: Sequence[str]) -> list[str]:
     """The words with all ``--goal`` made one, which stands where the first stood; others twice are refused.
 

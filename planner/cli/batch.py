@@ -7,7 +7,7 @@ from typing import Annotated
 
 import tyro
 
-from planner.cli.common import Flag, Workers
+from planner.cli.common import Debug, Flag, Out, Workers
 from planner.cli.terminal import run_into, say
 from planner.problem.request import SERIAL, PlanRequest
 
@@ -15,11 +15,11 @@ from planner.problem.request import SERIAL, PlanRequest
 def batch(
     source: tyro.conf.Positional[Path],
     request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
-    out: Path = Path("batch"),
+    out: Out = Path("batch"),
     workers: Workers = SERIAL,
     pages: Flag = False,
     time_limit: float = 600.0,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Plan many times: one row and one folder for each start, goal, scene or robot that SOURCE asks for.
 
@@ -35,10 +35,8 @@ def batch(
 
     Args:
         source: The plans: a .yaml or .csv file, or a folder.
-        out: Folder to write into.
         pages: Write the page of each plan too.
         time_limit: Seconds after which a plan is killed and recorded as timed out; the budget is in nodes.
-        debug: Show tracebacks of errors.
     """
     from planner.batch.outcomes import SOLVED
     from planner.batch.run import run_batch

@@ -6,7 +6,7 @@ import json as json_text
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from planner.cli.common import Flag
+from planner.cli.common import Debug, Flag
 from planner.cli.terminal import say
 
 if TYPE_CHECKING:
@@ -16,12 +16,11 @@ if TYPE_CHECKING:
 WIDTH = 79  # columns
 
 
-def robots(json: Flag = False, debug: Flag = False) -> int:
+def robots(json: Flag = False, debug: Debug = False) -> int:
     """List the robots, with their tool frame, home, joints and limits.
 
     Args:
         json: Print the list as JSON.
-        debug: Show tracebacks of errors.
     """
     from planner.base.resources import robot_names
     from planner.models.robot import Robot
@@ -31,12 +30,11 @@ def robots(json: Flag = False, debug: Flag = False) -> int:
     return 0
 
 
-def scenes(json: Flag = False, debug: Flag = False) -> int:
+def scenes(json: Flag = False, debug: Debug = False) -> int:
     """List the scenes, with their obstacles and named states; last those of published problems, for one robot each.
 
     Args:
         json: Print the list as JSON, states as they are written in the scene file.
-        debug: Show tracebacks of errors.
     """
     from planner.base.resources import published_scene_names, scene_names
     from planner.models.scene import Scene

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from planner.cli.common import Flag
+from planner.cli.common import Debug, Flag
 from planner.cli.terminal import complain, facts, say, show, watching
 from planner.problem.request import LimitsRequest, WorldRequest
 
@@ -25,7 +25,7 @@ def check(
     motion: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
     step: float = 0.001,
     json: Flag = False,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Check a joint path or trajectory from any source again: limits, contacts, clearance, proofs, manipulability.
 
@@ -56,7 +56,6 @@ def check(
         path: The file with the path.
         step: Metres of motion between two looks; proofs of whole segments come on top.
         json: Print the report as JSON on standard output, and nothing else there.
-        debug: Show tracebacks of errors.
     """
     from planner.paths.check import check_path, require_step, worst_excess
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import tyro
 
 from planner.base.errors import FileError, OptionError, PlannerError
-from planner.cli.common import Flag
+from planner.cli.common import Debug, Flag
 from planner.cli.terminal import complain, say
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def export(
     knots: Flag = False,
     skip_first_point: Flag = False,
     out: Path | None = None,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Write a trajectory as a controller or another program takes it.
 
@@ -55,7 +55,6 @@ def export(
         knots: With --rate: the knots stay, which lie on no grid, with rows at k/rate between them, on the same curve.
         skip_first_point: Leave out the point at time 0, where the robot stands already.
         out: File to write; beside the trajectory where left out.
-        debug: Show tracebacks of errors.
     """
     if knots and rate is None:
         raise OptionError("--knots says what becomes of the knots beside the rows of --rate: add --rate.")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import STARTED, Flag
+from planner.cli.common import STARTED, Debug, Flag, Out
 from planner.cli.terminal import complain, facts, say, show, working
 from planner.problem.request import PlanRequest, TimingRequest
 
@@ -21,10 +21,10 @@ def plan(
     request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
     timing: Annotated[TimingRequest, tyro.conf.arg(name="")] = TimingRequest(),  # noqa: B008 (frozen)
     no_timing: Flag = False,
-    out: Path = Path("out"),
+    out: Out = Path("out"),
     view: Flag = False,
     json: Flag = False,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Plan a joint path from a start to a goal that keeps away from obstacles and singular configurations.
 
@@ -61,10 +61,8 @@ def plan(
 
     Args:
         no_timing: Leave the path without times: no trajectory.json.
-        out: Folder to write into.
         view: Serve the page on this machine when it is written, until Ctrl-C.
         json: Print plan.json on standard output, and nothing else there.
-        debug: Show tracebacks of errors.
     """
     from planner.base.files import require_writable_folder
 

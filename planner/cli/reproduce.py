@@ -10,7 +10,7 @@ import tyro
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.cli.common import Flag, Workers
+from planner.cli.common import Debug, Out, Workers
 from planner.cli.terminal import report_table, run_into, say, show, verdict_table
 from planner.problem.request import PAPER_NODES, SERIAL, Backend
 
@@ -25,13 +25,11 @@ Writes PNG figures and a JSON file with the table and the verdicts; Ctrl-C saves
 
 
 @reproduce.command
-def example(out: Path = Path("reproduce-example"), seed: int = 0, debug: Flag = False) -> int:
+def example(out: Out = Path("reproduce-example"), seed: int = 0, debug: Debug = False) -> int:
     """The nine-node graph of the introduction.
 
     Args:
-        out: Folder to write into.
         seed: Kept in the report; nothing in this example is random.
-        debug: Show tracebacks of errors.
     """
 
     from planner.reproduce.example import run_example
@@ -41,15 +39,13 @@ def example(out: Path = Path("reproduce-example"), seed: int = 0, debug: Flag = 
 
 @reproduce.command
 def laws(
-    out: Path = Path("reproduce-laws"), seed: int = 0, graphs: int = 20, workers: Workers = SERIAL, debug: Flag = False
+    out: Out = Path("reproduce-laws"), seed: int = 0, graphs: int = 20, workers: Workers = SERIAL, debug: Debug = False
 ) -> int:
     """Section 4.1: the control laws compared on random graphs of 500 nodes.
 
     Args:
-        out: Folder to write into.
         seed: Seed of the random graphs.
         graphs: Number of random graphs.
-        debug: Show tracebacks of errors.
     """
 
     from planner.reproduce.laws.run import run_laws
@@ -59,26 +55,24 @@ def laws(
 
 @reproduce.command
 def manipulator(
-    out: Path = Path("reproduce-manipulator"),
+    out: Out = Path("reproduce-manipulator"),
     seed: int = 0,
     seeds: int = 10,
     nodes: int = PAPER_NODES,
     collision: Backend = "fcl",
     strands: float = 0.0,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Section 4.2: the manipulator among obstacles, its path for each beta beside that of RRT.
 
     Args:
-        out: Folder to write into.
         seed: Seed of the first roadmap; the others have the seeds that follow.
         seeds: Number of roadmaps, one per seed; every beta is solved on each.
         nodes: Configurations in each roadmap.
         collision: Collision library that checks nodes and answers: FCL, or coal, which is faster.
         strands: Share of each roadmap's nodes that come from refined best paths; all others are RRT's. The paper has
             RRT's nodes only, so 0; 'planner plan' uses 0.1.
-        debug: Show tracebacks of errors.
     """
 
     from planner.reproduce.manipulator.run import run_manipulator
@@ -88,7 +82,7 @@ def manipulator(
 
 @reproduce.command
 def learning(
-    out: Path = Path("reproduce-learning"),
+    out: Out = Path("reproduce-learning"),
     seed: int = 0,
     graphs: int = 100,
     iterations: int = 6,
@@ -100,7 +94,7 @@ def learning(
     nodes: int | None = None,
     executions: int | None = None,
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Section 4.3: weights that are learned, on random graphs of 36 nodes and, if one is named, on a robot's roadmaps.
 
@@ -108,7 +102,6 @@ def learning(
     each execution pays and what it learns. Takes about two minutes more.
 
     Args:
-        out: Folder to write into.
         seed: Seed of the graphs, the roadmaps and the starts.
         graphs: Number of connected random graphs.
         iterations: Training iterations on each graph.
@@ -119,7 +112,6 @@ def learning(
         roadmaps: With --robot: number of roadmaps, 8 where left out.
         nodes: With --robot: nodes of each roadmap, 300 where left out.
         executions: With --robot: paths executed on each roadmap, 200 where left out.
-        debug: Show tracebacks of errors.
     """
     asked: dict[str, Any] = {"scene": scene, "start": start, "goal": goal}
     asked |= {"roadmaps": roadmaps, "nodes": nodes, "executions": executions}

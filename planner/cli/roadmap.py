@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.base.errors import FileError, OptionError
-from planner.cli.common import Flag
+from planner.cli.common import Debug, Flag
 from planner.cli.terminal import facts, say, show, working
 from planner.problem.request import KeptRequest, RoadmapRequest, require_nodes, require_seed
 
@@ -28,7 +28,7 @@ A file says which robot and scene it was proven for, and how much room each edge
 def build(
     file: File,
     request: Annotated[RoadmapRequest, tyro.conf.arg(name="")] = RoadmapRequest(),  # noqa: B008 (frozen)
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Grow a roadmap around a start and a goal and keep it; every edge is proven free.
 
@@ -37,7 +37,6 @@ def build(
 
     Args:
         file: The file to write; what is there is replaced by a whole roadmap only.
-        debug: Show tracebacks of errors.
     """
     from planner.base.files import require_writable_file
 
@@ -61,13 +60,12 @@ def build(
 
 
 @roadmap.command
-def info(file: File, json: Flag = False, debug: Flag = False) -> int:
+def info(file: File, json: Flag = False, debug: Debug = False) -> int:
     """Show what a roadmap file holds: whose it is, its size, its components, what its certificates promise.
 
     Args:
         file: A roadmap.npz.
         json: Print it as JSON.
-        debug: Show tracebacks of errors.
     """
     from json import dumps
 
@@ -88,7 +86,7 @@ def check(
     request: Annotated[KeptRequest, tyro.conf.arg(name="")] = KeptRequest(),  # noqa: B008 (frozen)
     repair: Flag = False,
     out: Path | None = None,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Check that a roadmap belongs to a robot and a scene, and that every edge holds.
 
@@ -105,7 +103,6 @@ def check(
         file: A roadmap.npz.
         repair: Write what holds instead of refusing the rest.
         out: Where the repaired roadmap goes; over the file where left out.
-        debug: Show tracebacks of errors.
     """
     if out is not None and not repair:
         raise OptionError("--out says where a repaired roadmap goes: give --repair as well.")
@@ -179,7 +176,7 @@ def extend(
     request: Annotated[KeptRequest, tyro.conf.arg(name="")] = KeptRequest(),  # noqa: B008 (frozen)
     seed: int | None = None,
     out: Path | None = None,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Grow a roadmap further: its nodes keep their numbers, and costs mean what they did.
 
@@ -191,7 +188,6 @@ def extend(
         nodes: How many configurations to add.
         seed: Seed of the new ones; left out, it follows from the roadmap.
         out: Where the larger roadmap goes; over the file where left out.
-        debug: Show tracebacks of errors.
     """
     if nodes < 1:
         raise OptionError(f"{nodes} nodes are no extension: give a whole number from 1.")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import tyro
 
 from planner.base.errors import FileError, OptionError
-from planner.cli.common import Flag
+from planner.cli.common import Debug, Flag
 from planner.cli.terminal import say, watching
 from planner.problem.request import names_text, require_one_choice, require_seed
 
@@ -31,7 +31,7 @@ def robot_yaml(
     seed: int = 0,
     trust_samples: Flag = False,
     out: Path = Path("robot.yaml"),
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Write a robot.yaml for a URDF, with the link pairs that need no collision check.
 
@@ -57,7 +57,6 @@ def robot_yaml(
         seed: Seed of these configurations.
         trust_samples: Disable pairs too that never touched in the sample, where no proof was found.
         out: The file to write; what is there is not overwritten.
-        debug: Show tracebacks of errors.
     """
     if not 100 <= samples <= 10_000_000:
         raise OptionError(f"{samples} samples are not usable: give a whole number from 100 to 10000000.")

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import tyro
 
-from planner.cli.common import Flag
+from planner.cli.common import Debug
 from planner.cli.terminal import say
-
-if TYPE_CHECKING:
-    import pydantic
 
 Format = Literal["plan", "sweep", "scene", "robot"]
 
 
-def schema(file: tyro.conf.Positional[Format], debug: Flag = False) -> int:
+def schema(file: tyro.conf.Positional[Format], debug: Debug = False) -> int:
     """Print the JSON schema of a file: what plan.json and sweep.json hold, what scene and robot files may hold.
 
     planner schema scene > scene.schema.json
@@ -25,16 +22,18 @@ def schema(file: tyro.conf.Positional[Format], debug: Flag = False) -> int:
 
     Args:
         file: Which file.
-        debug: Show tracebacks of errors.
     """
-    say(json.dumps(_model(file).model_json_schema(mode="validation"), indent=2, ensure_ascii=False))
+    import pydantic
+
+    text = pydantic.TypeAdapter(_model(file)).json_schema(mode="validation")
+    say(json.dumps(text, indent=2, ensure_ascii=False))
     return 0
 
 
-def _model(file: Format) -> type[pydantic.BaseModel]:
+def _model(file: Format) -> type:
     match file:
         case "plan":
-            from planner.planning.schema import PlanRecord
+            from planner.planning.record import PlanRecord
 
             return PlanRecord
         case "sweep":

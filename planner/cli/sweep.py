@@ -10,7 +10,7 @@ import tyro
 
 from planner.base.errors import OptionError
 from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import STARTED, Flag, Workers
+from planner.cli.common import STARTED, Debug, Flag, Out, Workers
 from planner.cli.terminal import report_table, run_into, say, show, working
 from planner.problem.request import SERIAL, SweepRequest, WorkersRequest
 
@@ -24,9 +24,9 @@ def sweep(
     max_labels: int | None = None,
     resume: Flag = False,
     seeds: tuple[int, ...] = (),
-    out: Path = Path("sweep"),
+    out: Out = Path("sweep"),
     workers: Workers = SERIAL,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """The whole trade-off between manipulability and distance: every path that some beta makes optimal.
 
@@ -55,8 +55,6 @@ def sweep(
             stopped there.
         resume: Go on from the sweep in --out, which must be of the same options.
         seeds: Seeds to sweep with, in place of --seed.
-        out: Folder to write into.
-        debug: Show tracebacks of errors.
     """
     from planner.base.files import require_writable_folder
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import sys
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError, OptionError
-from planner.cli.common import Flag
+from planner.cli.arguments import options_in
+from planner.cli.common import Debug, Flag
 from planner.cli.terminal import say
 from planner.problem.request import LiveRequest, WorldRequest
 from planner.problem.targets import HOME, parse_target
@@ -28,7 +29,7 @@ def view(
     out: Path | None = None,
     port: int = 0,
     open: Flag = False,
-    debug: Flag = False,
+    debug: Debug = False,
 ) -> int:
     """Look at a result, or at a robot in a scene before anything is planned.
 
@@ -55,25 +56,32 @@ def view(
         result: plan.json, sweep.json, their page, or their folder.
         state: A name from the scene, q:..., xyz:... or pose:... as 'planner plan' takes them; the scene's start where
             left out, or the robot's home.
-        live: A page on which the scene can be changed.
+        live: A page on which the scene can be changed; --start, --goal, --beta, --nodes, --seed and --roadmap are for
+            it.
         out: Write the state's page to this file instead of serving it; with --live the file that the page's scene is
             saved to, <scene>-moved.yaml where left out.
         port: Port to serve on; any free one where left out.
         open: Open the page in the browser, where there is a screen.
-        debug: Show tracebacks of errors.
     """
+    from planner.base.beside import warn_of_mismatch
     from planner.base.files import require_writable_file
     from planner.view.serve import require_port, serve
 
     require_port(port)
     if live:
-        _require_no_state(result, state)
+        if result is not None or state is not None:
+            raise OptionError(
+                "--live plans anew: give it --robot, --scene, --start and --goal, no RESULT and no --state."
+            )
         serve(_controller(request, question, out), port, open, say)
         return 0
-    if question != LiveRequest():
+    if options_in(sys.argv[1:]) & {f"--{field.name}" for field in fields(LiveRequest)}:  # defaults, too
         raise OptionError("--start, --goal, --beta, --nodes, --seed and --roadmap are for --live: add it.")
     if result is not None:
-        _require_alone(request, state, out)
+        if request != WorldRequest() or state is not None or out is not None:
+            raise OptionError(
+                "a result has its own robot, scene and page: give RESULT or options for a state, not both."
+            )
         page = _page_beside(result)
         warn_of_mismatch(page.with_suffix(".json"))
     else:
@@ -86,11 +94,6 @@ def view(
     return 0
 
 
-def _require_no_state(result: Path | None, state: str | None) -> None:
-    if result is not None or state is not None:
-        raise OptionError("--live plans anew: give it --robot, --scene, --start and --goal, no RESULT and no --state.")
-
-
 def _controller(request: WorldRequest, question: LiveRequest, out: Path | None) -> LiveController:
     """The live page's other side, with its first question answered."""
     from planner.base.files import require_writable_file
@@ -99,31 +102,18 @@ def _controller(request: WorldRequest, question: LiveRequest, out: Path | None) 
     from planner.models.frames import in_world
     from planner.models.scene import Scene
     from planner.session.session import Session
-    from planner.setup.open import open_world
 
     out = Path(f"{Path(str(request.scene)).stem}-moved.yaml") if out is None else out
     if out.suffix.lower() not in (".yaml", ".yml"):
         raise OptionError(f"--out {out} is no scene file: give a name that ends in .yaml.")
     require_writable_file(out)
-    scene = Scene.load(str(request.scene))
-    robot = open_world(replace(request, scene=replace(scene, carried=()))).robot  # the session lets it carry them
-    said = question.complete()
-    options: dict[str, Any] = {
-        "collision": request.collision,
-        "margin": request.margin,
-        "nodes": said["nodes"],
-        "seed": said["seed"],
-    }
-    session = Session(robot, scene, said["roadmap"], **options)
-    asked = Question(said["start"], said["goal"], said["beta"])
+    world = {field.name: getattr(request, field.name) for field in fields(request)}
+    session = Session(**world, roadmap=question.roadmap, nodes=question.nodes, seed=question.seed)
+    asked = Question(str(question.start), str(question.goal), question.beta)
+    robot = session.live.bare
     controller = LiveController(session, asked, lambda: in_world(Scene.load(str(request.scene)), robot), out)
     say(controller.message)
     return controller
-
-
-def _require_alone(request: WorldRequest, state: str | None, out: Path | None) -> None:
-    if request != WorldRequest() or state is not None or out is not None:
-        raise OptionError("a result has its own robot, scene and page: give RESULT or options for a state, not both.")
 
 
 def _page_beside(result: Path) -> Path:

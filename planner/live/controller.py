@@ -24,9 +24,9 @@ from planner.models.files.scene_writer import write_scene
 from planner.models.poses import quaternion_of
 from planner.models.scene import Scene
 from planner.models.shapes import Obstacle
+from planner.planning.replanned import Change as WorldChange
+from planner.planning.replanned import Edges
 from planner.problem.targets import HOME, Named, Pose, Target, follow, joints_text, parse_target, parse_targets
-from planner.session.report import Change as WorldChange
-from planner.session.report import Edges
 from planner.session.session import Session
 from planner.setup.open import states_of
 

@@ -100,27 +100,19 @@ def _content(state: State) -> Content:
     if plan.cost is not None:
         costs = plan.cost.manipulability, plan.cost.distance
         rows = [("total cost", f"{plan.cost.total:.4f}"), *path_rows(robot, plan.path, *costs)]
-        paths = [ShownPath(plan.path, rows, costs=costs, cost_to_go=_cost_to_go(state))]
+        paths = [ShownPath(plan.path, rows, costs=costs, cost_to_go=state.plan.node_costs)]
     return Content(
         robot,
         live.scene,
         state.message,
         state.start,
         roadmap=state.roadmap,
-        cost_to_go=_cost_to_go(state),
+        cost_to_go=state.plan.node_costs,
         paths=paths,
         beta=state.question.beta,
         reason=plan.reason,
         live={},  # what a page of it has is added later; all of the roadmap is drawn, at first and at every change
     )
-
-
-def _cost_to_go(state: State) -> Floats | None:
-    """(n,) of the roadmap's nodes; inf for those that came after the field."""
-    if state.plan.cost_to_go is None:
-        return None
-    x = state.plan.cost_to_go.x
-    return np.concatenate([x, np.full(len(state.roadmap.nodes) - len(x), np.inf)])
 
 
 def _live(state: State, before: State | None, report: Report, undo: int) -> dict[str, Any]:
@@ -149,7 +141,7 @@ def _live(state: State, before: State | None, report: Report, undo: int) -> dict
 
 def field_before(state: State, before: State) -> Floats | None:
     """(n,) the cost-to-go that the roadmap's nodes had before; inf for those that are new."""
-    field = _cost_to_go(before)
+    field = before.plan.node_costs
     if field is None:
         return None
     known = {q.tobytes(): float(x) for q, x in zip(before.roadmap.nodes, field, strict=True)}
@@ -175,7 +167,7 @@ def report_of(what: str, state: State, before: State | None, seconds: dict[str, 
 
 
 def _changed(state: State, before: State) -> str:
-    old, new = field_before(state, before), _cost_to_go(state)
+    old, new = field_before(state, before), state.plan.node_costs
     if old is None or new is None:
         return "no field"
     both = np.isfinite(old) & np.isfinite(new)

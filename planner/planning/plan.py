@@ -27,7 +27,6 @@ from planner.planning.result import Plan
 from planner.problem.objective import Objective
 from planner.problem.options import PlanOptions, plan_request
 from planner.problem.outcome import Outcome
-from planner.problem.reasons import FloorTooHigh, NoPath
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.roadmap import path_waypoints
 from planner.setup.open import make_query
@@ -39,7 +38,6 @@ from planner.trajectory.trajectory import Trajectory
 _log = logging.getLogger(__name__)
 
 _EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 2  # betas refined too, else the one asked for would be best for all
-_NODES_FOR_REASON = 300
 _OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
 
 
@@ -85,8 +83,10 @@ def plan(
     if solved.outcome is Outcome.INTERRUPTED:
         return draft
     if solved.outcome is not Outcome.SOLVED:
+        from planner.planning.why_no_path import why_no_path
+
         with clock("reason"):
-            return replace(solved, reason=_reason(solved, progress))
+            return replace(solved, reason=why_no_path(solved, progress))
     if query.scene.moving and limits is not None:
         with clock("timing"):
             solved = _in_time(solved, limits, progress)
@@ -120,6 +120,11 @@ def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> Non
         raise SceneError(
             "obstacles move in this scene, so the motion runs from rest to rest: leave --time-law and --extra-cost out."
         )
+    require_no_floor(request)
+
+
+def require_no_floor(request: PlanRequest) -> None:
+    """Raise :class:`SceneError` for a floor under manipulability where the earliest motion is asked for."""
     if request.min_manipulability > 0 or request.above_ends:
         raise SceneError(
             "obstacles move in this scene, so the earliest motion is looked for, and no floor under manipulability is "
@@ -228,30 +233,3 @@ def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Pla
         cost=path_cost(layered.network, steps) if len(steps) else None,
         edges_removed=draft.edges_removed + healing.edges_removed,
     )
-
-
-def _reason(failed: Plan, progress: Progress) -> NoPath | None:
-    """Why a plan has no path: a floor that is too high, or what keeps the parts of the roadmap from each other.
-
-    A roadmap that grew above a floor says little of lower ones: a small one that grew without it does.
-    """
-    from planner.construction.build import build_roadmap
-    from planner.construction.infeasibility import why_apart
-    from planner.planning.highest_floor import highest_floor, highest_grown_floor
-
-    request, checker, roadmap = failed.request, failed.checker, failed.roadmap
-    floor = request.min_manipulability
-    grew_above = floor > 0 and request.roadmap is None
-    if grew_above:
-        ends = roadmap.nodes[roadmap.starts], roadmap.nodes[roadmap.goals]
-        nodes = min(request.nodes, _NODES_FOR_REASON)
-        roadmap = build_roadmap(failed.robot, checker, *ends, nodes, request.seed, progress)
-    if progress.stopped:
-        return None
-    if not roadmap.connected:
-        return why_apart(roadmap, checker)
-    if floor <= 0:
-        return None  # every path fell below its own ends, or failed the second check
-    if grew_above:
-        return FloorTooHigh(floor, highest_grown_floor(roadmap, checker, request, progress))
-    return FloorTooHigh(floor, highest_floor(roadmap, checker, request))

@@ -23,6 +23,15 @@ class Edges:
 
 
 @dataclass(frozen=True)
+class Change:
+    """A change of the world: what happened, in words, and what it meant for the edges; ``seconds`` it took."""
+
+    what: str
+    edges: Edges
+    seconds: float
+
+
+@dataclass(frozen=True)
 class Replanned:
     """What a session did for a plan: ``edges`` that it proved, and how its field healed.
 

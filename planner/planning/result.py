@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,11 +29,28 @@ from planner.planning.conditioning import Conditioning, judge_conditioning
 from planner.planning.lower_bound import cost_lower_bound
 from planner.planning.manipulability_floor import LayeredNetwork, first_violation
 from planner.planning.network import PathCost
+from planner.planning.record import (
+    CertificateRecord,
+    ClearanceRecord,
+    DipRecord,
+    FieldRecord,
+    FloorRecord,
+    HorizonRecord,
+    InTimeRecord,
+    LengthRecord,
+    ManipulabilityRecord,
+    MotionRecord,
+    PlanRecord,
+    PointRecord,
+    QualityRecord,
+    WaypointTimesRecord,
+)
 from planner.planning.replanned import Edges, Replanned
 from planner.planning.summary import CONDITIONING, summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import NoPath
 from planner.problem.request import PlanRequest
+from planner.problem.run_schema import RoadmapRecord
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.trajectory.clearance import nearest_in_motion, nearest_on_path
@@ -45,8 +62,8 @@ from planner.view.shown_path import ShownPath, path_rows, shown_motion
 if TYPE_CHECKING:
     from planner.trajectory.safe_intervals import TimedRoute
 
-JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
 _CORNERS = ("corners", "corners_blended", "shortcuts")  # what a trajectory's proof says of a path's corners
+JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,17 +152,25 @@ class Plan:
         return () if field is None else tuple(gabf.certify(field.network, field.law, field))
 
     @cached_property
-    def clearance(self) -> dict[str, Any] | None:
-        """How near path and motion come to anything that is checked, and what refined paths ``kept``, m.
-
-        See :class:`planner.trajectory.clearance.Nearest`; None where there is no path.
-        """
+    def nearest(self) -> ClearanceRecord | None:
+        """How near path and motion come to anything that is checked, and what refined paths ``kept``, m."""
         if not self.solved:
             return None
-        path = nearest_on_path(self.path, self.checker)
         motion = None if self.trajectory is None else nearest_in_motion(self.trajectory, self.checker)
-        found = {"path": path, "motion": motion}
-        return {key: item and item.to_dict() for key, item in found.items()} | {"kept": self.clearance_kept}
+        return ClearanceRecord(path=nearest_on_path(self.path, self.checker), motion=motion, kept=self.clearance_kept)
+
+    @property
+    def clearance(self) -> dict[str, Any] | None:
+        """``nearest`` as ``plan.json`` has it; None where there is no path."""
+        return None if self.nearest is None else self.nearest.to_dict()
+
+    @property
+    def node_costs(self) -> Floats | None:
+        """The cost-to-go (n,) of the roadmap's nodes, where it came so far; inf for those that came after the field."""
+        if self.layered is None or self.cost_to_go is None:
+            return None
+        x = self.layered.on_roadmap(self.cost_to_go.x)
+        return np.concatenate([x, np.full(len(self.roadmap.nodes) - len(x), np.inf)])
 
     @property
     def network(self) -> gabf.Network | None:
@@ -175,23 +200,7 @@ class Plan:
 
 def plan_record(plan: Plan) -> dict[str, Any]:
     """The plan as plain data, the keys of ``plan.json``; units in rad, m and s."""
-    return {
-        **run_record(plan.request, plan.outcome, plan.robot, plan.scene),
-        "message": plan.message,
-        "reason": None if plan.reason is None else plan.reason.to_dict(),
-        "path": plan.path.tolist(),
-        "path_nodes": plan.path_nodes.tolist(),
-        "goal": plan.goal,
-        "cost": asdict(plan.cost) if plan.cost else None,
-        "quality": _quality(plan),
-        **_measures(plan),
-        "clearance": plan.clearance,
-        "trajectory": _motion(plan.trajectory),
-        "in_time": _in_time(plan),
-        "roadmap": plan.roadmap.record(plan.edges_removed),
-        "gabf": _gabf(plan),
-        "timings_s": rounded(plan.timings),
-    }
+    return record_of(plan).to_dict()
 
 
 def save_plan(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
@@ -233,7 +242,7 @@ def plan_page(plan: Plan) -> str:
         plan.roadmap.nodes[plan.roadmap.starts[0]],
         details=summary_rows(plan_record(plan)),
         roadmap=plan.roadmap,
-        cost_to_go=_field(plan),
+        cost_to_go=plan.node_costs,
         paths=paths,
         current=current,
         beta=plan.request.beta,
@@ -250,7 +259,7 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
     if plan.cost is None:
         return [], 0
     beta, shown, costs = plan.request.beta, list(plan.alternatives), (plan.cost.manipulability, plan.cost.distance)
-    rows, field = path_rows(plan.robot, plan.path, *costs), _field(plan)
+    rows, field = path_rows(plan.robot, plan.path, *costs), plan.node_costs
     motion = None if plan.trajectory is None else shown_motion(plan.trajectory, plan.checker)
     if plan.scene.moving:  # the earliest motion, which no beta has chosen
         return [ShownPath(plan.path, rows, cost_to_go=field, motion=motion)], 0
@@ -266,94 +275,110 @@ def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
     return shown, place
 
 
-def _field(plan: Plan) -> Floats | None:
-    """The cost-to-go (n,) of the roadmap's nodes, where it came so far; inf for those that came after the field."""
-    if plan.layered is None or plan.cost_to_go is None:
-        return None
-    x = plan.layered.on_roadmap(plan.cost_to_go.x)
-    return np.concatenate([x, np.full(len(plan.roadmap.nodes) - len(x), np.inf)])
+def record_of(plan: Plan) -> PlanRecord:
+    """What there is to be written of a plan."""
+    begun: dict[str, Any] = run_record(plan.request, plan.outcome, plan.robot, plan.scene)
+    begun["message"] = plan.message
+    reason: Any = None if plan.reason is None else plan.reason.to_dict()
+    return PlanRecord(
+        **begun,
+        reason=reason,
+        path=plan.path.tolist(),
+        path_nodes=plan.path_nodes.tolist(),
+        goal=plan.goal,
+        cost=plan.cost,
+        quality=_quality(plan),
+        manipulability=_manipulability(plan),
+        conditioning=None if plan.conditioning is None else plan.conditioning.to_dict(),
+        path_length=_length(plan),
+        clearance=plan.nearest,
+        trajectory=_motion(plan),
+        in_time=_in_time(plan),
+        roadmap=RoadmapRecord(**plan.roadmap.record(plan.edges_removed)),
+        gabf=_field_record(plan),
+        timings_s=rounded(plan.timings),
+    )
 
 
-def _motion(trajectory: Trajectory | None) -> dict[str, Any] | None:
-    """What ``plan.json`` says of the trajectory beside it."""
-    if trajectory is None:
-        return None
-    corners = {key: trajectory.proof[key] for key in _CORNERS if key in trajectory.proof}
-    limits = "" if trajectory.limits is None else trajectory.limits.text()
-    law = {"law": trajectory.law, "duration": trajectory.duration, "limits": limits}
-    return {**law, **corners, "proven": trajectory.proven, "floor": trajectory.proof.get("floor")}
-
-
-def _in_time(plan: Plan) -> dict[str, Any] | None:
-    """What ``plan.json`` says of obstacles that move or may move; None where there are none, or no motion."""
-    scene, route = plan.scene, plan.route
-    if plan.trajectory is None or not (scene.moving or scene.limited):
-        return None
-    times = None if route is None else {"arrivals": route.arrivals.tolist(), "departures": route.departures.tolist()}
-    return {
-        "moving": [item.name for item in scene.moving],
-        "waypoints": times,
-        "horizon": plan.trajectory.proof.get("horizon"),
-    }
-
-
-def _measures(plan: Plan) -> dict[str, Any]:
-    """What is measured along the path; empty where there is no path."""
-    if not plan.solved:
-        return {"manipulability": None, "conditioning": None, "path_length": None}
-    found, robot = plan.measures, plan.robot
-    w = {"min": found.w_min, "mean": found.w_mean, "rows": robot.manipulability, "frame": robot.tool}
-    lengths = {"joint": found.joint_length, "workspace": found.workspace_length}
-    conditioning = None if plan.conditioning is None else plan.conditioning.to_dict()
-    return {"manipulability": w | _floor(plan), "conditioning": conditioning, "path_length": lengths}
-
-
-def _quality(plan: Plan) -> dict[str, Any] | None:
-    """How good the path is: the best cost over the effort, a lower bound on every path's cost, and the gap to it."""
+def _quality(plan: Plan) -> QualityRecord | None:
     if plan.cost is None:
         return None
-    request = plan.request
-    bound = cost_lower_bound(plan.roadmap, plan.robot, request.objective)
+    bound = cost_lower_bound(plan.roadmap, plan.robot, plan.request.objective)
     w = plan.w_along_path
-    return {
-        "effort": request.rounds,
-        "curve": [{"rounds": rounds, "cost": cost} for rounds, cost in plan.curve],
-        "lower_bound": bound,
-        "gap": plan.cost.total / bound - 1.0 if bound > 0 else None,
-        "corners": corners(plan.path),
-        "dip": {"below_both_ends": bool(w.min() < (1.0 - 1e-9) * min(w[0], w[-1])), "floor": plan.dip_floor},
-    }
+    return QualityRecord(
+        effort=plan.request.rounds,
+        curve=[PointRecord(rounds=rounds, cost=cost) for rounds, cost in plan.curve],
+        lower_bound=bound,
+        gap=plan.cost.total / bound - 1.0 if bound > 0 else None,
+        corners=corners(plan.path),
+        dip=DipRecord(below_both_ends=bool(w.min() < (1.0 - 1e-9) * min(w[0], w[-1])), floor=plan.dip_floor),
+    )
 
 
-def _floor(plan: Plan) -> dict[str, Any]:
-    """The result for the manipulability floor that was asked for; empty where none was."""
+def _manipulability(plan: Plan) -> ManipulabilityRecord | None:
+    if not plan.solved:
+        return None
+    found, robot = plan.measures, plan.robot
+    return ManipulabilityRecord(
+        min=found.w_min, mean=found.w_mean, rows=robot.manipulability, frame=robot.tool, floor=_floor(plan)
+    )
+
+
+def _floor(plan: Plan) -> FloorRecord | None:
+    """None where none was asked for."""
     floor = plan.request.min_manipulability
     if floor <= 0:
-        return {}
-    ends = [float(w) for w in manipulability(plan.robot, plan.path[[0, -1]])]
-    holds = first_violation(plan.robot, plan.path, floor) is None
-    reached = bool(plan.w_along_path.max() >= floor)
-    return {"floor": {"asked": floor, "start": ends[0], "goal": ends[1], "reached": reached, "holds": holds}}
-
-
-def _gabf(plan: Plan) -> dict[str, Any] | None:
-    if plan.cost_to_go is None:
         return None
-    return {
-        "law": plan.request.law,
-        "prescribed_time": plan.request.prescribed_time,
-        "settling_time": plan.cost_to_go.settling_time,
-        "settling_tau": plan.cost_to_go.settling_tau,
-        "settling_tau_bracket": _bracket(plan.cost_to_go.settling_tau_bracket),
-        "log10_remaining": plan.cost_to_go.log10_remaining,
-        "steps": plan.cost_to_go.steps,
-        "residual": plan.cost_to_go.residual,
-        "max_error_vs_oracle": plan.max_error_vs_oracle,
-        "outcome": plan.cost_to_go.outcome.key,
-        "certificate": [bound.to_dict() for bound in plan.certificate],
-    }
+    start, goal = (float(w) for w in manipulability(plan.robot, plan.path[[0, -1]]))
+    holds = first_violation(plan.robot, plan.path, floor) is None
+    return FloorRecord(asked=floor, start=start, goal=goal, reached=bool(plan.w_along_path.max() >= floor), holds=holds)
 
 
-def _bracket(proved: tuple[float, float] | None) -> list[float | None] | None:
-    """Earliest and latest; None stands for a latest that was not found."""
-    return None if proved is None else [tau if math.isfinite(tau) else None for tau in proved]
+def _length(plan: Plan) -> LengthRecord | None:
+    if not plan.solved:
+        return None
+    return LengthRecord(joint=plan.measures.joint_length, workspace=plan.measures.workspace_length)
+
+
+def _motion(plan: Plan) -> MotionRecord | None:
+    made = plan.trajectory
+    if made is None:
+        return None
+    limits = "" if made.limits is None else made.limits.text()
+    known = {key: made.proof[key] for key in _CORNERS if key in made.proof}
+    floor = made.proof.get("floor")
+    return MotionRecord(law=made.law, duration=made.duration, limits=limits, **known, proven=made.proven, floor=floor)
+
+
+def _in_time(plan: Plan) -> InTimeRecord | None:
+    scene, route, made = plan.scene, plan.route, plan.trajectory
+    if made is None or not (scene.moving or scene.limited):
+        return None
+    horizon = made.proof.get("horizon")
+    return InTimeRecord(
+        moving=[item.name for item in scene.moving],
+        waypoints=None
+        if route is None
+        else WaypointTimesRecord(arrivals=route.arrivals.tolist(), departures=route.departures.tolist()),
+        horizon=None if horizon is None else HorizonRecord(**horizon),
+    )
+
+
+def _field_record(plan: Plan) -> FieldRecord | None:
+    field = plan.cost_to_go
+    if field is None:
+        return None
+    bracket = field.settling_tau_bracket
+    return FieldRecord(
+        law=plan.request.law,
+        prescribed_time=plan.request.prescribed_time,
+        settling_time=field.settling_time,
+        settling_tau=field.settling_tau,
+        settling_tau_bracket=None if bracket is None else [tau if math.isfinite(tau) else None for tau in bracket],
+        log10_remaining=field.log10_remaining,
+        steps=field.steps,
+        residual=field.residual,
+        max_error_vs_oracle=plan.max_error_vs_oracle,
+        outcome=field.outcome.key,
+        certificate=[CertificateRecord(**bound.to_dict()) for bound in plan.certificate],
+    )

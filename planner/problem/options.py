@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import fields, replace
-from typing import TypedDict
+from typing import Any, Optional, TypedDict
 
 from planner.base.errors import KeywordError, choices
 from planner.base.yamlfile import nearest
@@ -23,57 +24,69 @@ from planner.problem.request import (
 )
 
 
-class PlanOptions(TypedDict, total=False):
-    """The fields of :class:`PlanRequest` as :func:`planner.plan` takes them by name: a test holds both equal."""
+class SessionOptions(TypedDict, total=False):
+    """Those that a session has for all its plans."""
 
-    robot: Thing
-    scene: Thing
-    tool: str | None
-    srdf: File | None
-    group: str | None
-    joints: Names | None
+    tool: Optional[str]
+    srdf: Optional[File]
+    group: Optional[str]
+    joints: Optional[Names]
     collision: Backend
     margin: float
-    base: str | None
-    start: State
-    goal: State
-    motion_plan_request: File | None
+    base: Optional[str]
     ik_solutions: int
-    widen_limits: bool
     nodes: int
     seed: int
     min_manipulability: float
-    roadmap: File | None
     law: LawName
     prescribed_time: float
     metric: Metric
     manipulability_cost: ManipulabilityCost
     charge: Charge
-    effort: int | None
+    effort: Optional[int]
+
+
+class PlanOptions(SessionOptions, total=False):
+    """The fields of :class:`PlanRequest` as :func:`planner.plan` takes them by name: a test holds both equal."""
+
+    robot: Thing
+    scene: Thing
+    start: State
+    goal: State
+    motion_plan_request: Optional[File]
+    widen_limits: bool
+    roadmap: Optional[File]
     room: float
     beta: float
     above_ends: bool
     path_only: bool
 
 
+_OPTIONS = tuple(field.name for field in fields(PlanRequest))
 _OF_OBJECTIVE = {field.name: field.name for field in fields(Objective)} | {"floor": "min_manipulability"}
 
 
-def plan_request(request: PlanRequest | None, options: PlanOptions, objective: Objective | None = None) -> PlanRequest:
+def plan_request(
+    request: PlanRequest | None,
+    options: PlanOptions | SessionOptions,
+    objective: Objective | None = None,
+    known: Collection[str] = _OPTIONS,
+    what: str = "plan",
+) -> PlanRequest:
     """A request, the default for None, with an ``objective`` and ``options`` in place of its fields.
 
-    Raises :class:`KeywordError` for other options, and for those that the objective says already.
+    Raises :class:`KeywordError` for options that ``what`` does not take, which are not among those ``known``, and for
+    those that the objective says already.
     """
-    known = PlanOptions.__annotations__
-    for name in sorted(options.keys() - known.keys()):
+    for name in sorted(options.keys() - set(known)):
         remedy = f"options are {choices(known)}"
         if name in (field.name for field in fields(TimingRequest)):
             remedy = f"give it as timing=planner.TimingRequest({name}=...)"
-        raise KeywordError(f"plan knows no option '{name}'{nearest(name, known)}: {remedy}.")
-    if objective is None:
-        return replace(request or PlanRequest(), **options)
-    said = {option: getattr(objective, name) for name, option in _OF_OBJECTIVE.items()}
-    twice = [name for name in options if name in said]
-    if twice:
-        raise said_twice(twice[0])
+        raise KeywordError(f"{what} knows no option '{name}'{nearest(name, known)}: {remedy}.")
+    said: dict[str, Any] = {}
+    if objective is not None:
+        said = {option: getattr(objective, name) for name, option in _OF_OBJECTIVE.items()}
+        twice = [name for name in options if name in said]
+        if twice:
+            raise said_twice(twice[0])
     return replace(request or PlanRequest(), **options, **said)

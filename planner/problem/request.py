@@ -1,4 +1,8 @@
-"""What can be asked of the planner, as typed options; loads no library, so that ``planner --help`` is quick."""
+"""What can be asked of the planner: parts that hold each option once, and the requests that are composed of them.
+
+A part has an option's default, its help and what is refused of it; commands, sessions, batches and benchmarks embed the
+parts that they need. Loads no library, and says ``Optional[X]``, which tyro knows without 30 ms of typeguard.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ from dataclasses import dataclass, fields
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, Optional, Protocol, TypeAlias, get_args
 
 from planner.base.errors import OptionError, PlannerError, choices, require_number
 from planner.base.kinds import WIDER, checks_kinds
@@ -56,48 +60,20 @@ DEFAULT_EFFORT = 12  # rounds
 DEFAULT_ROOM = 5e-3  # m
 
 
-@checks_kinds
 @dataclass(frozen=True)
-class WorldRequest:
-    """A robot in a scene, and how contacts are found."""
-
-    robot: Thing = "iiwa14"
-    """Name of a built-in robot (see 'planner robots') or of one in the package robot_descriptions, or the path of a
-    URDF, xacro, MJCF or robot.yaml ('planner robot-yaml' writes one)."""
-    scene: Thing = "paper"
-    """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
-    tool: str | None = None
-    """Frame of the robot that targets and manipulability speak of; where left out the scene's, else the robot's, else
-    the tip of --group, or of the group that --request names."""
-    srdf: File | None = None
-    """An SRDF in place of the robot's own: link pairs that need no check, groups, named states."""
-    group: str | None = None
-    """Planning group of the SRDF: only its joints are planned."""
-    joints: Names | None = None
-    """Joints to plan, with commas between; all others are held: at fixed_joints of the scene or robot file, else as the
-    state home has them."""
-    collision: Backend = "fcl"
-    """Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. Own
-    separating planes prove the edges, and coal looks at every answer too."""
-    margin: float = 0.0
-    """Distance in metres to keep from every obstacle, and between links."""
-    base: str | None = None
-    """Where the robot's base stands in the scene, in place of what the scene file says: x,y,z (m) or
-    x,y,z,roll,pitch,yaw (m and rad)."""
+class Part:
+    """What all parts are: their values are judged as they are made, part by part."""
 
     def __post_init__(self) -> None:
-        require_margin(self.margin)
-        if self.base is not None:
-            parse_base(self.base)
-        _take_places(self)
-        if self.joints is not None:
-            object.__setattr__(self, "joints", names_text(self.joints))
-        require_one_choice(self.group, self.joints)
-
-    @property
-    def joint_names(self) -> tuple[str, ...] | None:
-        """``joints`` by name; None where nobody has chosen."""
-        return None if self.joints is None else tuple(str(self.joints).split(","))
+        """Paths of a robot or a scene become text, all others paths; :class:`FileError` for what is neither."""
+        for name in ("robot", "scene"):
+            value = getattr(self, name, None)
+            if isinstance(value, PathLike):
+                object.__setattr__(self, name, place_text(value, name))
+        for name in ("srdf", "motion_plan_request", "roadmap", "limits"):
+            value = getattr(self, name, None)
+            if value is not None:
+                object.__setattr__(self, name, place(value, name))
 
     def to_dict(self) -> dict[str, Any]:
         """The options by their names on the command line, as plain data: objects by their names, paths as text."""
@@ -105,30 +81,170 @@ class WorldRequest:
         return {"request" if name == "motion_plan_request" else name: value for name, value in values.items()}
 
 
+@dataclass(frozen=True)
+class KeptWorld(Part):
+    """A robot in a scene, and how contacts are found; what is left out is a kept roadmap's own."""
+
+    robot: Optional[Thing] = None
+    """Name of a built-in robot, or the path of a URDF or robot.yaml; the file's own if that is a built-in one."""
+    scene: Optional[Thing] = None
+    """Name of a built-in scene or the path of a scene file; the file's own if that is a built-in one."""
+    tool: Optional[str] = None
+    """Frame of the robot that targets and manipulability speak of; where left out the scene's, else the robot's, else
+    the tip of --group, or of the group that --request names; of a kept roadmap its own."""
+    srdf: Optional[File] = None
+    """An SRDF in place of the robot's own: link pairs that need no check, groups, named states."""
+    group: Optional[str] = None
+    """Planning group of the SRDF: only its joints are planned."""
+    joints: Optional[Names] = None
+    """Joints to plan, with commas between; all others are held: at fixed_joints of the scene or robot file, else as the
+    state home has them."""
+    collision: Backend = "fcl"
+    """Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. Own
+    separating planes prove the edges, and coal looks at every answer too."""
+    margin: Optional[float] = None
+    """Distance in metres to keep from every obstacle, and between links; the file's own where left out."""
+    base: Optional[str] = None
+    """Where the robot's base stands in the scene, in place of what the scene file says: x,y,z (m) or
+    x,y,z,roll,pitch,yaw (m and rad)."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.margin is not None:
+            require_margin(self.margin)
+        if self.base is not None:
+            parse_base(self.base)
+        if self.joints is not None:
+            object.__setattr__(self, "joints", names_text(self.joints))
+        require_one_choice(self.group, self.joints)
+
+
 @checks_kinds
 @dataclass(frozen=True)
-class RoadmapRequest(WorldRequest):
+class WorldRequest(KeptWorld):
+    """A robot in a scene, and how contacts are found."""
+
+    robot: Thing = "iiwa14"
+    """Name of a built-in robot (see 'planner robots') or of one in the package robot_descriptions, or the path of a
+    URDF, xacro, MJCF or robot.yaml ('planner robot-yaml' writes one)."""
+    scene: Thing = "paper"
+    """Name of a built-in scene (see 'planner scenes') or the path of a scene file."""
+    margin: float = 0.0
+    """Distance in metres to keep from every obstacle, and between links."""
+
+    @property
+    def joint_names(self) -> tuple[str, ...] | None:
+        """``joints`` by name; None where nobody has chosen."""
+        return None if self.joints is None else tuple(str(self.joints).split(","))
+
+
+@dataclass(frozen=True)
+class Ends(Part):
+    """Where a path begins and ends."""
+
+    start: State = "start"
+    """Where the arm starts."""
+    goal: State = "goal"
+    """Where the arm should go; several, with the option repeated or with ';' between them, are alternatives."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for role, parse in (("start", parse_target), ("goal", parse_targets)):
+            value = getattr(self, role)
+            if not isinstance(value, str):
+                value = joints_text(value, role)
+                object.__setattr__(self, role, value)
+            parse(value)
+
+
+@dataclass(frozen=True)
+class Message(Part):
+    """What another program asks for."""
+
+    motion_plan_request: Optional[File] = None
+    """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
+
+
+@dataclass(frozen=True)
+class Targets(Message, Ends):
+    """What start and goal become."""
+
+    ik_solutions: int = 8
+    """Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to the
+    start, in turn; the dynamics picks one."""
+    widen_limits: bool = False
+    """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 1 <= self.ik_solutions <= 100:
+            raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class Growth(Part):
+    """How a roadmap is grown."""
+
+    nodes: int = PAPER_NODES
+    """Configurations in the roadmap; more find better paths and take longer."""
+    seed: int = 0
+    """Seed of all randomness: the same command, seed and versions give the same path on x86-64 processors with FMA."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_nodes(self.nodes)
+        require_seed(self.seed)
+
+
+@dataclass(frozen=True)
+class KeptRoadmap(Part):
+    """A roadmap that is there."""
+
+    roadmap: Optional[File] = None
+    """A roadmap.npz to plan on, instead of growing one: of the same robot and scene; on the live page of the same
+    joints, and what does not hold in the scene is left out."""
+
+
+@dataclass(frozen=True)
+class TradeOff(Part):
+    """Which of the two costs counts how much."""
+
+    beta: float = DEFAULT_BETA
+    """Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_share(self.beta)
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class KeptRequest(Message, KeptWorld):
+    """The world to check a roadmap in; options left out are taken from the roadmap's file."""
+
+    widen_limits: bool = False
+    """Widen joint limits to those that the roadmap was grown within."""
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class LiveRequest(KeptRoadmap, Growth, TradeOff, Ends):
+    """What the live page asks of the planner when it opens."""
+
+
+# the parts stand last first: their options come in the order of the bases from the last to the first
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class RoadmapRequest(Growth, Targets, WorldRequest):
     """A roadmap around a start and a goal.
 
     Each is a name from the scene file, home, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
     or pose:x,y,z,qx,qy,qz,qw.
     """
 
-    start: State = "start"
-    """Where the arm starts."""
-    goal: State = "goal"
-    """Where the arm should go; several, with the option repeated or with ';' between them, are alternatives."""
-    motion_plan_request: File | None = None
-    """A MoveIt MotionPlanRequest (YAML) to take start, goal and the joints that are not planned from."""
-    ik_solutions: int = 8
-    """Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to the
-    start, in turn; the dynamics picks one."""
-    widen_limits: bool = False
-    """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
-    nodes: int = PAPER_NODES
-    """Configurations in the roadmap; more find better paths and take longer."""
-    seed: int = 0
-    """Seed of all randomness: the same command, seed and versions give the same path on x86-64 processors with FMA."""
     min_manipulability: float = 0.0
     """A floor under manipulability w, 0 for none: once reached, paths stay above it until the last stretch to a goal
     below it. Where start and goal lie below, a path may stay there, no lower than they are. Growth keeps above too."""
@@ -136,63 +252,13 @@ class RoadmapRequest(WorldRequest):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_floor(self.min_manipulability)
-        for role, parse in (("start", parse_target), ("goal", parse_targets)):
-            value = getattr(self, role)
-            if not isinstance(value, str):
-                value = joints_text(value, role)
-                object.__setattr__(self, role, value)
-            parse(value)
-        require_nodes(self.nodes)
-        if not 1 <= self.ik_solutions <= 100:
-            raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
-        require_seed(self.seed)
 
 
 @checks_kinds
 @dataclass(frozen=True)
-class KeptRequest:
-    """The world to check a roadmap in; options left out are taken from the roadmap's file."""
-
-    robot: str | None = None
-    """Name of a built-in robot, or the path of a URDF or robot.yaml; the file's own if that is a built-in one."""
-    scene: str | None = None
-    """Name of a built-in scene or the path of a scene file; the file's own if that is a built-in one."""
-    tool: str | None = None
-    """Frame of the robot that manipulability speaks of."""
-    srdf: File | None = None
-    """The SRDF that the roadmap was built with, where it is not the robot's own."""
-    group: str | None = None
-    """The planning group that it was built with."""
-    joints: str | None = None
-    """The joints that it was built with, with commas between, where they were named."""
-    collision: Backend = "fcl"
-    """Collision library that checks every node, start, goal and answer: FCL, or coal, which is faster on meshes. Own
-    separating planes prove the edges, and coal looks at every answer too."""
-    margin: float | None = None
-    """Distance in metres to keep from every obstacle, and between links."""
-    motion_plan_request: File | None = None
-    """The MoveIt MotionPlanRequest (YAML) of the roadmap, to take the joints that are not planned from."""
-    widen_limits: bool = False
-    """Widen joint limits to those that the roadmap was grown within."""
-    base: str | None = None
-    """Where the robot's base stands in the scene, as the roadmap was built with it."""
-
-    def __post_init__(self) -> None:
-        _take_places(self)
-        if self.base is not None:
-            parse_base(self.base)
-        if self.margin is not None:
-            require_margin(self.margin)
-        require_one_choice(self.group, self.joints)
-
-
-@checks_kinds
-@dataclass(frozen=True)
-class SweepRequest(RoadmapRequest):
+class SweepRequest(KeptRoadmap, RoadmapRequest):
     """A roadmap and what its costs and its dynamics are, for every beta."""
 
-    roadmap: File | None = None
-    """A roadmap.npz of the same robot and scene to plan on, instead of growing one."""
     law: LawName = "singularity-free"
     """Control law under which the dynamics runs."""
     prescribed_time: float = 4.0
@@ -203,7 +269,7 @@ class SweepRequest(RoadmapRequest):
     """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
     charge: Charge = DEFAULT_CHARGE
     """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
-    effort: int | None = None
+    effort: Optional[int] = None
     """Rounds in which the best path is refined and others searched; left out, 12, or 0 with --roadmap: as it is."""
     room: float = DEFAULT_ROOM
     """Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and so
@@ -233,11 +299,9 @@ class SweepRequest(RoadmapRequest):
 
 @checks_kinds
 @dataclass(frozen=True)
-class PlanRequest(SweepRequest):
+class PlanRequest(TradeOff, SweepRequest):
     """One plan. With no options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles."""
 
-    beta: float = DEFAULT_BETA
-    """Trade-off in [0, 1]: 0 optimises manipulability only, 1 distance only."""
     above_ends: bool = False
     """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost."""
     path_only: bool = False
@@ -246,7 +310,6 @@ class PlanRequest(SweepRequest):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_share(self.beta)
         if self.path_only and (self.nodes != PAPER_NODES or self.roadmap is not None):
             raise OptionError("a path only has no roadmap around it: leave out nodes and roadmap, or path-only.")
 
@@ -263,55 +326,22 @@ class PlanRequest(SweepRequest):
 
 @checks_kinds
 @dataclass(frozen=True)
-class LiveRequest:
-    """What the live page asks of the planner when it opens; None is what was not said."""
-
-    start: str | None = None
-    """Where the arm starts, with --live; the scene's start where left out."""
-    goal: str | None = None
-    """Where the arm should go, with --live; the scene's goal where left out."""
-    beta: float | None = None
-    """Trade-off in [0, 1], with --live; 0.5 where left out."""
-    nodes: int | None = None
-    """Configurations in the roadmap, with --live; 1012 where left out."""
-    seed: int | None = None
-    """Seed of all randomness, with --live; 0 where left out."""
-    roadmap: File | None = None
-    """A roadmap.npz of the same joints to begin with, with --live; what does not hold in the scene is left out."""
-
-    def __post_init__(self) -> None:
-        _take_places(self)
-        said = self.complete()
-        parse_target(said["start"])
-        parse_targets(said["goal"])
-        require_share(said["beta"])
-        require_nodes(said["nodes"])
-        require_seed(said["seed"])
-
-    def complete(self) -> dict[str, Any]:
-        """All options by their names, with their defaults where nothing was said."""
-        plain = {"start": "start", "goal": "goal", "beta": 0.5, "nodes": PAPER_NODES, "seed": 0, "roadmap": None}
-        return plain | {name: value for name, value in vars(self).items() if value is not None}
-
-
-@checks_kinds
-@dataclass(frozen=True)
-class LimitsRequest:
+class LimitsRequest(Part):
     """The limits that a motion has to keep; whether the robot allows them is judged with the robot."""
 
-    limits: File | None = None
+    limits: Optional[File] = None
     """A MoveIt joint_limits.yaml with velocities, accelerations and jerks of the joints."""
-    velocity_scale: float | None = None
+    velocity_scale: Optional[float] = None
     """Share of the velocity limits to use, above 0 up to 1."""
-    acceleration_scale: float | None = None
+    acceleration_scale: Optional[float] = None
     """Share of the acceleration limits to use, above 0 up to 1."""
-    acceleration: float | None = None
+    acceleration: Optional[float] = None
     """Acceleration limit of every joint, rad/s² (m/s² where a joint slides), in place of the robot's own."""
-    jerk: float | None = None
+    jerk: Optional[float] = None
     """Jerk limit of every joint, rad/s³ (m/s³), in place of the robot's own."""
 
     def __post_init__(self) -> None:
-        _take_places(self)
+        super().__post_init__()
         for name, scale in (("velocity", self.velocity_scale), ("acceleration", self.acceleration_scale)):
             if scale is not None:
                 require_scale(name, scale)
@@ -342,11 +372,11 @@ class TimingRequest(LimitsRequest):
 class WorkersRequest:
     """Who does independent work at once. The results do not depend on it, but for their seconds."""
 
-    jobs: int | None = None
+    jobs: Optional[int] = None
     """Tasks at once: 1 where left out, and with --backend dask as many as the cluster has threads."""
     backend: WorkersBackend = "processes"
     """Processes of this machine, or a Dask cluster."""
-    scheduler: str | None = None
+    scheduler: Optional[str] = None
     """Address of the Dask cluster's scheduler, such as tcp://127.0.0.1:8786."""
 
     def __post_init__(self) -> None:
@@ -362,18 +392,6 @@ class WorkersRequest:
 
 
 SERIAL = WorkersRequest()
-
-
-def _take_places(request: Any) -> None:
-    """Paths of a robot or a scene as text, all others as paths; :class:`FileError` for what is neither."""
-    for name in ("robot", "scene"):
-        value = getattr(request, name, None)
-        if isinstance(value, PathLike):
-            object.__setattr__(request, name, place_text(value, name))
-    for name in ("srdf", "motion_plan_request", "roadmap", "limits"):
-        value = getattr(request, name, None)
-        if value is not None:
-            object.__setattr__(request, name, place(value, name))
 
 
 def _plain(value: Any) -> Any:

@@ -13,7 +13,7 @@ from planner.base.progress import QUIET, Progress
 from planner.construction.build import build_roadmap
 from planner.construction.connect_endpoints import attach
 from planner.construction.repair import repair
-from planner.planning.manipulability_floor import LayeredNetwork
+from planner.planning.improvement import improved_roadmap
 from planner.planning.network import build_network, path_cost
 from planner.planning.replanned import Edges, Replanned
 from planner.planning.result import Plan
@@ -24,7 +24,6 @@ from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.roadmap.storage import same_world
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.live_world import LiveWorld
-from planner.session.report import edges_between
 from planner.session.search import Found, RoadmapNetwork, go_on, search
 from planner.setup.open import Query
 
@@ -69,47 +68,68 @@ def answered(moment: Moment, query: Query, planning: Planning) -> tuple[Moment, 
     live, linked = _attached(moment.live, query, planning, join=False)
     edges, nodes = [linked], len(live.roadmap.nodes)
     searches = [_search(Moment(live, moment.x), planning)]
-    edges.append(edges_between(live.proofs, searches[-1].live.proofs))
+    edges.append(searches[-1].live.proofs.since(live.proofs))
     if may_grow and not len(searches[-1].steps):
         before = searches[-1].live
         live = before.proven(np.flatnonzero(before.proofs.open))  # growth begins at nodes that are proven free
         live, grown = _attached(live, query, planning, join=True)
         edges.append(grown)
         if live.held(live.proofs.free).connected:
-            searches.append(_search(Moment(live, searches[-1].field.x), planning))
-            edges.append(edges_between(live.proofs, searches[-1].live.proofs))
-    last, robot = searches[-1], live.checker.robot
+            searches.append(_search(Moment(live, searches[-1].x), planning))
+            edges.append(searches[-1].live.proofs.since(live.proofs))
+    grown, curve = len(live.roadmap.nodes) - nodes, ()
+    if len(searches[-1].steps) and planning.request.rounds:
+        live, found, curve = _refined(searches[-1].live, planning)
+        edges.append(found)
+        searches.append(_search(Moment(live, searches[-1].x), planning))
+    last = searches[-1]
     live = live if len(live.roadmap.nodes) > len(last.live.roadmap.nodes) else last.live
-    solved, n = len(last.steps) > 0, last.field.network.n_nodes
-    path = path_waypoints(live.roadmap, robot, last.steps)
-    made = Plan(
-        replace(planning.request, robot=robot, scene=live.scene),
-        Outcome.SOLVED if solved else Outcome.NO_PATH,
+    done = Replanned(
+        sum(edges, Edges()),
+        nodes_grown=grown,
+        rounds=sum(each.rounds for each in searches),
+        raised=sum(each.raised for each in searches),
+        updates=sum(each.updates for each in searches),
+    )
+    made = _plan(live, last, query, planning.request)
+    return Moment(live, last.x), replace(
+        made, curve=curve, replanned=done, timings={"plan": time.perf_counter() - begin}
+    )
+
+
+def _plan(live: LiveWorld, last: Found, query: Query, request: PlanRequest) -> Plan:
+    """What the last search found, as a plan."""
+    robot, solved = live.checker.robot, len(last.steps) > 0
+    failed = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
+    path = path_waypoints(live.roadmap, robot, last.nodes)
+    return Plan(
+        replace(request, robot=robot, scene=live.scene),
+        Outcome.SOLVED if solved else failed,
         robot,
         live.scene,
         live.checker,
         live.held(~live.proofs.blocked),
-        layered=LayeredNetwork(last.field.network, np.arange(n), live.roadmap.starts[live.roadmap.starts < n]),
+        layered=last.layered,
         cost_to_go=last.field,
         path=path,
-        path_nodes=frozen(last.steps, np.int64),
+        path_nodes=frozen(last.nodes, np.int64),
         goal=query.goal_at(path[-1]) if solved else None,
-        cost=path_cost(last.field.network, last.steps) if solved else None,
-        replanned=Replanned(
-            sum(edges, Edges()),
-            nodes_grown=len(live.roadmap.nodes) - nodes,
-            rounds=sum(each.rounds for each in searches),
-            raised=sum(each.raised for each in searches),
-            updates=sum(each.updates for each in searches),
-        ),
-        timings={"plan": time.perf_counter() - begin},
+        cost=path_cost(last.layered.network, last.steps) if solved else None,
     )
-    return Moment(live, last.field.x), made
+
+
+def _refined(live: LiveWorld, planning: Planning) -> tuple[LiveWorld, Edges, tuple[tuple[int, float], ...]]:
+    """With ``effort`` rounds of refinement, as a plan has them, of the best path that is proven, and its best costs."""
+    request, before = planning.request, live.held(live.proofs.free)
+    found = improved_roadmap(before, live.checker, request, request.beta, planning.progress)
+    go_on(planning.progress)
+    return live.enlarged(found.roadmap), Edges(proven=len(found.roadmap.edges) - len(before.edges)), found.curve
 
 
 def _with_first_roadmap(moment: Moment, query: Query, planning: Planning) -> Moment:
     checker = moment.live.checker
-    how = planning.request.nodes, planning.request.seed, planning.progress
+    request = planning.request
+    how = request.nodes, request.seed, planning.progress, request.min_manipulability
     roadmap = build_roadmap(checker.robot, checker, query.starts, query.goals, *how)
     go_on(planning.progress)
     return replace(moment, live=moment.live.with_roadmap(roadmap))
@@ -147,6 +167,7 @@ def _linked_already(roadmap: Roadmap, query: Query) -> bool:
 
 def _search(moment: Moment, planning: Planning) -> Found:
     live, n = moment.live, len(moment.live.roadmap.nodes)
-    network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, planning.request.objective))
+    objective = planning.request.objective
+    network = RoadmapNetwork(live.roadmap, lambda roadmap: build_network(roadmap, objective))
     x = np.concatenate([moment.x, np.full(n - len(moment.x), np.inf)])
-    return search(live, network, x, planning.law, planning.progress)
+    return search(live, network, x, planning.law, objective.floor, planning.progress)

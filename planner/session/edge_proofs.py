@@ -17,6 +17,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
 from planner.construction.repair import batches
 from planner.models.shapes import Shape, corners
+from planner.planning.replanned import Edges
 from planner.roadmap.roadmap import Roadmap, segments
 
 ARM = ""  # the part that all links of the robot are
@@ -107,6 +108,15 @@ class EdgeProofs:
         """Of these edges, then those of ``other``, in the same world."""
         return replace(
             self, **{name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in _PER_EDGE}
+        )
+
+    def since(self, before: EdgeProofs, checked: bool = True) -> Edges:
+        """What became of the same edges since an earlier moment; not ``checked``: what was undecided was forgotten."""
+        return Edges(
+            proven=int((before.open & self.free).sum()) if checked else 0,
+            removed=int((~before.lost & self.lost).sum()),
+            regained=int((before.lost & ~self.lost).sum()),
+            opened=int((before.free & self.open).sum()),
         )
 
     def proven(self, prover: EdgeProver, roadmap: Roadmap, rows: Ints) -> EdgeProofs:

@@ -20,6 +20,7 @@ from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import coal_checker, second_checker
 from planner.collision.checker import CollisionChecker
 from planner.paths.measure import path_contact
+from planner.planning.manipulability_floor import LayeredNetwork, first_violation, layered_network
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.session.edge_proofs import clauses_of
 from planner.session.live_world import LiveWorld
@@ -29,17 +30,29 @@ _MANY = 0.5  # share of the clauses beyond which a checker of them alone gains n
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Where a search ended: the world with what was proven on the way, the field, and the nodes (k,) of the path.
+    """Where a search ended: the world with what was proven on the way, the field, and the path.
 
-    ``steps`` is empty where no edges, open ones included, join a start and a goal.
+    ``steps`` (k,) are nodes of the network that is ``layered`` by the floor; none where no edges above it, open ones
+    included, join a start and a goal.
     """
 
     live: LiveWorld
+    layered: LayeredNetwork
     field: gabf.CostToGo
     steps: Ints
     rounds: int
     raised: int
     updates: int
+
+    @property
+    def nodes(self) -> Ints:
+        """The path's nodes (k,) in the roadmap."""
+        return self.layered.roadmap_node[self.steps]
+
+    @property
+    def x(self) -> Floats:
+        """The field (n,) over the roadmap's nodes, for the next search to go on from."""
+        return self.field.x[: len(self.live.roadmap.nodes)]
 
 
 class RoadmapNetwork:
@@ -69,21 +82,40 @@ def go_on(progress: Progress) -> None:
         raise PlannerError("the session is closed: make a new one.")
 
 
-def search(live: LiveWorld, network: RoadmapNetwork, x: Floats, law: gabf.Law, progress: Progress = QUIET) -> Found:
+def search(
+    live: LiveWorld,
+    network: RoadmapNetwork,
+    x: Floats,
+    law: gabf.Law,
+    floor: float = 0.0,
+    progress: Progress = QUIET,
+) -> Found:
     """The cheapest path over edges that are proven now and hold a second check, from the field ``x`` (n,) on.
 
-    Raises :class:`PlannerError` once ``progress`` is asked to stop.
+    It keeps to the manipulability ``floor``: an arc that is seen to break it is left out from then on. Raises
+    :class:`PlannerError` once ``progress`` is asked to stop.
     """
     rounds = raised = updates = 0
+    barred: list[tuple[int, int]] = []
     while True:
         go_on(progress)
-        healing = gabf.heal(network.without(live.proofs.blocked), x, law)
+        layered = layered_network(live.roadmap, network.without(live.proofs.blocked), floor)
+        for arc in barred:
+            layered = layered.without_arcs_between(*arc)
+        x = np.concatenate([x, np.full(layered.network.n_nodes - len(x), np.inf)])  # a floor's copies begin anew
+        healing = gabf.heal(layered.network, x, law)
         field, x = healing.cost_to_go, healing.cost_to_go.x
         rounds, raised, updates = rounds + 1, raised + len(healing.raised), updates + healing.updates
-        steps = gabf.cheapest_path(field, live.roadmap.starts)
-        live, holds = prove_path(live, steps)
-        if holds:
-            return Found(live, field, steps, rounds, raised, updates)
+        steps = gabf.cheapest_path(field, layered.starts)
+        nodes = layered.roadmap_node[steps]
+        live, holds = prove_path(live, nodes)
+        if not holds:
+            continue
+        path = path_waypoints(live.roadmap, live.checker.robot, nodes)
+        low = first_violation(live.checker.robot, path, floor) if len(path) else None
+        if low is None:
+            return Found(live, layered, field, steps, rounds, raised, updates)
+        barred.append((int(steps[low]), int(steps[low + 1])))
 
 
 def prove_path(live: LiveWorld, steps: Ints, around_too: bool = True) -> tuple[LiveWorld, bool]:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Unpack
 
 import numpy as np
 
@@ -17,30 +18,17 @@ from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import Progress
 from planner.collision.checker import CollisionChecker, is_free
-from planner.construction.infeasibility import why_apart
 from planner.models.moving import MovingObstacle
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Obstacle
+from planner.planning.plan import require_no_floor
+from planner.planning.replanned import Change
 from planner.planning.result import Plan
-from planner.problem.request import (
-    DEFAULT_CHARGE,
-    DEFAULT_COST,
-    DEFAULT_METRIC,
-    PAPER_NODES,
-    Backend,
-    Charge,
-    LawName,
-    ManipulabilityCost,
-    Metric,
-    PlanRequest,
-    State,
-    Thing,
-    WorldRequest,
-    require_nodes,
-    require_seed,
-    require_share,
-)
+from planner.planning.why_no_path import why_no_path
+from planner.problem.objective import Objective
+from planner.problem.options import SessionOptions, plan_request
+from planner.problem.request import PlanRequest, State, Thing
 from planner.problem.targets import joints_text, parse_target, parse_targets
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
@@ -48,13 +36,10 @@ from planner.sampling.growth_settings import GrowthSettings
 from planner.session.answer import Moment, Planning, adopted, answered
 from planner.session.in_time import planned_in_time
 from planner.session.live_world import LiveWorld
-from planner.session.report import Change, edges_between
 from planner.session.search import go_on, prove_path
 from planner.setup.open import Query, resolve_query, states_of
 from planner.setup.resolve import resolve_as_is
 from planner.trajectory.limits import MotionLimits
-
-IK_SOLUTIONS = 8  # of a goal that is a tool position, as `planner plan` has it
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +47,7 @@ class Snapshot:
     """All that a session knows at one moment, see :meth:`Session.snapshot`."""
 
     now: Moment
-    asked: tuple[State, State, float, Query] | None
+    asked: tuple[Planning, Query] | None
     end: Floats | None
     steps: Ints
 
@@ -88,40 +73,32 @@ class Session:
         scene: Thing,
         roadmap: Roadmap | Place | None = None,
         *,
-        tool: str | None = None,
-        collision: Backend = "fcl",
-        margin: float = 0.0,
-        nodes: int = PAPER_NODES,
-        seed: int = 0,
-        law: LawName = "singularity-free",
-        prescribed_time: float = 4.0,
-        metric: Metric = DEFAULT_METRIC,
-        manipulability_cost: ManipulabilityCost = DEFAULT_COST,
-        charge: Charge = DEFAULT_CHARGE,
         join_motions: int | None = None,
+        objective: Objective | None = None,
+        **options: Unpack[SessionOptions],
     ) -> None:
         """``roadmap``, or its file, of the same joints in any scene; without one the first plan builds it.
 
-        ``join_motions``: how many motions growth may check before it gives up, 8000 per joint where left out; the
-        other options are those of :class:`PlanRequest`. Raises :class:`PlannerError` for unusable input, a law
-        that cannot heal included.
+        ``join_motions``: how many motions growth may check before it gives up, 8000 per joint where left out.
+        ``objective`` and ``options`` are those of :func:`planner.plan`, but for ``effort``: 0 where left out, so that
+        a plan is there in milliseconds; each round of more refines its path for a good part of a second. Raises
+        :class:`PlannerError` for unusable input, a law that cannot heal included.
         """
-        require_nodes(nodes)
-        require_seed(seed)
-        dynamics = gabf.named_law(law, prescribed_time)
+        plain = PlanRequest(robot, scene, effort=0, room=0.0)
+        request = plan_request(plain, options, objective, SessionOptions.__annotations__, "a session")
+        dynamics = gabf.named_law(request.law, request.prescribed_time)
         if dynamics.needs_overestimate:
-            raise OptionError(f"the {law} law needs strict overestimates, so its field cannot heal: take another law.")
-        given = {"law": law, "prescribed_time": prescribed_time, "metric": metric}
-        given |= {"manipulability_cost": manipulability_cost, "charge": charge, "effort": 0, "room": 0.0}
-        request = PlanRequest(robot, scene, tool, collision=collision, margin=margin, nodes=nodes, seed=seed, **given)
+            raise OptionError(
+                f"the {request.law} law needs strict overestimates, so its field cannot heal: take another law."
+            )
         self._busy, self._closed = threading.Lock(), threading.Event()
-        growth, progress = GrowthSettings(join_motions=join_motions), Progress(stop=self._closed.is_set)
-        self._planning = Planning(request, dynamics, growth, progress)
-        live = LiveWorld.of(WorldRequest(robot=robot, scene=scene, tool=tool, collision=collision, margin=margin))
+        growth = GrowthSettings(join_motions=join_motions, floor=request.min_manipulability)
+        self._planning = Planning(request, dynamics, growth, Progress(stop=self._closed.is_set))
+        live = LiveWorld.of(request)
         if roadmap is not None:
             live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(roadmap))
         self._now = Moment(live, np.zeros(0))
-        self._asked: tuple[State, State, float, Query] | None = None
+        self._asked: tuple[Planning, Query] | None = None
         self._end: Floats | None = None  # where the last path ends
         self._steps: Ints = np.zeros(0, dtype=np.int64)  # and the nodes it goes over
 
@@ -214,14 +191,15 @@ class Session:
         """
         return self._change(f"'{name}' detached", lambda live: live.detach(name, self._held_at(live, at)))
 
-    def plan(self, start: State = "start", goal: State = "goal", beta: float = 0.5) -> Plan:
-        """A path from ``start`` to ``goal``, written as everywhere, or joint values; ``beta`` in [0, 1].
+    def plan(self, start: State = "start", goal: State = "goal", beta: float | None = None) -> Plan:
+        """A path from ``start`` to ``goal``, written as everywhere, or joint values.
 
-        Raises :class:`StateError` where one of them cannot be used, :class:`OptionError` for a beta out of range.
+        ``beta`` takes the place of the session's own. Raises :class:`StateError` where one of them cannot be used,
+        :class:`OptionError` for a beta out of range.
         """
-        require_share(beta)
         with self._alone():
-            return self._answer(start, goal, beta, _resolved(self._now.live, start, goal))
+            planning = self._asking(start, goal, beta)
+            return self._answer(planning, _resolved(self._now.live, planning.request))
 
     def replan(self) -> Plan:
         """The last question once more, in the world as it is now; :class:`PlannerError` where none was asked.
@@ -231,9 +209,9 @@ class Session:
         with self._alone():
             if self._asked is None:
                 raise PlannerError("nothing was asked yet: call plan(start, goal) first.")
-            start, goal, beta, query = self._asked
-            query = _still_free(self._now.live, query) or _resolved(self._now.live, start, goal)
-            return self._answer(start, goal, beta, query)
+            planning, query = self._asked
+            query = _still_free(self._now.live, query) or _resolved(self._now.live, planning.request)
+            return self._answer(planning, query)
 
     def holds(self) -> bool:
         """Whether the last answer's path is free in the world as it is now, proven as it was then; quicker than a plan.
@@ -252,31 +230,35 @@ class Session:
 
         It begins at rest at the scene's time 0, runs the roadmap's edges from rest to rest within ``limits`` (the
         robot's own where left out), waits at nodes, and ends where it can stay. Its proof says until when obstacles
-        with a speed limit cannot touch it. Raises as :meth:`plan`.
+        with a speed limit cannot touch it. Raises as :meth:`plan`, and :class:`SceneError` where the session has a
+        floor, which no motion in time keeps to.
         """
         with self._alone():
-            query = _resolved(self._now.live, start, goal)
-            now, alone = answered(self._now, query, self._asking(start, goal, 1.0))
+            planning = self._asking(start, goal, 1.0)
+            require_no_floor(planning.request)
+            query = _resolved(self._now.live, planning.request)
+            now, alone = answered(self._now, query, planning)
             live, timed = planned_in_time(now.live, alone, limits or MotionLimits.of(self.robot))
             self._now = replace(now, live=replace(live, stands=query.starts))
             self._end, self._steps = timed.path[-1] if timed.solved else None, timed.path_nodes
             return timed
 
-    def _answer(self, start: State, goal: State, beta: float, query: Query) -> Plan:
-        now, answer = answered(self._now, query, self._asking(start, goal, beta))
+    def _answer(self, planning: Planning, query: Query) -> Plan:
+        now, answer = answered(self._now, query, planning)
         if not answer.solved:
-            live = now.live
-            reason = why_apart(live.held(live.proofs.free), live.checker, self._planning.progress)
-            go_on(self._planning.progress)
-            answer = replace(answer, reason=reason)
+            failed = replace(answer, roadmap=now.live.held(now.live.proofs.free))
+            answer = replace(answer, reason=why_no_path(failed, planning.progress))
+            go_on(planning.progress)
         self._now = replace(now, live=replace(now.live, stands=query.starts))
-        self._asked = start, goal, beta, query
+        self._asked = planning, query
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
-    def _asking(self, start: State, goal: State, beta: float) -> Planning:
+    def _asking(self, start: State, goal: State, beta: float | None) -> Planning:
         """How the session plans this question."""
-        return replace(self._planning, request=replace(self._planning.request, start=start, goal=goal, beta=beta))
+        plain = self._planning.request
+        request = replace(plain, start=start, goal=goal, beta=plain.beta if beta is None else beta)
+        return replace(self._planning, request=request)
 
     def _change(self, what: str, apply: Callable[[LiveWorld], LiveWorld]) -> Change:
         with self._alone():
@@ -284,7 +266,7 @@ class Session:
             begin, before = time.perf_counter(), self._now.live
             after = apply(before)
             self._now = replace(self._now, live=after)
-            edges = edges_between(before.proofs, after.proofs, checked=False)
+            edges = after.proofs.since(before.proofs, checked=False)
             return Change(what, edges, time.perf_counter() - begin)
 
     def _held_at(self, live: LiveWorld, at: State | None) -> Floats:
@@ -306,10 +288,9 @@ class Session:
             self._busy.release()
 
 
-def _resolved(live: LiveWorld, start: State, goal: State) -> Query:
-    first = start if isinstance(start, str) else joints_text(start, "start")
-    last = goal if isinstance(goal, str) else joints_text(goal, "goal")
-    return resolve_query(live.checker, parse_target(first), parse_targets(last), IK_SOLUTIONS)
+def _resolved(live: LiveWorld, request: PlanRequest) -> Query:
+    start, goals = parse_target(str(request.start)), parse_targets(str(request.goal))
+    return resolve_query(live.checker, start, goals, request.ik_solutions)
 
 
 def _still_free(live: LiveWorld, query: Query) -> Query | None:

@@ -2,27 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Annotated
+
 from pydantic import Field
 
-from planner.problem.run_schema import Nodes, RunRecord, Written
+from planner.problem.run_schema import Nodes, Record, RoadmapRecord, RunRecord
+
+Beta = Annotated[float, Field(ge=0, le=1)]
 
 
-class IntervalRecord(Written):
+@dataclass(frozen=True, kw_only=True)
+class IntervalRecord(Record):
     """A path and the betas that it is optimal for."""
 
-    beta_min: float = Field(ge=0, le=1)
-    beta_max: float = Field(ge=0, le=1)
-    manipulability_cost: float = Field(description="Omega")
-    distance_cost: float = Field(description="D")
+    beta_min: Beta
+    beta_max: Beta
+    manipulability_cost: float
+    """Omega"""
+    distance_cost: float
+    """D"""
     w_min: float
     w_mean: float
-    joint_length: float = Field(description="rad")
-    workspace_length: float = Field(description="m")
+    joint_length: float
+    """rad"""
+    workspace_length: float
+    """m"""
     path_nodes: Nodes
-    path: list[list[float]] = Field(description="joint waypoints, rad (m where a joint slides), start first")
+    path: list[list[float]]
+    """joint waypoints, rad (m where a joint slides), start first"""
 
 
-class PointRecord(Written):
+@dataclass(frozen=True, kw_only=True)
+class PointRecord(Record):
     """A non-dominated path."""
 
     manipulability_cost: float
@@ -31,23 +43,27 @@ class PointRecord(Written):
     path_nodes: Nodes
 
 
-class FrontRecord(Written):
+@dataclass(frozen=True, kw_only=True)
+class FrontRecord(Record):
     """The non-dominated paths."""
 
     complete: bool
-    labels: int = Field(description="partial paths that the search made")
+    labels: int
+    """partial paths that the search made"""
     beyond_every_beta: int
     points: list[PointRecord]
 
 
-class SupportRecord(Written):
+@dataclass(frozen=True, kw_only=True)
+class SupportRecord(Record):
     """A path that is optimal at a beta."""
 
-    beta: float = Field(ge=0, le=1)
+    beta: Beta
     path_nodes: Nodes
 
 
-class SearchRecord(Written):
+@dataclass(frozen=True, kw_only=True)
+class SearchRecord(Record):
     """What --resume goes on from."""
 
     roadmap_whole: bool
@@ -56,12 +72,18 @@ class SearchRecord(Written):
     found: list[SupportRecord]
 
 
+@dataclass(frozen=True, kw_only=True)
 class SweepRecord(RunRecord):
     """What ``planner sweep`` writes as sweep.json; units rad, m and s."""
 
     complete: bool
-    intervals: list[IntervalRecord] = Field(description="sorted; they cover [0, 1] where complete")
+    intervals: list[IntervalRecord]
+    """sorted; they cover [0, 1] where complete"""
     front: FrontRecord | None
+    roadmap: RoadmapRecord
     solves: int
     max_error_vs_oracle: float | None
     search: SearchRecord
+    timings_s: dict[str, float]
+    files: dict[str, str] | None = None
+    """SHA-256 of the files written beside this one"""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import get_type_hints
 
 import pytest
 
@@ -13,7 +14,8 @@ from tests.command_line import Run
 
 @pytest.mark.parametrize("kind", [RoadmapRequest, KeptRequest])
 def test_the_option_is_called_request(kind: type) -> None:
-    assert kind.__annotations__["motion_plan_request"].__metadata__[0].name == "request"
+    hints = get_type_hints(kind, include_extras=True)
+    assert hints["motion_plan_request"].__metadata__[0].name == "request"
 
 
 @pytest.mark.parametrize("command", [("plan",), ("roadmap", "check")])

@@ -29,7 +29,7 @@ def written(reason: NoPath) -> dict[str, Any]:
 def test_every_reason_for_no_path_has_its_record() -> None:
     for reason in REASONS:
         record = written(reason)
-        assert RECORD.validate_python(record, strict=False).model_dump(mode="json") == record
+        assert RECORD.dump_python(RECORD.validate_python(record, strict=False), mode="json") == record
     kinds = set(RECORD.json_schema()["discriminator"]["mapping"])
     assert kinds == {kind.kind for kind in NoPath.__args__} == {reason.kind for reason in REASONS}
 

@@ -19,9 +19,10 @@ from planner.collision.edge_prover import EdgeProver
 from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Obstacle, Sphere
-from planner.paths.measure import path_contact
+from planner.paths.measure import path_contact, path_manipulability
+from planner.planning.manipulability_floor import first_violation
 from planner.problem.outcome import Outcome
-from planner.problem.reasons import Separated
+from planner.problem.reasons import FloorTooHigh, Separated
 from planner.roadmap.roadmap import segments
 from planner.roadmap.storage import load_roadmap, same_world
 from planner.session.live_world import LiveWorld
@@ -363,3 +364,70 @@ def test_a_sessions_plan_is_a_plan_with_its_files_and_its_page(
     assert not found.roadmap.proven.all()  # what was opened and not asked for since is not passed off as proven
     assert found.edges.proven > 0
     assert found.seconds > 0.0
+
+
+def test_a_session_refines_as_a_plan_does_where_it_is_given_an_effort() -> None:
+    plain, refining = fresh(), fresh(effort=3)
+    first, best = (session.plan(POST_START, POST_GOAL, beta=0.7) for session in (plain, refining))
+    assert first.cost is not None
+    assert best.cost is not None
+    assert best.cost.total < 0.99 * first.cost.total
+    assert (first.request.rounds, best.request.rounds) == (0, 3)
+    assert first.curve == ()
+    assert best.to_dict()["quality"]["effort"] == 3
+    assert best.curve[-1][1] == pytest.approx(best.cost.total, rel=1e-6)
+    assert planner.check(best.path, best.checker).ok
+    assert (best.max_error_vs_oracle or 0.0) <= 1e-9
+    require_true(refining)
+    refining.add(BALL)
+    again = refining.replan()
+    assert again.solved
+    assert planner.check(again.path, again.checker).ok
+    require_true(refining)
+
+
+def test_a_session_keeps_a_floor() -> None:
+    """Each path is looked at densely by the one function that judges the floors of plans."""
+    plain = Session("panda", "shelf", nodes=60, collision="coal")
+    free = plain.plan(beta=1.0)
+    w = path_manipulability(free.robot, free.path)
+    tried = np.append(np.linspace(w.min(), w.max(), 12), 0.08)
+    floors = [floor for floor in tried.tolist() if first_violation(free.robot, free.path, floor) is not None]
+    assert floors, "without a floor the path dips below one"
+    kept_to = 0
+    for floor in floors:
+        session = Session("panda", "shelf", plain.roadmap, collision="coal", min_manipulability=floor)
+        for kept in (session.plan(beta=1.0), session.replan(), session.plan(beta=0.3)):
+            assert kept.outcome in (Outcome.SOLVED, Outcome.TOO_SINGULAR)
+            assert (kept.max_error_vs_oracle or 0.0) <= 1e-9
+            if kept.solved:
+                assert first_violation(kept.robot, kept.path, floor) is None
+                assert kept.to_dict()["manipulability"]["floor"]["holds"]
+                assert planner.check(kept.path, kept.checker).ok
+                kept_to += 1
+    assert kept_to >= len(floors)
+    session = Session("panda", "shelf", plain.roadmap, collision="coal", min_manipulability=0.01)
+    found = session.plan()
+    assert found.solved
+    assert found.message in found.page()
+    with pytest.raises(SceneError, match="no floor"):
+        session.plan_in_time()
+
+
+def test_a_floor_that_no_path_keeps_to_is_named_with_one_that_is() -> None:
+    session = Session("panda", "shelf", nodes=40, min_manipulability=0.2, collision="coal")
+    found = session.plan()
+    assert found.outcome is Outcome.TOO_SINGULAR
+    assert isinstance(found.reason, FloorTooHigh)
+    assert 0.0 <= found.reason.reachable < 0.2
+    assert found.message == found.reason.sentence
+
+
+def test_a_session_takes_the_options_of_a_plan_and_no_others() -> None:
+    with pytest.raises(PlannerError, match=r"a session knows no option 'nods' \(did you mean 'nodes'\?\): options are"):
+        Session("planar_2r", "empty", nods=3)  # type: ignore[call-arg]
+    with pytest.raises(PlannerError, match="metric is a part of the objective"):
+        Session("planar_2r", "empty", objective=planner.Objective(), metric="joint")
+    made = Session("planar_2r", "empty", nodes=10, objective=planner.Objective(0.2, "inverse"))
+    found = made.plan([-1.0, 0.8], [1.0, -0.8])
+    assert (found.request.beta, found.request.manipulability_cost) == (0.2, "inverse")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,15 +14,17 @@ from benchmarks.replan.run import bench_replan
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
 from planner.batch.results import read_rows
+from planner.problem.request import RoadmapRequest
 from tests.documents import ROOT
 
+PLAIN = RoadmapRequest("panda", collision="coal", nodes=60)
 EXAMPLES = ROOT / "scenes" / "examples"
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("bench")
-    assert bench_replan(EXAMPLES, place, nodes=60, changes=4, simulations=4).complete
+    assert bench_replan(EXAMPLES, place, PLAIN, changes=4, simulations=4).complete
     return place
 
 
@@ -44,7 +47,7 @@ def test_rows_that_are_there_are_not_measured_again(folder: Path, monkeypatch: p
     measured = []
     monkeypatch.setattr(bench, "_measure", lambda *rest, **_: measured.append(rest))
     before = (folder / "replan.csv").read_bytes()
-    bench_replan(EXAMPLES, folder, nodes=60, changes=4, simulations=4)
+    bench_replan(EXAMPLES, folder, PLAIN, changes=4, simulations=4)
     assert measured == []
     assert (folder / "replan.csv").read_bytes() == before
 
@@ -63,7 +66,7 @@ def test_limits_are_widened_where_that_is_asked_for(tmp_path: Path) -> None:
     (tmp_path / "request0001.yaml").write_text(yaml.safe_dump(request))
     (tmp_path / "scene0001.yaml").write_bytes((EXAMPLES / "scene0001.yaml").read_bytes())
     found = [
-        bench_replan(tmp_path, tmp_path / "out", nodes=60, changes=1, simulations=0, widen_limits=widen).rows
+        bench_replan(tmp_path, tmp_path / "out", replace(PLAIN, widen_limits=widen), changes=1, simulations=0).rows
         for widen in (False, True)
     ]
     assert [row.outcome == "refused" for (row, *_) in found] == [True, False]

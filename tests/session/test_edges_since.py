@@ -8,7 +8,6 @@ import numpy as np
 
 from planner.planning.replanned import Edges
 from planner.session.edge_proofs import ARM, EdgeProofs
-from planner.session.report import edges_between
 
 STATES = {"free": 0.1, "open": np.nan, "blocked": -np.inf}
 
@@ -22,7 +21,7 @@ def test_every_transition_is_counted_once() -> None:
     pairs = list(itertools.product(STATES, STATES))
     before = edge_states([a for a, _ in pairs], [False] * 9)
     after = edge_states([b for _, b in pairs], [a == "blocked" for a, _ in pairs])
-    found = edges_between(before, after)
+    found = after.since(before)
     expected = Edges(
         proven=sum(a == "open" and b == "free" for a, b in pairs),
         removed=sum(a != "blocked" and b == "blocked" for a, b in pairs),
@@ -30,5 +29,5 @@ def test_every_transition_is_counted_once() -> None:
         opened=sum(a == "free" and b == "open" for a, b in pairs),
     )
     assert found == expected
-    assert edges_between(before, after, checked=False).proven == 0
+    assert after.since(before, checked=False).proven == 0
     assert found + found == Edges(*(2 * n for n in (found.proven, found.removed, found.regained, found.opened)))
