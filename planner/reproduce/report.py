@@ -13,7 +13,7 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from planner.base.errors import FileError
+from planner.base.errors import FileError, OptionError
 from planner.base.files import make_folder, write_whole
 from planner.base.versions import versions
 
@@ -112,6 +112,13 @@ def write_report(report: Report, folder: Path) -> list[Path]:
     return [*paths, folder / f"{report.name}.json"]
 
 
+def require_counts(**counts: int) -> None:
+    """Refuse counts, by their option's name, that are below 1; :class:`OptionError`."""
+    for name, count in counts.items():
+        if count < 1:
+            raise OptionError(f"{name} must be at least 1, not {count}.")
+
+
 def require_figures() -> None:
     """Refuse before the work starts where matplotlib is not installed; :class:`FileError`."""
     if importlib.util.find_spec("matplotlib") is None:
@@ -129,3 +136,8 @@ def _finite(value: Any) -> Any:
 def _plain(value: Any) -> Any:
     """A NumPy scalar or array in a table, as plain data."""
     return value.tolist()
+
+
+def or_infinite(value: float | None) -> float:
+    """A time that was not reached, None, is +inf."""
+    return np.inf if value is None else value

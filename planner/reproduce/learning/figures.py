@@ -9,11 +9,9 @@ import numpy as np
 from planner.figures import learning as learning_figures
 from planner.figures.learning import CurvePanel, GraphPanel
 from planner.learning import LearningRule
-from planner.reproduce.learning.cases import ERROR_DRIVEN, RULES
-from planner.reproduce.learning.robot import PRIORS, TASKS, Campaign
-from planner.reproduce.learning.robot_report import regrets
+from planner.reproduce.learning.robot import PRIORS, TASKS, Campaign, regrets
 from planner.reproduce.learning.scan import ALPHAS, BETAS, GRAPHS, Tried
-from planner.reproduce.learning.study import GraphStudy
+from planner.reproduce.learning.study import ERROR_DRIVEN, RULES, GraphStudy
 from planner.reproduce.learning.verdicts import shares
 from planner.reproduce.report import Picture
 

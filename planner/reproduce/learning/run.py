@@ -14,12 +14,18 @@ from planner.base.progress import QUIET, Progress
 from planner.learning import FIRST_WEIGHT, LearningRule
 from planner.problem.request import SERIAL, WorkersRequest, require_seed
 from planner.processes.parallel import collected
-from planner.reproduce.learning.cases import RULES, T_P
 from planner.reproduce.learning.graphs import OFFSET, RANGE, SIDE_NODES
-from planner.reproduce.learning.robot import Campaign, RobotSettings, campaigns_in, run_campaigns
-from planner.reproduce.learning.robot_report import campaign_records, robot_rows, robot_verdicts
+from planner.reproduce.learning.robot import (
+    Campaign,
+    RobotSettings,
+    campaign_records,
+    campaigns_in,
+    robot_rows,
+    robot_verdicts,
+    run_campaigns,
+)
 from planner.reproduce.learning.scan import TRIALS, Tried, scan
-from planner.reproduce.learning.study import GraphStudy, study_graph
+from planner.reproduce.learning.study import RULES, T_P, GraphStudy, study_graph
 from planner.reproduce.learning.verdicts import learning_verdicts, shares
 from planner.reproduce.report import Picture, Report, Row, require_figures
 
