@@ -216,10 +216,7 @@ def _joints_of(group: Group, srdf: Srdf, description: urdf.Description, model: p
         if joint not in description.joints:
             raise RobotError(f"{where} names joint {shown(joint)}, which the URDF has not: mend one of the two.")
         yield joint
-    for link in group.links:
-        joint = _parent_joint(description, link, where)
-        if joint is not None:
-            yield joint
+    yield from filter(None, (_parent_joint(description, link, where) for link in group.links))
     for base, tip in group.chains:
         yield from _between(description, base, tip, where)
 

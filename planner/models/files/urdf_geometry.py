@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import frozen
 from planner.base.errors import RobotError, choices
 from planner.base.files import is_file
 from planner.base.silenced import Silenced
@@ -53,9 +53,10 @@ def read_geometry(description: Description, model: pin.Model, kind: pin.Geometry
             "or set ROS_PACKAGE_PATH."
         ) from None
     if kind is pin.GeometryType.COLLISION and geometry.ngeoms < description.collision_elements:
+        because = f" ({said})" if (said := printed.complaint()) else ""
         raise RobotError(
             f"only {geometry.ngeoms} of the {description.collision_elements} collision geometries of "
-            f"{description.path} could be read{_because(printed)}: use box, sphere, cylinder, capsule or mesh."
+            f"{description.path} could be read{because}: use box, sphere, cylinder, capsule or mesh."
         )
     links = {item.name: model.frames[item.parentFrame].name for item in geometry.geometryObjects}
     if not meshes.keys() <= links.keys():
@@ -114,11 +115,6 @@ def _places(description: Description, name: str) -> Iterator[Path]:
     return (path for path in found if is_file(path))
 
 
-def _because(printed: Silenced) -> str:
-    said = printed.complaint()
-    return f" ({said})" if said else ""
-
-
 def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:
     """Pinocchio's geometry objects, ``placed`` on a reduced model, as backend-neutral bodies, in their order."""
     return tuple(
@@ -128,7 +124,7 @@ def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:
             joint=int(item.parentJoint),
             shape=geometry.meshes.get(item.name) or _shape(item),
             placement=frozen(item.placement.homogeneous),
-            color=_rgba(item.meshColor),
+            color=tuple(item.meshColor.tolist()),
         )
         for item in placed.geometryObjects
     )
@@ -143,8 +139,3 @@ def _shape(item: pin.GeometryObject) -> Shape:
         ) from None
     except ValueError as error:
         raise RobotError(f"geometry '{item.name}': {error}; use box, sphere, cylinder, capsule or mesh.") from None
-
-
-def _rgba(color: Floats) -> tuple[float, float, float, float]:
-    red, green, blue, alpha = (float(value) for value in color)
-    return red, green, blue, alpha
