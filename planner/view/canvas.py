@@ -20,22 +20,13 @@ from planner.view.colours import hex_colour
 from planner.view.surfaces import tube
 
 _SCRIPTS = (  # one script, in this order, the last one after those of a live page
-    *("page_robot.js", "page_roadmap.js", "page_pointer.js"),
-    *(
-        "page_joints.js",
-        "page_choice.js",
-        "page_effort.js",
-        "page_curve.js",
-        "page_motion.js",
-        "page_moving.js",
-        "page_camera.js",
-    ),
+    *("page_robot.js", "page_roadmap.js", "page_pointer.js", "page_joints.js", "page_choice.js"),
+    *("page_effort.js", "page_curve.js", "page_motion.js", "page_moving.js", "page_camera.js"),
 )
 _LIVE_SCRIPTS = ("live_gizmo.js", "live.js")
 _LINES_OPACITY = 0.3
-_Z_FROM_Y = np.array(
-    [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float
-)  # three.js cylinders lie on y
+# three.js cylinders lie on y
+_Z_FROM_Y = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
 class Canvas:

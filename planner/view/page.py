@@ -15,7 +15,6 @@ from planner.base.beside import hashes
 from planner.base.errors import Reason
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
-from planner.base.resolutions import SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
 from planner.models.robot import Robot
@@ -40,7 +39,7 @@ from planner.view.drawing import (
     visual_names,
 )
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
-from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
+from planner.view.shown_path import W_UNIT, Rows, ShownPath
 from planner.view.surfaces import smoothed
 from planner.view.visuals import drawn_bodies, visuals_of
 
@@ -82,6 +81,11 @@ class Content:
         if self.live is not None:
             return np.ones(len(self.roadmap.nodes), dtype=bool), np.ones(len(self.roadmap.edges), dtype=bool)
         return drawn_part(self.roadmap)
+
+    @property
+    def shown(self) -> Sequence[ShownPath]:
+        """The paths; of a robot that stands still one of a single configuration."""
+        return self.paths or [ShownPath(self.configuration[None], self.facts)]
 
     @property
     def notes(self) -> Rows:
@@ -168,7 +172,7 @@ def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:
     roadmap = draw_roadmap(canvas, content.roadmap, robot, content.drawn) if content.roadmap else None
     for k, shown in enumerate(content.paths):
         if len(shown.path) > 1:
-            draw_path(canvas, f"paths/{k}", robot, shown.path if shown.motion is None else _curve(shown.motion))
+            draw_path(canvas, f"paths/{k}", robot, shown.path if shown.motion is None else shown.motion.states)
     if isinstance(content.reason, NoWay):
         draw_gap(canvas, robot, content.reason.gap)
     return {
@@ -177,29 +181,20 @@ def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:
         "blamed": None if content.reason is None else content.reason.kind,
         "roadmap": roadmap,
         "cost": _field(content, content.cost_to_go),
-        "paths": _paths(content),
+        "paths": [_path(content, shown) for shown in content.shown],
         "current": content.current,
     }
 
 
-def _paths(content: Content) -> list[dict[str, Any]]:
-    """Each path with its motion; a robot that configuration still is a path of one configuration."""
-    shown = content.paths or [ShownPath(content.configuration[None], content.facts)]
-    return [
-        {
-            "interval": item.interval,
-            "costs": item.costs,
-            "numbers": item.numbers,
-            "cost": _field(content, item.cost_to_go),
-            **motion_data(content.robot, item.path, item.motion),
-        }
-        for item in shown
-    ]
-
-
-def _curve(motion: ShownMotion) -> Floats:
-    """States (n, dof) along a motion, close enough to draw the tool's way by."""
-    return motion.trajectory.at(np.linspace(motion.trajectory.times[0], motion.trajectory.times[-1], SHOWN_STATES))
+def _path(content: Content, shown: ShownPath) -> dict[str, Any]:
+    """A path with its motion."""
+    return {
+        "interval": shown.interval,
+        "costs": shown.costs,
+        "numbers": shown.numbers,
+        "cost": _field(content, shown.cost_to_go),
+        **motion_data(content.robot, shown.path, shown.motion),
+    }
 
 
 def _field(content: Content, x: Floats | None) -> list[float | None] | None:

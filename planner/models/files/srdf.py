@@ -13,7 +13,7 @@ import pinocchio as pin
 from planner.base.errors import RobotError, choices
 from planner.base.yamlfile import FARTHEST, nearest, shown
 from planner.models.files import urdf
-from planner.models.files.xacro import read_xml
+from planner.models.files.xacro import read_root
 
 _ELEMENTS = {  # with the attributes without which they mean nothing
     "group": ("name",),
@@ -79,10 +79,7 @@ class Srdf:
 
 def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
     """The SRDF at ``path``, xacro with ``arguments`` included; :class:`RobotError` says what is wrong with it."""
-    try:
-        root = ET.fromstring(read_xml(path, "SRDF", arguments))
-    except ET.ParseError as error:
-        raise RobotError(f"SRDF {path} is not well-formed XML ({error}): mend the file.") from None
+    root = read_root(path, "SRDF", arguments)
     if root.tag != "robot":
         raise RobotError(f"{path} is no SRDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
     _require_known(root, path)

@@ -21,7 +21,7 @@ from planner.base.yamlfile import FARTHEST, shown
 from planner.models.files import mjcf
 from planner.models.files.meshes import reason
 from planner.models.files.urdf_rules import ends, require_sane_urdf
-from planner.models.files.xacro import read_xml
+from planner.models.files.xacro import read_root
 from planner.models.poses import se3
 
 MJCF = "mujoco"  # the root element of MJCF files
@@ -97,11 +97,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
     It may be xacro, which is expanded with ``arguments``, or MuJoCo's MJCF. Capsules are read only from version 1.1 on
     (they vanish otherwise), so the version is raised.
     """
-    text = read_xml(path, "URDF", arguments)
-    try:
-        root = ET.fromstring(text)
-    except ET.ParseError as error:
-        raise RobotError(f"URDF {path} is not well-formed XML ({error}): mend the file.") from None
+    root = read_root(path, "URDF", arguments)
     if root.tag == MJCF:
         return _of_mjcf(path, root)
     if root.tag != "robot":
