@@ -60,10 +60,7 @@ def paths_figure(study: GraphStudy, rules: Sequence[LearningRule] = RULES) -> Pi
 
 def share_figure(studies: Sequence[GraphStudy]) -> Picture:
     """Share of shortest paths by iteration."""
-    curves = {}
-    for rule in RULES:
-        curves[rule.label] = shares([[facts.optimal for facts in study.facts(rule)] for study in studies])
-    return learning_figures.share_curves(curves, len(studies))
+    return learning_figures.share_curves({rule.label: shares(studies, rule) for rule in RULES}, len(studies))
 
 
 def threshold_figure(studies: Sequence[GraphStudy]) -> Picture:
@@ -87,8 +84,11 @@ def scan_figure(tried: Sequence[Tried]) -> Picture:
 def robot_figure(campaigns: Sequence[Campaign]) -> Picture:
     """Regret and beliefs against executions, for one start and for many."""
     one, many = TASKS
-    grab = lambda task, quantity: {p: regrets(campaigns, task, p, quantity) for p in PRIORS}  # noqa: E731
     regret, believed = "regret (optimal costs)", "cost believed / optimum"
+
+    def grab(task: str, quantity: str) -> dict[str, np.ndarray]:
+        return {prior: regrets(campaigns, task, prior, quantity) for prior in PRIORS}
+
     spread_out = grab(many, "field_regret")
     return learning_figures.execution_curves(
         [

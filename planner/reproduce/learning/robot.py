@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from planner import gabf, learning
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats
 from planner.base.errors import OptionError, StateError
 from planner.base.progress import QUIET, Progress
 from planner.construction.build import build_roadmap
@@ -150,7 +151,7 @@ def _all_campaigns(number: int, progress: Progress, settings: RobotSettings, see
     case = make_case(_query(settings), settings.nodes, seed, number, progress)
     if case is None:
         return None
-    kinds = [(task, prior) for task in TASKS for prior in PRIORS]
+    kinds = itertools.product(TASKS, PRIORS)
     found = [campaign(case, prior, task, settings.executions, seed) for task, prior in kinds if not progress.stopped]
     return None if progress.stopped else found
 
@@ -171,10 +172,8 @@ def make_case(query: Query, nodes: int, seed: int, number: int, progress: Progre
         raise StateError(f"roadmap {number} joins no start to a goal within {nodes} nodes: raise --nodes.")
     plain = build_network(roadmap, Objective(1.0, charge="nodes"))
     zone = slow_zone(query, roadmap, plain)
-    edge = edge_of_arc(roadmap, plain)
-    costs = execution_costs(query.robot, roadmap, BETA, [zone])
-    length = distance_cost(roadmap)
-    greatest = greatest_costs(roadmap, [zone])
+    edge, length = edge_of_arc(roadmap, plain), distance_cost(roadmap)
+    costs, greatest = execution_costs(query.robot, roadmap, BETA, [zone]), greatest_costs(roadmap, [zone])
     rule = ErrorDriven(beta=1.0 / learning.K_for_excess(float(greatest.max()), LOSS))
     priors = (least_costs(roadmap, BETA), costs.sum() / length.sum() * length, greatest)
     informed = gabf.Network(plain.indptr, plain.indices, costs[edge], sources=roadmap.goals, kernel=gabf.Additive())
@@ -202,7 +201,9 @@ def slow_zone(query: Query, roadmap: Roadmap, network: gabf.Network) -> SlowZone
 def campaign(case: RobotCase, prior: str, task: str, executions: int, seed: int) -> Campaign:
     """Execute, reveal, learn, plan again."""
     beliefs = believed(case.network, case.rule, case.priors[prior])
-    starts = _starts(case, task, executions, np.random.default_rng([seed, case.number, 1]))
+    elsewhere = np.setdiff1d(np.flatnonzero(np.isfinite(case.optimum)), case.roadmap.goals)
+    drawn = np.random.default_rng([seed, case.number, 1]).choice(elsewhere, executions)
+    starts = np.full(executions, case.start) if task == TASKS[0] else drawn
     known = np.zeros(case.network.n_arcs, dtype=bool)
     steps, costly = [], 0
     for done in run_executions(beliefs, case.costs, case.rule, starts):
@@ -210,13 +211,6 @@ def campaign(case: RobotCase, prior: str, task: str, executions: int, seed: int)
         steps.append(_step(case, done, float(known.mean())))
         costly += int(steps[-1].regret > LOSS)
     return Campaign(case.number, prior, task, tuple(steps), costly, case.network.n_nodes // 2)
-
-
-def _starts(case: RobotCase, task: str, executions: int, rng: np.random.Generator) -> Ints:
-    if task == TASKS[0]:
-        return np.full(executions, case.start)
-    rooms = np.setdiff1d(np.flatnonzero(np.isfinite(case.optimum)), case.roadmap.goals)
-    return rng.choice(rooms, executions)
 
 
 def _step(case: RobotCase, done: Execution, known: float) -> Step:
@@ -236,28 +230,23 @@ def _step(case: RobotCase, done: Execution, known: float) -> Step:
 
 def robot_rows(campaigns: Sequence[Campaign], settings: Mapping[str, Any] | None) -> list[Row]:
     """One line a task, prior and a few of the executions; columns as :func:`learning.learning_table`."""
-    rows = []
+    rows: list[Row] = []
     if not campaigns or settings is None:
         return rows
-    for task in TASKS:
-        for prior in PRIORS:
-            regret = regrets(campaigns, task, prior)
-            for k in sorted({*(k for k in _SHOWN if k < regret.shape[1]), regret.shape[1]}):
-                rows.append(
-                    {
-                        "study": f"{settings['robot']} in {settings['scene']}, {task}, {prior}",
-                        "iteration": k,
-                        "optimal": float((regret[:, k - 1] <= LOSS).mean()),
-                        "mean excess (%)": _percent(regret[:, k - 1].mean()),
-                        "largest excess (%)": _percent(regret[:, k - 1].max()),
-                    }
-                )
+    for task, prior in itertools.product(TASKS, PRIORS):
+        regret = regrets(campaigns, task, prior)
+        about = f"{settings['robot']} in {settings['scene']}, {task}, {prior}"
+        for k in sorted({*(k for k in _SHOWN if k < regret.shape[1]), regret.shape[1]}):
+            now = regret[:, k - 1]
+            excess = (round(100.0 * float(value), 6) for value in (now.mean(), now.max()))  # no rounding of sums
+            rows.append(learning_row(about, k, (now <= LOSS).mean(), *excess))
     return rows
 
 
-def _percent(regret: float) -> float:
-    """Without the rounding of sums."""
-    return round(100.0 * float(regret), 6)
+def learning_row(study: str, iteration: int, optimal: Any, mean: Any, largest: float) -> Row:
+    """One line of the table: the share of optimal paths, and by how much (%) they are too costly."""
+    excess = {"mean excess (%)": float(mean), "largest excess (%)": largest}
+    return {"study": study, "iteration": iteration, "optimal": float(optimal), **excess}
 
 
 def campaign_records(campaigns: Sequence[Campaign]) -> list[Row]:
@@ -280,8 +269,8 @@ def robot_verdicts(campaigns: Sequence[Campaign]) -> tuple[Verdict, ...]:
     """What the executions show; counts are of roadmaps. The paper says nothing of this, so all are marked (ours)."""
     if not campaigns:
         return ()
-    one, many = TASKS
-    optimistic = PRIORS[0]
+    (one, many), optimistic = TASKS, PRIORS[0]
+    fields = {prior: regrets(campaigns, many, prior, "field_regret").mean(axis=0) for prior in PRIORS}
     return (
         *(_ends_optimal(campaigns, one, prior) for prior in PRIORS),
         tally(
@@ -292,9 +281,10 @@ def robot_verdicts(campaigns: Sequence[Campaign]) -> tuple[Verdict, ...]:
         ),
         tally(
             "(ours) The learned field approaches the informed optimum (optimistic, many starts).",
-            (_approaches(campaign) for campaign in _of(campaigns, many, optimistic)),
+            # the paths from every node have lost nine tenths of the regret they had at worst
+            (field[-1] <= 0.1 * max(field) for field in regrets(campaigns, many, optimistic, "field_regret")),
             "mean regret of the paths from every node, first, at its worst and last: "
-            + "; ".join(f"{prior} {_field(campaigns, prior)}" for prior in PRIORS),
+            + "; ".join(f"{prior} {x[0]:.3f}, {x.max():.3f}, {x[-1]:.3f}" for prior, x in fields.items()),
         ),
         tally(
             "(ours) Every planning stage on the roadmap settles before T_p.",
@@ -316,17 +306,6 @@ def _ends_optimal(campaigns: Sequence[Campaign], task: str, prior: str) -> Verdi
         f"{spread(sum(s.regret for s in c.steps) for c in chosen)} optimal costs; edges seen at the end "
         f"{spread(100.0 * c.steps[-1].known for c in chosen)} %",
     )
-
-
-def _approaches(campaign: Campaign) -> bool:
-    """The paths from every node have lost nine tenths of the regret they had at worst."""
-    regret = [step.field_regret for step in campaign.steps]
-    return regret[-1] <= 0.1 * max(regret)
-
-
-def _field(campaigns: Sequence[Campaign], prior: str) -> str:
-    mean = regrets(campaigns, TASKS[1], prior, "field_regret").mean(axis=0)
-    return f"{mean[0]:.3f}, {mean.max():.3f}, {mean[-1]:.3f}"
 
 
 def _of(campaigns: Sequence[Campaign], task: str, prior: str) -> list[Campaign]:

@@ -33,7 +33,12 @@ def learning_verdicts(studies: Sequence[GraphStudy]) -> tuple[Verdict, ...]:
     return (*found, _connected(studies))
 
 
-def shares(runs: Sequence[Sequence[bool]]) -> list[float]:
+def shares(studies: Sequence[GraphStudy], rule: LearningRule) -> list[float]:
+    """The share of graphs with the shortest path at each stage of a rule."""
+    return _means([[facts.optimal for facts in study.facts(rule)] for study in studies])
+
+
+def _means(runs: Sequence[Sequence[bool]]) -> list[float]:
     """The share of True at each place, over the runs."""
     return np.array(runs, dtype=float).mean(axis=0).tolist() if runs else []
 
@@ -188,7 +193,7 @@ def _at_once(studies: Sequence[GraphStudy]) -> list[Verdict]:
     if not both:
         return []
     names = {"at_once": "at once", "by_node": "in turn from the start", "outwards": "in turn from the goal"}
-    found = {title: shares([getattr(pair, name) for pair in both])[1:] for name, title in names.items()}
+    found = {title: _means([getattr(pair, name) for pair in both])[1:] for name, title in names.items()}
     return [
         tally(
             "GABF enables simultaneous training of each wbar_ij, in contrast to sequential training.",
@@ -205,8 +210,14 @@ def _simulation(studies: Sequence[GraphStudy], rule: LearningRule) -> list[Verdi
     stages = list(zip(*(study.facts(rule) for study in studies), strict=True))
     name, first, end = f"({rule.label})", stages[1], stages[-1]
     last = len(stages) - 1
+    off = spread(facts.off_target / rule.beta for facts in end)
     found = [
-        _approximates(rule, name, end),
+        tally(
+            f"The trained weights wbar_ij approximate 1 - w_ij / K {name}.",
+            (facts.off_target <= CLOSE * rule.beta for facts in end),
+            f"after the last iteration the median |wbar - (1 - beta d)| is {off} beta; correlation of weights with "
+            f"distances {spread((facts.correlation for facts in end), '.2f')}",
+        ),
         tally(
             f"After the initial training, GABF produces a feasible but suboptimal path {name}.",
             (not facts.optimal for facts in first),
@@ -217,7 +228,7 @@ def _simulation(studies: Sequence[GraphStudy], rule: LearningRule) -> list[Verdi
         if k <= last:
             found.append(_improved(f"After {k} training iterations ({who})", name, first, stages[k]))
     sixth = "the sixth" if last == 6 else f"the last ({last})"
-    by_iteration = shares([[facts.optimal for facts in study.facts(rule)] for study in studies])
+    by_iteration = shares(studies, rule)
     found.append(
         tally(
             f"After {sixth} training iteration, GABF identifies and converges to the shortest path {name}.",
@@ -227,16 +238,6 @@ def _simulation(studies: Sequence[GraphStudy], rule: LearningRule) -> list[Verdi
         )
     )
     return found
-
-
-def _approximates(rule: LearningRule, name: str, end: Sequence[StageFacts]) -> Verdict:
-    off = spread(facts.off_target / rule.beta for facts in end)
-    return tally(
-        f"The trained weights wbar_ij approximate 1 - w_ij / K {name}.",
-        (facts.off_target <= CLOSE * rule.beta for facts in end),
-        f"after the last iteration the median |wbar - (1 - beta d)| is {off} beta; correlation of weights with "
-        f"distances {spread((facts.correlation for facts in end), '.2f')}",
-    )
 
 
 def _improved(when: str, name: str, before: Sequence[StageFacts], after: Sequence[StageFacts]) -> Verdict:
