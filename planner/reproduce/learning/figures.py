@@ -9,6 +9,7 @@ import numpy as np
 from planner.figures import learning as learning_figures
 from planner.figures.learning import CurvePanel, GraphPanel
 from planner.learning import LearningRule
+from planner.reproduce.learning.graphs import START
 from planner.reproduce.learning.robot import PRIORS, TASKS, Campaign, regrets
 from planner.reproduce.learning.scan import ALPHAS, BETAS, GRAPHS, Tried
 from planner.reproduce.learning.study import ERROR_DRIVEN, RULES, GraphStudy
@@ -110,8 +111,7 @@ def _name(rule: LearningRule) -> str:
 def _panels(study: GraphStudy, rule: LearningRule) -> list[GraphPanel]:
     run, graph = study.runs[rule.name], study.graph
     last = len(run.stages) - 1
-    chosen = [k for k in SHOWN if k <= last]
-    chosen += [last] if last not in chosen else []
+    chosen = [*(k for k in SHOWN if k < last), last]
     arcs = np.column_stack([graph.network.tails, graph.network.indices])
     return [
         GraphPanel(
@@ -120,7 +120,7 @@ def _panels(study: GraphStudy, rule: LearningRule) -> list[GraphPanel]:
             position=graph.position,
             arcs=arcs,
             wbar=run.stages[k].wbar,
-            path=run.paths[k],
+            path=run.stages[k].path(START),
             shortest=graph.shortest,
         )
         for k in chosen

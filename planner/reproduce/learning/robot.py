@@ -114,7 +114,6 @@ class RobotCase:
     priors: dict[str, Floats]
     rule: ErrorDriven
     optimum: Floats
-    zone: SlowZone
 
     @property
     def start(self) -> int:
@@ -185,7 +184,6 @@ def make_case(query: Query, nodes: int, seed: int, number: int, progress: Progre
         priors={name: prior[edge] for name, prior in zip(PRIORS, priors, strict=True)},
         rule=rule,
         optimum=gabf.oracle(informed),
-        zone=zone,
     )
 
 

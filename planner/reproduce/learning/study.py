@@ -68,11 +68,6 @@ class TrainingRun:
     stages: tuple[Stage, ...]
     facts: tuple[StageFacts, ...]
 
-    @property
-    def paths(self) -> tuple[np.ndarray, ...]:
-        """The path of each stage."""
-        return tuple(stage.path(START) for stage in self.stages)
-
 
 def train(graph: GridGraph, rule: LearningRule, iterations: int) -> TrainingRun:
     """Learn all arcs at once for ``iterations``, every stage under the singularity-free law."""
