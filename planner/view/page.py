@@ -214,10 +214,9 @@ def field_data(x: Floats | None) -> list[float | None] | None:
 
 def _poses(content: Content, configuration: Floats) -> Floats:
     """Where the robot configuration, and some of where it goes along its paths."""
-    rows = [configuration[None]]
-    for shown in content.paths:
-        rows.append(configurations_at(shown.path, path_shares(shown.path)[0], np.linspace(0.0, 1.0, _LOOKS)))
-    return np.vstack(rows)
+    shares = np.linspace(0.0, 1.0, _LOOKS)
+    rows = [configurations_at(shown.path, path_shares(shown.path)[0], shares) for shown in content.paths]
+    return np.vstack([configuration[None], *rows])
 
 
 def _points(content: Content) -> Floats:
