@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import io
-import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -14,7 +13,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 from planner.base.errors import FileError, OptionError
-from planner.base.files import make_folder, write_whole
+from planner.base.files import make_folder, write_json, write_whole
 from planner.base.versions import versions
 
 Row: TypeAlias = Mapping[str, Any]
@@ -77,7 +76,7 @@ class Report:
             "figures": list(self.figures),
             **self.more,
         }
-        return _finite(record)
+        return _plain(record)
 
 
 def tally(sentence: str, cases: Iterable[bool], note: str) -> Verdict:
@@ -107,8 +106,7 @@ def write_report(report: Report, folder: Path) -> list[Path]:
         figure.savefig(image, format="png", dpi=_DPI)
         write_whole(folder / name, image.getvalue())
         paths.append(folder / name)
-    text = json.dumps(report.to_dict(), indent=1, allow_nan=False, default=_plain) + "\n"
-    write_whole(folder / f"{report.name}.json", text.encode())
+    write_json(folder / f"{report.name}.json", report.to_dict())
     return [*paths, folder / f"{report.name}.json"]
 
 
@@ -125,17 +123,14 @@ def require_figures() -> None:
         raise FileError("figures need matplotlib, which is not installed: pip install 'gabf-planner[figures]'.")
 
 
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def _plain(value: Any) -> Any:
-    """A NumPy scalar or array in a table, as plain data."""
-    return value.tolist()
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def or_infinite(value: float | None) -> float:

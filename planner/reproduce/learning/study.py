@@ -81,7 +81,7 @@ def _facts(graph: GridGraph, rule: LearningRule, stage: Stage) -> StageFacts:
     product = float(stage.wbar[arcs_along(stage.network, path)].prod())
     return StageFacts(
         iteration=stage.iteration,
-        optimal=bool(np.array_equal(path, graph.shortest)),
+        optimal=graph.is_shortest(path),
         excess=graph.length(path) / graph.shortest_length - 1.0,
         hops=len(path) - 1,
         off_target=float(np.median(np.abs(stage.wbar - (1.0 - rule.beta * graph.d)))),
@@ -197,7 +197,7 @@ def large_k(graph: GridGraph, found: Threshold) -> LargeK:
 def _shortest_at(graph: GridGraph, K: float) -> bool:
     network = replace(graph.network, weight=graph.d, kernel=gabf.Multiplicative(K))
     field = gabf.solve(network, law=gabf.SingularityFree(T=T_P), x0=0.0)
-    return bool(np.array_equal(gabf.extract_path(network, field, START), graph.shortest))
+    return graph.is_shortest(gabf.extract_path(network, field, START))
 
 
 @dataclass(frozen=True)
@@ -216,20 +216,16 @@ class InTurn:
 
 def compare_in_turn(graph: GridGraph, run: TrainingRun) -> InTurn:
     """Train the arcs one after another as often as ``run`` trained them at once."""
-    network = graph.network
+    network, iterations = graph.network, len(run.stages) - 1
     nearest_first = np.argsort(-run.stages[0].activity[network.indices], kind="stable")
-    return InTurn(
-        at_once=tuple(facts.optimal for facts in run.facts),
-        by_node=_in_turn(graph, run, np.arange(network.n_arcs)),
-        outwards=_in_turn(graph, run, nearest_first),
-        solves=network.n_arcs,
-    )
 
+    def in_turn(order: Ints) -> tuple[bool, ...]:
+        law = gabf.SingularityFree(T=T_P)
+        stages = learning.learn_in_turn(network, run.rule, graph.d, iterations, law, order)
+        return tuple(graph.is_shortest(stage.path(START)) for stage in stages)
 
-def _in_turn(graph: GridGraph, run: TrainingRun, order: Ints) -> tuple[bool, ...]:
-    iterations, law = len(run.stages) - 1, gabf.SingularityFree(T=T_P)
-    stages = learning.learn_in_turn(graph.network, run.rule, graph.d, iterations, law, order)
-    return tuple(bool(np.array_equal(stage.path(START), graph.shortest)) for stage in stages)
+    at_once = tuple(facts.optimal for facts in run.facts)
+    return InTurn(at_once, in_turn(np.arange(network.n_arcs)), in_turn(nearest_first), network.n_arcs)
 
 
 @dataclass(frozen=True, eq=False)
