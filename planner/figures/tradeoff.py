@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 
@@ -89,22 +88,18 @@ def beta_costs(
     panels[0].plot([], [], label="GABF, one roadmap each", **_FAINT)
     lines, labels = panels[0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="outside upper left", ncols=4, frameon=False, handlelength=3.6)
-    _relative(panels[2], betas, costs, printed)
-    for axes in panels:
-        axes.set_xticks(betas)
-    return figure
-
-
-def _relative(axes: Axes, betas: Sequence[float], costs: tuple[Floats, Floats], printed: tuple[Floats, Floats]) -> None:
-    """Each cost over its own value at the last beta: what the paper's normalisation leaves comparable."""
+    axes = labelled(panels[2], BETA, "cost relative to that at $\\beta = 1$")
     for k, (symbol, ours, theirs) in enumerate(zip(("\\Omega", "D"), costs, printed, strict=True)):
+        # what the paper's normalisation leaves comparable
         share = np.median(ours / ours[:, -1:], axis=0)
         axes.plot(betas, share, label=f"${symbol}$, ours (median)", **{**marked(2 * k), "linewidth": 2.0})
         axes.plot(betas, theirs / theirs[-1], label=f"${symbol}$, paper", **marked(2 * k + 1))
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    labelled(axes, BETA, "cost relative to that at $\\beta = 1$")
     axes.legend(frameon=False, fontsize=8, handlelength=3.6)
+    for axes in panels:
+        axes.set_xticks(betas)
+    return figure
 
 
 def _intervals(tradeoff: Tradeoff) -> tuple[Interval, ...]:

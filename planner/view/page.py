@@ -128,8 +128,14 @@ def page(content: Content) -> str:
     names |= draw_robot(canvas, robot, configuration, red)
     names |= draw_scene(canvas, content.scene, red)
     changing = draw_answer(canvas, content)
+    shares = np.linspace(0.0, 1.0, _LOOKS)
+    looks = [configurations_at(shown.path, path_shares(shown.path)[0], shares) for shown in content.paths]
+    states = [shown.path for shown in content.paths]
+    if content.roadmap is not None:
+        states.append(content.roadmap.nodes[content.drawn[0]])
+    points = tool_positions(robot, np.vstack(states)) if states else np.zeros((0, 3))
     centre, radius = extent(
-        robot, content.scene, boxes or robot.bodies, _poses(content, configuration), _points(content)
+        robot, content.scene, boxes or robot.bodies, np.vstack([configuration[None], *looks]), points
     )
     data: dict[str, Any] = {
         **changing,
@@ -210,18 +216,3 @@ def field_data(x: Floats | None) -> list[float | None] | None:
     for node in np.flatnonzero(~np.isfinite(x)).tolist():
         values[node] = None
     return values
-
-
-def _poses(content: Content, configuration: Floats) -> Floats:
-    """Where the robot configuration, and some of where it goes along its paths."""
-    shares = np.linspace(0.0, 1.0, _LOOKS)
-    rows = [configurations_at(shown.path, path_shares(shown.path)[0], shares) for shown in content.paths]
-    return np.vstack([configuration[None], *rows])
-
-
-def _points(content: Content) -> Floats:
-    """Where the tool is at the roadmap's nodes and the paths' waypoints."""
-    rows = [shown.path for shown in content.paths]
-    if content.roadmap is not None:
-        rows.append(content.roadmap.nodes[content.drawn[0]])
-    return tool_positions(content.robot, np.vstack(rows)) if rows else np.zeros((0, 3))
