@@ -201,7 +201,7 @@ def load_visuals(robot: Robot) -> tuple[Body, ...]:
     """
     full = urdf.build_model(robot.source)
     try:
-        geometry = read_geometry(robot.source, full, pin.GeometryType.VISUAL)
+        geometry = read_geometry(robot.source, full, "visual")
         _, placed = urdf.reduce(full, geometry.model, robot.joints, robot.fixed_joints, robot.base)
         return (*bodies(placed, geometry), *robot.carried)
     except RobotError as error:
@@ -225,7 +225,7 @@ def assemble(
     free = {*planned, *fixed, *(item.joint for item in description.mimics)}
     fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
     base = pose() if base is None else placement("base", base)
-    geometry = read_geometry(description, files.model, pin.GeometryType.COLLISION)
+    geometry = read_geometry(description, files.model, "collision")
     held = urdf.followed(description, files.model, geometry.model, planned, fixed)
     model, placed = urdf.reduce(files.model, geometry.model, planned, held, base)
     lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.kept import kept
-from planner.models.files.urdf_geometry import visual_mesh_files
+from planner.models.files.urdf_geometry import mesh_files
 from planner.models.robot import Robot, load_visuals
 from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Sphere
 from planner.view.canvas import Canvas
@@ -56,7 +56,7 @@ def visuals_of(robot: Robot) -> Visuals:
 def _kept(robot: Robot, what: str, arrays_of: Callable[[Iterable[Body]], dict[str, Any]]) -> Mapping[str, Any]:
     """What is made of the smoothed bodies, out of the cache where it is there."""
     held = (*robot.joints, *sorted(robot.fixed_joints.items()))
-    files = [np.frombuffer(file.read_bytes(), dtype=np.uint8) for file in visual_mesh_files(robot.source)]
+    files = [np.frombuffer(file.read_bytes(), dtype=np.uint8) for file in mesh_files(robot.source, "visual")]
 
     def make() -> dict[str, Any]:
         loaded = load_visuals(replace(robot, carried=()))
