@@ -30,7 +30,14 @@ def learning_verdicts(studies: Sequence[GraphStudy]) -> tuple[Verdict, ...]:
     found = [*kernel_verdicts(studies), *_rule(studies), *_at_once(studies)]
     for rule in RULES:
         found += _simulation(studies, rule)
-    return (*found, _connected(studies))
+    redraws = sum(study.graph.redraws for study in studies)
+    connected = tally(
+        "(ours) A graph as described has a path from every node (counts are of drawn graphs).",
+        [True] * len(studies) + [False] * redraws,
+        f"the others were thrown away; {spread((s.graph.d.size / 2 for s in studies), '.0f')} links; the offset moves "
+        f"{spread((study.graph.outside for study in studies), '.0f')} of the 36 nodes out of [0,1] x [0,1]",
+    )
+    return (*found, connected)
 
 
 def shares(studies: Sequence[GraphStudy], rule: LearningRule) -> list[float]:
@@ -248,17 +255,6 @@ def _improved(when: str, name: str, before: Sequence[StageFacts], after: Sequenc
         f"optimal on {sum(b.optimal for b in after)}; as long as after iteration 1 on "
         f"{sum(b.excess == a.excess for a, b in pairs)}, longer on {sum(b.excess > a.excess for a, b in pairs)}; "
         f"{_excess(after)}",
-    )
-
-
-def _connected(studies: Sequence[GraphStudy]) -> Verdict:
-    redraws = sum(study.graph.redraws for study in studies)
-    outside = [study.graph.outside for study in studies]
-    return tally(
-        "(ours) A graph as described has a path from every node (counts are of drawn graphs).",
-        [True] * len(studies) + [False] * redraws,
-        f"the others were thrown away; {spread((s.graph.d.size / 2 for s in studies), '.0f')} links; the offset moves "
-        f"{spread(outside, '.0f')} of the 36 nodes out of [0,1] x [0,1]",
     )
 
 
