@@ -171,7 +171,7 @@ def group_joints(srdf: Srdf, name: str, description: urdf.Description, model: pi
 
     Raises :class:`RobotError` for an unknown group, or one that names unknown links or moves nothing.
     """
-    found = {joint for group in _with_subgroups(srdf, name) for joint in _joints_of(group, srdf, description, model)}
+    found = {joint for group in _with_subgroups(srdf, name) for joint in _joints_of(group, srdf, description)}
     found -= srdf.passive | {item.joint for item in description.mimics}
     joints = [joint for joint in model.names[1:] if joint in found]
     if not joints:
@@ -207,7 +207,7 @@ def _with_subgroups(srdf: Srdf, name: str) -> Iterator[Group]:
     raise RobotError(f"group '{name}' of SRDF {srdf.path} contains itself: mend the file.")
 
 
-def _joints_of(group: Group, srdf: Srdf, description: urdf.Description, model: pin.Model) -> Iterator[str]:
+def _joints_of(group: Group, srdf: Srdf, description: urdf.Description) -> Iterator[str]:
     where = f"group '{group.name}' of SRDF {srdf.path}"
     for joint in group.joints:
         if joint not in description.joints:

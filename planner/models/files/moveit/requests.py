@@ -235,7 +235,7 @@ def read_motion_plan_request(path: Place) -> MotionPlanRequest:
         message.group_name,
         carried(start.attached_collision_objects, where),
         not start.is_diff,
-        {kind: factor if factor <= 1.0 else 1.0 for kind, factor in factors.items() if factor > 0.0},
+        {kind: min(factor, 1.0) for kind, factor in factors.items() if factor > 0.0},
         notes,
     )
 
