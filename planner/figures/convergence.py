@@ -7,13 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
-from planner.figures.strokes import stroke
+from planner.figures.strokes import labelled, single, stroke
 
 _SHOWN = 40
 _FLOOR = 1e-10  # smaller errors are drawn here: a log axis has no zero
@@ -35,15 +34,17 @@ def convergence(results: Mapping[str, gabf.CostToGo], nodes: Ints | None = None,
     for axes, (label, result) in zip(panels, results.items(), strict=False):
         course = _history(label, result)
         chosen = _spread_nodes(result.x) if nodes is None else np.asarray(nodes)
-        t, x = _until_deadline(result, course.t), course.x[:, chosen]
-        for k, column in enumerate(_rested(result, course.t, x).T):
+        t, x, deadline = course.t, course.x[:, chosen], result.law.prescribed_time
+        if deadline is not None:  # until then settled nodes rest
+            t, x = np.append(t, deadline), np.vstack([x, x[-1:]])
+        for k, column in enumerate(x.T):
             axes.plot(t, column, color=str(0.75 - 0.7 * k / max(1, len(chosen) - 1)), linewidth=0.9)
-        _mark_times(axes, result)
-        axes.set_title(label, fontsize=10)
-        axes.set_xlabel("time $t$ (s)")
-        axes.set_ylabel(f"state $x_i$ ({unit})")
+        if deadline is not None:
+            axes.axvline(deadline, label="$T_p$", **_DEADLINE)
+        if result.settling_time is not None:
+            axes.axvline(result.settling_time, label="every node settled", **_SETTLED)
+        labelled(axes, "time $t$ (s)", f"state $x_i$ ({unit})", label)
         axes.set_xlim(0.0, 1.02 * t[-1])
-        axes.grid(alpha=0.25)
     for axes in panels[len(results) :]:
         axes.set_axis_off()
     lines: dict[str, Any] = {}
@@ -59,8 +60,7 @@ def error_decay(results: Mapping[str, gabf.CostToGo], unit: str = "no unit") -> 
     x* is Dijkstra's. The time axis ends at one and a half of the latest T_p, if any result has one. Raises
     :class:`OptionError` for a result that was solved without ``save``.
     """
-    figure = Figure(figsize=(6.8, 3.8), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = single(6.8, 3.8, "time $t$ (s)", f"largest $|x_i - x_i^*|$ ({unit}), 0 drawn at {_FLOOR:g}")
     for k, (label, result) in enumerate(results.items()):
         course = _history(label, result)
         x_star = gabf.oracle(result.network)
@@ -70,10 +70,7 @@ def error_decay(results: Mapping[str, gabf.CostToGo], unit: str = "no unit") -> 
     deadlines = sorted({r.law.prescribed_time for r in results.values() if r.law.prescribed_time is not None})
     for T in deadlines:
         axes.axvline(T, label=f"$T_p = {T:g}$ s", **_DEADLINE)
-    axes.set_xlabel("time $t$ (s)")
-    axes.set_ylabel(f"largest $|x_i - x_i^*|$ ({unit}), 0 drawn at {_FLOOR:g}")
     axes.set_xlim(0.0, 1.5 * deadlines[-1] if deadlines else None)
-    axes.grid(alpha=0.25)
     axes.legend(frameon=False, handlelength=3.6)
     return figure
 
@@ -88,21 +85,3 @@ def _spread_nodes(x: Floats) -> Ints:
     """Up to 40 nodes, their final states ascending and spread evenly by rank."""
     order = np.argsort(x, kind="stable")[: int(np.isfinite(x).sum())]
     return order[np.unique(np.linspace(0, len(order) - 1, _SHOWN).round().astype(np.int64))]
-
-
-def _until_deadline(result: gabf.CostToGo, t: Floats) -> Floats:
-    """The times, and T_p after them where there is one."""
-    T = result.law.prescribed_time
-    return t if T is None else np.append(t, T)
-
-
-def _rested(result: gabf.CostToGo, t: Floats, x: Floats) -> Floats:
-    """The states (k, n) with the rest that settled nodes keep until T_p."""
-    return x if result.law.prescribed_time is None else np.vstack([x, x[-1:]])
-
-
-def _mark_times(axes: Axes, result: gabf.CostToGo) -> None:
-    if result.law.prescribed_time is not None:
-        axes.axvline(result.law.prescribed_time, label="$T_p$", **_DEADLINE)
-    if result.settling_time is not None:
-        axes.axvline(result.settling_time, label="every node settled", **_SETTLED)

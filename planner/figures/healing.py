@@ -7,14 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PathCollection
-from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from planner.base.arrays import Floats, Ints
 from planner.collision.checker import CollisionChecker
-from planner.figures.space import blocked_grid
+from planner.figures.space import blocked_grid, shaded_nodes
 from planner.roadmap.roadmap import Roadmap
-from planner.view.colours import ramp_stops
 
 _COLUMNS, _RED = 3, "#c8102e"
 
@@ -66,17 +65,6 @@ def _draw_edges(axes: Axes, roadmap: Roadmap, lost: Ints) -> None:
 
 
 def _draw_nodes(axes: Axes, roadmap: Roadmap, x: Floats, settled: Floats, top: float) -> PathCollection:
-    known = np.isfinite(x)
-    moving = known & np.isfinite(settled) & ~np.isclose(x, settled, rtol=1e-9, atol=1e-9)
-    axes.plot(*roadmap.nodes[~known].T, ".", color="0.6", markersize=4, zorder=4)
+    moving = np.isfinite(x) & np.isfinite(settled) & ~np.isclose(x, settled, rtol=1e-9, atol=1e-9)
     axes.scatter(*roadmap.nodes[moving].T, s=44, facecolors="none", edgecolors=_RED, linewidths=1.2, zorder=5)
-    return axes.scatter(
-        *roadmap.nodes[known].T,
-        c=x[known],
-        cmap=LinearSegmentedColormap.from_list("cost", ramp_stops()[::-1]),
-        norm=Normalize(0.0, top),
-        s=14,
-        edgecolors="black",
-        linewidths=0.2,
-        zorder=4,
-    )
+    return shaded_nodes(axes, roadmap, x, dot=4, zorder=4, norm=Normalize(0.0, top), s=14, linewidths=0.2)

@@ -18,7 +18,7 @@ from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.figures.strokes import MARKS, SHADES, stroke
+from planner.figures.strokes import MARKS, SHADES, labelled, single, stroke
 
 NodeHistory: TypeAlias = tuple[Floats, Floats, Floats]
 """t (k,) s, state error x - x* (k,) km, control input (k,) km/s of one node."""
@@ -53,30 +53,20 @@ def node_histories(rows: Sequence[tuple[str, Mapping[str, NodeHistory]]], node: 
     parts: Any = figure.subfigures(len(rows), 1, squeeze=False)
     for part, (title, curves) in zip(parts[:, 0], rows, strict=True):
         panels = part.subplots(1, 3)
-        for k, (label, history) in enumerate(curves.items()):
-            _node_curve(panels, label, _at_rest_until(T_p, history), stroke(k))
-        for axes, name in zip(panels, _node_labels(node), strict=True):
-            axes.set_ylabel(name)
-            axes.set_xlabel(f"time $t$ (s), $T_p = {T_p:g}$ s")
-            axes.set_xlim(0.0, end)
-            axes.grid(alpha=0.25)
+        for k, (label, (t, error, u)) in enumerate(curves.items()):
+            t, error, u = np.append(t, T_p), np.append(error, error[-1]), np.append(u, 0.0)  # once settled it rests
+            panels[0].plot(t, error, label=label, **stroke(k))
+            panels[1].semilogy(t, np.maximum(np.abs(error), _FLOOR), **stroke(k))
+            panels[2].plot(t, u, **stroke(k))
+        error, u = f"x_{{{node}}} - x_{{{node}}}^*", f"u_{{{node}}}"
+        names = f"state error ${error}$ (km)", f"$|{error}|$ (km)", f"control input ${u}$ (km/s)"
+        for axes, name in zip(panels, names, strict=True):
+            labelled(axes, f"time $t$ (s), $T_p = {T_p:g}$ s", name).set_xlim(0.0, end)
         panels[1].set_ylim(bottom=_FLOOR)
         lines, labels = panels[0].get_legend_handles_labels()
         place = {"loc": "outside upper center", "ncols": len(labels)}
         part.legend(lines, labels, title=title or None, frameon=False, handlelength=3.6, **place)
     return figure
-
-
-def _node_labels(node: int) -> tuple[str, str, str]:
-    error = f"x_{{{node}}} - x_{{{node}}}^*"
-    return f"state error ${error}$ (km)", f"$|{error}|$ (km)", f"control input $u_{{{node}}}$ (km/s)"
-
-
-def _node_curve(panels: Sequence[Axes], label: str, history: NodeHistory, style: dict[str, Any]) -> None:
-    t, error, u = history
-    panels[0].plot(t, error, label=label, **style)
-    panels[1].semilogy(t, np.maximum(np.abs(error), _FLOOR), **style)
-    panels[2].plot(t, u, **style)
 
 
 def exponent_summary(grids: Mapping[str, Grid]) -> Figure:
@@ -100,17 +90,13 @@ def exponent_summary(grids: Mapping[str, Grid]) -> Figure:
 
 def near_deadline(histories: Mapping[str, ErrorHistory], T_p: float, title: str = "") -> Figure:
     """Largest error against the time left before T_p, both on log axes; T_p is infinitely far to the right."""
-    figure = Figure(figsize=(7.2, 4.4), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = single(7.2, 4.4)
     for k, (label, (t, error)) in enumerate(histories.items()):
         left = T_p - t
         shown = left > 1e-9
         axes.loglog(left[shown], np.maximum(error[shown], _FLOOR), label=label, **stroke(k))
     axes.invert_xaxis()
-    axes.set_xlabel("time left, $T_p - t$ (s)")
-    axes.set_ylabel(f"largest state error (km), 0 drawn at {_FLOOR:g}")
-    axes.set_title(title, fontsize=10)
-    axes.grid(alpha=0.25)
+    labelled(axes, "time left, $T_p - t$ (s)", f"largest state error (km), 0 drawn at {_FLOOR:g}", title)
     axes.legend(frameon=False, handlelength=3.6, loc="center right", bbox_to_anchor=(1.0, 0.32))
     return figure
 
@@ -174,12 +160,6 @@ def _draw_arc(axes: Axes, network: gabf.Network, arc: int, thick: bool) -> None:
     across = 0.5 * bend
     middle = 0.5 * (x0 + x1) + across * (y1 - y0), 0.5 * (y0 + y1) - across * (x1 - x0)
     axes.text(*middle, f"{network.weight[arc]:g}", fontsize=8.5, zorder=2, bbox=_LABEL_BOX, **_CENTRED)
-
-
-def _at_rest_until(T_p: float, history: NodeHistory) -> NodeHistory:
-    """The history with the rest that a settled node keeps until T_p."""
-    t, e, u = history
-    return np.append(t, T_p), np.append(e, e[-1]), np.append(u, 0.0)
 
 
 def _exponent_lines(axes: Axes, cells: Mapping[tuple[str, str], Sequence[float]]) -> None:

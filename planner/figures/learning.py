@@ -15,11 +15,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from planner.base.arrays import Floats, Ints
+from planner.figures.strokes import DASHES, MARKS, SHADES, labelled, single
 
-_LOOKS: tuple[dict[str, Any], ...] = (
-    {"color": "#0b2545", "linestyle": "-", "marker": "o"},
-    {"color": "#b23a0e", "linestyle": (0, (5, 1.5)), "marker": "s"},
-    {"color": "#3a7d44", "linestyle": (0, (1, 1.1)), "marker": "^"},
+_LOOKS: tuple[dict[str, Any], ...] = tuple(
+    {"color": SHADES[k], "linestyle": DASHES[dash], "marker": MARKS[k]} for k, dash in enumerate((0, 1, 3))
 )
 _PATH: dict[str, Any] = {"color": "#c1121f", "linewidth": 2.4, "solid_capstyle": "round", "zorder": 3}
 _SHORTEST: dict[str, Any] = {"color": "black", "linewidth": 1.3, "linestyle": (0, (2, 2)), "zorder": 4}
@@ -64,29 +63,23 @@ def learned_paths(rows: Sequence[Sequence[GraphPanel]]) -> Figure:
 
 def share_curves(curves: Mapping[str, Sequence[float]], graphs: int) -> Figure:
     """Share of graphs with the shortest path (%) after each training iteration, from before the first one on."""
-    figure = Figure(figsize=(6.4, 3.8), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = single(6.4, 3.8, "training iterations", f"shortest path found (% of {graphs} graphs)")
     for look, (label, shares) in zip(_LOOKS, curves.items(), strict=False):
         axes.plot(range(len(shares)), 100.0 * np.array(shares), label=label, linewidth=1.6, markersize=5, **look)
-    axes.set_xlabel("training iterations")
-    axes.set_ylabel(f"shortest path found (% of {graphs} graphs)")
     axes.set_ylim(0.0, 104.0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.grid(alpha=0.25)
     axes.legend(frameon=False, loc="center right", bbox_to_anchor=(1.0, 0.3))
     return figure
 
 
 def threshold_scatter(gap: Floats, smallest: Floats, bound: Floats, used: float) -> Figure:
     """The smallest sufficient K and the proved bound of each graph against the gap to its second-shortest path."""
-    figure = Figure(figsize=(6.4, 4.0), layout="constrained")
-    axes = figure.add_subplot()
+    gap_axis = "second-shortest path less shortest path"
+    figure, axes = single(6.4, 4.0, gap_axis, "$K$ from which on the path is shortest")
     axes.loglog(gap, bound, "v", color=_LOOKS[1]["color"], mfc="white", ms=5, label="proved: $W^* + Q^* / (2\\,gap)$")
     axes.loglog(gap, smallest, "o", color=_LOOKS[0]["color"], ms=4, label="smallest $K$")
     axes.axhline(used, color="0.35", linewidth=1.2, linestyle=(0, (5, 2)))
     axes.text(gap.max(), used * 0.75, f"$K = 1/\\beta = {used:g}$", ha="right", va="top", fontsize=9)
-    axes.set_xlabel("second-shortest path less shortest path")
-    axes.set_ylabel("$K$ from which on the path is shortest")
     axes.grid(alpha=0.25, which="both")
     axes.legend(frameon=False, loc="upper right", bbox_to_anchor=(1.0, 0.88))
     return figure
@@ -174,7 +167,4 @@ def _draw_curves(axes: Axes, panel: CurvePanel) -> None:
         axes.axhline(panel.level, color="0.35", linewidth=1.0)
     if panel.last is not None:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("executions")
-    axes.set_ylabel(panel.quantity)
-    axes.set_title(panel.title, fontsize=10)
-    axes.grid(alpha=0.25)
+    labelled(axes, "executions", panel.quantity, panel.title)

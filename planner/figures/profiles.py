@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.collision.checker import CollisionChecker
-from planner.figures.strokes import marked, stroke
+from planner.figures.strokes import labelled, marked, single, stroke
 from planner.kinematics.manipulability import manipulability
-from planner.models.robot import Robot
 from planner.paths.measure import dense_path, path_clearance
-
-UNITS = {"pose": "m³", "translation": "m³", "planar": "m²"}
-"""The unit of w by the rows of the Jacobian that it is taken over."""
+from planner.view.shown_path import W_UNIT
 
 
 def path_profiles(checker: CollisionChecker, paths: Mapping[str, Floats]) -> Figure:
@@ -29,31 +25,32 @@ def path_profiles(checker: CollisionChecker, paths: Mapping[str, Floats]) -> Fig
     upper, lower = figure.subplots(2, 1, sharex=True)
     robot = checker.robot
     for k, (label, path) in enumerate(paths.items()):
-        _require_path(label, path)
+        if not len(path):
+            raise OptionError(f"'{label}' has no path to draw: leave it out, or plan with another seed or more nodes.")
         q = dense_path(path)
         upper.plot(motion_along(q), manipulability(robot, q), label=label, **stroke(k))
         q, clearance = path_clearance(checker, path)
         lower.plot(motion_along(q), clearance, **stroke(k))
-    upper.set_ylabel(w_label(robot))
-    lower.set_ylabel("clearance (m)")
-    lower.set_xlabel("joint motion from the start (rad)")
+    labelled(upper, y=f"manipulability $w$ ({W_UNIT[robot.manipulability]})")
+    labelled(lower, "joint motion from the start (rad)", "clearance (m)")
     for axes in (upper, lower):
-        _calm(axes)
+        axes.set_ylim(bottom=0.0)
+        axes.margins(x=0.01)
     figure.legend(loc="outside upper center", ncols=min(4, len(paths)), frameon=False, handlelength=3.6)
     return figure
 
 
 def clearance_bounds(certified: Floats, measured: Floats) -> Figure:
     """What proofs say of edges against what measuring finds, (m,) metres each: no dot may lie above the diagonal."""
-    figure = Figure(figsize=(4.8, 4.4), layout="constrained")
-    axes = figure.add_subplot()
+    measured_axis, certified_axis = (
+        "smallest clearance measured along the edge (m)",
+        "clearance that its proof certifies (m)",
+    )
+    figure, axes = single(4.8, 4.4, measured_axis, certified_axis)
     end = 1.05 * float(max(certified.max(initial=0.0), measured.max(initial=0.0)))
     axes.plot([0.0, end], [0.0, end], color="0.5", linewidth=1.0, label="equal")
     axes.plot(measured, certified, label="an edge", **{**marked(0), "linestyle": "none"})
-    axes.set_xlabel("smallest clearance measured along the edge (m)")
-    axes.set_ylabel("clearance that its proof certifies (m)")
     axes.set_aspect("equal")
-    axes.grid(alpha=0.25)
     axes.legend(frameon=False)
     return figure
 
@@ -61,19 +58,3 @@ def clearance_bounds(certified: Floats, measured: Floats) -> Figure:
 def motion_along(q: Floats) -> Floats:
     """Joint motion (n,) rad from the first of the configurations (n, dof) to each."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
-
-
-def w_label(robot: Robot) -> str:
-    """The name of w on an axis, with its unit."""
-    return f"manipulability $w$ ({UNITS[robot.manipulability]})"
-
-
-def _require_path(label: str, path: Floats) -> None:
-    if not len(path):
-        raise OptionError(f"'{label}' has no path to draw: leave it out, or plan with another seed or more nodes.")
-
-
-def _calm(axes: Axes) -> None:
-    axes.set_ylim(bottom=0.0)
-    axes.margins(x=0.01)
-    axes.grid(alpha=0.25)

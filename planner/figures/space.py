@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
@@ -63,21 +63,18 @@ def determinant_grid(robot: Robot, first: Floats, second: Floats) -> Floats:
     return np.array([[np.linalg.det(jacobian(robot, np.array([p, q]))) for q in second] for p in first])
 
 
+def shaded_nodes(axes: Axes, roadmap: Roadmap, x: Floats, dot: float, **look: Any) -> PathCollection:
+    """The roadmap's nodes shaded by ``x`` (n,), with the ``look`` of a scatter; those that reach no goal grey dots."""
+    known, shades = np.isfinite(x), LinearSegmentedColormap.from_list("cost", ramp_stops()[::-1])
+    axes.plot(*roadmap.nodes[~known].T, ".", color="0.6", markersize=dot, zorder=look["zorder"])
+    return axes.scatter(*roadmap.nodes[known].T, c=x[known], cmap=shades, edgecolors="black", **look)
+
+
 def _draw_roadmap(figure: Figure, axes: Axes, robot: Robot, roadmap: Roadmap, cost_to_go: Floats) -> None:
     a = roadmap.nodes[roadmap.edges[:, 0]]
     b = a + robot.difference(a, roadmap.nodes[roadmap.edges[:, 1]])
     axes.add_collection(LineCollection(list(np.stack([a, b], axis=1)), colors="0.6", linewidths=0.6, zorder=2))
-    known = np.isfinite(cost_to_go)
-    axes.plot(*roadmap.nodes[~known].T, ".", color="0.6", markersize=5, zorder=3)
-    dots = axes.scatter(
-        *roadmap.nodes[known].T,
-        c=cost_to_go[known],
-        cmap=LinearSegmentedColormap.from_list("cost", ramp_stops()[::-1]),
-        s=22,
-        edgecolors="black",
-        linewidths=0.3,
-        zorder=3,
-    )
+    dots = shaded_nodes(axes, roadmap, cost_to_go, dot=5, zorder=3, s=22, linewidths=0.3)
     figure.colorbar(dots, ax=axes, label="cost-to-go $x$ (no unit)")
 
 

@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
 from planner.base.shares import traded_off
-from planner.figures.strokes import SHADES, marked, stroke
+from planner.figures.strokes import SHADES, labelled, marked, single, stroke
 from planner.tradeoff.sweep import Interval, Tradeoff, reached_by_beta
 
 OMEGA, DISTANCE = "manipulability cost $\\Omega$ (no unit)", "distance cost $D$ (no unit)"
@@ -30,8 +29,7 @@ def tradeoff_front(tradeoff: Tradeoff) -> Figure:
     the lower convex hull, which is all that beta can reach. Raises :class:`OptionError` where there is no path.
     """
     intervals = _intervals(tradeoff)
-    figure = Figure(figsize=(6.4, 4.4), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = single(6.4, 4.4, OMEGA, DISTANCE)
     omega, distance = ([getattr(i, name) for i in intervals] for name in ("manipulability_cost", "distance_cost"))
     axes.plot(omega, distance, label="optimal for some $\\beta$", zorder=3, **{**marked(0), "markersize": 7})
     for k, interval in enumerate(intervals):
@@ -44,10 +42,7 @@ def tradeoff_front(tradeoff: Tradeoff) -> Figure:
         more = "" if tradeoff.front.complete else ", as far as searched"
         if len(beyond):
             axes.plot(*beyond.T, label=f"non-dominated, reached by no $\\beta${more}", zorder=2, **_BEYOND)
-    axes.set_xlabel(OMEGA)
-    axes.set_ylabel(DISTANCE)
     axes.margins(x=0.25, y=0.12)
-    axes.grid(alpha=0.25)
     axes.legend(frameon=False)
     return figure
 
@@ -58,19 +53,15 @@ def cost_envelope(tradeoff: Tradeoff) -> Figure:
     Raises :class:`OptionError` where there is no path.
     """
     intervals = _intervals(tradeoff)
-    figure = Figure(figsize=(6.4, 4.0), layout="constrained")
-    axes = figure.add_subplot()
+    figure, axes = single(6.4, 4.0, BETA, "$(1 - \\beta)\\,\\Omega + \\beta D$ (no unit)")
     ends = np.array([0.0, 1.0])
     for k, interval in enumerate(intervals):
         axes.plot(ends, _total(interval, ends), label=f"path {k + 1}", **{**stroke(k + 1), "linewidth": 1.1})
     betas = np.array([intervals[0].beta_min, *(interval.beta_max for interval in intervals)])
     costs = [_total(intervals[max(0, k - 1)], beta) for k, beta in enumerate(betas)]
     axes.plot(betas, costs, label="least cost", **{**marked(0), "linewidth": 2.6})
-    axes.set_xlabel(BETA)
-    axes.set_ylabel("$(1 - \\beta)\\,\\Omega + \\beta D$ (no unit)")
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(bottom=0.0)
-    axes.grid(alpha=0.25)
     axes.legend(frameon=False, handlelength=3.6)
     return figure
 
@@ -93,29 +84,22 @@ def beta_costs(
         axes.plot(betas, np.median(costs[row], axis=0), label="GABF, median", **{**marked(0), "linewidth": 2.2})
         for k, (label, pair) in enumerate(others.items(), start=1):
             axes.axhline(float(np.median(pair[row])), label=f"{label}, median", **stroke(k))
-        axes.set_ylabel(name)
-        axes.set_ylim(bottom=0.0)
+        labelled(axes, BETA, name).set_ylim(bottom=0.0)
     panels[0].plot([], [], label="GABF, one roadmap each", **_FAINT)
     lines, labels = panels[0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="outside upper left", ncols=4, frameon=False, handlelength=3.6)
-    _relative(panels[2], betas, costs, printed)
-    for axes in panels:
-        axes.set_xlabel(BETA)
-        axes.set_xticks(betas)
-        axes.grid(alpha=0.25)
-    return figure
-
-
-def _relative(axes: Axes, betas: Sequence[float], costs: tuple[Floats, Floats], printed: tuple[Floats, Floats]) -> None:
-    """Each cost over its own value at the last beta: what the paper's normalisation leaves comparable."""
+    axes = labelled(panels[2], BETA, "cost relative to that at $\\beta = 1$")
     for k, (symbol, ours, theirs) in enumerate(zip(("\\Omega", "D"), costs, printed, strict=True)):
+        # what the paper's normalisation leaves comparable
         share = np.median(ours / ours[:, -1:], axis=0)
         axes.plot(betas, share, label=f"${symbol}$, ours (median)", **{**marked(2 * k), "linewidth": 2.0})
         axes.plot(betas, theirs / theirs[-1], label=f"${symbol}$, paper", **marked(2 * k + 1))
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes.set_ylabel("cost relative to that at $\\beta = 1$")
     axes.legend(frameon=False, fontsize=8, handlelength=3.6)
+    for axes in panels:
+        axes.set_xticks(betas)
+    return figure
 
 
 def _intervals(tradeoff: Tradeoff) -> tuple[Interval, ...]:

@@ -25,6 +25,7 @@ Polygons: TypeAlias = list[Floats]
 
 _SIDES = 20
 _VIEW = 24.0, -60.0  # elevation and azimuth, degrees
+_OBSTACLES: dict[str, Any] = {"facecolor": (0.6, 0.6, 0.6, 0.16), "edgecolor": (0, 0, 0, 0.16), "linewidth": 0.4}
 _BEHIND: dict[str, Any] = {"color": "0.55", "linewidth": 3.0, "solid_capstyle": "round"}
 
 
@@ -36,23 +37,22 @@ def tool_paths(robot: Robot, scene: Scene, paths: Mapping[str, Floats]) -> Figur
     figure = Figure(figsize=(11.0, 5.4))
     drawn = {label: (tool_positions(robot, dense_path(q)), tool_positions(robot, q)) for label, q in paths.items()}
     faces = [face for item in scene.obstacles for face in faces_of(item.shape, item.placement)]
-    points, arms = np.concatenate([dense for dense, _ in drawn.values()]), [_arm(robot, q) for q in _ends_of(paths)]
+    first = next(iter(paths.values()))
+    points, arms = np.concatenate([dense for dense, _ in drawn.values()]), [_arm(robot, q) for q in first[[0, -1]]]
     whole, near = _limits(np.concatenate([points, *arms, *faces])), _limits(points)
     for place, limits in ((121, whole), (122, near)):
         axes: Any = figure.add_subplot(place, projection="3d", computed_zorder=False)
         _frame(axes, limits)
-        _draw_obstacles(axes, [cut for face in faces if len(cut := clipped(face, *limits))])
+        shown = [cut for face in faces if len(cut := clipped(face, *limits))]
+        axes.add_collection3d(Poly3DCollection(shown, zorder=1, **_OBSTACLES))
         for arm in arms if limits is whole else []:
             axes.plot(*arm.T, zorder=2, **_BEHIND)
         for k, (label, (dense, waypoints)) in enumerate(drawn.items()):
             axes.plot(*dense.T, label=label, zorder=4 + k, **{**stroke(k), "linewidth": 2.0})
             axes.plot(*waypoints.T, MARKS[k % 6], color=stroke(k)["color"], markersize=3.5, zorder=4 + k)
         _mark_ends(axes, next(iter(drawn.values()))[0])
-        axes.set_title(
-            f"{robot.name}, scene '{scene.name}'" if limits is whole else "the tool paths, enlarged",
-            y=0.98,
-            fontsize=10,
-        )
+        title = f"{robot.name}, scene '{scene.name}'" if limits is whole else "the tool paths, enlarged"
+        axes.set_title(title, y=0.98, fontsize=10)
     lines, labels = figure.axes[0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="upper center", ncols=4, frameon=False, handlelength=4.0)
     figure.subplots_adjust(left=0.0, right=0.94, bottom=0.03, top=0.94, wspace=0.1)
@@ -114,16 +114,6 @@ def clipped(face: Floats, low: Floats, high: Floats) -> Floats:
                     corners.append(face[k])
             face = np.reshape(corners, (-1, 3))
     return face
-
-
-def _draw_obstacles(axes: Axes3D, faces: Polygons) -> None:
-    look = {"facecolor": (0.6, 0.6, 0.6, 0.16), "edgecolor": (0, 0, 0, 0.16), "linewidth": 0.4}
-    axes.add_collection3d(Poly3DCollection(faces, zorder=1, **look))
-
-
-def _ends_of(paths: Mapping[str, Floats]) -> tuple[Floats, Floats]:
-    first = next(iter(paths.values()))
-    return first[0], first[-1]
 
 
 def _arm(robot: Robot, q: Floats) -> Floats:

@@ -52,7 +52,11 @@ def execution_costs(robot: Robot, roadmap: Roadmap, beta: float, zones: Sequence
     pieces = parts_of(roadmap.joint_length, COST_ALONG_EDGE)
     row, first = np.repeat(np.arange(len(pieces)), pieces), np.cumsum(pieces) - pieces
     share = (np.arange(len(row)) - first[row] + 0.5) / pieces[row]
-    rate = _rate(robot, roadmap, start[row] + share[:, None] * delta[row], beta, zones)
+    q = start[row] + share[:, None] * delta[row]
+    rate = (1.0 - beta) * manipulability_cost(manipulability(robot, q), roadmap.scale) + beta
+    position = tool_positions(robot, q)
+    for zone in zones:
+        rate *= np.where(zone.holds(position), zone.factor, 1.0)
     mean = np.add.reduceat(rate, first) / pieces if len(pieces) else np.zeros(0)
     return mean * distance_cost(roadmap)
 
@@ -72,12 +76,3 @@ def edge_of_arc(roadmap: Roadmap, network: gabf.Network) -> Ints:
     low, high = np.minimum(network.tails, network.indices), np.maximum(network.tails, network.indices)
     n = len(roadmap.nodes)
     return np.searchsorted(roadmap.edges[:, 0] * n + roadmap.edges[:, 1], low * n + high)
-
-
-def _rate(robot: Robot, roadmap: Roadmap, q: Floats, beta: float, zones: Sequence[SlowZone]) -> Floats:
-    omega = manipulability_cost(manipulability(robot, q), roadmap.scale)
-    rate = (1.0 - beta) * omega + beta
-    position = tool_positions(robot, q)
-    for zone in zones:
-        rate *= np.where(zone.holds(position), zone.factor, 1.0)
-    return rate

@@ -29,23 +29,18 @@ def placement_of(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
     if frame in (*_WORLD, robot.world_frame):
         return frozen(np.eye(4))
     found = next((each for each in robot.model.frames if each.name == frame), None)
+    here = f"frame '{robot.world_frame or 'world'}'"
     if found is not None and found.parentJoint == 0:
         return frozen(found.placement.homogeneous)
-    if found is None and frame in {parent for parent, _ in fixed.values()}:
-        return frozen(np.eye(4))
     if found is not None:
-        raise SceneError(
-            f"{what} is given in frame {shown(frame)}, which moves with the arm; give it in {_here(robot)}."
-        )
+        raise SceneError(f"{what} is given in frame {shown(frame)}, which moves with the arm; give it in {here}.")
+    if frame in {parent for parent, _ in fixed.values()}:
+        return frozen(np.eye(4))
     known = [each.name for each in robot.model.frames if each.parentJoint == 0]
     raise SceneError(
         f"{what} is given in frame {shown(frame)}{nearest(frame, [*fixed, *known])}, which neither the scene's "
-        f"fixed_frame_transforms nor the robot place; give it in {_here(robot)}."
+        f"fixed_frame_transforms nor the robot place; give it in {here}."
     )
-
-
-def _here(robot: Robot) -> str:
-    return f"frame '{robot.world_frame or 'world'}'"
 
 
 def in_world(scene: Scene, robot: Robot) -> Scene:

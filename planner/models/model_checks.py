@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import logging
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -33,7 +34,8 @@ def require_bodies(robot: Robot) -> None:
 
 def notes(robot: Robot, scene: Scene) -> tuple[Note, ...]:
     """What is doubtful about a robot and a scene, and what of their files was passed over."""
-    models = (*_bare_links(robot), *_link_meshes(robot), *_obstacle_meshes(robot, scene), *_movers(scene))
+    arm = _length(robot)
+    models = (*_of_robot(robot, arm), *_of_obstacles(scene, arm))
     return (*models, *robot.notes, *scene.notes, *_strangers(robot, scene), *_permissions(robot, scene))
 
 
@@ -43,110 +45,81 @@ def tell(robot: Robot, scene: Scene) -> None:
         _log.log(logging.WARNING if note.grave else logging.INFO, "%s", note.text)
 
 
-def _bare_links(robot: Robot) -> list[Note]:
-    """Links that are seen and move, and that nothing can touch."""
+def _of_robot(robot: Robot, arm: float) -> Iterator[Note]:
+    """Links that are seen and move, and that nothing can touch; meshes in millimetres, thinned, or not closed."""
     moving = {frame.name for frame in robot.model.frames if frame.parentJoint != 0}
-    bare = sorted(robot.source.bare & moving)
-    if not bare:
-        return []
-    return [
-        Note(
+    if bare := sorted(robot.source.bare & moving):
+        yield Note(
             f"robot '{robot.name}' has visual but no collision geometry on {choices(bare)}: contacts of these links "
             "are not seen; add <collision> elements to the URDF."
         )
-    ]
-
-
-def _link_meshes(robot: Robot) -> list[Note]:
-    arm, found = _length(robot), []
-    for body in robot.bodies:
-        size = _size(body.shape) if isinstance(body.shape, Mesh) else 0.0
+    meshes = [(body.link, body.shape) for body in robot.bodies if isinstance(body.shape, Mesh)]
+    for link, mesh in meshes:
+        size = _size(mesh)
         if arm > _SHORTEST and size > _TOO_LARGE * arm:
-            found.append(
-                Note(
-                    f"a mesh of link '{body.link}' is {size:.3g} m across, and the arm is {arm:.3g} m long: if it is "
-                    'in millimetres, give <mesh scale="0.001 0.001 0.001">.'
-                )
+            yield Note(
+                f"a mesh of link '{link}' is {size:.3g} m across, and the arm is {arm:.3g} m long: if it is "
+                'in millimetres, give <mesh scale="0.001 0.001 0.001">.'
             )
-    thin = {body.link: body.shape.radius for body in robot.bodies if isinstance(body.shape, Mesh) and body.shape.radius}
-    if thin:
+    if thin := {link: mesh.radius for link, mesh in meshes if mesh.radius}:
         text = f"meshes of {choices(thin)} are thinned to fewer triangles: what comes within "
-        found.append(Note(f"{text}{1000 * max(thin.values()):.1f} mm of these counts as a contact.", grave=False))
-    open_ = [body.link for body in robot.bodies if isinstance(body.shape, Mesh) and not is_watertight(body.shape)]
-    if open_:
-        text = f"meshes of {choices(dict.fromkeys(open_))} are not closed: what is wholly inside them is not seen."
-        found.append(Note(text, grave=False))
-    return found
+        yield Note(f"{text}{1000 * max(thin.values()):.1f} mm of these counts as a contact.", grave=False)
+    if open_ := dict.fromkeys(link for link, mesh in meshes if not is_watertight(mesh)):
+        yield Note(f"meshes of {choices(open_)} are not closed: what is wholly inside them is not seen.", grave=False)
 
 
-def _obstacle_meshes(robot: Robot, scene: Scene) -> list[Note]:
-    arm, found = _length(robot), []
+def _of_obstacles(scene: Scene, arm: float) -> Iterator[Note]:
+    """Meshes in other units than they should be, or not closed; and what moves, which only what has times can see."""
     for item in scene.obstacles:
         if not isinstance(item.shape, Mesh):
             continue
         size = _size(item.shape)
         across = f"mesh '{item.name}' is {size:.3g} m across, and the arm is {arm:.3g} m long"
         if arm > _SHORTEST and size > _TOO_LARGE * arm:
-            found.append(Note(f"{across}: if it is in millimetres, give it 'scale: 0.001'."))
+            yield Note(f"{across}: if it is in millimetres, give it 'scale: 0.001'.")
         elif arm > _SHORTEST and size < _TOO_SMALL * arm:
-            found.append(Note(f"{across}: if it is in metres, take its 'scale' away."))
+            yield Note(f"{across}: if it is in metres, take its 'scale' away.")
         if not is_watertight(item.shape):
-            found.append(
-                Note(
-                    f"mesh '{item.name}' is not closed, or its triangles do not all face in one direction: only what "
-                    "crosses its surface is seen, not what is wholly inside."
-                )
+            yield Note(
+                f"mesh '{item.name}' is not closed, or its triangles do not all face in one direction: only what "
+                "crosses its surface is seen, not what is wholly inside."
             )
-    return found
-
-
-def _movers(scene: Scene) -> list[Note]:
-    """What moves is seen by what has times only."""
-    found = []
     if scene.moving:
         names = choices(item.name for item in scene.moving)
-        text = f"{names} move: motions in time are planned and checked among them, paths without times are not."
-        found.append(Note(text))
+        yield Note(f"{names} move: motions in time are planned and checked among them, paths without times are not.")
     if scene.limited:
-        names = choices(item.name for item in scene.limited)
-        text = f"{names} may leave their places: a trajectory's proof says until when nothing can touch."
-        found.append(Note(text, grave=False))
-    return found
+        text = "may leave their places: a trajectory's proof says until when nothing can touch."
+        yield Note(f"{choices(item.name for item in scene.limited)} {text}", grave=False)
 
 
-def _strangers(robot: Robot, scene: Scene) -> list[Note]:
+def _strangers(robot: Robot, scene: Scene) -> Iterator[Note]:
     """A scene that was made for another robot, or sets up others only, or speaks of names that nobody has."""
-    message, found = scene.message, []
+    message = scene.message
     if message is not None and message.robot not in ("", robot.name, robot.source.name):
-        found.append(
-            Note(f"scene '{scene.name}' was made for robot '{message.robot}', and this one is '{robot.name}'.")
-        )
+        yield Note(f"scene '{scene.name}' was made for robot '{message.robot}', and this one is '{robot.name}'.")
     if scene.robots and robot.name not in scene.robots:
         text = f"scene '{scene.name}' sets up {choices(scene.robots)}, not '{robot.name}', which stands as it is."
-        found.append(Note(text, grave=False))
+        yield Note(text, grave=False)
     known = {*robot.source.links, *(item.object for item in scene.obstacles), *(body.link for body in robot.bodies)}
     known |= {item.name for item in (*scene.obstacles, *scene.moving)}
     named = [*itertools.chain(*scene.allowed), *(link for item in scene.carried for link in item.touch_links)]
     unknown = sorted({name for name in named if name not in known}) if message is None else []
     if unknown:
-        text = f"scene '{scene.name}' allows contacts of {choices(unknown)}, which neither it nor the robot has."
-        found.append(Note(text))
-    return found
+        yield Note(f"scene '{scene.name}' allows contacts of {choices(unknown)}, which neither it nor the robot has.")
 
 
-def _permissions(robot: Robot, scene: Scene) -> list[Note]:
+def _permissions(robot: Robot, scene: Scene) -> Iterator[Note]:
     """A scene cannot allow two links of the robot to touch: only the robot's own SRDF can."""
     links, own = {body.link for body in robot.bodies}, robot.disabled_pairs or frozenset()
     pairs = [sorted(pair) for pair in scene.allowed if pair <= links and len(pair) == 2]
     ignored = sorted(" and ".join(pair) for pair in pairs if frozenset(pair) not in own | robot.touching)
-    if not ignored:
-        return []
-    text = (
-        f"scene '{scene.name}' allows links of the robot to touch, which are checked all the same, as the SRDF does "
-        f"not: {'; '.join(ignored[:_SHOWN])}"
-    )
-    more = f" and {len(ignored) - _SHOWN} more pairs" if len(ignored) > _SHOWN else ""
-    return [Note(f"{text}{more}.", grave=False)]
+    if ignored:
+        more = f" and {len(ignored) - _SHOWN} more pairs" if len(ignored) > _SHOWN else ""
+        yield Note(
+            f"scene '{scene.name}' allows links of the robot to touch, which are checked all the same, as the SRDF "
+            f"does not: {'; '.join(ignored[:_SHOWN])}{more}.",
+            grave=False,
+        )
 
 
 def _length(robot: Robot) -> float:

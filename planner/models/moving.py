@@ -85,10 +85,8 @@ class KnownMotion:
         found[:, :3, 3] += share[:, None] * (self.poses[k + 1, :3, 3] - self.poses[k, :3, 3])
         if not self.turns.any():
             return found
-        turned = [
-            turn @ pin.exp3(part) for turn, part in zip(found[:, :3, :3], share[:, None] * self.turns[k], strict=True)
-        ]
-        found[:, :3, :3] = turned
+        parts = zip(found[:, :3, :3], share[:, None] * self.turns[k], strict=True)
+        found[:, :3, :3] = [turn @ pin.exp3(part) for turn, part in parts]
         return found
 
     def speeds(self, shape: Shape) -> Floats:

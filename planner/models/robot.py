@@ -139,9 +139,8 @@ def shorter_way(delta: Floats, turns: Bools) -> Floats:
     if not turns.any():
         return delta
     wrapped = np.mod(delta + np.pi, 2 * np.pi) - np.pi
-    half = (wrapped == -np.pi) & (
-        delta > 0
-    )  # half a turn: keep the sign of delta, so that the motion back is the opposite
+    # half a turn: keep the sign of delta, so that the motion back is the opposite
+    half = (wrapped == -np.pi) & (delta > 0)
     return np.where(turns, np.where(half, np.pi, wrapped), delta)
 
 
@@ -202,7 +201,7 @@ def load_visuals(robot: Robot) -> tuple[Body, ...]:
     """
     full = urdf.build_model(robot.source)
     try:
-        geometry = read_geometry(robot.source, full, pin.GeometryType.VISUAL)
+        geometry = read_geometry(robot.source, full, "visual")
         _, placed = urdf.reduce(full, geometry.model, robot.joints, robot.fixed_joints, robot.base)
         return (*bodies(placed, geometry), *robot.carried)
     except RobotError as error:
@@ -222,10 +221,13 @@ def assemble(
     tool, planned = files.tool(tool, choice), files.planned_joints(tool, choice, fixed or {})
     _check_joints(files, planned, tool)
     fixed = {**(file.fixed_joints if file else {}), **(fixed or {})}
-    fixed = _held_at_home(files, planned, fixed) | fixed
+    # joints that are neither planned nor fixed are held, unless at zero, as home says; those that mimic follow
+    free = {*planned, *fixed, *(item.joint for item in description.mimics)}
+    fixed = {joint: value for joint, value in files.home.items() if joint not in free and value} | fixed
     base = pose() if base is None else placement("base", base)
-    parts = _parts(description, files.model, planned, fixed, base)
-    model = parts["model"]
+    geometry = read_geometry(description, files.model, "collision")
+    held = urdf.followed(description, files.model, geometry.model, planned, fixed)
+    model, placed = urdf.reduce(files.model, geometry.model, planned, held, base)
     lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
     _check_limits(model, lower, upper)
     home = [files.home.get(name, at) for name, at in zip(planned, np.clip(0.0, lower, upper), strict=True)]
@@ -247,27 +249,10 @@ def assemble(
         motion=files.motion(planned),
         world_frame=files.srdf.world_frame if files.srdf else "",
         notes=files.notes,
-        **parts,
+        model=model,
+        bodies=bodies(placed, geometry),
+        fixed_joints=held,
     )
-
-
-def _held_at_home(files: RobotFiles, planned: Sequence[str], fixed: Mapping[str, float]) -> dict[str, float]:
-    """Where joints that are neither planned nor fixed are held, unless at zero: as home says; others follow."""
-    free = {*planned, *fixed, *(item.joint for item in files.description.mimics)}
-    return {joint: value for joint, value in files.home.items() if joint not in free and value}
-
-
-def _parts(
-    description: urdf.Description,
-    full: pin.Model,
-    planned: Sequence[str],
-    fixed: Mapping[str, float],
-    base: Floats,
-) -> dict[str, Any]:
-    geometry = read_geometry(description, full, pin.GeometryType.COLLISION)
-    held = urdf.followed(description, full, geometry.model, planned, fixed)
-    model, placed = urdf.reduce(full, geometry.model, planned, held, base)
-    return {"model": model, "bodies": bodies(placed, geometry), "fixed_joints": held}
 
 
 def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:

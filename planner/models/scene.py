@@ -88,24 +88,15 @@ class _Standing(_Named):
             raise ValueError(f"the times of a motion {why}")
         return self
 
-    def known_motion(self) -> KnownMotion:
-        return KnownMotion([pose.t for pose in self.motion], [pose.matrix() for pose in self.motion])
-
 
 class _Box(_Named):
     type: Literal["box"]
     size: tuple[Size, Size, Size]
 
-    def shape(self, folder: Path) -> Shape:
-        return Box(self.size)
-
 
 class _Sphere(_Named):
     type: Literal["sphere"]
     radius: Size
-
-    def shape(self, folder: Path) -> Shape:
-        return Sphere(self.radius)
 
 
 class _Cylinder(_Named):
@@ -113,26 +104,17 @@ class _Cylinder(_Named):
     radius: Size
     length: Size
 
-    def shape(self, folder: Path) -> Shape:
-        return Cylinder(self.radius, self.length)
-
 
 class _Capsule(_Named):
     type: Literal["capsule"]
     radius: Size
     length: Size
 
-    def shape(self, folder: Path) -> Shape:
-        return Capsule(self.radius, self.length)
-
 
 class _Mesh(_Named):
     type: Literal["mesh"]
     file: str
     scale: Annotated[Number, pydantic.Field(ge=1e-9, le=1e9)] = 1.0
-
-    def shape(self, folder: Path) -> Shape:
-        return read_mesh(folder / self.file, self.scale)
 
 
 class BoxFile(_Standing, _Box): ...
@@ -289,19 +271,36 @@ def _from_moveit(scene: PlanningScene) -> Scene:
     return Scene(scene.name, scene.obstacles, "from MoveIt", **said)
 
 
+def _shape(item: _Box | _Sphere | _Cylinder | _Capsule | _Mesh, folder: Path) -> Shape:
+    """The shape of what a file names, a mesh from its own file in ``folder``."""
+    match item:
+        case _Box():
+            return Box(item.size)
+        case _Sphere():
+            return Sphere(item.radius)
+        case _Mesh():
+            return read_mesh(folder / item.file, item.scale)
+    return (Cylinder if isinstance(item, _Cylinder) else Capsule)(item.radius, item.length)
+
+
 def _build(file: SceneFile, path: Path) -> Scene:
+    folder = path.parent
     obstacles = tuple(
-        Obstacle(item.name, item.shape(path.parent), item.matrix(), speed_limit=item.speed_limit)
+        Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
         for item in file.obstacles
         if not item.motion
     )
     moving = tuple(
-        MovingObstacle(item.name, item.shape(path.parent), item.known_motion())
+        MovingObstacle(
+            item.name,
+            _shape(item, folder),
+            KnownMotion([pose.t for pose in item.motion], [pose.matrix() for pose in item.motion]),
+        )
         for item in file.obstacles
         if item.motion
     )
     carried = tuple(
-        Carried(item.link, item.name, item.shape(path.parent), item.matrix(), item.touch_links) for item in file.carried
+        Carried(item.link, item.name, _shape(item, folder), item.matrix(), item.touch_links) for item in file.carried
     )
     allowed = frozenset(frozenset(pair) for pair in file.allowed)
     return Scene(

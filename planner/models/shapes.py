@@ -18,68 +18,57 @@ from planner.base.products import product
 from planner.base.yamlfile import FARTHEST
 
 
-class _Content:
-    def content(self) -> list[Any]:
-        """What a hash of the shape is taken over: its kind and its numbers."""
-        return [type(self).__name__, *vars(self).values()]
+class _Sized:
+    """A shape that is made of its sizes: numbers above 0, in metres."""
 
-    def _require_sizes(self, **sizes: Any) -> None:
-        """Refuse what is no size, and keep the others as plain numbers."""
-        for name, size in sizes.items():
+    def __post_init__(self) -> None:
+        for name, size in vars(self).items():
             what, shape = f"{type(self).__name__}.{name}", (3,) if name == "size" else ()
             found = numbers(what, size, shape, SceneError, FARTHEST)
             if not found.min() > 0:
                 raise SceneError(f"{what} is {size}: give metres above 0.")
             object.__setattr__(self, name, tuple(found.tolist()) if shape else float(found))
 
+    def content(self) -> list[Any]:
+        """What a hash of the shape is taken over: its kind and its numbers."""
+        return [type(self).__name__, *vars(self).values()]
+
 
 @checks_kinds
 @dataclass(frozen=True)
-class Box(_Content):
+class Box(_Sized):
     """A box with full side lengths ``size`` (m)."""
 
     size: tuple[float, float, float]
 
-    def __post_init__(self) -> None:
-        self._require_sizes(size=self.size)
-
 
 @checks_kinds
 @dataclass(frozen=True)
-class Sphere(_Content):
+class Sphere(_Sized):
     radius: float
 
-    def __post_init__(self) -> None:
-        self._require_sizes(radius=self.radius)
-
 
 @checks_kinds
 @dataclass(frozen=True)
-class Cylinder(_Content):
+class Cylinder(_Sized):
     """A cylinder along z, centred: ``length`` (m) from disc to disc."""
 
     radius: float
     length: float
 
-    def __post_init__(self) -> None:
-        self._require_sizes(radius=self.radius, length=self.length)
-
 
 @checks_kinds
 @dataclass(frozen=True)
-class Capsule(_Content):
+class Capsule(_Sized):
     """A capsule along z: ``length`` (m) between the centres of its two half spheres."""
 
     radius: float
     length: float
 
-    def __post_init__(self) -> None:
-        self._require_sizes(radius=self.radius, length=self.length)
-
 
 @checks_kinds
 @dataclass(frozen=True, eq=False)
-class Mesh(_Content):
+class Mesh:
     """A triangle surface: ``vertices`` (n, 3) in metres, ``triangles`` (m, 3) vertex indices, at least one.
 
     With a ``radius`` (m) it stands for a surface of more triangles no point of which is farther than that from it
@@ -103,6 +92,7 @@ class Mesh(_Content):
         object.__setattr__(self, "radius", radius)
 
     def content(self) -> list[Any]:
+        """What a hash of the shape is taken over."""
         return [type(self).__name__, self.vertices, self.triangles, *([self.radius] if self.radius else [])]
 
 
@@ -193,7 +183,11 @@ def corners(shape: Shape) -> tuple[Floats, float]:
 def farthest(shape: Shape, placement: Floats) -> float:
     """The largest distance (m) of a point of the placed shape from the frame's origin, never too small."""
     if isinstance(shape, Cylinder):
-        return _farthest_of_cylinder(shape, placement)
+        # the farthest point lies on one of the two rims; the rim's circle is bounded by its own radius
+        local = product(-placement[:3, 3], placement[:3, :3])  # the origin, seen from the cylinder
+        across = float(np.hypot(local[0], local[1])) + shape.radius
+        along = max(abs(end - local[2]) for end in (-0.5 * shape.length, 0.5 * shape.length))
+        return float(np.hypot(across, along))
     points, radius = corners(shape)
     world = points @ placement[:3, :3].T + placement[:3, 3]
     return float(np.linalg.norm(world, axis=1).max() + radius)
@@ -205,12 +199,3 @@ def farthest_from_axis(shape: Shape, placement: Floats, axis: Floats) -> float:
     world = points @ placement[:3, :3].T + placement[:3, 3]
     across = world - np.outer(product(world, axis), axis)
     return min(float(np.linalg.norm(across, axis=1).max() + radius), farthest(shape, placement))
-
-
-def _farthest_of_cylinder(shape: Cylinder, placement: Floats) -> float:
-    # the farthest point lies on one of the two rims; the rim's circle is bounded by its own radius
-    centres = np.array([[0, 0, -0.5 * shape.length], [0, 0, 0.5 * shape.length]])
-    local = product(-placement[:3, 3], placement[:3, :3])  # the origin, seen from the cylinder
-    across = float(np.hypot(local[0], local[1])) + shape.radius
-    along = float(np.abs(centres[:, 2] - local[2]).max())
-    return float(np.hypot(across, along))

@@ -69,7 +69,10 @@ def draw_graph(
     for redraws in range(_ATTEMPTS):
         position = rng.uniform(0.0, SIDE, (nodes, 2))
         radius = SIDE * float(np.sqrt(_CANDIDATES * out_degree / (np.pi * nodes)))
-        network = _network(position, _thinned(rng, position, radius, out_degree))
+        i, j = _thinned(rng, position, radius, out_degree).T
+        length = np.linalg.norm(position[i] - position[j], axis=1)
+        middle = np.array([np.argmin(np.linalg.norm(position - SIDE / 2.0, axis=1))])
+        network = gabf.Network.from_arcs(i, j, length, middle, nodes, kernel=gabf.Additive())
         x_star = gabf.oracle(network)
         if x_star.max() < start:
             return RandomGraph(network, frozen(position), frozen(x_star), radius, redraws, cut_off)
@@ -88,10 +91,3 @@ def _thinned(rng: np.random.Generator, position: Floats, radius: float, out_degr
     both = np.concatenate((pairs, pairs[:, ::-1]))
     both = both[np.lexsort((both[:, 1], both[:, 0]))]
     return both[rng.random(len(both)) < out_degree * len(position) / max(1, len(both))]
-
-
-def _network(position: Floats, arcs: Ints) -> gabf.Network:
-    length = np.linalg.norm(position[arcs[:, 0]] - position[arcs[:, 1]], axis=1)
-    middle = int(np.argmin(np.linalg.norm(position - SIDE / 2.0, axis=1)))
-    ends = arcs[:, 0], arcs[:, 1]
-    return gabf.Network.from_arcs(*ends, length, np.array([middle]), len(position), kernel=gabf.Additive())

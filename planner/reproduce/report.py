@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import io
-import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
@@ -13,8 +12,8 @@ from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
-from planner.base.errors import FileError
-from planner.base.files import make_folder, write_whole
+from planner.base.errors import FileError, OptionError
+from planner.base.files import make_folder, write_json, write_whole
 from planner.base.versions import versions
 
 Row: TypeAlias = Mapping[str, Any]
@@ -77,7 +76,7 @@ class Report:
             "figures": list(self.figures),
             **self.more,
         }
-        return _finite(record)
+        return _plain(record)
 
 
 def tally(sentence: str, cases: Iterable[bool], note: str) -> Verdict:
@@ -107,9 +106,15 @@ def write_report(report: Report, folder: Path) -> list[Path]:
         figure.savefig(image, format="png", dpi=_DPI)
         write_whole(folder / name, image.getvalue())
         paths.append(folder / name)
-    text = json.dumps(report.to_dict(), indent=1, allow_nan=False, default=_plain) + "\n"
-    write_whole(folder / f"{report.name}.json", text.encode())
+    write_json(folder / f"{report.name}.json", report.to_dict())
     return [*paths, folder / f"{report.name}.json"]
+
+
+def require_counts(**counts: int) -> None:
+    """Refuse counts, by their option's name, that are below 1; :class:`OptionError`."""
+    for name, count in counts.items():
+        if count < 1:
+            raise OptionError(f"{name} must be at least 1, not {count}.")
 
 
 def require_figures() -> None:
@@ -118,14 +123,16 @@ def require_figures() -> None:
         raise FileError("figures need matplotlib, which is not installed: pip install 'gabf-planner[figures]'.")
 
 
-def _finite(value: Any) -> Any:
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [_plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _plain(value: Any) -> Any:
-    """A NumPy scalar or array in a table, as plain data."""
-    return value.tolist()
+def or_infinite(value: float | None) -> float:
+    """A time that was not reached, None, is +inf."""
+    return np.inf if value is None else value

@@ -89,7 +89,7 @@ def forward_euler(initial: Initial, steps: int) -> SolverRun:
         for k in range(steps):
             y = y + dt * initial.slope(k * dt, y)
             errors.append(initial.error(y))
-    return SolverRun("forward Euler", _ends(dt, steps), np.array(errors), steps)
+    return SolverRun("forward Euler", dt * np.arange(1.0, steps + 1), np.array(errors), steps)
 
 
 def backward_euler(initial: Initial, steps: int) -> SolverRun:
@@ -103,7 +103,7 @@ def backward_euler(initial: Initial, steps: int) -> SolverRun:
         errors.append(initial.error(y))
         count += sweeps
     errors.append(initial.error(y))
-    return SolverRun("backward Euler", _ends(dt, steps), np.array(errors), count)
+    return SolverRun("backward Euler", dt * np.arange(1.0, steps + 1), np.array(errors), count)
 
 
 def runge_kutta(initial: Initial, end: float, rtol: float = 1e-6) -> SolverRun:
@@ -114,7 +114,3 @@ def runge_kutta(initial: Initial, end: float, rtol: float = 1e-6) -> SolverRun:
         run = solve_ivp(initial.slope, (0.0, end), initial.y0, method="RK45", rtol=rtol)
     errors = np.array([initial.error(y) for y in run.y.T])
     return SolverRun("RK45", run.t, errors, run.nfev, run.status == 0, "" if run.status == 0 else run.message)
-
-
-def _ends(dt: float, steps: int) -> Floats:
-    return np.arange(1, steps + 1, dtype=np.float64) * dt

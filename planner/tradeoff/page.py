@@ -49,11 +49,6 @@ def of_tradeoff(tradeoff: Tradeoff) -> list[ShownPath]:
     return [*optimal, *_beyond_beta(tradeoff)]
 
 
-def count_beyond_beta(tradeoff: Tradeoff) -> int:
-    """How many non-dominated paths no beta reaches, where they were asked for."""
-    return len(_rows_beyond_beta(tradeoff))
-
-
 def _rows_beyond_beta(tradeoff: Tradeoff) -> Ints:
     if tradeoff.front is None:
         return np.zeros(0, dtype=np.int64)
@@ -62,14 +57,15 @@ def _rows_beyond_beta(tradeoff: Tradeoff) -> Ints:
 
 def _beyond_beta(tradeoff: Tradeoff) -> list[ShownPath]:
     """Non-dominated paths that no beta reaches by Omega; of many, some evenly spread over all."""
-    rows = _rows_beyond_beta(tradeoff)
+    rows, front = _rows_beyond_beta(tradeoff), tradeoff.front
     if len(rows) > MOST_BEYOND:
         rows = rows[np.linspace(0, len(rows) - 1, MOST_BEYOND).round().astype(np.int64)]
     shown: list[ShownPath] = []
+    if front is None:
+        return shown
     for row in rows:
-        assert tradeoff.front is not None
-        path = path_waypoints(tradeoff.roadmap, tradeoff.robot, tradeoff.front.paths[row])
-        omega, distance = tradeoff.front.points[row].tolist()
+        path = path_waypoints(tradeoff.roadmap, tradeoff.robot, front.paths[row])
+        omega, distance = front.points[row].tolist()
         shown.append(ShownPath(path, path_rows(tradeoff.robot, path, omega, distance), costs=(omega, distance)))
     return shown
 
@@ -88,7 +84,7 @@ def _about_sweep(tradeoff: Tradeoff) -> Rows:
         rows.append(("error against oracle", f"{tradeoff.max_error_vs_oracle:.1e} relative"))
     if tradeoff.front is not None:
         more = "" if tradeoff.front.complete else ", and perhaps more: the search was stopped"
-        beyond = count_beyond_beta(tradeoff)
+        beyond = len(_rows_beyond_beta(tradeoff))
         some = f" ({MOST_BEYOND} of them are drawn)" if beyond > MOST_BEYOND else ""
         rows.append(("non-dominated paths", f"{len(tradeoff.front.points)}, {beyond} of no β{some}{more}"))
     return rows

@@ -25,7 +25,7 @@ from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.storage import load_roadmap, save_roadmap
 from planner.tradeoff.nondominated import Front
 from planner.tradeoff.page import sweep_page
-from planner.tradeoff.sweep import Checkpoint, Interval, Tradeoff, range_text, reached_by_beta
+from planner.tradeoff.sweep import Checkpoint, Tradeoff, range_text, reached_by_beta
 from planner.view.page import save_page
 
 JSON_NAME, CSV_NAME, PAGE_NAME, ROADMAP_NAME = "sweep.json", "sweep.csv", "sweep.html", "roadmap.npz"
@@ -45,7 +45,14 @@ def sweep_record(tradeoff: Tradeoff) -> dict[str, Any]:
     return {
         **run_record(tradeoff.request, tradeoff.outcome, tradeoff.robot, tradeoff.scene),
         "complete": tradeoff.complete,
-        "intervals": [_interval_record(interval) for interval in tradeoff.intervals],
+        "intervals": [
+            {
+                **{name: getattr(interval, name) for name in _NUMBERS},
+                "path_nodes": interval.path_nodes.tolist(),
+                "path": interval.path.tolist(),
+            }
+            for interval in tradeoff.intervals
+        ],
         "front": None if tradeoff.front is None else _front_record(tradeoff.front, tradeoff),
         "roadmap": tradeoff.roadmap.record(tradeoff.edges_removed),
         "solves": tradeoff.solves,
@@ -88,10 +95,8 @@ def save_sweep_page(tradeoff: Tradeoff, folder: Path, record: dict[str, Any]) ->
 def sweep_table(tradeoff: Tradeoff) -> str:
     """A trade-off as an HTML table, one row per interval of beta."""
     record = sweep_record(tradeoff)
-    rows = interval_rows(record)
-    caption = (
-        f"{tradeoff.robot.name} in {tradeoff.scene.name}. {tradeoff.outcome.value} {' '.join(summary_lines(record))}"
-    )
+    rows, said = interval_rows(record), " ".join(summary_lines(record))
+    caption = f"{tradeoff.robot.name} in {tradeoff.scene.name}. {tradeoff.outcome.value} {said}"
     cells = [[f"{value:.5g}" if isinstance(value, float) else str(value) for value in row.values()] for row in rows]
     return html_table(caption, cells, list(rows[0]) if rows else [])
 
@@ -149,37 +154,21 @@ def summary_lines(record: dict[str, Any]) -> list[str]:
         lines.append(f"Proven up to beta = {record['intervals'][-1]['beta_max']:.5g} so far.")
     if (front := record["front"]) is not None:
         count, beyond = len(front["points"]), front["beyond_every_beta"]
-        more = (
-            "" if front["complete"] else f" The search was stopped after {front['labels']} labels: there may be more."
-        )
+        stopped = f" The search was stopped after {front['labels']} labels: there may be more."
+        more = "" if front["complete"] else stopped
         lines.append(f"{count} non-dominated paths, {beyond or 'none'} of them out of reach of every beta.{more}")
     return lines
 
 
-def _interval_record(interval: Interval) -> dict[str, Any]:
-    return {
-        **{name: getattr(interval, name) for name in _NUMBERS},
-        "path_nodes": interval.path_nodes.tolist(),
-        "path": interval.path.tolist(),
-    }
-
-
 def _front_record(front: Front, tradeoff: Tradeoff) -> dict[str, Any]:
     reached = reached_by_beta(front.points, tradeoff.intervals)
-    rows = zip(front.points.tolist(), reached.tolist(), front.paths, strict=True)
+    names = ("manipulability_cost", "distance_cost", "optimal_at_some_beta", "path_nodes")
+    rows = zip(*front.points.T.tolist(), reached.tolist(), (nodes.tolist() for nodes in front.paths), strict=True)
     return {
         "complete": front.complete,
         "labels": front.labels,
         "beyond_every_beta": int((~reached).sum()),
-        "points": [
-            {
-                "manipulability_cost": omega,
-                "distance_cost": distance,
-                "optimal_at_some_beta": some,
-                "path_nodes": nodes.tolist(),
-            }
-            for (omega, distance), some, nodes in rows
-        ],
+        "points": [dict(zip(names, row, strict=True)) for row in rows],
     }
 
 

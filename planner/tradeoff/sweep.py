@@ -169,14 +169,8 @@ def sweep(
         if progress.stopped:
             return draft
         earlier = Checkpoint(Path(), roadmap)
-    draft = replace(
-        draft,
-        grown=True,
-        found=earlier.found,
-        settled=earlier.settled,
-        edges_removed=earlier.edges_removed,
-        barred=earlier.barred,
-    )
+    kept = {name: getattr(earlier, name) for name in ("found", "settled", "edges_removed", "barred")}
+    draft = replace(draft, grown=True, **kept)
     run = _Run(clock, progress, max_labels if front else 0, earlier.where)
     with clock("costs"):
         roadmap, clearance = _roomy(request, query, roadmap, progress)
@@ -184,13 +178,12 @@ def sweep(
         draft = replace(draft, roadmap=roadmap, clearance=clearance)
         healing = HealingNetwork(checker, roadmap, network, request.min_manipulability, earlier.barred)
     while True:
-        found = run(draft, healing)
-        if found is not None:
-            return found
-        removed = earlier.edges_removed + healing.edges_removed
-        draft = replace(
-            draft, roadmap=healing.roadmap, found=(), settled=0, barred=healing.barred, edges_removed=removed
-        )
+        try:
+            return run(draft, healing)
+        except _Healed:
+            removed = earlier.edges_removed + healing.edges_removed
+            anew = {"found": (), "settled": 0, "barred": healing.barred, "edges_removed": removed}
+            draft = replace(draft, roadmap=healing.roadmap, **anew)
 
 
 def reached_by_beta(points: Floats, intervals: Sequence[Interval]) -> Bools:
@@ -211,8 +204,7 @@ def _obtain(request: SweepRequest, query: Query, progress: Progress, earlier: Ch
         roadmap = obtain_roadmap(request, query, progress)
         roadmap, clearance = _roomy(request, query, roadmap, progress)
         for beta in IMPROVED_AT:
-            improved = improved_roadmap(roadmap, query.checker, request, beta, progress, clearance)
-            roadmap = improved.roadmap
+            roadmap = improved_roadmap(roadmap, query.checker, request, beta, progress, clearance).roadmap
         return roadmap
     roadmap = earlier.roadmap
     require_same_world(roadmap, query.checker, earlier.where)
@@ -229,6 +221,10 @@ def _roomy(request: SweepRequest, query: Query, roadmap: Roadmap, progress: Prog
     return roomy_roadmap(roadmap, query.checker, request, progress)
 
 
+class _Healed(Exception):
+    """A path failed its second check, and the network was healed: all begins anew."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Run:
     """One sweep over one network; ``max_labels`` is 0 where no front was asked for."""
@@ -238,36 +234,37 @@ class _Run:
     max_labels: int
     where: Path
 
-    def __call__(self, draft: Tradeoff, healing: HealingNetwork) -> Tradeoff | None:
-        """The trade-off as far as it comes; None where a path failed its second check and the network was healed."""
+    def __call__(self, draft: Tradeoff, healing: HealingNetwork) -> Tradeoff:
+        """The trade-off as far as it comes; :class:`_Healed` where a path failed its second check."""
         request, layered = draft.request, healing.layered
-        draft = replace(draft, layered=layered)
         law = gabf.named_law(request.law, request.prescribed_time)
         search = EnvelopeSearch(layered.network, layered.starts, law)
-        recalled = self._recall(search, draft, healing)
-        if recalled is None or (recalled and not self._search(search, healing)):
-            return None
-        if recalled:
-            draft = replace(draft, found=tuple((s.beta, s.nodes) for s in search.supports), settled=search.settled)
-        draft = replace(draft, solves=search.solves, max_error_vs_oracle=search.max_error if search.solves else None)
+        found, settled = draft.found, draft.settled
+        if self._recall(search, draft, healing):
+            while not search.done and not self.progress.stopped:
+                with self.clock("gabf"):
+                    support = search.step()
+                if support is not None:
+                    self._require_accepted(healing, support.nodes)
+                self.progress("beta", int(100 * search.reach), 100)
+            found, settled = tuple((s.beta, s.nodes) for s in search.supports), search.settled
+        error = search.max_error if search.solves else None
+        draft = replace(
+            draft, layered=layered, found=found, settled=settled, solves=search.solves, max_error_vs_oracle=error
+        )
         if not search.connected:
             outcome = Outcome.TOO_SINGULAR if request.min_manipulability > 0 else Outcome.NO_PATH
             return replace(draft, outcome=outcome)
         with self.clock("measures"):
-            settled = pieces(search.supports[: search.settled + 1])
-            proven = settled if search.done else settled[:-1]
-            intervals = tuple(_interval(piece, healing) for piece in proven)
-        draft = replace(draft, intervals=intervals, complete=search.done)
-        if search.done and self.max_labels:
-            front = self._front(search, healing)
-            if front is None:
-                return None
-            draft = replace(draft, front=front)
-        cut_short = not search.done or (draft.front is not None and not draft.front.complete and self.progress.stopped)
+            known = pieces(search.supports[: search.settled + 1])
+            intervals = tuple(_interval(piece, healing) for piece in (known if search.done else known[:-1]))
+        front = self._front(search, healing) if search.done and self.max_labels else None
+        draft = replace(draft, intervals=intervals, complete=search.done, front=front)
+        cut_short = not search.done or (front is not None and not front.complete and self.progress.stopped)
         return draft if cut_short else replace(draft, outcome=Outcome.SOLVED)
 
-    def _recall(self, search: EnvelopeSearch, draft: Tradeoff, healing: HealingNetwork) -> bool | None:
-        """Solve again what was found earlier; False where stopped before all was, None where a path failed."""
+    def _recall(self, search: EnvelopeSearch, draft: Tradeoff, healing: HealingNetwork) -> bool:
+        """Solve again what was found earlier; False where stopped before all was."""
         for beta, nodes in draft.found:
             if self.progress.stopped:
                 return False
@@ -276,44 +273,26 @@ class _Run:
                     search.recall(beta, nodes)
             except StateError as error:
                 raise FileError(f"the sweep beside {self.where} does not fit its roadmap: {error}") from None
-            if not self._accepts(healing, nodes):
-                return None
+            self._require_accepted(healing, nodes)
         search.settled = draft.settled
         self.progress("beta", int(100 * search.reach), 100)
         return True
 
-    def _search(self, search: EnvelopeSearch, healing: HealingNetwork) -> bool:
-        """Search on until done or stopped; False where a path failed its second check."""
-        while not search.done and not self.progress.stopped:
-            with self.clock("gabf"):
-                found = search.step()
-            if found is not None and not self._accepts(healing, found.nodes):
-                return False
-            self.progress("beta", int(100 * search.reach), 100)
-        return True
-
-    def _front(self, search: EnvelopeSearch, healing: HealingNetwork) -> Front | None:
-        """The non-dominated paths, the fields of the two ends being the bounds; None where one failed."""
+    def _front(self, search: EnvelopeSearch, healing: HealingNetwork) -> Front:
+        """The non-dominated paths, the fields of the two ends being the bounds."""
         network, layered = search.network, healing.layered
         bounds = np.column_stack([search.supports[k].x for k in (0, -1)])
+        arcs, ends = (network.indptr, network.indices, arc_costs(network)), (layered.starts, network.sources)
         with self.clock("front"):
-            found = non_dominated(
-                network.indptr,
-                network.indices,
-                arc_costs(network),
-                layered.starts,
-                network.sources,
-                bounds,
-                self.max_labels,
-                self.progress,
-            )
-        if not all(self._accepts(healing, nodes) for nodes in found.paths):
-            return None
+            found = non_dominated(*arcs, *ends, bounds, self.max_labels, self.progress)
+        for nodes in found.paths:
+            self._require_accepted(healing, nodes)
         return replace(found, paths=tuple(layered.roadmap_node[nodes] for nodes in found.paths))
 
-    def _accepts(self, healing: HealingNetwork, nodes: Ints) -> bool:
+    def _require_accepted(self, healing: HealingNetwork, nodes: Ints) -> None:
         with self.clock("path"):
-            return healing.accepts(nodes)
+            if not healing.accepts(nodes):
+                raise _Healed
 
 
 def _interval(piece: Piece, healing: HealingNetwork) -> Interval:

@@ -20,22 +20,13 @@ from planner.view.colours import hex_colour
 from planner.view.surfaces import tube
 
 _SCRIPTS = (  # one script, in this order, the last one after those of a live page
-    *("page_robot.js", "page_roadmap.js", "page_pointer.js"),
-    *(
-        "page_joints.js",
-        "page_choice.js",
-        "page_effort.js",
-        "page_curve.js",
-        "page_motion.js",
-        "page_moving.js",
-        "page_camera.js",
-    ),
+    *("page_robot.js", "page_roadmap.js", "page_pointer.js", "page_joints.js", "page_choice.js"),
+    *("page_effort.js", "page_curve.js", "page_motion.js", "page_moving.js", "page_camera.js"),
 )
 _LIVE_SCRIPTS = ("live_gizmo.js", "live.js")
 _LINES_OPACITY = 0.3
-_Z_FROM_Y = np.array(
-    [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float
-)  # three.js cylinders lie on y
+# three.js cylinders lie on y
+_Z_FROM_Y = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
 
 
 class Canvas:
@@ -91,23 +82,24 @@ def render_page(canvas: Canvas, data: dict[str, Any], title: str, live: bool = F
 
     A ``live`` one talks to the server that it comes from; any other is allowed no connection.
     """
-    folder = resources.files("planner.view")
     scene, lengths = canvas.packed()
-    data = {**data, "lengths": lengths}
-    scripts = (*_SCRIPTS, *(_LIVE_SCRIPTS if live else ()), "page.js")
     parts = {
         "CONNECT": "; connect-src 'self'" if live else "",
-        "LIVE": (folder / "live.html").read_text("utf-8") if live else "",
+        "LIVE": _assets("live.html") if live else "",
         "TITLE": escape(title.encode("utf-8", "replace").decode()),  # half a surrogate pair is no text
-        "STYLE": "".join((folder / name).read_text("utf-8") for name in ("page.css", *(("live.css",) if live else ()))),
+        "STYLE": _assets("page.css", *(["live.css"] if live else [])),
         "VIEWER": _viewer_script(),
-        "SCRIPT": "".join((folder / name).read_text("utf-8") for name in scripts),
+        "SCRIPT": _assets(*_SCRIPTS, *(_LIVE_SCRIPTS if live else ()), "page.js"),
         "SCENE": scene,
-        "DATA": script_json(data),
+        "DATA": script_json({**data, "lengths": lengths}),
     }
-    page = (folder / "page.html").read_text("utf-8")
     # one pass: what stands in for a placeholder is not searched for placeholders again, whatever a scene is called
-    return re.sub(r"@@([A-Z]+)@@", lambda found: parts[found[1]], page)
+    return re.sub(r"@@([A-Z]+)@@", lambda found: parts[found[1]], _assets("page.html"))
+
+
+def _assets(*names: str) -> str:
+    folder = resources.files("planner.view")
+    return "".join((folder / name).read_text("utf-8") for name in names)
 
 
 def script_json(data: Any) -> str:

@@ -219,9 +219,8 @@ def swept_corners(robot: Robot, bodies: Sequence[Body], q: Floats) -> Floats:
     for body in bodies:
         low, high = _extremes(body.shape)
         box = np.array(np.meshgrid(*np.column_stack([low, high]))).reshape(3, -1).T
-        still = (
-            box @ body.placement[:3, :3].T + body.placement[:3, 3]
-        )  # in its joint's frame, or for the base the world
+        # in its joint's frame, or for the base the world
+        still = box @ body.placement[:3, :3].T + body.placement[:3, 3]
         if body.joint == 0:
             rows.append(still)
             continue

@@ -58,8 +58,7 @@ def _along(robot: Robot, q: Floats) -> dict[str, Any]:
 
 def _motion_in_time(robot: Robot, path: Floats, motion: ShownMotion) -> dict[str, Any]:
     trajectory = motion.trajectory
-    times = np.linspace(trajectory.times[0], trajectory.times[-1], SHOWN_STATES)
-    q, fine = trajectory.at(times), np.linspace(trajectory.times[0], trajectory.times[-1], _FINE)
+    times, fine = (np.linspace(trajectory.times[0], trajectory.times[-1], n) for n in (SHOWN_STATES, _FINE))
     of_limits = {}
     if trajectory.limits is not None:
         for order, kind in ((1, "velocity"), (2, "acceleration")):
@@ -67,7 +66,7 @@ def _motion_in_time(robot: Robot, path: Floats, motion: ShownMotion) -> dict[str
             of_limits[kind] = np.round(share.T, 4).tolist()
     clearance = None if motion.clearance is None else np.round(motion.clearance, 5).tolist()
     return {
-        "waypoints": np.round(q, 9).tolist(),
+        "waypoints": np.round(motion.states, 9).tolist(),
         "shares": np.linspace(0.0, 1.0, SHOWN_STATES).tolist(),
         "length": round(path_shares(path)[1], 6),
         "worst": [vars(point) for point in _lowest(robot, trajectory.at(fine), np.linspace(0.0, 1.0, _FINE))],
@@ -78,7 +77,7 @@ def _motion_in_time(robot: Robot, path: Floats, motion: ShownMotion) -> dict[str
             "clearance": clearance,
             **of_limits,
         },
-        **_along(robot, q),
+        **_along(robot, motion.states),
     }
 
 

@@ -15,7 +15,6 @@ from planner.base.beside import hashes
 from planner.base.errors import Reason
 from planner.base.files import write_json, write_whole
 from planner.base.progress import Stopwatch, rounded
-from planner.base.resolutions import SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.forward import tool_positions
 from planner.models.robot import Robot
@@ -40,7 +39,7 @@ from planner.view.drawing import (
     visual_names,
 )
 from planner.view.motion import chain_data, configurations_at, joint_data, motion_data, path_shares
-from planner.view.shown_path import W_UNIT, Rows, ShownMotion, ShownPath
+from planner.view.shown_path import W_UNIT, Rows, ShownPath
 from planner.view.surfaces import smoothed
 from planner.view.visuals import drawn_bodies, visuals_of
 
@@ -84,6 +83,11 @@ class Content:
         return drawn_part(self.roadmap)
 
     @property
+    def shown(self) -> Sequence[ShownPath]:
+        """The paths; of a robot that stands still one of a single configuration."""
+        return self.paths or [ShownPath(self.configuration[None], self.facts)]
+
+    @property
     def notes(self) -> Rows:
         """``details``, and how much of a large roadmap is drawn."""
         count, total = int(self.drawn[1].sum()), len(self.drawn[1])
@@ -124,8 +128,14 @@ def page(content: Content) -> str:
     names |= draw_robot(canvas, robot, configuration, red)
     names |= draw_scene(canvas, content.scene, red)
     changing = draw_answer(canvas, content)
+    shares = np.linspace(0.0, 1.0, _LOOKS)
+    looks = [configurations_at(shown.path, path_shares(shown.path)[0], shares) for shown in content.paths]
+    states = [shown.path for shown in content.paths]
+    if content.roadmap is not None:
+        states.append(content.roadmap.nodes[content.drawn[0]])
+    points = tool_positions(robot, np.vstack(states)) if states else np.zeros((0, 3))
     centre, radius = extent(
-        robot, content.scene, boxes or robot.bodies, _poses(content, configuration), _points(content)
+        robot, content.scene, boxes or robot.bodies, np.vstack([configuration[None], *looks]), points
     )
     data: dict[str, Any] = {
         **changing,
@@ -168,7 +178,7 @@ def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:
     roadmap = draw_roadmap(canvas, content.roadmap, robot, content.drawn) if content.roadmap else None
     for k, shown in enumerate(content.paths):
         if len(shown.path) > 1:
-            draw_path(canvas, f"paths/{k}", robot, shown.path if shown.motion is None else _curve(shown.motion))
+            draw_path(canvas, f"paths/{k}", robot, shown.path if shown.motion is None else shown.motion.states)
     if isinstance(content.reason, NoWay):
         draw_gap(canvas, robot, content.reason.gap)
     return {
@@ -177,29 +187,20 @@ def draw_answer(canvas: Canvas, content: Content) -> dict[str, Any]:
         "blamed": None if content.reason is None else content.reason.kind,
         "roadmap": roadmap,
         "cost": _field(content, content.cost_to_go),
-        "paths": _paths(content),
+        "paths": [_path(content, shown) for shown in content.shown],
         "current": content.current,
     }
 
 
-def _paths(content: Content) -> list[dict[str, Any]]:
-    """Each path with its motion; a robot that configuration still is a path of one configuration."""
-    shown = content.paths or [ShownPath(content.configuration[None], content.facts)]
-    return [
-        {
-            "interval": item.interval,
-            "costs": item.costs,
-            "numbers": item.numbers,
-            "cost": _field(content, item.cost_to_go),
-            **motion_data(content.robot, item.path, item.motion),
-        }
-        for item in shown
-    ]
-
-
-def _curve(motion: ShownMotion) -> Floats:
-    """States (n, dof) along a motion, close enough to draw the tool's way by."""
-    return motion.trajectory.at(np.linspace(motion.trajectory.times[0], motion.trajectory.times[-1], SHOWN_STATES))
+def _path(content: Content, shown: ShownPath) -> dict[str, Any]:
+    """A path with its motion."""
+    return {
+        "interval": shown.interval,
+        "costs": shown.costs,
+        "numbers": shown.numbers,
+        "cost": _field(content, shown.cost_to_go),
+        **motion_data(content.robot, shown.path, shown.motion),
+    }
 
 
 def _field(content: Content, x: Floats | None) -> list[float | None] | None:
@@ -215,19 +216,3 @@ def field_data(x: Floats | None) -> list[float | None] | None:
     for node in np.flatnonzero(~np.isfinite(x)).tolist():
         values[node] = None
     return values
-
-
-def _poses(content: Content, configuration: Floats) -> Floats:
-    """Where the robot configuration, and some of where it goes along its paths."""
-    rows = [configuration[None]]
-    for shown in content.paths:
-        rows.append(configurations_at(shown.path, path_shares(shown.path)[0], np.linspace(0.0, 1.0, _LOOKS)))
-    return np.vstack(rows)
-
-
-def _points(content: Content) -> Floats:
-    """Where the tool is at the roadmap's nodes and the paths' waypoints."""
-    rows = [shown.path for shown in content.paths]
-    if content.roadmap is not None:
-        rows.append(content.roadmap.nodes[content.drawn[0]])
-    return tool_positions(content.robot, np.vstack(rows)) if rows else np.zeros((0, 3))

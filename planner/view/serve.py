@@ -85,19 +85,15 @@ def require_port(port: int) -> None:
 def running(page: Path | str | Controller, port: int = 0) -> Iterator[tuple[str, threading.Event]]:
     """A server of a page, gone when the block ends: its address, and what SIGINT and SIGTERM set."""
     live = not isinstance(page, Path | str)
-    content = _source(page)
+    content: Callable[[], bytes]
+    if isinstance(page, str):
+        content = page.encode
+    else:
+        content = (lambda: read_page(page)) if isinstance(page, Path) else (lambda: page.page().encode())
     content()
     asked = threading.Event()
     with _until_signal(asked), _server(content, port, page if live else None) as address:
         yield (f"{address}?token={page.token}" if live else address), asked
-
-
-def _source(page: Path | str | Controller) -> Callable[[], bytes]:
-    if isinstance(page, str):
-        return page.encode
-    if isinstance(page, Path):
-        return lambda: read_page(page)
-    return lambda: page.page().encode()
 
 
 def read_page(path: Path) -> bytes:

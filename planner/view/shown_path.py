@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.resolutions import CLEARANCES_OF_MOTION
+from planner.base.resolutions import CLEARANCES_OF_MOTION, SHOWN_STATES
 from planner.collision.checker import CollisionChecker
 from planner.models.robot import Robot
 from planner.paths.measure import measure_path
@@ -24,6 +24,11 @@ class ShownMotion:
 
     trajectory: Trajectory
     clearance: Floats | None
+
+    @property
+    def states(self) -> Floats:
+        """States (n, dof) at evenly spaced times, close enough to draw the tool's way by."""
+        return self.trajectory.at(np.linspace(self.trajectory.times[0], self.trajectory.times[-1], SHOWN_STATES))
 
 
 def shown_motion(trajectory: Trajectory, checker: CollisionChecker) -> ShownMotion:

@@ -26,15 +26,11 @@ def creased(mesh: Mesh) -> Mesh:
     corners, normals = corners[keep], normals[keep]
     if not len(corners):
         return mesh
-    welded = _weld(corners.reshape(-1, 3))
+    points = corners.reshape(-1, 3)
+    _, welded = distinct_rows(np.round(points * 1e5).astype(np.int64))  # to a hundredth of a millimetre
     smooth = _corner_normals(welded, np.repeat(normals, 3, axis=0))
     first, index = distinct_rows(np.column_stack([welded, np.round(smooth * 50)]).astype(np.int64))
-    return Mesh(corners.reshape(-1, 3)[first], index.reshape(-1, 3))
-
-
-def _weld(points: Floats) -> Ints:
-    """(k,) the number of the distinct point that each point is, to a hundredth of a millimetre."""
-    return distinct_rows(np.round(points * 1e5).astype(np.int64))[1]
+    return Mesh(points[first], index.reshape(-1, 3))
 
 
 def _corner_normals(welded: Ints, normals: Floats) -> Floats:

@@ -6,7 +6,7 @@ An index that is no number makes it fill all memory, and so do thirty nodes that
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 _DEEPEST = 200  # levels of elements
 _WHOLE = ("p", "vcount", "v", "h")  # elements that hold whole numbers
@@ -77,7 +77,7 @@ def _name(element: ET.Element) -> str:
 def _element_fault(element: ET.Element, most: int) -> str | None:
     """No count and no index is larger than the file itself: ``most`` bytes."""
     name, text = _name(element), element.text or ""
-    if name in _WHOLE and not _are_counts(text, most):
+    if name in _WHOLE and not _are_counts(text.split(), most):
         return f"has a <{name}> that holds more than whole numbers"
     if name == "float_array" and not _are_numbers(text):
         return "has a <float_array> that holds more than numbers"
@@ -92,20 +92,17 @@ def _is_count(word: str, most: int) -> bool:
     return word.isascii() and word.isdecimal() and len(word) < 12 and int(word) <= most
 
 
-def _are_counts(text: str, most: int) -> bool:
-    words = text.split()
+def _are_counts(words: Sequence[str], most: int) -> bool:
     if not words:
         return True
-    longest = max(map(len, words))
-    if longest > len(str(most)) or not "".join(words).isascii() or not "".join(words).isdecimal():
+    longest, together = max(map(len, words)), "".join(words)
+    if longest > len(str(most)) or not together.isascii() or not together.isdecimal():
         return False
     return longest < len(str(most)) or max(map(int, words)) <= most
 
 
 def _are_numbers(text: str) -> bool:
     try:
-        for _ in map(float, text.split()):
-            pass
+        return all(True for _ in map(float, text.split()))
     except ValueError:
         return False
-    return True

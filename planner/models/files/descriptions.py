@@ -59,7 +59,14 @@ def described(name: str) -> Described:
         raise RobotError(
             f"robot '{name}' has not been downloaded: run 'python -m robot_descriptions pull {name}' once."
         ) from None
-    return _files(name, module)
+    said = {key: getattr(module, key, None) for key in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH")}
+    path = next((value for value in said.values() if value), None)
+    if path is None:
+        raise RobotError(f"robot '{name}' of robot_descriptions has neither URDF, xacro nor MJCF: choose another.")
+    arguments = getattr(module, "XACRO_ARGS", None) if said["URDF_PATH"] is None else None
+    srdf = getattr(module, "SRDF_PATH", None) or getattr(module, "SRDF_XACRO_PATH", None)
+    srdf_arguments = getattr(module, "SRDF_XACRO_ARGS", None)
+    return Described(Path(path), dict(arguments or {}), Path(srdf) if srdf else None, dict(srdf_arguments or {}))
 
 
 def _imported(name: str) -> Any:
@@ -92,18 +99,3 @@ def _folder(place: str, commit: str | None) -> str:
     if not folder.is_dir():
         raise _NotHere
     return str(folder)
-
-
-def _files(name: str, module: Any) -> Described:
-    said = {key: getattr(module, key, None) for key in ("URDF_PATH", "XACRO_PATH", "MJCF_PATH")}
-    path = next((value for value in said.values() if value), None)
-    if path is None:
-        raise RobotError(f"robot '{name}' of robot_descriptions has neither URDF, xacro nor MJCF: choose another.")
-    arguments = getattr(module, "XACRO_ARGS", None) if said["URDF_PATH"] is None else None
-    srdf = getattr(module, "SRDF_PATH", None) or getattr(module, "SRDF_XACRO_PATH", None)
-    return Described(
-        Path(path),
-        dict(arguments or {}),
-        Path(srdf) if srdf else None,
-        dict(getattr(module, "SRDF_XACRO_ARGS", None) or {}),
-    )

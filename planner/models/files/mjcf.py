@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -34,16 +33,13 @@ def model_of(path: Path) -> tuple[pin.Model, frozenset[str]]:
     except (ValueError, RuntimeError) as error:
         said = " ".join((printed.complaint() or str(error)).split())[:200]
         raise RobotError(f"MJCF {path} cannot be read ({said}): export it again, or convert it to a URDF.") from None
-    return model, frozenset(_without_range(model))
-
-
-def _without_range(model: pin.Model) -> Iterator[str]:
-    low, high = model.lowerPositionLimit, model.upperPositionLimit
+    low, high, turning = model.lowerPositionLimit, model.upperPositionLimit, set[str]()
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         k = joint.idx_q
         if joint.nq == 1 and joint.shortname().startswith("JointModelR") and not np.isfinite([low[k], high[k]]).all():
             low[k], high[k] = -np.pi, np.pi
-            yield name
+            turning.add(name)
+    return model, frozenset(turning)
 
 
 def geometry_of(path: Path, model: pin.Model, kind: pin.GeometryType) -> pin.GeometryModel:

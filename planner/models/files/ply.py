@@ -6,19 +6,11 @@ import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-_CODES = {
-    **{"char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h", "int16": "h", "ushort": "H", "uint16": "H"},
-    **{
-        "int": "i",
-        "int32": "i",
-        "uint": "I",
-        "uint32": "I",
-        "float": "f",
-        "float32": "f",
-        "double": "d",
-        "float64": "d",
-    },
-}
+_CODES = (
+    {"char": "b", "int8": "b", "uchar": "B", "uint8": "B", "short": "h", "int16": "h", "ushort": "H", "uint16": "H"}
+    | {"int": "i", "int32": "i", "uint": "I", "uint32": "I"}
+    | {"float": "f", "float32": "f", "double": "d", "float64": "d"}
+)
 _ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _LARGEST_HEADER = 1 << 16  # bytes
 _MOST_PER_LIST = 1000  # corners of a face

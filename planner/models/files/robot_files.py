@@ -112,7 +112,12 @@ class RobotFiles:
         chosen = self._chosen_joints(self.tool(tool, choice), choice)
         for name in chosen:
             if not self.model.existJointName(name):
-                raise RobotError(self._no_joint(name))
+                known = (
+                    "does not move: plan others; moving joints"
+                    if name in self.description.joints
+                    else "not found; joints"
+                )
+                raise RobotError(f"joint '{name}' {known} are {choices(self.model.names[1:])}.")
             if choice.joints is not None and name in held:
                 raise RobotError(
                     f"joint '{name}' is planned and held fixed as well: leave it out of --joints, or out of "
@@ -134,11 +139,6 @@ class RobotFiles:
         if self.srdf is None:
             raise RobotError(f"robot '{self.name}' has no SRDF, so there are no groups: give --srdf, or use --joints.")
         return self.srdf
-
-    def _no_joint(self, name: str) -> str:
-        if name in self.description.joints:
-            return f"joint '{name}' does not move: plan others; moving joints are {choices(self.model.names[1:])}."
-        return f"joint '{name}' not found; joints are {choices(self.model.names[1:])}."
 
     def tool(self, tool: str | None, choice: JointChoice) -> str:
         """The tool frame: as asked for, else the robot file's if the chosen group moves it, else the group's tip."""
@@ -188,9 +188,8 @@ class RobotFiles:
     @cached_property
     def disabled_pairs(self) -> frozenset[frozenset[str]] | None:
         """What SRDF and robot file say needs no check; None where neither says anything."""
-        said = (
-            self.srdf.disabled_among(self.description.links) if self.srdf else frozenset()
-        )  # some SRDFs disable nothing at all
+        # some SRDFs disable nothing at all
+        said = self.srdf.disabled_among(self.description.links) if self.srdf else frozenset()
         listed = self.file.disabled_pairs if self.file else None
         if listed is None:
             return said or None
@@ -206,13 +205,9 @@ class RobotFiles:
     def notes(self) -> tuple[Note, ...]:
         """What the SRDF says that is not followed."""
         srdf, found = self.srdf, []
-        if self.description.passed_over:
-            text = (
-                f"MJCF {self.description.path}: {choices(self.description.passed_over)} are not followed: pairs that "
-            )
-            found.append(
-                Note(f"{text}need no check belong in a robot.yaml ('planner robot-yaml'), the rest in a scene.")
-            )
+        if passed := self.description.passed_over:
+            text = f"MJCF {self.description.path}: {choices(passed)} are not followed: pairs that need no check belong "
+            found.append(Note(f"{text}in a robot.yaml ('planner robot-yaml'), the rest in a scene."))
         if srdf is not None and srdf.unchecked:
             text = f"SRDF {srdf.path} leaves {choices(srdf.unchecked)} unchecked (disable_default_collisions): against "
             found.append(Note(f"{text}links that is followed, against obstacles they are checked all the same."))

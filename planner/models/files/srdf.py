@@ -13,7 +13,7 @@ import pinocchio as pin
 from planner.base.errors import RobotError, choices
 from planner.base.yamlfile import FARTHEST, nearest, shown
 from planner.models.files import urdf
-from planner.models.files.xacro import read_xml
+from planner.models.files.xacro import read_root
 
 _ELEMENTS = {  # with the attributes without which they mean nothing
     "group": ("name",),
@@ -79,10 +79,7 @@ class Srdf:
 
 def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
     """The SRDF at ``path``, xacro with ``arguments`` included; :class:`RobotError` says what is wrong with it."""
-    try:
-        root = ET.fromstring(read_xml(path, "SRDF", arguments))
-    except ET.ParseError as error:
-        raise RobotError(f"SRDF {path} is not well-formed XML ({error}): mend the file.") from None
+    root = read_root(path, "SRDF", arguments)
     if root.tag != "robot":
         raise RobotError(f"{path} is no SRDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
     _require_known(root, path)
@@ -174,7 +171,7 @@ def group_joints(srdf: Srdf, name: str, description: urdf.Description, model: pi
 
     Raises :class:`RobotError` for an unknown group, or one that names unknown links or moves nothing.
     """
-    found = {joint for group in _with_subgroups(srdf, name) for joint in _joints_of(group, srdf, description, model)}
+    found = {joint for group in _with_subgroups(srdf, name) for joint in _joints_of(group, srdf, description)}
     found -= srdf.passive | {item.joint for item in description.mimics}
     joints = [joint for joint in model.names[1:] if joint in found]
     if not joints:
@@ -210,16 +207,13 @@ def _with_subgroups(srdf: Srdf, name: str) -> Iterator[Group]:
     raise RobotError(f"group '{name}' of SRDF {srdf.path} contains itself: mend the file.")
 
 
-def _joints_of(group: Group, srdf: Srdf, description: urdf.Description, model: pin.Model) -> Iterator[str]:
+def _joints_of(group: Group, srdf: Srdf, description: urdf.Description) -> Iterator[str]:
     where = f"group '{group.name}' of SRDF {srdf.path}"
     for joint in group.joints:
         if joint not in description.joints:
             raise RobotError(f"{where} names joint {shown(joint)}, which the URDF has not: mend one of the two.")
         yield joint
-    for link in group.links:
-        joint = _parent_joint(description, link, where)
-        if joint is not None:
-            yield joint
+    yield from filter(None, (_parent_joint(description, link, where) for link in group.links))
     for base, tip in group.chains:
         yield from _between(description, base, tip, where)
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
@@ -22,7 +21,7 @@ from planner.base.yamlfile import FARTHEST, shown
 from planner.models.files import mjcf
 from planner.models.files.meshes import reason
 from planner.models.files.urdf_rules import ends, require_sane_urdf
-from planner.models.files.xacro import read_xml
+from planner.models.files.xacro import read_root
 from planner.models.poses import se3
 
 MJCF = "mujoco"  # the root element of MJCF files
@@ -98,11 +97,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
     It may be xacro, which is expanded with ``arguments``, or MuJoCo's MJCF. Capsules are read only from version 1.1 on
     (they vanish otherwise), so the version is raised.
     """
-    text = read_xml(path, "URDF", arguments)
-    try:
-        root = ET.fromstring(text)
-    except ET.ParseError as error:
-        raise RobotError(f"URDF {path} is not well-formed XML ({error}): mend the file.") from None
+    root = read_root(path, "URDF", arguments)
     if root.tag == MJCF:
         return _of_mjcf(path, root)
     if root.tag != "robot":
@@ -111,48 +106,45 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
         )
     require_sane_urdf(root, path)
     root.set("version", "1.1")
-    continuous = frozenset(
-        _make_revolute(joint) for joint in root.findall("joint") if joint.get("type") == "continuous"
-    )
-    for joint in root.findall("joint"):
+    links, joints = root.findall("link"), root.findall("joint")
+    continuous = frozenset(_make_revolute(joint) for joint in joints if joint.get("type") == "continuous")
+    for joint in joints:
         _keep_soft_limits(joint)
-    elements = sum(1 for _ in root.iterfind("link/collision"))
-    name = root.get("name") or path.stem
-    # talos_reduced leaves <mimic> in joints that it makes fixed: those follow nobody
-    moving = [joint for joint in root.findall("joint") if joint.get("type") != "fixed"]
-    mimics = tuple(_mimic(joint) for joint in moving if joint.find("mimic") is not None)
-    bare = frozenset(
-        link.get("name", "")
-        for link in root.findall("link")
-        if link.find("visual/geometry") is not None and link.find("collision") is None
+    bare = [link for link in links if link.find("visual/geometry") is not None and link.find("collision") is None]
+    return Description(
+        path=path,
+        name=root.get("name") or path.stem,
+        xml=ET.tostring(root, encoding="unicode"),
+        continuous=continuous,
+        collision_elements=sum(1 for _ in root.iterfind("link/collision")),
+        # talos_reduced leaves <mimic> in joints that it makes fixed: those follow nobody
+        mimics=tuple(_mimics(joint for joint in joints if joint.get("type") != "fixed")),
+        bare=frozenset(link.get("name", "") for link in bare),
+        links=frozenset(link.get("name", "") for link in links),
+        joints={joint.get("name", ""): ends(joint) for joint in joints},
     )
-    links = frozenset(link.get("name", "") for link in root.findall("link"))
-    joints = {joint.get("name", ""): ends(joint) for joint in root.findall("joint")}
-    xml = ET.tostring(root, encoding="unicode")
-    return Description(path, name, xml, continuous, elements, mimics, bare, links, joints)
 
 
 def _of_mjcf(path: Path, root: ET.Element) -> Description:
     mjcf.require_one_robot(root, path)
     model, turning = mjcf.model_of(path)
-    links = frozenset(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
     return Description(
         path=path,
         name=root.get("model") or path.stem,
         xml=ET.tostring(root, encoding="unicode"),
         continuous=turning,
         collision_elements=0,
-        links=links,
+        links=frozenset(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY),
         joints=mjcf.ends_of(model),
         passed_over=tuple(mjcf.passed_over(root)),
     )
 
 
-def _mimic(joint: ET.Element) -> Mimic:
-    found = joint.find("mimic")
-    said = {} if found is None else found.attrib
-    factor, offset = float(said.get("multiplier", 1.0)), float(said.get("offset", 0.0))
-    return Mimic(joint.get("name", ""), said.get("joint", ""), factor, offset)
+def _mimics(joints: Iterable[ET.Element]) -> Iterator[Mimic]:
+    for joint in joints:
+        for said in joint.findall("mimic")[:1]:
+            factor, offset = float(said.get("multiplier", 1.0)), float(said.get("offset", 0.0))
+            yield Mimic(joint.get("name", ""), said.get("joint", ""), factor, offset)
 
 
 def _keep_soft_limits(joint: ET.Element) -> None:
@@ -178,19 +170,16 @@ def _make_revolute(joint: ET.Element) -> str:
     return joint.get("name", "")
 
 
-def _model_of_urdf(description: Description) -> pin.Model:
+def build_model(description: Description) -> pin.Model:
+    """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
     printed = Silenced()
     try:
         with printed:
-            return pin.buildModelFromXML(description.xml)
+            model = None if description.is_mjcf else pin.buildModelFromXML(description.xml)
     except (ValueError, RuntimeError) as error:
         said = printed.complaint() or reason(error)
         raise RobotError(f"URDF {description.path} cannot be built: {said}; mend the file.") from None
-
-
-def build_model(description: Description) -> pin.Model:
-    """Pinocchio's model of every movable joint; all of one degree of freedom or the robot is refused."""
-    model = mjcf.model_of(description.path)[0] if description.is_mjcf else _model_of_urdf(description)
+    model = mjcf.model_of(description.path)[0] if model is None else model
     for name, joint in zip(model.names[1:], list(model.joints)[1:], strict=True):
         if joint.nv != 1 or joint.nq != 1:
             raise RobotError(
@@ -230,17 +219,12 @@ def followed(
         if item.leader not in planned:
             value = item.multiplier * held.get(item.leader, 0.0) + item.offset
             held |= {item.joint: value} if value else {}
-        elif _carries_body(model, geometry, item.joint):
+        elif any(model.getJointId(item.joint) in model.supports[each.parentJoint] for each in geometry.geometryObjects):
             raise RobotError(
                 f"{follows}, which is planned, and moves a collision body: hold it with fixed_joints, or remove its "
                 "<mimic> from the URDF."
             )
     return held
-
-
-def _carries_body(model: pin.Model, geometry: pin.GeometryModel, joint: str) -> bool:
-    moved = model.getJointId(joint)
-    return any(moved in model.supports[item.parentJoint] for item in geometry.geometryObjects)
 
 
 def reduce(
@@ -259,21 +243,14 @@ def reduce(
             raise RobotError(f"joint '{name}' cannot be held at {value:g}: give a value of at most {FARTHEST:g}.")
         reference[model.joints[model.getJointId(name)].idx_q] = value
     locked = [model.getJointId(name) for name in model.names[1:] if name not in planned]
-    with _links_renamed(model):
+    _rename(model, "", _LINK)  # for now: Pinocchio looks joints up among all frames
+    try:
         reduced, geometry = pin.buildReducedModel(model, geometry, locked, reference)
+    finally:
+        _rename(model, _LINK, "")
     _rename(reduced, _LINK, "")
     _move_base(reduced, geometry, se3(base))
     return reduced, geometry
-
-
-@contextmanager
-def _links_renamed(model: pin.Model) -> Iterator[None]:
-    """While entered links with the name of a joint have another one: Pinocchio looks joints up among all frames."""
-    _rename(model, "", _LINK)
-    try:
-        yield
-    finally:
-        _rename(model, _LINK, "")
 
 
 def _rename(model: pin.Model, old: str, new: str) -> None:

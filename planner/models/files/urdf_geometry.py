@@ -6,11 +6,12 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import frozen
 from planner.base.errors import RobotError, choices
 from planner.base.files import is_file
 from planner.base.silenced import Silenced
@@ -19,6 +20,12 @@ from planner.models.files.meshes import MeshFault, link_mesh, mesh_loader, reaso
 from planner.models.files.urdf import Description
 from planner.models.shapes import Body, Mesh, Shape
 
+Kind = Literal["collision", "visual"]
+
+_KINDS: dict[Kind, pin.GeometryType] = {
+    "collision": pin.GeometryType.COLLISION,
+    "visual": pin.GeometryType.VISUAL,
+}
 _ONE_FILE = (".stl", ".obj", ".dae", ".ply")  # kinds of which one file says all about the triangles
 
 
@@ -31,31 +38,32 @@ class Geometry:
     meshes: Mapping[str, Mesh]
 
 
-def read_geometry(description: Description, model: pin.Model, kind: pin.GeometryType) -> Geometry:
+def read_geometry(description: Description, model: pin.Model, kind: Kind) -> Geometry:
     """The geometry of one ``kind``; meshes that collide are read by us, large ones thinned: none to Pinocchio."""
     read: dict[tuple[Path, str], Mesh] = {}
     xml, meshes = description.xml, {}
-    if kind is pin.GeometryType.COLLISION and not description.is_mjcf:
+    if kind == "collision" and not description.is_mjcf:
         xml, meshes = _without_meshes(description, read)
-    for file in _mesh_files(description, kind):
+    for file in mesh_files(description, kind):
         if file not in {path for path, _ in read}:
             require_readable_mesh(file)
     printed, loader = Silenced(), mesh_loader()
     try:
         with printed:
             if description.is_mjcf:
-                geometry = mjcf.geometry_of(description.path, model, kind)
+                geometry = mjcf.geometry_of(description.path, model, _KINDS[kind])
             else:
-                geometry = pin.buildGeomFromUrdfString(model, xml, kind, None, description.package_dirs, loader)
+                geometry = pin.buildGeomFromUrdfString(model, xml, _KINDS[kind], None, description.package_dirs, loader)
     except (ValueError, RuntimeError) as error:
         raise RobotError(
             f"a mesh of {description.path} cannot be loaded ({reason(error)}): put it beside the URDF "
             "or set ROS_PACKAGE_PATH."
         ) from None
-    if kind is pin.GeometryType.COLLISION and geometry.ngeoms < description.collision_elements:
+    if kind == "collision" and geometry.ngeoms < description.collision_elements:
+        because = f" ({said})" if (said := printed.complaint()) else ""
         raise RobotError(
             f"only {geometry.ngeoms} of the {description.collision_elements} collision geometries of "
-            f"{description.path} could be read{_because(printed)}: use box, sphere, cylinder, capsule or mesh."
+            f"{description.path} could be read{because}: use box, sphere, cylinder, capsule or mesh."
         )
     links = {item.name: model.frames[item.parentFrame].name for item in geometry.geometryObjects}
     if not meshes.keys() <= links.keys():
@@ -88,21 +96,11 @@ def _without_meshes(description: Description, read: dict[tuple[Path, str], Mesh]
     return (ET.tostring(root, encoding="unicode") if found else description.xml), found
 
 
-def mesh_files(description: Description) -> Iterator[Path]:
-    """The mesh files that the URDF names, as far as they are found, in a fixed order."""
-    for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
-        yield from _mesh_files(description, kind)
-
-
-def visual_mesh_files(description: Description) -> Iterator[Path]:
-    """The mesh files that are drawn, as far as they are found, in a fixed order."""
-    return _mesh_files(description, pin.GeometryType.VISUAL)
-
-
-def _mesh_files(description: Description, kind: pin.GeometryType) -> Iterator[Path]:
-    """Where the meshes of one ``kind`` that the URDF names may be, as far as there is a file."""
-    for name in description.mesh_names["collision" if kind is pin.GeometryType.COLLISION else "visual"]:
-        yield from _places(description, name)
+def mesh_files(description: Description, *kinds: Kind) -> Iterator[Path]:
+    """The mesh files that the URDF names, of some ``kinds`` or of all, as far as they are found, in a fixed order."""
+    for kind in kinds or _KINDS:
+        for name in description.mesh_names[kind]:
+            yield from _places(description, name)
 
 
 def _places(description: Description, name: str) -> Iterator[Path]:
@@ -114,11 +112,6 @@ def _places(description: Description, name: str) -> Iterator[Path]:
     return (path for path in found if is_file(path))
 
 
-def _because(printed: Silenced) -> str:
-    said = printed.complaint()
-    return f" ({said})" if said else ""
-
-
 def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:
     """Pinocchio's geometry objects, ``placed`` on a reduced model, as backend-neutral bodies, in their order."""
     return tuple(
@@ -128,7 +121,7 @@ def bodies(placed: pin.GeometryModel, geometry: Geometry) -> tuple[Body, ...]:
             joint=int(item.parentJoint),
             shape=geometry.meshes.get(item.name) or _shape(item),
             placement=frozen(item.placement.homogeneous),
-            color=_rgba(item.meshColor),
+            color=tuple(item.meshColor.tolist()),
         )
         for item in placed.geometryObjects
     )
@@ -143,8 +136,3 @@ def _shape(item: pin.GeometryObject) -> Shape:
         ) from None
     except ValueError as error:
         raise RobotError(f"geometry '{item.name}': {error}; use box, sphere, cylinder, capsule or mesh.") from None
-
-
-def _rgba(color: Floats) -> tuple[float, float, float, float]:
-    red, green, blue, alpha = (float(value) for value in color)
-    return red, green, blue, alpha

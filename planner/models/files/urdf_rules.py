@@ -21,6 +21,7 @@ _MOST_BODIES = 500  # collision geometries; pairs of them are what is checked
 _MOVING = ("revolute", "continuous", "prismatic", "planar", "floating")
 
 _SOFT = {"safety_controller": {"soft_lower_limit": 1, "soft_upper_limit": 1}}
+_BOUNDLESS = ("limit", "safety_controller")  # nobody plans a propeller's 1e16 rad
 _PLACES = {"origin": {"xyz": 3, "rpy": 3}, "axis": {"xyz": 3}, "limit": {"lower": 1, "upper": 1}}
 _SIZES = {
     "box": {"size": 3},
@@ -33,10 +34,7 @@ _NUMBERS = _PLACES | _SIZES | _OTHERS | _SOFT
 _INNER = {  # elements, and attributes, that have a meaning; others that are nothing like them are other programs' own
     "robot": ("link", "joint", "material", "gazebo", "transmission"),
     "link": ("inertial", "visual", "collision"),
-    "joint": (
-        *("origin", "parent", "child", "axis", "limit", "mimic"),
-        *("dynamics", "calibration", "safety_controller"),
-    ),
+    "joint": (*("origin", "parent", "child", "axis", "limit", "mimic"), *("dynamics", "calibration", *_SOFT)),
     "collision": ("origin", "geometry"),
     "geometry": (*_SIZES, "mesh"),
 }
@@ -53,9 +51,8 @@ def require_sane_urdf(root: ET.Element, path: Path) -> None:
     """Raise :class:`RobotError` for the first thing in the URDF at ``path`` that makes no robot."""
     _require_shallow(root, path)
     links, joints = root.findall("link"), root.findall("joint")
-    _require_spelling(
-        [root, *links, *joints, *root.iterfind("link//collision"), *root.iterfind("link//geometry")], path
-    )
+    parts = (*root.iterfind("link//collision"), *root.iterfind("link//geometry"))
+    _require_spelling([root, *links, *joints, *parts], path)
     _require_names(links, "link", path)
     _require_names(joints, "joint", path)
     _require_few(len(links), "links", _MOST_LINKS, path)
@@ -65,7 +62,12 @@ def require_sane_urdf(root: ET.Element, path: Path) -> None:
     for item in (*links, *joints):
         _require_numbers(item, f"URDF {path}: {item.tag} {shown(item.get('name'))}")
     for joint in joints:
-        _require_direction(joint, path)
+        axis = joint.find("axis")
+        if axis is None or axis.get("xyz") is None or joint.get("type") in ("fixed", "floating"):
+            continue
+        if math.hypot(*_floats(axis.get("xyz", ""))) < 1e-6:
+            name = shown(joint.get("name"))
+            raise RobotError(f"URDF {path}: the axis of joint {name} has no direction; mend the file.")
 
 
 def _require_shallow(root: ET.Element, path: Path) -> None:
@@ -152,11 +154,9 @@ def _require_numbers(item: ET.Element, where: str) -> None:
                 continue
             quoted, values = f"{where}: {attribute}={shown(text)} of <{element.tag}>", list(_floats(text))
             if len(values) != count or not all(map(math.isfinite, values)):
-                raise RobotError(f"{quoted} is not {_some(count)}; mend the file.")
-            if max(map(abs, values)) > FARTHEST and element.tag not in (
-                "limit",
-                "safety_controller",
-            ):  # nobody plans a propeller's 1e16 rad
+                some = "a finite number" if count == 1 else f"{count} finite numbers"
+                raise RobotError(f"{quoted} is not {some}; mend the file.")
+            if max(map(abs, values)) > FARTHEST and element.tag not in _BOUNDLESS:
                 raise RobotError(f"{quoted} is beyond {FARTHEST:g}; mend the file.")
             if element.tag in _SIZES and min(values) < SMALLEST:
                 raise RobotError(f"{quoted} is no size in metres; mend the file.")
@@ -170,15 +170,3 @@ def _floats(text: str) -> Iterator[float]:
             yield float(word)
         except ValueError:
             yield math.nan
-
-
-def _some(count: int) -> str:
-    return "a finite number" if count == 1 else f"{count} finite numbers"
-
-
-def _require_direction(joint: ET.Element, path: Path) -> None:
-    axis = joint.find("axis")
-    if axis is None or axis.get("xyz") is None or joint.get("type") in ("fixed", "floating"):
-        return
-    if math.hypot(*_floats(axis.get("xyz", ""))) < 1e-6:
-        raise RobotError(f"URDF {path}: the axis of joint {shown(joint.get('name'))} has no direction; mend the file.")

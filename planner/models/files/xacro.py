@@ -5,6 +5,7 @@ As in ROS, a xacro file holds expressions that are evaluated, and names other fi
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -36,3 +37,11 @@ def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) 
             f"xacro file {path} cannot be expanded ({reason}): mend it, or give its arguments in a robot.yaml, as "
             "urdf: {file: ..., args: {...}}."
         ) from None
+
+
+def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> ET.Element:
+    """The root element of an XML file, read by :func:`read_xml`; :class:`RobotError` where it is not well-formed."""
+    try:
+        return ET.fromstring(read_xml(path, what, arguments))
+    except ET.ParseError as error:
+        raise RobotError(f"{what} {path} is not well-formed XML ({error}): mend the file.") from None

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from operator import attrgetter
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.reproduce.random_graphs import START, RandomGraph
+from planner.reproduce.report import Verdict, or_infinite, tally
 
 T_P = 4.0
 """The prescribed time of section (comparison), s."""
@@ -16,11 +21,20 @@ T_P = 4.0
 H = (1.0, 2.0, 4.0, 8.0)
 P = ((3, 5), (5, 7), (7, 9), (9, 11))
 M = ((9, 7), (11, 7), (13, 7), (15, 7))
+STARTS = ("above", "below")
 NODE = 99
 """The node that the paper plots, numbered from 1."""
 
 # steps of 0.5 % in tau: places the settling time within 1 %, where neighbouring exponents differ by 5 % and more
 SOLVER = gabf.Splitting(tolerance=0.005)
+
+
+class _OfGraph(Protocol):
+    @property
+    def graph(self) -> int: ...
+
+
+OfGraph = TypeVar("OfGraph", bound=_OfGraph)
 
 
 @dataclass(frozen=True)
@@ -48,15 +62,18 @@ class LawCase:
 
     @property
     def label(self) -> str:
-        return ", ".join(
-            f"{name} = {value:g}" if name == "h" else f"{name} = {value}" for name, value in self.parameters.items()
-        )
+        return self.without("")
+
+    def without(self, fixed: str) -> str:
+        """The label, of the parameters but the ``fixed`` one."""
+        said = {name: f"{value:g}" if name == "h" else value for name, value in self.parameters.items()}
+        return ", ".join(f"{name} = {value}" for name, value in said.items() if name != fixed)
 
 
 PRESCRIBED = tuple(LawCase(gabf.PrescribedTime(T=T_P, h=h, gamma=1.0), "above") for h in H)
 FREE = tuple(
     LawCase(gabf.SingularityFree(T=T_P, h=1.0, gamma=10.0, eta=15.0, p=p, m=m), start)
-    for start in ("above", "below")
+    for start in STARTS
     for p in P
     for m in M
 )
@@ -101,7 +118,10 @@ class Measurement:
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """One node's run: ``t`` (k,) s, ``error`` x - x* (k,) km, ``u`` (k,) km/s."""
+    """The run as the paper's node 99 lives it, or a neighbour where that is the source.
+
+    ``t`` (k,) s, ``error`` x - x* (k,) km, ``u`` (k,) km/s.
+    """
 
     case: LawCase
     node: int
@@ -110,58 +130,44 @@ class Trace:
     u: Floats
 
 
-def run_case(
-    graph: RandomGraph, optimum: gabf.Structure, index: int, case: LawCase
-) -> tuple[Measurement, gabf.FieldHistory]:
-    """Run ``case`` on the graph of number ``index``, whose ``optimum`` the certificates use, and keep every step."""
+def run_case(graph: RandomGraph, optimum: gabf.Structure, index: int, case: LawCase) -> tuple[Measurement, Trace]:
+    """Run ``case`` on the graph of number ``index``, whose ``optimum`` the certificates use."""
     result = gabf.solve(graph.network, law=case.law, x0=case.x0, solver=SOLVER, save=gabf.EverySteps())
-    assert result.history is not None
-    return _measure(graph, optimum, index, case, result, result.history), result.history
-
-
-def plotted_node(graph: RandomGraph) -> int:
-    """Array index of the paper's node 99, or the last node of a smaller graph; not the source."""
-    k = min(NODE, graph.network.n_nodes) - 1
-    return k - 1 if k == graph.source else k
-
-
-def trace(graph: RandomGraph, case: LawCase, history: gabf.FieldHistory) -> Trace:
-    """The run as the plotted node lives it."""
-    k = plotted_node(graph)
-    return Trace(case, k + 1, history.t, history.x[:, k] - graph.x_star[k], history.u[:, k])
-
-
-def _measure(
-    graph: RandomGraph,
-    optimum: gabf.Structure,
-    index: int,
-    case: LawCase,
-    result: gabf.CostToGo,
-    history: gabf.FieldHistory,
-) -> Measurement:
+    course = result.history
+    assert course is not None
     certificates = gabf.certify(graph.network, case.law, result, optimum)
-    peaks = np.abs(history.u).max(axis=0)
-    return Measurement(
+    peaks, plotted = np.abs(course.u).max(axis=0), min(NODE, graph.network.n_nodes) - 1
+    plotted -= plotted == graph.source
+    measured = Measurement(
         graph=index,
         case=case,
-        settling_tau=_or_infinite(result.settling_tau),
-        settling_time=_or_infinite(result.settling_time),
-        log10_remaining=_or_infinite(result.log10_remaining),
+        settling_tau=or_infinite(result.settling_tau),
+        settling_time=or_infinite(result.settling_time),
+        log10_remaining=or_infinite(result.log10_remaining),
         largest_input=float(peaks.max()),
-        first_input=float(np.abs(history.u[0]).max()),
-        last_input=float(np.abs(history.u[-1]).max()),
+        first_input=float(np.abs(course.u[0]).max()),
+        last_input=float(np.abs(course.u[-1]).max()),
         typical_input=float(np.median(np.delete(peaks, graph.network.sources))),
-        node_input=float(peaks[plotted_node(graph)]),
-        energy=_energy(history),
+        node_input=float(peaks[plotted]),
+        energy=_energy(course),
         error=gabf.max_error(result, graph.x_star),
         within_bounds=all(c.holds for c in certificates if "printed" not in c.name),
     )
+    error = course.x[:, plotted] - graph.x_star[plotted]
+    return measured, Trace(case, plotted + 1, course.t, error, course.u[:, plotted])
 
 
-def _energy(history: gabf.FieldHistory) -> float:
+def per_graph(runs: Iterable[OfGraph]) -> list[list[OfGraph]]:
+    """The runs of each graph."""
+    ordered = sorted(runs, key=attrgetter("graph"))
+    return [list(of_one) for _, of_one in itertools.groupby(ordered, key=attrgetter("graph"))]
+
+
+def on_graphs(sentence: str, runs: Iterable[OfGraph], holds: Callable[[OfGraph], bool], note: str) -> Verdict:
+    """A verdict that counts graphs: of a graph something holds that does so in all of its ``runs``."""
+    return tally(sentence, (all(map(holds, graph)) for graph in per_graph(runs)), note)
+
+
+def _energy(course: gabf.FieldHistory) -> float:
     """The integral of u^2 dt is that of u dx, which needs no time, where near T_p a double holds none."""
-    return float((0.5 * (history.u[1:] + history.u[:-1]) * np.diff(history.x, axis=0)).sum())
-
-
-def _or_infinite(value: float | None) -> float:
-    return np.inf if value is None else value
+    return float((0.5 * (course.u[1:] + course.u[:-1]) * np.diff(course.x, axis=0)).sum())

@@ -10,34 +10,35 @@ from typing import Any
 import numpy as np
 
 from planner import gabf
-from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
 from planner.problem.request import SERIAL, WorkersRequest, require_seed
 from planner.processes.parallel import collected
-from planner.reproduce.laws.cases import CASES, T_P, Measurement, Trace, run_case, trace
-from planner.reproduce.laws.fixed_time_bound import ScalarTime, extreme_time, paper_times
-from planner.reproduce.laws.near_deadline import Trial, run_trials
-from planner.reproduce.laws.remark_verdicts import bound_verdicts, remark_verdicts
+from planner.reproduce.laws.cases import CASES, STARTS, T_P, LawCase, Measurement, Trace, run_case
+from planner.reproduce.laws.fixed_time_bound import EXTREME, ScalarTime, bound_verdicts, paper_times, scalar_time
+from planner.reproduce.laws.near_deadline import ABOVE, Trial, remark_verdicts, run_trials
 from planner.reproduce.laws.verdicts import GraphFacts, law_verdicts
 from planner.reproduce.random_graphs import OUT_DEGREE, START, RandomGraph, draw_graph
-from planner.reproduce.report import Picture, Report, Row, require_figures
+from planner.reproduce.report import Picture, Report, Row, require_counts, require_figures
 from planner.reproduce.textbook import SolverRun
+
+_MEASURES = ("settling_time", "settling_tau", "log10_remaining", "largest_input", "typical_input", "energy")
+_WITH_LARGEST = ("settling_time", "largest_input")
+_HISTORIES = (
+    ("prescribed_time", "prescribed-time", "above"),
+    ("singularity_free_above", "singularity-free", "above"),
+    ("singularity_free_below", "singularity-free", "below"),
+)
 
 
 @dataclass(frozen=True, eq=False)
 class LawStudy:
-    """Everything measured, graph after graph; ``traces`` and ``solver_runs`` of the first graph, for the figures."""
+    """Everything measured on a graph; ``traces`` and ``solver_runs``, for the figures, on the first one only."""
 
-    facts: list[GraphFacts] = field(default_factory=list)
+    facts: GraphFacts
     runs: list[Measurement] = field(default_factory=list)
     trials: list[Trial] = field(default_factory=list)
     traces: list[Trace] = field(default_factory=list)
     solver_runs: list[tuple[Trial, SolverRun]] = field(default_factory=list)
-
-    def extend(self, other: LawStudy) -> None:
-        """Take in one more whole graph."""
-        for name in ("facts", "runs", "trials", "traces", "solver_runs"):
-            getattr(self, name).extend(getattr(other, name))
 
 
 def run_laws(
@@ -53,35 +54,30 @@ def run_laws(
     stopped the report comes back over the graphs that are whole, with ``complete`` False. Raises OptionError for
     fewer than one graph, too few nodes or a seed out of range, FileError where matplotlib is missing.
     """
-    if graphs < 1:
-        raise OptionError(f"graphs must be at least 1, not {graphs}.")
+    require_counts(graphs=graphs)
     require_seed(seed)
     require_figures()
-    study, on_graph = LawStudy(), partial(_study_graph, nodes=nodes, seed=seed)
-    for done in collected(range(graphs), on_graph, workers, "graphs", progress):
-        study.extend(done)
+    studies = collected(range(graphs), partial(_study_graph, nodes=nodes, seed=seed), workers, "graphs", progress)
     config = {"graphs": graphs, "nodes": nodes, "seed": seed, "out_degree": OUT_DEGREE, "start_km": START, "T_p_s": T_P}
-    return law_report(study, config, complete=len(study.facts) == graphs)
+    return law_report(studies, config, complete=len(studies) == graphs)
 
 
-def law_report(study: LawStudy, config: dict[str, Any], complete: bool = True) -> Report:
+def law_report(studies: Sequence[LawStudy], config: dict[str, Any], complete: bool = True) -> Report:
     """Table, verdicts and figures of what was measured."""
-    scalars, extreme = paper_times(), extreme_time()
+    facts = [study.facts for study in studies]
+    runs, trials = ([item for study in studies for item in of(study)] for of in (lambda s: s.runs, lambda s: s.trials))
+    scalars, extreme = paper_times(), scalar_time(*EXTREME)
     return Report(
         name="laws",
         config=config,
-        table=tuple(law_table(study.runs)),
-        verdicts=(
-            *law_verdicts(study.facts, study.runs),
-            *remark_verdicts(study.trials, study.runs),
-            *bound_verdicts(scalars, extreme),
-        ),
-        figures=_figures(study, scalars) if study.traces else {},
+        table=tuple(law_table(runs)),
+        verdicts=(*law_verdicts(facts, runs), *remark_verdicts(trials, runs), *bound_verdicts(scalars, extreme)),
+        figures=next((law_pictures(runs, s.traces, s.solver_runs, scalars) for s in studies if s.traces), {}),
         more={
             "fixed_time": [_scalar_row(scalar) for scalar in (*scalars, extreme)],
-            "graphs": [asdict(facts) for facts in study.facts],
-            "trials": [_flat(trial) for trial in study.trials],
-            "runs": [_flat(run) for run in study.runs],
+            "graphs": [asdict(each) for each in facts],
+            "trials": [_flat(trial) for trial in trials],
+            "runs": [_flat(run) for run in runs],
         },
         complete=complete,
     )
@@ -89,13 +85,48 @@ def law_report(study: LawStudy, config: dict[str, Any], complete: bool = True) -
 
 def law_table(runs: Sequence[Measurement]) -> list[Row]:
     """One line a law, start and parameters: medians over the graphs, and the ends of the ranges; s, km/s."""
-    rows = []
-    for case in CASES:
-        of_case = [run for run in runs if run.case == case]
-        if of_case:
-            rows.append(
-                {"law": case.law.name, "start": case.start, **_parameters(case.parameters), **_medians(of_case)}
-            )
+    of_cases = [(case, [run for run in runs if run.case == case]) for case in CASES]
+    return [{**_about(case), **_medians(of_case)} for case, of_case in of_cases if of_case]
+
+
+def law_pictures(
+    runs: Sequence[Measurement],
+    traces: Sequence[Trace],
+    solver_runs: Sequence[tuple[Trial, SolverRun]],
+    scalars: Sequence[ScalarTime],
+) -> dict[str, Picture]:
+    """Every figure by its file name; that of the methods near T_p only if there are ``solver_runs``."""
+    from planner.figures import laws as draw
+
+    figures: dict[str, Picture] = {}
+    for name, law, start in _HISTORIES:
+        shown = [trace for trace in traces if trace.case.law.name == law and trace.case.start == start]
+        figures[f"laws_{name}.png"] = draw.node_histories(_history_rows(shown), shown[0].node, T_P)
+    grids: dict[str, dict[tuple[str, str], list[tuple[float, float]]]] = {start: {} for start in STARTS}
+    for run in runs:
+        if isinstance(run.case.law, gabf.SingularityFree):
+            p, m = map(str, run.case.parameters.values())
+            grids[run.case.start].setdefault((p, m), []).append((run.settling_tau, run.largest_input))
+    figures["laws_exponents.png"] = draw.exponent_summary(grids)
+    bounds = {name: [getattr(s, name) for s in scalars] for name in ("printed", "corrected", "sharp", "measured")}
+    figures["laws_fixed_time_bound.png"] = draw.fixed_time_bounds([s.label for s in scalars], bounds)
+    if solver_runs:
+        above = [(trial.name.replace("T_p", "$T_p$"), run) for trial, run in solver_runs if trial.case == ABOVE]
+        title = f"singularity-free law, {ABOVE.label}, start above $x^*$"
+        figures["laws_near_deadline.png"] = draw.near_deadline({name: (r.t, r.error) for name, r in above}, T_P, title)
+    return figures
+
+
+def _history_rows(traces: Sequence[Trace]) -> list[tuple[str, dict[str, Any]]]:
+    """A row of panels for each parameter at its first value, its curves by the other one; one row where there is one.
+
+    Each with its title, and (t, error, u) by the label of the curve.
+    """
+    first, rows = traces[0].case.parameters, []
+    for fixed in reversed(first) if len(first) > 1 else [""]:
+        alike = [trace for trace in traces if trace.case.parameters.get(fixed) == first.get(fixed)]
+        curves = {trace.case.without(fixed): (trace.t, trace.error, trace.u) for trace in alike}
+        rows.append((f"{fixed} = {first[fixed]}" if fixed else "", curves))
     return rows
 
 
@@ -104,20 +135,18 @@ def _study_graph(k: int, progress: Progress, nodes: int, seed: int) -> LawStudy 
     rng = np.random.default_rng([seed, k])
     graph = draw_graph(rng, nodes)
     optimum = gabf.structure(graph.network, graph.x_star)
-    study = LawStudy(facts=[_facts(graph, optimum, rng)])
+    study = LawStudy(_facts(graph, optimum, rng))
     for case in CASES:
         if progress.stopped:
             return None
-        run, history = run_case(graph, optimum, k, case)
+        run, trace = run_case(graph, optimum, k, case)
         study.runs.append(run)
-        if k == 0:
-            study.traces.append(trace(graph, case, history))
+        study.traces.extend([trace] if k == 0 else [])
     for trial, solver_run in run_trials(graph, k):
         if progress.stopped:
             return None
         study.trials.append(trial)
-        if k == 0:
-            study.solver_runs.append((trial, solver_run))
+        study.solver_runs.extend([(trial, solver_run)] if k == 0 else [])
     return study
 
 
@@ -135,43 +164,24 @@ def _facts(graph: RandomGraph, optimum: gabf.Structure, rng: np.random.Generator
     )
 
 
-def _parameters(parameters: dict[str, Any]) -> Row:
-    return {name: parameters.get(name) for name in ("h", "p1/p2", "m1/m2")}
+def _about(case: LawCase) -> Row:
+    """A case spelled out."""
+    return {"law": case.law.name, "start": case.start, **dict.fromkeys(("h", "p1/p2", "m1/m2")), **case.parameters}
 
 
 def _medians(runs: Sequence[Measurement]) -> Row:
-    inputs = [run.largest_input for run in runs]
-    return {
-        "graphs": len(runs),
-        "settled": sum(run.settled for run in runs),
-        "settling_time": _median(run.settling_time for run in runs),
-        "settling_time_max": max(run.settling_time for run in runs),
-        "settling_tau": _median(run.settling_tau for run in runs),
-        "log10_remaining": _median(run.log10_remaining for run in runs),
-        "largest_input": _median(inputs),
-        "largest_input_max": max(inputs),
-        "typical_input": _median(run.typical_input for run in runs),
-        "energy": _median(run.energy for run in runs),
-    }
-
-
-def _median(values: Any) -> float:
-    return float(np.median(list(values)))
+    row: dict[str, float] = {"graphs": len(runs), "settled": sum(run.settled for run in runs)}
+    for name in _MEASURES:
+        values = [getattr(run, name) for run in runs]
+        row |= {name: float(np.median(values))} | ({f"{name}_max": max(values)} if name in _WITH_LARGEST else {})
+    return row
 
 
 def _flat(item: Measurement | Trial) -> Row:
     """One measured line, its case spelled out."""
-    plain = {name: value for name, value in vars(item).items() if name != "case"}
-    return {"law": item.case.law.name, "start": item.case.start, **_parameters(item.case.parameters), **plain}
+    return {**_about(item.case), **{name: value for name, value in vars(item).items() if name != "case"}}
 
 
 def _scalar_row(scalar: ScalarTime) -> Row:
-    names = ("printed", "corrected", "sharp", "measured")
     p, m = scalar.label.split(", ")
-    return {"p1/p2": p, "m1/m2": m, **{name: getattr(scalar, name) for name in names}}
-
-
-def _figures(study: LawStudy, scalars: Sequence[ScalarTime]) -> dict[str, Picture]:
-    from planner.reproduce.laws.figures import law_pictures
-
-    return law_pictures(study.runs, study.traces, study.solver_runs, scalars)
+    return {"p1/p2": p, "m1/m2": m, **{name: value for name, value in vars(scalar).items() if name != "label"}}

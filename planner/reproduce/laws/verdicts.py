@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
+from operator import attrgetter
 
 import numpy as np
 
-from planner.reproduce.laws.cases import T_P, Measurement
-from planner.reproduce.laws.comparisons import costlier, faster, per_graph
+from planner.reproduce.laws.cases import NODE, STARTS, T_P, Measurement, on_graphs, per_graph
 from planner.reproduce.random_graphs import START
 from planner.reproduce.report import Verdict, spread, tally
-
-STARTS = ("above", "below")
 
 _FINEST = float(np.log10(np.spacing(T_P) / 2))
 
 GROWTH = 10.0
 """How many times its size at t = 0 an input may reach before "bounded" is true in words only (ours)."""
+
+
+Pair = tuple[Measurement, Measurement]
+Quantity = Callable[[Measurement], float]
+
+_TIME: Quantity = attrgetter("settling_time")
+_TAU: Quantity = attrgetter("settling_tau")
+
+EFFORTS: dict[str, Quantity] = {
+    f"largest input of node {NODE}": lambda run: run.node_input,
+    "largest input of any node": lambda run: run.largest_input,
+    "largest input of the median node": lambda run: run.typical_input,
+    "energy, the sum over nodes of the integral of u^2": lambda run: run.energy,
+}
+"""Readings of "control effort": the first is what the paper plots."""
 
 
 @dataclass(frozen=True)
@@ -39,16 +54,8 @@ class GraphFacts:
 
 def law_verdicts(graphs: Sequence[GraphFacts], runs: Sequence[Measurement]) -> tuple[Verdict, ...]:
     """Every sentence of section (comparison) about the two strategies; counts are of graphs."""
-    found = [_overestimate(graphs), *_first_law([run for run in runs if run.case.law.name == "prescribed-time"])]
-    free = [run for run in runs if run.case.law.name == "singularity-free"]
-    for start in STARTS:
-        found += _free_law([run for run in free if run.case.start == start], start)
-    return (*found, _certificates(runs))
-
-
-def _overestimate(graphs: Sequence[GraphFacts]) -> Verdict:
     elsewhere = sum(graph.random_source < START for graph in graphs)
-    return tally(
+    overestimate = tally(
         "The initial conditions x_i(0) = 10 for all i in V\\S yield overestimated initial states.",
         (graph.largest_x_star < START for graph in graphs),
         f"largest x* {spread(graph.largest_x_star for graph in graphs)} km, the source being the node nearest the "
@@ -56,73 +63,125 @@ def _overestimate(graphs: Sequence[GraphFacts]) -> Verdict:
         f"{sum(graph.cut_off for graph in graphs)} of them for a node without a path; from a source drawn at random x* "
         f"would stay below {START:g} on {elsewhere} of {len(graphs)}",
     )
+    certificates = on_graphs(
+        "(ours) Every bound of the paper that applies to a run holds on it, T_* as printed left aside.",
+        runs,
+        lambda run: run.within_bounds,
+        f"{sum(run.within_bounds for run in runs)} of {len(runs)} runs",
+    )
+    free = [run for run in runs if run.case.law.name == "singularity-free"]
+    return (
+        overestimate,
+        *_first_law([run for run in runs if run.case.law.name == "prescribed-time"]),
+        *(found for start in STARTS for found in _free_law([run for run in free if run.case.start == start], start)),
+        certificates,
+    )
 
 
-def _first_law(runs: Sequence[Measurement]) -> list[Verdict]:
+def _first_law(runs: Sequence[Measurement]) -> Iterator[Verdict]:
     where = "(prescribed-time law)"
-    return [
-        tally(
-            f"All state errors converge within the prescribed time T_p = {T_P:g} {where}.",
-            (all(run.settled and run.settling_time < T_P for run in graph) for graph in per_graph(runs)),
-            "to 1e-9 at t = " + ", ".join(f"{_times(runs, h)} for h = {h}" for h in (1, 8)) + "; to 0 at T_p only",
-        ),
-        tally(
-            f"All the control inputs remain bounded {where}.",
-            (all(run.bounded and run.within_bounds for run in graph) for graph in per_graph(runs)),
-            f"largest input {spread(run.largest_input for run in runs)} km/s, within eqs. (lowerli) and (ute) in every "
-            "state, and 0 at T_p",
-        ),
-        faster(f"Larger h leads to faster convergence {where}.", runs, "h", smaller=False),
-        *costlier(f"... as the control effort increases {where}", runs, "h", smaller=False),
-    ]
+    times = {h: [run.settling_time for run in runs if run.case.parameters["h"] == h] for h in (1, 8)}
+    yield on_graphs(
+        f"All state errors converge within the prescribed time T_p = {T_P:g} {where}.",
+        runs,
+        lambda run: run.settled and run.settling_time < T_P,
+        "to 1e-9 at t = "
+        + ", ".join(f"{spread(of_h, '.5f')} for h = {h}" for h, of_h in times.items())
+        + "; to 0 at T_p only",
+    )
+    yield on_graphs(
+        f"All the control inputs remain bounded {where}.",
+        runs,
+        lambda run: run.bounded and run.within_bounds,
+        f"largest input {spread(run.largest_input for run in runs)} km/s, within eqs. (lowerli) and (ute) in every "
+        "state, and 0 at T_p",
+    )
+    yield faster(f"Larger h leads to faster convergence {where}.", runs, "h", smaller=False)
+    yield from costlier(f"... as the control effort increases {where}", runs, "h", smaller=False)
 
 
-def _times(runs: Sequence[Measurement], h: float) -> str:
-    return spread((run.settling_time for run in runs if run.case.parameters["h"] == h), ".5f")
-
-
-def _free_law(runs: Sequence[Measurement], start: str) -> list[Verdict]:
+def _free_law(runs: Sequence[Measurement], start: str) -> Iterator[Verdict]:
     where = f"(singularity-free law, starts {start} x*)"
-    found = [_converges(runs, where), _bounded(runs, where), _no_growth(runs, where)]
-    for name in ("p1/p2", "m1/m2"):
-        found.append(faster(f"Smaller {name} yields faster convergence {where}.", runs, name, smaller=True))
-        found += costlier(
-            f"... at the cost of increased control effort, smaller {name} {where}", runs, name, smaller=True
-        )
-    return found
-
-
-def _converges(runs: Sequence[Measurement], where: str) -> Verdict:
     late = sum(run.log10_remaining < _FINEST for run in runs)
-    return tally(
+    yield on_graphs(
         f"The state error converges before the prescribed time T_p = {T_P:g} {where}.",
-        (all(run.settled and run.error == 0.0 for run in graph) for graph in per_graph(runs)),
+        runs,
+        lambda run: run.settled and run.error == 0.0,
         f"settling tau {spread(run.settling_tau for run in runs)}, t {spread((r.settling_time for r in runs), '.6g')}, "
         f"log10(T_p - t) {spread(run.log10_remaining for run in runs)}; closer to T_p than a double holds in "
         f"{late} of {len(runs)} runs; then x is the oracle's to the last bit",
     )
-
-
-def _bounded(runs: Sequence[Measurement], where: str) -> Verdict:
-    return tally(
+    yield on_graphs(
         f"All the control inputs remain bounded {where}.",
-        (all(run.bounded for run in graph) for graph in per_graph(runs)),
+        runs,
+        lambda run: run.bounded,
         f"largest input {spread(run.largest_input for run in runs)} km/s; finite as the law settles while its gain is"
         " so",
     )
-
-
-def _no_growth(runs: Sequence[Measurement], where: str) -> Verdict:
-    return tally(
+    yield on_graphs(
         f"(ours) No input grows beyond {GROWTH:g} times the largest one at t = 0 {where}.",
-        (all(run.largest_input <= GROWTH * run.first_input for run in graph) for graph in per_graph(runs)),
+        runs,
+        lambda run: run.largest_input <= GROWTH * run.first_input,
         f"largest input over the largest at t = 0: {spread(run.largest_input / run.first_input for run in runs)}",
     )
+    for name in ("p1/p2", "m1/m2"):
+        yield faster(f"Smaller {name} yields faster convergence {where}.", runs, name, smaller=True)
+        yield from costlier(
+            f"... at the cost of increased control effort, smaller {name} {where}", runs, name, smaller=True
+        )
 
 
-def _certificates(runs: Sequence[Measurement]) -> Verdict:
+def neighbours(runs: Sequence[Measurement], parameter: str) -> list[Pair]:
+    """Pairs of runs of one graph whose ``parameter`` takes neighbouring values, smaller first, all else equal."""
+
+    def rest(run: Measurement) -> tuple:
+        others = sorted((name, str(value)) for name, value in run.case.parameters.items() if name != parameter)
+        return run.graph, run.case.group, others
+
+    ordered = sorted(runs, key=lambda run: (rest(run), Fraction(run.case.parameters[parameter])))
+    return [(a, b) for a, b in itertools.pairwise(ordered) if rest(a) == rest(b)]
+
+
+def faster(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: bool) -> Verdict:
+    """That the ``smaller`` (or else the larger) of two neighbouring values settles at an earlier t.
+
+    Compared in tau where both laws share a clock, as t rounds to T_p; in t for the parameter h of the clock itself.
+    Held on a graph if it does in all its pairs.
+    """
+    name, quantity = ("t", _TIME) if parameter == "h" else ("tau", _TAU)
+    return _ordered(sentence, runs, parameter, quantity, smaller, f"settling {name}: ", attrgetter("settled"))
+
+
+def costlier(sentence: str, runs: Sequence[Measurement], parameter: str, smaller: bool) -> list[Verdict]:
+    """That the ``smaller`` (or else the larger) of two neighbours takes more effort: one verdict per reading."""
+    return [_ordered(f"{sentence} ({name})", runs, parameter, effort, not smaller) for name, effort in EFFORTS.items()]
+
+
+def _ordered(
+    sentence: str,
+    runs: Sequence[Measurement],
+    parameter: str,
+    quantity: Quantity,
+    growing: bool,
+    about: str = "",
+    usable: Callable[[Measurement], bool] = lambda run: True,
+) -> Verdict:
+    """That a quantity grows (or else falls) with the parameter in all neighbouring pairs of a graph, all ``usable``.
+
+    The note says in how many pairs it does, and by what factor.
+    """
+    sign, pairs = 1.0 if growing else -1.0, neighbours(runs, parameter)
+
+    def as_said(pair: Pair) -> bool:
+        return sign * quantity(pair[0]) < sign * quantity(pair[1])
+
+    ratios = spread((quantity(b) / quantity(a) for a, b in pairs), ".4g")
     return tally(
-        "(ours) Every bound of the paper that applies to a run holds on it, T_* as printed left aside.",
-        (all(run.within_bounds for run in graph) for graph in per_graph(runs)),
-        f"{sum(run.within_bounds for run in runs)} of {len(runs)} runs",
+        sentence,
+        (
+            all(as_said(pair) and all(map(usable, pair)) for pair in neighbours(graph, parameter))
+            for graph in per_graph(runs)
+        ),
+        f"{about}as said in {sum(map(as_said, pairs))} of {len(pairs)} neighbouring pairs, larger {parameter} over "
+        f"smaller {ratios}",
     )

@@ -9,11 +9,10 @@ import numpy as np
 from planner.figures import learning as learning_figures
 from planner.figures.learning import CurvePanel, GraphPanel
 from planner.learning import LearningRule
-from planner.reproduce.learning.cases import ERROR_DRIVEN, RULES
-from planner.reproduce.learning.robot import PRIORS, TASKS, Campaign
-from planner.reproduce.learning.robot_report import regrets
+from planner.reproduce.learning.graphs import START
+from planner.reproduce.learning.robot import PRIORS, TASKS, Campaign, regrets
 from planner.reproduce.learning.scan import ALPHAS, BETAS, GRAPHS, Tried
-from planner.reproduce.learning.study import GraphStudy
+from planner.reproduce.learning.study import ERROR_DRIVEN, RULES, GraphStudy
 from planner.reproduce.learning.verdicts import shares
 from planner.reproduce.report import Picture
 
@@ -62,10 +61,7 @@ def paths_figure(study: GraphStudy, rules: Sequence[LearningRule] = RULES) -> Pi
 
 def share_figure(studies: Sequence[GraphStudy]) -> Picture:
     """Share of shortest paths by iteration."""
-    curves = {}
-    for rule in RULES:
-        curves[rule.label] = shares([[facts.optimal for facts in study.facts(rule)] for study in studies])
-    return learning_figures.share_curves(curves, len(studies))
+    return learning_figures.share_curves({rule.label: shares(studies, rule) for rule in RULES}, len(studies))
 
 
 def threshold_figure(studies: Sequence[GraphStudy]) -> Picture:
@@ -89,8 +85,11 @@ def scan_figure(tried: Sequence[Tried]) -> Picture:
 def robot_figure(campaigns: Sequence[Campaign]) -> Picture:
     """Regret and beliefs against executions, for one start and for many."""
     one, many = TASKS
-    grab = lambda task, quantity: {p: regrets(campaigns, task, p, quantity) for p in PRIORS}  # noqa: E731
     regret, believed = "regret (optimal costs)", "cost believed / optimum"
+
+    def grab(task: str, quantity: str) -> dict[str, np.ndarray]:
+        return {prior: regrets(campaigns, task, prior, quantity) for prior in PRIORS}
+
     spread_out = grab(many, "field_regret")
     return learning_figures.execution_curves(
         [
@@ -112,8 +111,7 @@ def _name(rule: LearningRule) -> str:
 def _panels(study: GraphStudy, rule: LearningRule) -> list[GraphPanel]:
     run, graph = study.runs[rule.name], study.graph
     last = len(run.stages) - 1
-    chosen = [k for k in SHOWN if k <= last]
-    chosen += [last] if last not in chosen else []
+    chosen = [*(k for k in SHOWN if k < last), last]
     arcs = np.column_stack([graph.network.tails, graph.network.indices])
     return [
         GraphPanel(
@@ -122,7 +120,7 @@ def _panels(study: GraphStudy, rule: LearningRule) -> list[GraphPanel]:
             position=graph.position,
             arcs=arcs,
             wbar=run.stages[k].wbar,
-            path=run.paths[k],
+            path=run.stages[k].path(START),
             shortest=graph.shortest,
         )
         for k in chosen

@@ -48,6 +48,10 @@ class GridGraph:
         """How many nodes the offset moved out of [0, 1] x [0, 1]."""
         return int(((self.position < 0.0) | (self.position > 1.0)).any(axis=1).sum())
 
+    def is_shortest(self, path: Ints) -> bool:
+        """Whether a node sequence is the Euclidean shortest path."""
+        return bool(np.array_equal(path, self.shortest))
+
     def length(self, path: Ints) -> float:
         """Euclidean length of a node sequence."""
         return float(np.linalg.norm(np.diff(self.position[path], axis=0), axis=1).sum())
@@ -75,8 +79,7 @@ def draw_grid(rng: np.random.Generator) -> GridGraph:
 
 def arcs_along(network: Network, path: Ints) -> Ints:
     """Ids of the arcs of a node sequence."""
-    pairs = itertools.pairwise(path.tolist())
-    return np.array([network.arcs_between(i, j)[0] for i, j in pairs], dtype=np.int64)
+    return np.array([network.arcs_between(i, j)[0] for i, j in itertools.pairwise(path.tolist())], dtype=np.int64)
 
 
 def distances(network: Network, cost: Floats) -> Floats:

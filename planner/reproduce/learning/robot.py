@@ -1,14 +1,17 @@
-"""Learning on a robot's roadmap: what its edges cost is not known until a path has come past them."""
+"""Learning on a robot's roadmap: what its edges cost is not known until a path has come past them; and its verdicts."""
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
 from planner import gabf, learning
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats
 from planner.base.errors import OptionError, StateError
 from planner.base.progress import QUIET, Progress
 from planner.construction.build import build_roadmap
@@ -21,6 +24,7 @@ from planner.planning.network import build_network, distance_cost
 from planner.problem.objective import Objective
 from planner.problem.request import SERIAL, RoadmapRequest, WorkersRequest
 from planner.processes.parallel import collected
+from planner.reproduce.report import Row, Verdict, spread, tally
 from planner.roadmap.roadmap import Roadmap, path_waypoints
 from planner.setup.open import Query, make_query
 
@@ -35,6 +39,8 @@ ZONE_RADIUS, ZONE_FACTOR = 0.25, 4.0
 
 LOSS = 1e-3
 """K is chosen so that the path of eq. (wb) costs at most 0.1 % more than the cheapest one: K_for_excess."""
+
+_SHOWN = (1, 3, 10, 50)
 
 PRIORS = ("optimistic", "average", "pessimistic")
 """The believed cost of an edge before it is seen.
@@ -108,7 +114,6 @@ class RobotCase:
     priors: dict[str, Floats]
     rule: ErrorDriven
     optimum: Floats
-    zone: SlowZone
 
     @property
     def start(self) -> int:
@@ -145,7 +150,7 @@ def _all_campaigns(number: int, progress: Progress, settings: RobotSettings, see
     case = make_case(_query(settings), settings.nodes, seed, number, progress)
     if case is None:
         return None
-    kinds = [(task, prior) for task in TASKS for prior in PRIORS]
+    kinds = itertools.product(TASKS, PRIORS)
     found = [campaign(case, prior, task, settings.executions, seed) for task, prior in kinds if not progress.stopped]
     return None if progress.stopped else found
 
@@ -166,10 +171,8 @@ def make_case(query: Query, nodes: int, seed: int, number: int, progress: Progre
         raise StateError(f"roadmap {number} joins no start to a goal within {nodes} nodes: raise --nodes.")
     plain = build_network(roadmap, Objective(1.0, charge="nodes"))
     zone = slow_zone(query, roadmap, plain)
-    edge = edge_of_arc(roadmap, plain)
-    costs = execution_costs(query.robot, roadmap, BETA, [zone])
-    length = distance_cost(roadmap)
-    greatest = greatest_costs(roadmap, [zone])
+    edge, length = edge_of_arc(roadmap, plain), distance_cost(roadmap)
+    costs, greatest = execution_costs(query.robot, roadmap, BETA, [zone]), greatest_costs(roadmap, [zone])
     rule = ErrorDriven(beta=1.0 / learning.K_for_excess(float(greatest.max()), LOSS))
     priors = (least_costs(roadmap, BETA), costs.sum() / length.sum() * length, greatest)
     informed = gabf.Network(plain.indptr, plain.indices, costs[edge], sources=roadmap.goals, kernel=gabf.Additive())
@@ -181,7 +184,6 @@ def make_case(query: Query, nodes: int, seed: int, number: int, progress: Progre
         priors={name: prior[edge] for name, prior in zip(PRIORS, priors, strict=True)},
         rule=rule,
         optimum=gabf.oracle(informed),
-        zone=zone,
     )
 
 
@@ -197,7 +199,9 @@ def slow_zone(query: Query, roadmap: Roadmap, network: gabf.Network) -> SlowZone
 def campaign(case: RobotCase, prior: str, task: str, executions: int, seed: int) -> Campaign:
     """Execute, reveal, learn, plan again."""
     beliefs = believed(case.network, case.rule, case.priors[prior])
-    starts = _starts(case, task, executions, np.random.default_rng([seed, case.number, 1]))
+    elsewhere = np.setdiff1d(np.flatnonzero(np.isfinite(case.optimum)), case.roadmap.goals)
+    drawn = np.random.default_rng([seed, case.number, 1]).choice(elsewhere, executions)
+    starts = np.full(executions, case.start) if task == TASKS[0] else drawn
     known = np.zeros(case.network.n_arcs, dtype=bool)
     steps, costly = [], 0
     for done in run_executions(beliefs, case.costs, case.rule, starts):
@@ -205,13 +209,6 @@ def campaign(case: RobotCase, prior: str, task: str, executions: int, seed: int)
         steps.append(_step(case, done, float(known.mean())))
         costly += int(steps[-1].regret > LOSS)
     return Campaign(case.number, prior, task, tuple(steps), costly, case.network.n_nodes // 2)
-
-
-def _starts(case: RobotCase, task: str, executions: int, rng: np.random.Generator) -> Ints:
-    if task == TASKS[0]:
-        return np.full(executions, case.start)
-    rooms = np.setdiff1d(np.flatnonzero(np.isfinite(case.optimum)), case.roadmap.goals)
-    return rng.choice(rooms, executions)
 
 
 def _step(case: RobotCase, done: Execution, known: float) -> Step:
@@ -227,3 +224,87 @@ def _step(case: RobotCase, done: Execution, known: float) -> Step:
         known=known,
         settled=settled is not None and (law.prescribed_time is None or settled < law.prescribed_time),
     )
+
+
+def robot_rows(campaigns: Sequence[Campaign], settings: Mapping[str, Any] | None) -> list[Row]:
+    """One line a task, prior and a few of the executions; columns as :func:`learning.learning_table`."""
+    rows: list[Row] = []
+    if not campaigns or settings is None:
+        return rows
+    for task, prior in itertools.product(TASKS, PRIORS):
+        regret = regrets(campaigns, task, prior)
+        about = f"{settings['robot']} in {settings['scene']}, {task}, {prior}"
+        for k in sorted({*(k for k in _SHOWN if k < regret.shape[1]), regret.shape[1]}):
+            now = regret[:, k - 1]
+            excess = (round(100.0 * float(value), 6) for value in (now.mean(), now.max()))  # no rounding of sums
+            rows.append(learning_row(about, k, (now <= LOSS).mean(), *excess))
+    return rows
+
+
+def learning_row(study: str, iteration: int, optimal: Any, mean: Any, largest: float) -> Row:
+    """One line of the table: the share of optimal paths, and by how much (%) they are too costly."""
+    excess = {"mean excess (%)": float(mean), "largest excess (%)": largest}
+    return {"study": study, "iteration": iteration, "optimal": float(optimal), **excess}
+
+
+def campaign_records(campaigns: Sequence[Campaign]) -> list[Row]:
+    """Every campaign, each quantity of its executions as a list."""
+    return [
+        {
+            **{name: value for name, value in vars(campaign).items() if name != "steps"},
+            **{name: [getattr(step, name) for step in campaign.steps] for name in vars(campaign.steps[0])},
+        }
+        for campaign in campaigns
+    ]
+
+
+def regrets(campaigns: Sequence[Campaign], task: str, prior: str, quantity: str = "regret") -> np.ndarray:
+    """(roadmaps, executions) of one prior and task."""
+    return np.array([[getattr(s, quantity) for s in c.steps] for c in _of(campaigns, task, prior)])
+
+
+def robot_verdicts(campaigns: Sequence[Campaign]) -> tuple[Verdict, ...]:
+    """What the executions show; counts are of roadmaps. The paper says nothing of this, so all are marked (ours)."""
+    if not campaigns:
+        return ()
+    (one, many), optimistic = TASKS, PRIORS[0]
+    fields = {prior: regrets(campaigns, many, prior, "field_regret").mean(axis=0) for prior in PRIORS}
+    return (
+        *(_ends_optimal(campaigns, one, prior) for prior in PRIORS),
+        tally(
+            "(ours) Optimism is bounded: at most n / 2 executions cost more than the optimum, whatever the starts.",
+            (c.costly <= c.allowed for c in campaigns if c.prior == optimistic),
+            "; ".join(f"{task}: {spread(c.costly for c in _of(campaigns, task, optimistic))}" for task in TASKS)
+            + f" of {spread(c.allowed for c in campaigns)} allowed",
+        ),
+        tally(
+            "(ours) The learned field approaches the informed optimum (optimistic, many starts).",
+            # the paths from every node have lost nine tenths of the regret they had at worst
+            (field[-1] <= 0.1 * max(field) for field in regrets(campaigns, many, optimistic, "field_regret")),
+            "mean regret of the paths from every node, first, at its worst and last: "
+            + "; ".join(f"{prior} {x[0]:.3f}, {x.max():.3f}, {x[-1]:.3f}" for prior, x in fields.items()),
+        ),
+        tally(
+            "(ours) Every planning stage on the roadmap settles before T_p.",
+            (all(step.settled for step in c.steps) for c in campaigns),
+            f"{sum(len(c.steps) for c in campaigns)} executions, warm from the x before",
+        ),
+    )
+
+
+def _ends_optimal(campaigns: Sequence[Campaign], task: str, prior: str) -> Verdict:
+    chosen = _of(campaigns, task, prior)
+    stuck = [c.last_regret for c in chosen if c.last_regret > LOSS]
+    return tally(
+        f"(ours) Learning costs by paying them ends at the informed optimum ({task}, {prior} about unseen edges).",
+        (c.last_regret <= LOSS for c in chosen),
+        (f"{len(stuck)} stay {spread(100.0 * r for r in stuck)} % costlier; " if stuck else "")
+        + f"executions costlier than the optimum "
+        f"{spread(c.costly for c in chosen)} of {len(chosen[0].steps)}; sum of regrets "
+        f"{spread(sum(s.regret for s in c.steps) for c in chosen)} optimal costs; edges seen at the end "
+        f"{spread(100.0 * c.steps[-1].known for c in chosen)} %",
+    )
+
+
+def _of(campaigns: Sequence[Campaign], task: str, prior: str) -> list[Campaign]:
+    return [c for c in campaigns if c.task == task and c.prior == prior]

@@ -9,19 +9,25 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.errors import OptionError
 from planner.base.progress import QUIET, Progress
 from planner.learning import FIRST_WEIGHT, LearningRule
 from planner.problem.request import SERIAL, WorkersRequest, require_seed
 from planner.processes.parallel import collected
-from planner.reproduce.learning.cases import RULES, T_P
 from planner.reproduce.learning.graphs import OFFSET, RANGE, SIDE_NODES
-from planner.reproduce.learning.robot import Campaign, RobotSettings, campaigns_in, run_campaigns
-from planner.reproduce.learning.robot_report import campaign_records, robot_rows, robot_verdicts
+from planner.reproduce.learning.robot import (
+    Campaign,
+    RobotSettings,
+    campaign_records,
+    campaigns_in,
+    learning_row,
+    robot_rows,
+    robot_verdicts,
+    run_campaigns,
+)
 from planner.reproduce.learning.scan import TRIALS, Tried, scan
-from planner.reproduce.learning.study import GraphStudy, study_graph
+from planner.reproduce.learning.study import RULES, T_P, GraphStudy, study_graph
 from planner.reproduce.learning.verdicts import learning_verdicts, shares
-from planner.reproduce.report import Picture, Report, Row, require_figures
+from planner.reproduce.report import Report, Row, require_counts, require_figures
 
 REASON = (
     "Chosen on graphs that are not among the reported ones (scan). error_driven: alpha 5 is the smallest rate tried "
@@ -46,9 +52,7 @@ def run_learning(
     whole, with ``complete`` False. Raises OptionError for fewer than one graph or iteration, PlannerError for an
     unusable robot or scene, FileError where matplotlib is missing.
     """
-    for name, value in (("graphs", graphs), ("iterations", iterations)):
-        if value < 1:
-            raise OptionError(f"{name} must be at least 1, not {value}.")
+    require_counts(graphs=graphs, iterations=iterations)
     require_seed(seed)
     require_figures()
     campaigns = run_campaigns(robot, seed, progress, workers) if robot else []
@@ -57,8 +61,7 @@ def run_learning(
     tried = scan(iterations, seed, progress)
     whole = len(studies) == graphs and len(tried) == TRIALS and len(campaigns) == campaigns_in(robot)
     config = {"graphs": graphs, "iterations": iterations, "seed": seed, "nodes": SIDE_NODES**2, "offset": OFFSET}
-    config |= {"range": RANGE, "first_weight": FIRST_WEIGHT, "T_p_s": T_P}
-    config |= {"robot": asdict(robot) if robot else None}
+    config |= {"range": RANGE, "first_weight": FIRST_WEIGHT, "T_p_s": T_P, "robot": asdict(robot) if robot else None}
     return learning_report(studies, tried, campaigns, config, complete=whole)
 
 
@@ -74,16 +77,19 @@ def learning_report(
     complete: bool = True,
 ) -> Report:
     """Table, verdicts and figures of what was measured."""
+    from planner.reproduce.learning.figures import learning_pictures
+
+    share = {rule.name: shares(studies, rule) for rule in RULES}
     return Report(
         name="learning",
         config=config,
         table=(*learning_table(studies), *robot_rows(campaigns, config["robot"])),
         verdicts=(*learning_verdicts(studies), *robot_verdicts(campaigns)),
-        figures=_figures(studies, tried, campaigns),
+        figures=learning_pictures(studies, tried, campaigns),
         more={
             "graphs": len(studies),
-            "share": {rule.name: _shares(studies, rule)[1:] for rule in RULES},
-            "share_before": {rule.name: _shares(studies, rule)[:1] for rule in RULES},
+            "share": {name: values[1:] for name, values in share.items()},
+            "share_before": {name: values[:1] for name, values in share.items()},
             "parameters": {**{rule.name: asdict(rule) for rule in RULES}, "reason": REASON},
             "scan": [{"rule": t.rule.name, **asdict(t.rule), "share": list(t.share)} for t in tried],
             "thresholds": [asdict(study.threshold) for study in studies],
@@ -100,30 +106,13 @@ def learning_table(studies: Sequence[GraphStudy]) -> list[Row]:
     rows = []
     for rule in RULES:
         for k, facts in enumerate(zip(*(study.facts(rule) for study in studies), strict=True)):
-            excess = [100.0 * f.excess for f in facts]
-            rows.append(
-                {
-                    "study": f"{len(studies)} graphs, {rule.name}",
-                    "iteration": k,
-                    "optimal": float(np.mean([f.optimal for f in facts])),
-                    "mean excess (%)": float(np.mean(excess)),
-                    "largest excess (%)": max(excess),
-                }
-            )
+            optimal, excess = np.mean([f.optimal for f in facts]), [100.0 * f.excess for f in facts]
+            about = f"{len(studies)} graphs, {rule.name}"
+            rows.append(learning_row(about, k, optimal, np.mean(excess), max(excess)))
     return rows
-
-
-def _shares(studies: Sequence[GraphStudy], rule: LearningRule) -> list[float]:
-    return shares([[facts.optimal for facts in study.facts(rule)] for study in studies])
 
 
 def _flat(k: int, study: GraphStudy, rule: LearningRule) -> Row:
     """The training of one rule on one graph, quantity by quantity."""
     facts = study.facts(rule)
     return {"graph": k, "rule": rule.name, **{name: [getattr(f, name) for f in facts] for name in vars(facts[0])}}
-
-
-def _figures(studies: Sequence[GraphStudy], tried: list[Tried], campaigns: list[Campaign]) -> dict[str, Picture]:
-    from planner.reproduce.learning.figures import learning_pictures
-
-    return learning_pictures(studies, tried, campaigns)

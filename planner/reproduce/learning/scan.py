@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,22 +35,16 @@ def scan(iterations: int, seed: int, progress: Progress) -> list[Tried]:
     """Every pair of ``ALPHAS`` and ``BETAS`` for both rules on ``GRAPHS`` graphs, as far as it came."""
     graphs = [draw_grid(np.random.default_rng([seed, 1, k])) for k in range(GRAPHS)]
     found = []
-    for rule in _rules():
+    for kind, alpha, beta in itertools.product((Hebbian, ErrorDriven), ALPHAS, BETAS):
         if progress.stopped:
             break
+        rule = kind(alpha=alpha, beta=beta)
         runs = np.array([_optimal(graph, rule, iterations) for graph in graphs])
         found.append(Tried(rule, tuple(runs.mean(axis=0).tolist())))
         progress("parameters", len(found), TRIALS)
     return found
 
 
-def _rules() -> Iterator[LearningRule]:
-    for kind in (Hebbian, ErrorDriven):
-        for alpha in ALPHAS:
-            for beta in BETAS:
-                yield kind(alpha=alpha, beta=beta)
-
-
 def _optimal(graph: GridGraph, rule: LearningRule, iterations: int) -> list[bool]:
     stages = learning.learn(graph.network, rule, graph.d, iterations)
-    return [bool(np.array_equal(stage.path(START), graph.shortest)) for stage in stages[1:]]
+    return [graph.is_shortest(stage.path(START)) for stage in stages[1:]]

@@ -129,4 +129,4 @@ def _scaled(d: Floats, kappa: float) -> Floats:
 def _rival(graph: GridGraph, K: float) -> Floats | None:
     """The weights of the path that eq. (wb) takes at K, None where that is the shortest path."""
     path, _ = dijkstra_path(graph.network, -np.log1p(-graph.d / K))
-    return None if np.array_equal(path, graph.shortest) else graph.weights(path)
+    return None if graph.is_shortest(path) else graph.weights(path)

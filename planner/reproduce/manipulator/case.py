@@ -27,6 +27,9 @@ RRT, SHORTENED = "RRT", "RRT, shortened"
 """RRTConnect's path as it is found, and after the shortcuts with which it becomes the roadmap's first path."""
 
 
+KINK = np.radians(45.0)
+
+
 def label_of(beta: float) -> str:
     """The name of a beta's path."""
     return f"beta = {beta:g}"
@@ -60,6 +63,11 @@ class MeasuredPath:
         """(1 - beta) Omega + beta D."""
         return traded_off(beta, self.manipulability_cost, self.distance_cost)
 
+    @property
+    def sharp_turns(self) -> int:
+        """At how many waypoints the tool changes direction by more than 45 degrees."""
+        return int((self.kinks > KINK).sum())
+
 
 @dataclass(frozen=True, eq=False)
 class SolveFacts:
@@ -85,12 +93,16 @@ class SeedStudy:
     fields: tuple[SolveFacts, ...]
     ways: dict[str, MeasuredPath]
 
+    def way(self, beta: float) -> MeasuredPath:
+        """The path of a beta."""
+        return self.ways[label_of(beta)]
+
     @property
     def groups(self) -> tuple[tuple[float, ...], ...]:
         """The betas that share a path, in their order."""
         groups: dict[bytes, list[float]] = {}
         for beta in BETAS:
-            groups.setdefault(self.ways[label_of(beta)].nodes.tobytes(), []).append(beta)
+            groups.setdefault(self.way(beta).nodes.tobytes(), []).append(beta)
         return tuple(map(tuple, groups.values()))
 
 

@@ -47,13 +47,9 @@ def mean_distance(a: Floats, b: Floats) -> float:
 
 def shared_segments(a: Floats, b: Floats) -> float:
     """The share of segments that two joint paths (k, dof) have in common, of the one that has fewer."""
-    first, second = _segments(a), _segments(b)
+    ends = ([q.tobytes() for q in path] for path in (a, b))
+    first, second = ({frozenset(pair) for pair in itertools.pairwise(keys)} for keys in ends)
     return len(first & second) / max(1, min(len(first), len(second)))
-
-
-def _segments(path: Floats) -> set[frozenset[bytes]]:
-    keys = [q.tobytes() for q in path]
-    return {frozenset(pair) for pair in itertools.pairwise(keys)}
 
 
 def _angles(a: Floats, b: Floats) -> Floats:

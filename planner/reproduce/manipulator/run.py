@@ -14,19 +14,14 @@ from planner.base.progress import QUIET, Progress
 from planner.problem.request import PAPER_NODES, SERIAL, Backend, SweepRequest, WorkersRequest
 from planner.processes.parallel import collected
 from planner.reproduce.manipulator.case import BETAS, RRT, SHORTENED, MeasuredPath, SeedStudy, label_of, study_seed
-from planner.reproduce.manipulator.verdicts import BLUE, PAPER_COSTS, RED, manipulator_verdicts, sharp_turns
-from planner.reproduce.report import Picture, Report, Row, require_figures
+from planner.reproduce.manipulator.verdicts import BLUE, PAPER_COSTS, RED, manipulator_verdicts
+from planner.reproduce.report import Picture, Report, Row, require_counts, require_figures
 from planner.setup.open import Query, make_query
 
 LABELS = (*map(label_of, BETAS), RRT, SHORTENED)
 _COLUMNS = {
-    "manipulability_cost": "omega",
-    "distance_cost": "D",
-    "w_min": "w_min",
-    "w_mean": "w_mean",
-    "joint_length": "joint_rad",
-    "workspace_length": "tool_m",
-    "turning": "turning_rad",
+    **{"manipulability_cost": "omega", "distance_cost": "D", "w_min": "w_min", "w_mean": "w_mean"},
+    **{"joint_length": "joint_rad", "workspace_length": "tool_m", "turning": "turning_rad"},
 }
 """Measures of a path, and their short names in the table."""
 
@@ -48,8 +43,7 @@ def run_manipulator(
     ``complete`` is False. Raises OptionError for fewer than one seed or a share outside [0, 1], FileError where
     matplotlib is missing.
     """
-    if seeds < 1:
-        raise OptionError(f"seeds must be at least 1, not {seeds}.")
+    require_counts(seeds=seeds)
     if not 0.0 <= strands <= 1.0:
         raise OptionError(f"strands {strands:g} are no share of the nodes: give a number from 0 to 1.")
     require_figures()
@@ -82,12 +76,11 @@ def manipulator_report(
             **{name: getattr(request, name) for name in ("nodes", "collision", "seed", "robot", "scene", "law")},
             "strands": strands,
             "prescribed_time_s": request.prescribed_time,
-            "metric": request.metric,
-            "manipulability_cost": request.manipulability_cost,
+            **{name: getattr(request, name) for name in ("metric", "manipulability_cost")},
         },
         table=tuple(_row(label, whole) for label in LABELS) if whole else (),
         verdicts=manipulator_verdicts(cases, request.prescribed_time),
-        figures=_figures(query, whole) if whole else {},
+        figures=manipulator_pictures(query, shown_case(whole), whole) if whole else {},
         more={
             "drawn_seed": shown_case(whole).seed if whole else None,
             "roadmaps": [_facts(case) for case in cases],
@@ -104,12 +97,32 @@ def shown_case(cases: Sequence[SeedStudy]) -> SeedStudy:
     return (*alike, *several, *cases)[0]
 
 
+def manipulator_pictures(query: Query, shown: SeedStudy, cases: Sequence[SeedStudy]) -> dict[str, Picture]:
+    """Every figure by its file name; tool paths and profiles are those of ``shown``."""
+    from planner.figures import figure as draw
+
+    paths = {"β = " + ", ".join(f"{beta:g}" for beta in betas): shown.way(betas[0]).q for betas in shown.groups}
+    paths[RRT] = shown.ways[RRT].q
+    omega, distance = (
+        {label: np.array([getattr(case.ways[label], name) for case in cases]) for label in LABELS}
+        for name in ("manipulability_cost", "distance_cost")
+    )
+    ours = [np.column_stack([costs[label_of(beta)] for beta in BETAS]) for costs in (omega, distance)]
+    printed = np.array([PAPER_COSTS[beta] for beta in BETAS]).T
+    others = {label: (omega[label], distance[label]) for label in (RRT, SHORTENED)}
+    return {
+        "manipulator_tool_paths.png": draw.tool_paths(query.robot, query.scene, paths),
+        "manipulator_profiles.png": draw.path_profiles(query.checker, paths),
+        "manipulator_costs.png": draw.beta_costs(BETAS, (ours[0], ours[1]), others, (printed[0], printed[1])),
+    }
+
+
 def _row(label: str, cases: Sequence[SeedStudy]) -> Row:
     """One path's medians over the seeds beside the paper's printed costs (no unit); w in m^3."""
     printed = {label_of(beta): costs for beta, costs in PAPER_COSTS.items()}.get(label, (None, None))
     paths = [case.ways[label] for case in cases]
     median = {short: float(np.median([getattr(path, name) for path in paths])) for name, short in _COLUMNS.items()}
-    sharp = float(np.median([sharp_turns(path) for path in paths]))
+    sharp = float(np.median([path.sharp_turns for path in paths]))
     return {"path": label, "paper_omega": printed[0], "paper_D": printed[1], **median, "sharp_turns": sharp}
 
 
@@ -129,9 +142,3 @@ def _facts(case: SeedStudy) -> dict[str, Any]:
 def _flat(case: SeedStudy, path: MeasuredPath) -> Row:
     scalars = {name: getattr(path, name) for name in _COLUMNS}
     return {"seed": case.seed, "path": path.label, **scalars, "contact": path.contact, "q": path.q.tolist()}
-
-
-def _figures(query: Query, cases: Sequence[SeedStudy]) -> dict[str, Picture]:
-    from planner.reproduce.manipulator.figures import manipulator_pictures
-
-    return manipulator_pictures(query, shown_case(cases), cases)

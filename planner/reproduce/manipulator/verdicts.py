@@ -7,8 +7,9 @@ no number of its own.
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -23,7 +24,6 @@ PAPER_COSTS = {**dict.fromkeys(RED, (0.0331, 47.4037)), **dict.fromkeys(BLUE, (1
 
 SLIGHTLY = 1.1
 SIGNIFICANTLY = 0.5
-KINK = np.radians(45.0)
 ZIGZAG = 2
 EXACT = 1e-9
 
@@ -100,20 +100,24 @@ def _path_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
 
 def _rrt_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
     near = {beta: [_to(case, beta, RRT) for case in cases] for beta in BETAS}
-    shorter = [_closer(case, SHORTENED) for case in cases]
+    farthest, nearest = (np.max([near[beta] for beta in BLUE], axis=0), np.min([near[beta] for beta in RED], axis=0))
     yield tally(
         "The trajectory generated with beta = 0.5, 0.7 or 1 is closer to that produced by RRT "
         "[blue than red, by the mean distance of the tool paths].",
         (_closer(case, RRT) for case in cases),
         "mean distance in m: "
         + "; ".join(f"beta = {beta:g}: {spread(values, '.2g')}" for beta, values in near.items())
-        + f"; each of 0.5, 0.7 and 1 closer than both 0 and 0.3: {_all_closer(near)} of {len(cases)}; "
-        f"blue closer to RRT's path after its shortcuts: {sum(shorter)} of {len(cases)}",
+        + f"; each of 0.5, 0.7 and 1 closer than both 0 and 0.3: {int((farthest < nearest).sum())} of "
+        f"{len(cases)}; blue closer to RRT's path after its shortcuts: {sum(_closer(c, SHORTENED) for c in cases)} of "
+        f"{len(cases)}",
     )
 
 
 def _weight_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
-    shares = {beta: [_distance_share(case.ways[label_of(beta)], beta) for case in cases] for beta in BETAS}
+    shares = {
+        beta: [beta * path.distance_cost / path.total(beta) for path in (case.way(beta) for case in cases)]
+        for beta in BETAS
+    }
     yield tally(
         "... since in this case the distance cost gradually outweighs the manipulability cost "
         "[beta D > (1 - beta) Omega at 0.5, 0.7 and 1].",
@@ -122,12 +126,16 @@ def _weight_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
         + "; ".join(f"beta = {beta:g}: {spread(values, '.2g')}" for beta, values in shares.items())
         + "; by the paper's printed costs it is 0.998 already at beta = 0.3",
     )
-    rrt = [case.ways[RRT].distance_cost / case.ways[label_of(1.0)].distance_cost for case in cases]
+    rrt, (red, blue) = [case.ways[RRT] for case in cases], _ends(cases)
     yield tally(
         "The RRT algorithm only considers the distance cost [its path costs less distance and more manipulability than "
         "that of beta = 0].",
-        (_between(case.ways[RRT], case.ways[label_of(0.0)]) for case in cases),
-        f"RRT weighs no cost, it takes the first path it finds: D is {spread(rrt)} times that of beta = 1",
+        (
+            a.distance_cost < b.distance_cost and a.manipulability_cost > b.manipulability_cost
+            for a, b in zip(rrt, red, strict=True)
+        ),
+        "RRT weighs no cost, it takes the first path it finds: D is "
+        f"{spread(_ratios(rrt, blue, 'distance_cost'))} times that of beta = 1",
     )
 
 
@@ -178,7 +186,8 @@ def _shape_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
 
 
 def _zigzag_verdicts(cases: Sequence[SeedStudy]) -> Iterator[Verdict]:
-    sharp = {name: [sharp_turns(path) for path in paths] for name, paths in _named(cases).items()}
+    named = {"blue": label_of(1.0), "red": label_of(0.0), RRT: RRT, SHORTENED: SHORTENED}
+    sharp = {name: [case.ways[label].sharp_turns for case in cases] for name, label in named.items()}
     yield tally(
         f"The blue path exhibits a zigzag pattern [the tool turns by more than 45 degrees at {ZIGZAG} or more "
         "waypoints].",
@@ -224,40 +233,21 @@ def _one_path(case: SeedStudy, betas: Sequence[float]) -> bool:
 
 
 def _shared(case: SeedStudy, rrt: str) -> list[float]:
-    red, blue, tree = (case.ways[name].nodes for name in (label_of(0.0), label_of(1.0), rrt))
+    red, blue, tree = case.way(0.0).nodes, case.way(1.0).nodes, case.ways[rrt].nodes
     return [shared_segments(red, blue), shared_segments(red, tree), shared_segments(blue, tree)]
 
 
 def _to(case: SeedStudy, beta: float, rrt: str) -> float:
-    return mean_distance(case.ways[label_of(beta)].tool, case.ways[rrt].tool)
+    return mean_distance(case.way(beta).tool, case.ways[rrt].tool)
 
 
 def _closer(case: SeedStudy, rrt: str) -> bool:
     return _to(case, 1.0, rrt) < _to(case, 0.0, rrt)
 
 
-def _all_closer(near: Mapping[float, Sequence[float]]) -> int:
-    """In how many cases every beta that the paper calls blue is closer than every one that it calls red."""
-    farthest, nearest = (np.max([near[beta] for beta in BLUE], axis=0), np.min([near[beta] for beta in RED], axis=0))
-    return int((farthest < nearest).sum())
-
-
-def _distance_share(path: MeasuredPath, beta: float) -> float:
-    return beta * path.distance_cost / path.total(beta)
-
-
-def _between(rrt: MeasuredPath, red: MeasuredPath) -> bool:
-    return rrt.distance_cost < red.distance_cost and rrt.manipulability_cost > red.manipulability_cost
-
-
 def _ends(cases: Sequence[SeedStudy]) -> tuple[list[MeasuredPath], list[MeasuredPath]]:
     """The red and the blue path of every case."""
-    return [case.ways[label_of(0.0)] for case in cases], [case.ways[label_of(1.0)] for case in cases]
-
-
-def _named(cases: Sequence[SeedStudy]) -> dict[str, list[MeasuredPath]]:
-    labels = {"blue": label_of(1.0), "red": label_of(0.0), RRT: RRT, SHORTENED: SHORTENED}
-    return {name: [case.ways[label] for case in cases] for name, label in labels.items()}
+    return [case.way(0.0) for case in cases], [case.way(1.0) for case in cases]
 
 
 def _ratios(red: Sequence[MeasuredPath], blue: Sequence[MeasuredPath], name: str) -> list[float]:
@@ -265,16 +255,10 @@ def _ratios(red: Sequence[MeasuredPath], blue: Sequence[MeasuredPath], name: str
 
 
 def _ordered(case: SeedStudy) -> bool:
-    pairs = [(case.ways[label_of(a)], case.ways[label_of(b)]) for a in RED for b in BLUE]
     return all(
         a.manipulability_cost <= b.manipulability_cost + EXACT and a.distance_cost >= b.distance_cost - EXACT
-        for a, b in pairs
+        for a, b in itertools.product(map(case.way, RED), map(case.way, BLUE))
     )
-
-
-def sharp_turns(path: MeasuredPath) -> int:
-    """At how many waypoints the tool changes direction by more than 45 degrees."""
-    return int((path.kinks > KINK).sum())
 
 
 def _consistent(total: Callable[..., float], red, blue) -> bool:

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planner.models.files.meshes import read_mesh
-from planner.models.files.stl import binary_stl
+from planner.models.files.meshes import binary_stl, read_mesh
 from planner.models.shapes import Mesh
 
 

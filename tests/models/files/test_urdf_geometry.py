@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from planner.base.errors import PlannerError
@@ -24,7 +23,7 @@ def test_no_collision_geometry_is_lost(name: str) -> None:
     robot = load(name)
     assert robot.source.collision_elements == robot.source.xml.count("<collision") > 0
     full = urdf.build_model(robot.source)
-    read = urdf_geometry.read_geometry(robot.source, full, pin.GeometryType.COLLISION)
+    read = urdf_geometry.read_geometry(robot.source, full, "collision")
     assert len(robot.bodies) == read.model.ngeoms >= robot.source.collision_elements
     assert {item.link for item in robot.bodies} == set(read.links.values())
     for item in robot.bodies:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from planner.reproduce.laws.cases import FREE, PRESCRIBED
-from planner.reproduce.laws.comparisons import EFFORTS, neighbours
+from planner.reproduce.laws.verdicts import EFFORTS, neighbours
 from tests.reproduce.laws.test_verdicts import GRAPHS, ideal_runs, judged
 
 

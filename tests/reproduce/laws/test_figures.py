@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from planner import gabf
-from planner.reproduce.laws import figures
+from planner.figures import laws as law_figures
 from planner.reproduce.laws.cases import FREE, PRESCRIBED, Measurement, Trace
-from planner.reproduce.laws.fixed_time_bound import ScalarTime
+from planner.reproduce.laws.fixed_time_bound import scalar_time
+from planner.reproduce.laws.run import law_pictures
 from tests.reproduce.laws.test_run import ideal
 
 
@@ -18,13 +19,13 @@ def test_every_picture_gets_its_own_runs(monkeypatch: pytest.MonkeyPatch) -> Non
     drawn: dict[str, Any] = {}
     for name in ("node_histories", "exponent_summary", "fixed_time_bounds", "near_deadline"):
         monkeypatch.setattr(
-            figures.law_figures, name, lambda *arguments, name=name: drawn.setdefault(name, []).append(arguments)
+            law_figures, name, lambda *arguments, name=name: drawn.setdefault(name, []).append(arguments)
         )
     t = np.array([0.0, 1.0])
     traces = [Trace(case, 4, t, t, t) for case in (*PRESCRIBED, *FREE)]
     runs: list[Measurement] = [ideal(0, case) for case in (*PRESCRIBED, *FREE)]
-    scalar = ScalarTime((1, 3), (5, 3))
-    names = figures.law_pictures(runs, traces, [], [scalar])
+    scalar = scalar_time((1, 3), (5, 3))
+    names = law_pictures(runs, traces, [], [scalar])
     assert "laws_near_deadline.png" not in names
     assert len(names) == 5
     first, above, below = (rows for rows, _, _ in drawn["node_histories"])

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from planner.reproduce.laws.fixed_time_bound import extreme_time, paper_times
-from planner.reproduce.laws.remark_verdicts import bound_verdicts
+from planner.reproduce.laws.fixed_time_bound import EXTREME, bound_verdicts, paper_times, scalar_time
 
 
 def test_the_printed_bound_fails_where_numerics_says() -> None:
@@ -14,7 +13,7 @@ def test_the_printed_bound_fails_where_numerics_says() -> None:
     worst = by_label["3/5, 15/7"]
     assert worst.printed == pytest.approx(2.375)
     assert worst.measured == pytest.approx(2.799, abs=1e-3)
-    printed, theorem, corrected, sharp = bound_verdicts(scalars, extreme_time())
+    printed, theorem, corrected, sharp = bound_verdicts(scalars, scalar_time(*EXTREME))
     assert 0 < printed.confirmed < printed.of == 16
     assert "3/5, 15/7: 2.375 < 2.799" in printed.note
     assert not theorem.holds

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from planner.reproduce.laws.near_deadline import ABOVE, BELOW, FIRST, TRIALS, Trial
-from planner.reproduce.laws.remark_verdicts import remark_verdicts
+from planner.reproduce.laws.near_deadline import ABOVE, BELOW, FIRST, TRIALS, Trial, remark_verdicts
 from tests.reproduce.laws.test_verdicts import ideal_runs
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from planner import learning
-from planner.reproduce.learning.cases import ERROR_DRIVEN
 from planner.reproduce.learning.graphs import draw_grid
+from planner.reproduce.learning.study import ERROR_DRIVEN
 
 
 def test_the_same_seed_gives_the_same_courses() -> None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from planner.reproduce.learning.cases import ERROR_DRIVEN
 from planner.reproduce.learning.figures import most_telling
-from planner.reproduce.learning.study import GraphStudy
+from planner.reproduce.learning.study import ERROR_DRIVEN, GraphStudy
 
 
 def test_the_graph_that_is_drawn_is_most_like_the_papers_figure(study: GraphStudy) -> None:

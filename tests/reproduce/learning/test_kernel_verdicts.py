@@ -7,9 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from planner.reproduce.learning.cases import T_P
-from planner.reproduce.learning.kernel_verdicts import kernel_verdicts
-from planner.reproduce.learning.study import GraphStudy
+from planner.reproduce.learning.study import T_P, GraphStudy
+from planner.reproduce.learning.verdicts import kernel_verdicts
 from planner.reproduce.report import Verdict
 
 

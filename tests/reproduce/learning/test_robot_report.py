@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from planner.reproduce.learning import robot as learning_robot
-from planner.reproduce.learning.robot import PRIORS, TASKS, RobotSettings
-from planner.reproduce.learning.robot_report import robot_verdicts
+from planner.reproduce.learning.robot import PRIORS, TASKS, RobotSettings, robot_verdicts
 from planner.reproduce.report import Report
 from tests.reproduce.learning.small import ROBOT
 

@@ -10,9 +10,9 @@ import pytest
 
 from planner.base.errors import OptionError
 from planner.base.progress import Progress
-from planner.reproduce.learning.cases import ERROR_DRIVEN
 from planner.reproduce.learning.robot import PRIORS, TASKS
 from planner.reproduce.learning.run import run_learning
+from planner.reproduce.learning.study import ERROR_DRIVEN
 from planner.reproduce.report import Report, write_report
 from tests.reproduce.learning.small import ROBOT
 

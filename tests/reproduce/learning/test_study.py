@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from planner.reproduce.learning.cases import ERROR_DRIVEN, HEBBIAN
-from planner.reproduce.learning.study import GraphStudy
+from planner.reproduce.learning.study import ERROR_DRIVEN, HEBBIAN, GraphStudy
 
 
 def test_both_rules_start_from_the_same_field(study: GraphStudy) -> None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from planner.reproduce.learning.cases import ERROR_DRIVEN
 from planner.reproduce.learning.run import study_graph
-from planner.reproduce.learning.study import GraphStudy
+from planner.reproduce.learning.study import ERROR_DRIVEN, GraphStudy
 from planner.reproduce.learning.verdicts import learning_verdicts
 
 

@@ -17,6 +17,11 @@ from planner.base.notes import Note
 from planner.base.yamlfile import models_in
 
 
+def none() -> Any:
+    """The default of a list in a message: an empty one."""
+    return pydantic.Field(default_factory=list)
+
+
 def says_something(value: Any) -> bool:
     """Whether a value differs from what ROS fills a message with; labels do not count."""
     if isinstance(value, pydantic.BaseModel):
@@ -61,9 +66,9 @@ def _marked(message: pydantic.BaseModel, place: str) -> Iterator[tuple[Refused |
         value, here = getattr(message, name), f"{place}{name}"
         yield from ((mark, here) for mark in field.metadata if isinstance(mark, Refused | Noted) and mark.when(value))
         if any(map(_has_marks, models_in(field))):
-            items = enumerate(value) if isinstance(value, list | tuple) else [(None, value)]
-            for k, item in items:
-                yield from _marked(item, f"{here}." if k is None else f"{here}.{k}.")
+            many = isinstance(value, list | tuple)
+            for k, item in enumerate(value if many else [value]):
+                yield from _marked(item, f"{here}.{k}." if many else f"{here}.")
 
 
 @cache

@@ -13,7 +13,7 @@ import pydantic
 
 from planner.base.arrays import Floats
 from planner.base.yamlfile import Coordinate, Name, Size, Strict, repeated
-from planner.models.files.moveit.fields import Label, Noted, Refused
+from planner.models.files.moveit.fields import Label, Noted, Refused, none
 from planner.models.poses import pose
 
 AT_REST = 0.01  # rad/s, m/s: what encoders report of an arm that stands
@@ -96,7 +96,7 @@ class MeshMessage(Strict):
 
 
 class Plane(Strict):
-    coef: list[float] = pydantic.Field(default_factory=list)
+    coef: list[float] = none()
 
 
 _Kind = Name | Annotated[int, pydantic.Field(ge=0, le=255)]  # a byte in the message
@@ -131,18 +131,16 @@ class CollisionObject(Strict):
     pose: PoseMessage = PoseMessage()
     id: Name
     type: Annotated[ObjectType, Label] = ObjectType()
-    primitives: list[SolidPrimitive] = pydantic.Field(default_factory=list)
-    primitive_poses: list[PoseMessage] = pydantic.Field(default_factory=list)
-    meshes: list[MeshMessage] = pydantic.Field(default_factory=list)
-    mesh_poses: list[PoseMessage] = pydantic.Field(default_factory=list)
+    primitives: list[SolidPrimitive] = none()
+    primitive_poses: list[PoseMessage] = none()
+    meshes: list[MeshMessage] = none()
+    mesh_poses: list[PoseMessage] = none()
     planes: Annotated[
         list[Plane], Refused("is a plane without end, which is not supported: give a box in its place", when=bool)
-    ] = pydantic.Field(default_factory=list)
-    plane_poses: list[PoseMessage] = pydantic.Field(default_factory=list)
-    subframe_names: Annotated[list[Name], Noted("frames on objects are passed over")] = pydantic.Field(
-        default_factory=list
-    )
-    subframe_poses: list[PoseMessage] = pydantic.Field(default_factory=list)
+    ] = none()
+    plane_poses: list[PoseMessage] = none()
+    subframe_names: Annotated[list[Name], Noted("frames on objects are passed over")] = none()
+    subframe_poses: list[PoseMessage] = none()
     operation: Annotated[
         int | Name,
         Refused(
@@ -155,14 +153,14 @@ class CollisionObject(Strict):
 
 class JointTrajectory(Strict):
     header: Annotated[Header, Label] = Header()
-    joint_names: list[Name] = pydantic.Field(default_factory=list)
-    points: list[Any] = pydantic.Field(default_factory=list)
+    joint_names: list[Name] = none()
+    points: list[Any] = none()
 
 
 class AttachedCollisionObject(Strict):
     link_name: Name
     object: CollisionObject
-    touch_links: list[Name] = pydantic.Field(default_factory=list)
+    touch_links: list[Name] = none()
     detach_posture: Annotated[JointTrajectory, Noted("how a gripper lets go is passed over")] = JointTrajectory()
     weight: Annotated[float, Noted("weights of attached objects are passed over")] = 0.0
 
@@ -173,16 +171,16 @@ def _moves(velocity: Sequence[float]) -> bool:
 
 class JointState(Strict):
     header: Annotated[Header, Label] = Header()
-    name: list[Name] = pydantic.Field(default_factory=list)
-    position: list[Coordinate] = pydantic.Field(default_factory=list)
+    name: list[Name] = none()
+    position: list[Coordinate] = none()
     velocity: Annotated[
         list[float],
         Refused(f"is above {AT_REST:g}: motions begin at rest; plan from where the arm comes to rest", when=_moves),
         Noted(
             "velocities at the start this low are taken for rest", when=lambda value: any(value) and not _moves(value)
         ),
-    ] = pydantic.Field(default_factory=list)
-    effort: Annotated[list[float], Noted("efforts at the start are passed over")] = pydantic.Field(default_factory=list)
+    ] = none()
+    effort: Annotated[list[float], Noted("efforts at the start are passed over")] = none()
 
     @pydantic.model_validator(mode="after")
     def _one_each(self) -> JointState:
@@ -190,17 +188,13 @@ class JointState(Strict):
         for what in ("velocity", "effort"):
             if getattr(self, what):
                 fits(self.name, getattr(self, what), what, "names")
-        _once(self.name)
+        twice = repeated(self.name)
+        if twice:
+            raise ValueError(f"'{twice[0]}' is named twice; name each once")
         return self
 
     def values(self) -> dict[str, float]:
         return dict(zip(self.name, self.position, strict=True))
-
-
-def _once(names: Sequence[str]) -> None:
-    twice = repeated(names)
-    if twice:
-        raise ValueError(f"'{twice[0]}' is named twice; name each once")
 
 
 def _moved(transforms: Sequence[Transform]) -> bool:
@@ -209,17 +203,13 @@ def _moved(transforms: Sequence[Transform]) -> bool:
 
 class MultiDOFJointState(Strict):
     header: Annotated[Header, Label] = Header()
-    joint_names: list[Name] = pydantic.Field(default_factory=list)
+    joint_names: list[Name] = none()
     transforms: Annotated[
         list[Transform],
         Refused("moves the robot's base: say where it stands with --base, and leave identities here", when=_moved),
-    ] = pydantic.Field(default_factory=list)
-    twist: Annotated[list[Twist], Refused("is not 0: motions begin at rest, on a base that stands")] = pydantic.Field(
-        default_factory=list
-    )
-    wrench: Annotated[list[Wrench], Noted("efforts at the start are passed over")] = pydantic.Field(
-        default_factory=list
-    )
+    ] = none()
+    twist: Annotated[list[Twist], Refused("is not 0: motions begin at rest, on a base that stands")] = none()
+    wrench: Annotated[list[Wrench], Noted("efforts at the start are passed over")] = none()
 
     @pydantic.model_validator(mode="after")
     def _one_each(self) -> MultiDOFJointState:
@@ -230,5 +220,5 @@ class MultiDOFJointState(Strict):
 class RobotState(Strict):
     joint_state: JointState = JointState()
     multi_dof_joint_state: MultiDOFJointState = MultiDOFJointState()
-    attached_collision_objects: list[AttachedCollisionObject] = pydantic.Field(default_factory=list)
+    attached_collision_objects: list[AttachedCollisionObject] = none()
     is_diff: bool = False

@@ -28,7 +28,7 @@ def solid(primitive: SolidPrimitive, where: str) -> Shape:
 
 
 def obstacles(item: CollisionObject, where: str) -> Iterator[Obstacle]:
-    """Each shape as an obstacle, in the frame of its header; an object of several shapes gives them numbered names."""
+    """Each shape as an obstacle, in the frame of its header (empty: the scene's), numbered where several."""
     where = f"{where}: object {shown(item.id)}"
     for shapes, poses in ((item.primitives, item.primitive_poses), (item.meshes, item.mesh_poses)):
         if len(shapes) != len(poses):
@@ -38,7 +38,8 @@ def obstacles(item: CollisionObject, where: str) -> Iterator[Obstacle]:
         raise SceneError(f"{where} has no shape; give it primitives or meshes, or take it out.")
     for k, (shape, placement) in enumerate(zip(shapes, [*item.primitive_poses, *item.mesh_poses], strict=True)):
         name = item.id if len(shapes) == 1 else f"{item.id}.{k}"
-        yield Obstacle(name, shape, item.pose.matrix() @ placement.matrix(), item.id, frame=_frame(item))
+        frame = item.header.frame_id.removeprefix("/")  # tf's first releases wrote a slash before it
+        yield Obstacle(name, shape, item.pose.matrix() @ placement.matrix(), item.id, frame=frame)
 
 
 def _mesh(mesh: MeshMessage, where: str) -> Shape:
@@ -56,11 +57,6 @@ def carried(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carri
         for item in items
         for shape in obstacles(item.object, where)
     )
-
-
-def _frame(item: CollisionObject) -> str:
-    """The frame that an object is placed in, empty for the scene's; tf's first releases wrote a slash before it."""
-    return item.header.frame_id.removeprefix("/")
 
 
 def require_once(names: Sequence[str], where: str) -> None:

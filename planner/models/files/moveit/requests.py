@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -13,7 +13,7 @@ from planner.base.errors import SceneError, choices
 from planner.base.notes import Note
 from planner.base.places import Place, place
 from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, shown, validate
-from planner.models.files.moveit.fields import Label, Noted, Refused, notes_of
+from planner.models.files.moveit.fields import Label, Noted, Refused, none, notes_of
 from planner.models.files.moveit.messages import (
     Header,
     MeshMessage,
@@ -54,12 +54,12 @@ class _Region(Solid):
 
 
 class BoundingVolume(Strict):
-    primitives: list[_Region] = pydantic.Field(default_factory=list)
-    primitive_poses: list[PoseMessage] = pydantic.Field(default_factory=list)
+    primitives: list[_Region] = none()
+    primitive_poses: list[PoseMessage] = none()
     meshes: Annotated[
         list[MeshMessage], Refused("is a goal region without a centre: use box, sphere, cylinder or cone", when=bool)
-    ] = pydantic.Field(default_factory=list)
-    mesh_poses: list[PoseMessage] = pydantic.Field(default_factory=list)
+    ] = none()
+    mesh_poses: list[PoseMessage] = none()
 
     @pydantic.model_validator(mode="after")
     def _placed(self) -> BoundingVolume:
@@ -116,12 +116,10 @@ class VisibilityConstraint(Strict):
 
 class Constraints(Strict):
     name: Text = ""
-    joint_constraints: list[JointConstraint] = pydantic.Field(default_factory=list)
-    position_constraints: list[PositionConstraint] = pydantic.Field(default_factory=list)
-    orientation_constraints: list[OrientationConstraint] = pydantic.Field(default_factory=list)
-    visibility_constraints: Annotated[list[VisibilityConstraint], Refused(_LATER, when=bool)] = pydantic.Field(
-        default_factory=list
-    )
+    joint_constraints: list[JointConstraint] = none()
+    position_constraints: list[PositionConstraint] = none()
+    orientation_constraints: list[OrientationConstraint] = none()
+    visibility_constraints: Annotated[list[VisibilityConstraint], Refused(_LATER, when=bool)] = none()
 
     @property
     def empty(self) -> bool:
@@ -130,13 +128,13 @@ class Constraints(Strict):
 
 
 class TrajectoryConstraints(Strict):
-    constraints: list[Constraints] = pydantic.Field(default_factory=list)
+    constraints: list[Constraints] = none()
 
 
 class GenericTrajectory(Strict):
     header: Annotated[Header, Label] = Header()
-    joint_trajectory: list[Any] = pydantic.Field(default_factory=list)
-    cartesian_trajectory: list[Any] = pydantic.Field(default_factory=list)
+    joint_trajectory: list[Any] = none()
+    cartesian_trajectory: list[Any] = none()
 
 
 class WorkspaceParameters(Strict):
@@ -145,11 +143,10 @@ class WorkspaceParameters(Strict):
     max_corner: Triple = (0.0, 0.0, 0.0)
 
 
-def _no_share(value: float) -> bool:
-    return not 0.0 <= value <= 1.0
-
-
-_Factor = Annotated[float, Noted("outside (0, 1], and taken as 1, as MoveIt does", when=_no_share, grave=True)]
+_Factor = Annotated[
+    float,
+    Noted("outside (0, 1], and taken as 1, as MoveIt does", when=lambda value: not 0.0 <= value <= 1.0, grave=True),
+]
 
 
 class MotionPlanRequestMessage(Strict):
@@ -160,7 +157,7 @@ class MotionPlanRequestMessage(Strict):
     trajectory_constraints: Annotated[
         TrajectoryConstraints, Refused(_LATER, when=lambda value: not all(each.empty for each in value.constraints))
     ] = TrajectoryConstraints()
-    reference_trajectories: Annotated[list[GenericTrajectory], _SETTINGS] = pydantic.Field(default_factory=list)
+    reference_trajectories: Annotated[list[GenericTrajectory], _SETTINGS] = none()
     pipeline_id: Annotated[Name, _SETTINGS] = ""
     planner_id: Annotated[Name, _SETTINGS] = ""
     group_name: Name = ""
@@ -228,10 +225,7 @@ def read_motion_plan_request(path: Place) -> MotionPlanRequest:
     data = parse_yaml(read_text(path, "MotionPlanRequest"), where)
     message = validate(MotionPlanRequestMessage, data, where, SceneError)
     start, notes = message.start_state, notes_of(message, where)
-    factors = {
-        "velocity": message.max_velocity_scaling_factor,
-        "acceleration": message.max_acceleration_scaling_factor,
-    }
+    factors = {kind: getattr(message, f"max_{kind}_scaling_factor") for kind in ("velocity", "acceleration")}
     return MotionPlanRequest(
         where,
         start.joint_state.values(),
@@ -241,7 +235,7 @@ def read_motion_plan_request(path: Place) -> MotionPlanRequest:
         message.group_name,
         carried(start.attached_collision_objects, where),
         not start.is_diff,
-        {kind: factor if factor <= 1.0 else 1.0 for kind, factor in factors.items() if factor > 0.0},
+        {kind: min(factor, 1.0) for kind, factor in factors.items() if factor > 0.0},
         notes,
     )
 
@@ -252,20 +246,18 @@ def _goals(item: Constraints, where: str) -> list[JointGoal | LinkGoal]:
     if joints and (positions or turns):
         raise SceneError(f"{where} constrains joints and a link at once, which is not supported; give one of the two.")
     if joints:
-        return [_joint_goal(joints, where)]
+        values = {each.joint_name: each.position for each in joints}
+        if len(values) < len(joints):
+            raise SceneError(
+                f"{where} constrains a joint twice, one of {choices(values)}; give one constraint a joint."
+            )
+        return [JointGoal(values, {each.joint_name: (each.tolerance_below, each.tolerance_above) for each in joints})]
     for what, found in (("position_constraints", positions), ("orientation_constraints", turns)):
         if len(found) > 1:
             raise SceneError(f"{where} has {len(found)} {what} to keep at once, which is not supported; give one.")
     if not positions or not positions[0].constraint_region.primitive_poses:
         raise SceneError(f"{where} has neither joint nor position constraints; add one of them.")
     return _link_goals(positions[0], turns[0] if turns else None, where)
-
-
-def _joint_goal(joints: Sequence[JointConstraint], where: str) -> JointGoal:
-    values = {each.joint_name: each.position for each in joints}
-    if len(values) < len(joints):
-        raise SceneError(f"{where} constrains a joint twice, one of {choices(values)}; give one constraint a joint.")
-    return JointGoal(values, {each.joint_name: (each.tolerance_below, each.tolerance_above) for each in joints})
 
 
 def _link_goals(

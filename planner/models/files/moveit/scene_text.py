@@ -52,7 +52,12 @@ class _SceneText:
         count = self._count(where)
         for k in range(count):
             kind = self._next()
-            size = self._shape_numbers(kind, where)
+            if kind not in _NUMBERS:
+                raise SceneError(
+                    f"{where}: a shape of type {shown(kind)} is not supported; use box, sphere or cylinder."
+                )
+            numbers = self._numbers(_NUMBERS[kind], where)
+            size = numbers[::-1] if kind == "cylinder" else numbers  # the text has radius, length
             shape = solid(validate(SolidPrimitive, {"type": kind, "dimensions": size}, where, SceneError), where)
             placement = self._pose(where)
             self._numbers(4, where)  # colour
@@ -60,12 +65,6 @@ class _SceneText:
         if self._peek().isdecimal():  # subframes, which nothing here refers to: name, position, rotation
             subframes = self._count(where)
             self._at += 3 * subframes
-
-    def _shape_numbers(self, kind: str, where: str) -> list[float]:
-        if kind not in _NUMBERS:
-            raise SceneError(f"{where}: a shape of type {shown(kind)} is not supported; use box, sphere or cylinder.")
-        numbers = self._numbers(_NUMBERS[kind], where)
-        return numbers[::-1] if kind == "cylinder" else numbers  # the text has radius, length
 
     def _pose(self, where: str) -> Floats:
         position, rotation = self._numbers(3, where), self._numbers(4, where)

@@ -14,7 +14,7 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import SceneError
 from planner.base.notes import Note
 from planner.base.yamlfile import Name, Strict, validate
-from planner.models.files.moveit.fields import Label, Noted, Refused, notes_of
+from planner.models.files.moveit.fields import Label, Noted, Refused, none, notes_of
 from planner.models.files.moveit.messages import (
     CollisionObject,
     Header,
@@ -35,12 +35,12 @@ def _row(value: Any) -> Any:
 
 
 class AllowedCollisionMatrix(Strict):
-    entry_names: list[Name] = pydantic.Field(default_factory=list)
-    entry_values: list[Annotated[list[bool], pydantic.BeforeValidator(_row)]] = pydantic.Field(default_factory=list)
-    default_entry_names: list[Name] = pydantic.Field(default_factory=list)
+    entry_names: list[Name] = none()
+    entry_values: list[Annotated[list[bool], pydantic.BeforeValidator(_row)]] = none()
+    default_entry_names: list[Name] = none()
     default_entry_values: Annotated[
         list[bool], Refused("allows contacts of whole links or objects: allow pairs, in entry_names and entry_values")
-    ] = pydantic.Field(default_factory=list)
+    ] = none()
 
     @pydantic.model_validator(mode="after")
     def _square(self) -> AllowedCollisionMatrix:
@@ -88,7 +88,7 @@ class Octomap(Strict):
     binary: Tag = False
     id: Tag = ""
     resolution: Tag = 0.0
-    data: list[Any] | str = pydantic.Field(default_factory=list)
+    data: list[Any] | str = none()
 
 
 class OctomapWithPose(Strict):
@@ -98,7 +98,7 @@ class OctomapWithPose(Strict):
 
 
 class PlanningSceneWorld(Strict):
-    collision_objects: list[CollisionObject] = pydantic.Field(default_factory=list)
+    collision_objects: list[CollisionObject] = none()
     octomap: Annotated[
         OctomapWithPose, Refused("is not read, so what it holds would not be seen: give boxes or meshes in its place")
     ] = OctomapWithPose()
@@ -108,19 +108,19 @@ class PlanningSceneMessage(Strict):
     name: Name = ""
     robot_state: RobotState = RobotState()
     robot_model_name: Name = ""
-    fixed_frame_transforms: list[TransformStamped] = pydantic.Field(default_factory=list)
+    fixed_frame_transforms: list[TransformStamped] = none()
     allowed_collision_matrix: AllowedCollisionMatrix = AllowedCollisionMatrix()
     link_padding: Annotated[
         list[LinkPadding], Refused("is not 0: keep a distance from everything with --margin in its place")
-    ] = pydantic.Field(default_factory=list)
+    ] = none()
     link_scale: Annotated[
         list[LinkScale],
         Refused(
             "is not 1: keep a distance from everything with --margin in its place",
             when=lambda value: any(each.scale != 1.0 for each in value),
         ),
-    ] = pydantic.Field(default_factory=list)
-    object_colors: Annotated[list[ObjectColor], Label] = pydantic.Field(default_factory=list)
+    ] = none()
+    object_colors: Annotated[list[ObjectColor], Label] = none()
     world: PlanningSceneWorld = PlanningSceneWorld()
     is_diff: Annotated[
         bool, Noted("it is a difference to a scene that is not here, and is taken for the whole", grave=True)
