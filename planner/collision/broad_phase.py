@@ -167,15 +167,17 @@ class Pool:
         self._data, self._kinematics = pin.GeometryData(geometry), robot.createData()
         self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(robot, geometry, threads)
         self.models = [geometry, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
-        self._margins = margins  # of the batches
+        self._margins = [margins] * threads  # of the batches, by thread
         _settle((self._data, *self._pool.getGeometryDatas()), margins)
 
     def touching(self, q: Floats, margins: Floats) -> Bools:
         """(n,) which configurations (n, nq) bring a pair as near as these ``margins`` (pairs,) m."""
-        if not np.array_equal(margins, self._margins):
-            _keep(self._pool.getGeometryDatas(), margins)
-            self._margins = margins
         threads = self._threads if len(q) >= _WORTH_THREADS else 1
+        other = [k for k in range(threads) if not np.array_equal(margins, self._margins[k])]
+        if other:
+            _keep([self._pool.getGeometryDatas()[k] for k in other], margins)
+        for k in other:
+            self._margins[k] = margins
         hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
         return np.asarray(hits).ravel().astype(bool)
 

@@ -105,3 +105,16 @@ def test_small_worlds_are_made_anew() -> None:
     obstacles = crowd(20, np.random.default_rng(2))
     first = CoalChecker(world_of(obstacles))
     assert not set(parts(CoalChecker(world_of(obstacles[1:]), first))) & set(parts(first))
+
+
+def test_margins_are_those_that_are_asked_for_on_every_thread() -> None:
+    """Few configurations are asked by one thread, many by all; each has margins of its own to keep up with."""
+    rng = np.random.default_rng(4)
+    world = world_of(crowd(12, rng))
+    many = rng.uniform(0.6 * ROBOT.lower, 0.6 * ROBOT.upper, (400, ROBOT.dof))
+    margins = [np.full(world.pair_reach.shape[0], margin) for margin in (0.0, 0.05)]
+    want = [CoalChecker(world)._broad.phase.touching(world, many, margin) for margin in margins]
+    assert want[0].sum() < want[1].sum()
+    phase = CoalChecker(world)._broad.phase
+    for k, count in ((0, 400), (1, 30), (0, 400), (1, 400), (0, 30), (1, 400), (1, 30)):
+        np.testing.assert_array_equal(phase.touching(world, many[-count:], margins[k]), want[k][-count:])
