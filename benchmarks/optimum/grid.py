@@ -15,6 +15,7 @@ import numpy as np
 
 from benchmarks.optimum.arms import PlanarArm
 from planner.base.arrays import Floats, Ints
+from planner.base.polylines import lengths_along
 from planner.objective.scale import CostScale
 
 _COARSE = {2: 0.015, 3: 0.1}  # rad: the first grid's step, by the number of joints
@@ -115,7 +116,7 @@ def _offsets(dof: int) -> Ints:
 
 def _pulled(arm: PlanarArm, beta: float, scale: CostScale, path: Floats) -> Floats:
     """The cheapest chain of free straight motions through points of ``path``."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    along = lengths_along(path)
     points = path[np.unique(np.searchsorted(along, np.linspace(0.0, along[-1], _PULLED)).clip(0, len(path) - 1))]
     total, back = np.zeros(len(points)), np.zeros(len(points), dtype=np.int64)
     for j in range(1, len(points)):

@@ -30,6 +30,12 @@ def ranges(starts: Ints, counts: Ints) -> Ints:
     return np.repeat(starts - (ends - counts), counts) + np.arange(counts.sum())
 
 
+def so_far(values: Any) -> Any:
+    """The sums (n + 1,) of the first 0, 1, 2, ... of ``values`` (n,)."""
+    values = np.asarray(values)
+    return np.concatenate([np.zeros(1, dtype=values.dtype), np.cumsum(values)])
+
+
 def distinct_rows(rows: NDArray[Any]) -> tuple[Ints, Ints]:
     """Of equal rows (n, k) the first: their indices (m,), rows ascending, and which of these each row is (n,).
 

@@ -1,10 +1,15 @@
-"""Paths of straight motions, cut into equal parts."""
+"""Paths of straight motions: how long they are so far, and cut into equal parts."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, so_far
+
+
+def lengths_along(path: Floats) -> Floats:
+    """How far (k,) each row of a ``path`` (k, n) is from its beginning, along it."""
+    return so_far(np.linalg.norm(np.diff(path, axis=0), axis=1))
 
 
 def cut(path: Floats, parts: Ints, delta: Floats | None = None) -> Floats:
@@ -15,7 +20,7 @@ def cut(path: Floats, parts: Ints, delta: Floats | None = None) -> Floats:
     """
     delta = np.diff(path, axis=0) if delta is None else delta
     segment = np.repeat(np.arange(len(parts)), parts)
-    first = np.concatenate([[0], np.cumsum(parts)])
+    first = so_far(parts)
     number = np.arange(len(segment)) - first[segment]
     rows = path[segment] + (number / parts[segment])[:, None] * delta[segment]
     rows = np.concatenate([rows, path[-1:]])

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from planner.base.arrays import Floats
 from planner.base.errors import OptionError
+from planner.base.polylines import lengths_along
 from planner.collision.checker import CollisionChecker
 from planner.figures.strokes import labelled, marked, single, stroke
 from planner.kinematics.manipulability import manipulability
@@ -57,4 +57,4 @@ def clearance_bounds(certified: Floats, measured: Floats) -> Figure:
 
 def motion_along(q: Floats) -> Floats:
     """Joint motion (n,) rad from the first of the configurations (n, dof) to each."""
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
+    return lengths_along(q)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.native.loading import address as _at
 from planner.native.loading import flags as _bytes
 from planner.native.loading import floats as _floats
@@ -353,7 +353,7 @@ class NativeWorld:
         n, m, count = len(alternatives), len(coefficients), len(motions)
         degree = coefficients.shape[1] - 1
         coefficients, chosen = _floats(coefficients, m, degree + 1, self.dof), _ints(begin, n).copy()
-        items, ends = (_ints(np.concatenate([[0], np.cumsum(counts)])) for counts in (alternatives, motions))
+        items, ends = (_ints(so_far(counts)) for counts in (alternatives, motions))
         clearance, samples = np.empty(m), np.empty(m, dtype=np.int64)
         _library.world_first_proven(
             self.handle, *bounds.addresses, _at(coefficients), m, degree, n, _at(items), count, _at(ends), room,

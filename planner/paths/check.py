@@ -8,6 +8,7 @@ import numpy as np
 
 from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError
+from planner.base.polylines import lengths_along
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF_OF_CHECK, RECHECK
 from planner.collision import second_checker
@@ -97,7 +98,7 @@ def check_path(
         contact, clearance, proven = _look(checker, path, step, progress)
     dense = path if degrees else dense_path(path)
     w, tool = manipulability(robot, dense), tool_positions(robot, dense)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])
+    along = lengths_along(dense)
     return PathReport(
         checker=checker,
         path=path,

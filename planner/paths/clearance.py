@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, so_far
 from planner.base.resolutions import CLEARANCE_FIRST
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
@@ -92,7 +92,7 @@ class _Search:
         self.path, self.clearance = path, Clearance(checker)
         # two bodies may come nearer by what both of them move
         motion = (np.abs(np.diff(path, axis=0)) @ checker.world.pair_reach.T).max(axis=1, initial=0.0)
-        self.passed = np.concatenate([[0.0], np.cumsum(motion)])  # (k,) motion from the start to each waypoint
+        self.passed = so_far(motion)  # (k,) motion from the start to each waypoint
         self.best = Place(0, 0.0, path[0], np.inf)
         self.pieces: list[_Piece] = []
         length = float(self.passed[-1])

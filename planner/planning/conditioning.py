@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
+from planner.base.polylines import lengths_along
 from planner.base.resolutions import W_AGAINST_FLOOR, W_ALONG_PATH
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
@@ -53,7 +54,7 @@ def judge_conditioning(robot: Robot, roadmap: Roadmap, path: Floats, request: Pl
     w, typical = manipulability(robot, q), float(np.median(roadmap.manipulability))
     lowest = int(w.argmin())
     w_min, poor = float(w[lowest]), bool(w[lowest] < POOR * typical)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
+    along = lengths_along(q)
     share = float(along[lowest] / along[-1]) if along[-1] > 0 else 0.0
     found = Conditioning(w_min, typical, poor, share, int(segment[lowest]), q[lowest])
     if not poor:

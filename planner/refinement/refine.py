@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from planner.base import polylines
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import PROOF, W_ALONG_PATH
 from planner.collision.edge_prover import EdgeProver
@@ -140,7 +140,7 @@ class PathRefiner:
         k = len(points)
         i, j = np.triu_indices(k, 1)
         cost = self.cost(points[i], points[j])
-        along = np.concatenate([[0.0], np.cumsum(cost[j == i + 1])])
+        along = so_far(cost[j == i + 1])
         pays = (j == i + 1) | (cost + corner < along[j] - along[i] + corner * (j - i))
         price = np.full((k, k), np.inf)
         price[i, j] = np.where(pays, cost + corner, np.inf)
@@ -152,7 +152,7 @@ class PathRefiner:
         for _ in range(self.tries if len(path) > 2 else 0):
             if self.progress.stopped:
                 break
-            along = np.concatenate([[0.0], np.cumsum(self.cost(path[:-1], path[1:]))])
+            along = so_far(self.cost(path[:-1], path[1:]))
             stretches = [self._stretch(path) for _ in range(_STRETCHES)]
             ends = np.cumsum([len(q) - 1 for _, q in stretches])[:-1]
             price = self.cost(*_motions([q for _, q in stretches]))
@@ -177,7 +177,7 @@ class PathRefiner:
         q = path[first : last + 1].copy()
         joints = self._rng.random(q.shape[1]) < self._rng.uniform(0.1, 0.6)
         joints[self._rng.integers(len(joints))] = True
-        share = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1))])
+        share = polylines.lengths_along(q)
         even = q[0] + (share / max(share[-1], 1e-300))[:, None] * (q[-1] - q[0])
         whole = 1.0 if self._rng.random() < 2.0 / 3.0 else 0.5
         q[1:-1, joints] += whole * (even - q)[1:-1, joints]

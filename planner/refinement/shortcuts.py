@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen
+from planner.base.arrays import Floats, Ints, frozen, so_far
 from planner.base.polylines import cut, parts_of
 from planner.base.products import length
 from planner.base.progress import QUIET, Progress
@@ -142,8 +142,8 @@ def _cheaper(prover: RecordingProver, path: Floats, direct: Floats) -> list[tupl
     """
     i, j = _pairs(len(path))
     along = j == i + 1
-    so_far = np.concatenate([[0.0], np.cumsum(direct[along])])
-    around = so_far[j] - so_far[i]
+    passed = so_far(direct[along])
+    around = passed[j] - passed[i]
     worth = np.flatnonzero(direct < (1.0 - _LEAST_GAIN) * around)
     worth = worth[np.argsort((direct - around)[worth], kind="stable")[:_MOST_PER_PATH]]
     price = np.full((len(path), len(path)), np.inf)

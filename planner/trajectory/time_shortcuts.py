@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, so_far
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.motions import curve_next_ramp
@@ -45,7 +45,7 @@ def curve_cost(pieces: Floats, cost: Cost) -> float:
     c0, c1, c2 = np.moveaxis(pieces[:, :, None], 1, 0)
     points = (c0 + (c1 + c2 * s) * s).reshape(-1, pieces.shape[2])
     points = np.concatenate([points, pieces[-1:].sum(axis=1)])
-    walked = np.concatenate([[0.0], np.cumsum(joint_motion(points[:-1], points[1:]))])
+    walked = so_far(joint_motion(points[:-1], points[1:]))
     count = max(1, int(walked[-1] / _CHORD))
     kept = np.unique(np.searchsorted(walked, walked[-1] * np.arange(count) / count))
     kept = np.append(kept, len(points) - 1)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, so_far
 from planner.base.resolutions import SHOWN_STATES
 from planner.kinematics.forward import Chain, tool_positions
 from planner.kinematics.manipulability import jacobians, manipulability
@@ -108,7 +108,7 @@ def joint_data(robot: Robot) -> dict[str, Any]:
 def path_shares(path: Floats) -> tuple[Floats, float]:
     """The share (k,) of the joint motion that lies behind each row of a path, and the whole motion (rad)."""
     steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
+    along = so_far(steps)
     total = float(along[-1])
     return along / total if total > 0 else 0.0 * along, total
 

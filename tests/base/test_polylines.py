@@ -6,11 +6,19 @@ import itertools
 
 import numpy as np
 
-from planner.base.polylines import cut, parts_of
+from planner.base.arrays import so_far
+from planner.base.polylines import cut, lengths_along, parts_of
 
 
 def test_no_part_is_longer_than_asked_and_there_is_none_too_many() -> None:
     assert parts_of(np.array([0.0, 0.9, 1.0, 1.01, 7.0]), 1.0).tolist() == [1, 1, 1, 2, 7]
+
+
+def test_lengths_are_those_from_the_beginning() -> None:
+    assert lengths_along(np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 5.0]])).tolist() == [0.0, 5.0, 6.0]
+    assert lengths_along(np.zeros((1, 3))).tolist() == [0.0]
+    assert so_far(np.array([2, 0, 3])).tolist() == [0, 2, 2, 5]
+    assert so_far(np.zeros(0, dtype=np.int64)).dtype == np.int64  # indices stay indices
 
 
 def test_the_parts_are_equal_and_the_paths_own_rows_stay_to_the_bit() -> None:

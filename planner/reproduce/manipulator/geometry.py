@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.polylines import lengths_along
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import jacobian
 from planner.models.robot import Robot
@@ -19,7 +20,7 @@ SPACING = 0.005
 def sampled_tool_path(robot: Robot, path: Floats, spacing: float = SPACING) -> Floats:
     """Tool positions (n, 3) m along a joint path (k, dof), about ``spacing`` (m) of travel from each to the next."""
     dense = tool_positions(robot, dense_path(path))
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(dense, axis=0), axis=1))])
+    along = lengths_along(dense)
     wanted = np.linspace(0.0, along[-1], max(2, round(along[-1] / spacing) + 1))
     return np.column_stack([np.interp(wanted, along, column) for column in dense.T])
 
