@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.arrays import Floats, Ints, frozen
 from planner.base.cache import cached
 from planner.base.products import product
 from planner.collision.bounding_volumes import Spheres, box_cover, sphere_cover
@@ -98,8 +98,7 @@ class ClearanceBound:
     def of_all(self) -> NativeBounds:
         """How fast all pairs and bodies move at most, as proofs and looks ask."""
         world = self.world
-        is_static: Bools = ~np.any(world.pair_reach, axis=1)
-        return self.native.bounds(world.pair_reach, world.reach.bodies, is_static)
+        return self.native.bounds(world.pair_reach, world.reach.bodies, ~world.moving)
 
     def look_along(self, step: float) -> Callable[[Floats, Floats], bool]:
         """The same of states along straight motions from a start by a delta (dof,), their ends and middles first.

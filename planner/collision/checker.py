@@ -60,7 +60,7 @@ class CollisionChecker(Protocol):
         """A pair that no joint can move (the base and an obstacle), if it touches or is within the margin."""
         world = self.world
         checked = np.append(world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool))
-        pairs = np.flatnonzero(checked & ~np.any(world.pair_reach, axis=1))
+        pairs = np.flatnonzero(checked & ~world.moving)
         if not len(pairs):
             return None
         rotation, position = joint_placements(self.chain, np.zeros((1, self.robot.dof)))
@@ -114,7 +114,8 @@ def keeping(checker: CollisionChecker, clearance: float) -> CollisionChecker:
     if clearance <= 0:
         return checker
     if clearance not in checker.roomier:
-        checker.roomier[clearance] = type(checker)(checker.world.keeping(clearance), checker)
+        made = checker.roomier[clearance] = type(checker)(checker.world.keeping(clearance), checker)
+        made.inside = checker.inside.among(checker.world.moving)
     return checker.roomier[clearance]
 
 

@@ -21,7 +21,7 @@ class Clearance:
 
     def __init__(self, checker: CollisionChecker) -> None:
         self._checker = checker
-        self._static = ~checker.world.pair_reach.any(axis=1)
+        self._static = ~checker.world.moving
 
     def __call__(self, q: Floats, below: float = np.inf) -> Floats:
         rotation, position = joint_placements(self._checker.chain, np.atleast_2d(q))

@@ -7,11 +7,12 @@ a motion along which no surfaces touch.
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints, so_far
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
 from planner.models.shapes import Body, Mesh, Shape
@@ -31,7 +32,7 @@ class Inside:
 
     def __init__(self, world: World, chain: Chain) -> None:
         asked = _Questions.of(world)
-        self._pair, self._solids = asked.pair, asked.solids
+        self._pair, self._solids, self._own = asked.pair, asked.solids, len(world.self_pairs)
         joints = np.array([item.joint if isinstance(item, Body) else 0 for item in world.items], dtype=np.int64)
         placements = np.array([item.placement for item in world.items]).reshape(-1, 4, 4)
         inner, outer = placements[asked.inner], placements[asked.outer]
@@ -45,6 +46,14 @@ class Inside:
             np.array([solid.low for solid in asked.solids]).reshape(-1, 3),
             np.array([solid.high for solid in asked.solids]).reshape(-1, 3),
         )
+
+    def among(self, kept: Bools) -> Inside:
+        """The same in a world that has only those pairs (pairs,) that are ``kept``; its own pairs are numbered anew."""
+        scene = int(kept.size - self._own)
+        numbers = np.concatenate([np.arange(scene), scene + so_far(kept[scene:])[:-1]])
+        made = copy.copy(self)
+        made._pair, made._own = np.where(kept, numbers, -1)[self._pair], int(kept[scene:].sum())
+        return made
 
     def pairs(self, q: Floats) -> Ints:
         """The number of a pair (n,) of which one lies inside the other, for configurations (n, dof); -1 for none."""
@@ -65,7 +74,8 @@ class Inside:
         hits, local = self._boxes.hits(q)
         met = np.unique(hits[:, 1])
         held = [self._solids[k].contains(local[hits[:, 1] == k]).any() for k in met]
-        return np.unique(self._pair[met[np.array(held, dtype=bool)]])
+        found = np.unique(self._pair[met[np.array(held, dtype=bool)]])
+        return found[found >= 0]
 
 
 def _apply(turn: Floats, vectors: Floats) -> Floats:

@@ -80,7 +80,7 @@ class World:
 
     def keeping(self, clearance: float) -> World:
         """The world with so much more margin (m), without the pairs that no joint can move: the base and its table."""
-        moving: Bools = np.any(self.pair_reach, axis=1)
+        moving = self.moving
         scene, own = moving[: self.checked.size], moving[self.checked.size :]
         return replace(
             self,
@@ -88,6 +88,11 @@ class World:
             self_pairs=frozen(self.self_pairs[own], np.int64),
             margin=self.margin + clearance,
         )
+
+    @property
+    def moving(self) -> Bools:
+        """(pairs,) which pairs a joint can move."""
+        return np.any(self.pair_reach, axis=1)
 
     @property
     def bodies(self) -> tuple[Body, ...]:

@@ -64,7 +64,7 @@ def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
     """The checked pair that is nearest at ``q`` (dof,), of those that some joint can move; None where there is none."""
     world = checker.world
     checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
-    pairs = np.flatnonzero(checked & world.pair_reach.any(axis=1))
+    pairs = np.flatnonzero(checked & world.moving)
     if not len(pairs):
         return None
     rotation, position = joint_placements(checker.chain, np.atleast_2d(q))

@@ -10,7 +10,8 @@ import pytest
 
 from planner.base.errors import StateError
 from planner.collision import BACKENDS, make_checker
-from planner.collision.checker import CollisionChecker, contact_of
+from planner.collision.checker import CollisionChecker, contact_of, keeping
+from planner.collision.containment import Inside
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.models.poses import pose
 from planner.models.robot import Robot
@@ -108,3 +109,15 @@ def test_what_the_scene_allows_may_be_inside() -> None:
 def _obj(mesh: Mesh) -> str:
     lines = ["v {} {} {}".format(*row) for row in mesh.vertices]
     return "\n".join([*lines, *("f {} {} {}".format(*(row + 1)) for row in mesh.triangles)]) + "\n"
+
+
+def test_with_more_clearance_the_same_pairs_are_found_by_their_new_numbers() -> None:
+    """A hollow link swallows the hand; the base, which no joint moves, stands in a mesh of its own."""
+    scene = scene_of((box(9.0), pose([20, 0, 0])), (box(6.0), np.eye(4)), (box(0.6), pose([0.7, 0, 0.5])))
+    checker = make_checker(load("panda"), scene)
+    wider = keeping(checker, 0.01)
+    alone = Inside(wider.world, wider.chain)
+    q = np.random.default_rng(0).uniform(checker.robot.lower, checker.robot.upper, (200, 7))
+    np.testing.assert_array_equal(wider.inside.pairs(q), alone.pairs(q))
+    np.testing.assert_array_equal(wider.inside.all_pairs(q), alone.all_pairs(q))
+    assert len(alone.all_pairs(q)) < len(checker.inside.all_pairs(q)), "the base is left out"
