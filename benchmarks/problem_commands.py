@@ -1,4 +1,4 @@
-"""``benchmarks plan|first-path|quality|motion|replan``: the benchmarks over a folder of planning problems."""
+"""``benchmarks plan|first-motion|quality|motion|replan``: the benchmarks over a folder of planning problems."""
 
 from __future__ import annotations
 
@@ -42,9 +42,10 @@ def plan(
     return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress, workers))
 
 
-def first_path(
+def first_motion(
     folder: tyro.conf.Positional[Path],
-    out: Path = Path("bench-first-path"),
+    limits: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
+    out: Path = Path("bench-first-motion"),
     robot: str = "panda",
     collision: Backend = "coal",
     python: tuple[str, ...] = (),
@@ -53,32 +54,32 @@ def first_path(
     widen_limits: Flag = False,
     debug: Flag = False,
 ) -> int:
-    """The time to a first path: ours, proven, beside OMPL's RRTConnect and planners of other environments.
+    """From a problem to a motion: ours, proven, beside OMPL's RRTConnect and planners of other environments.
 
     Problems are those of 'plan'. roboplan and pyroboplan take part where they are given, each in an
     environment of its own, as what they need clashes with this package:
 
-    python -m benchmarks first-path FOLDER --python roboplan=/opt/rp/bin/python pyroboplan=/opt/pyrp/bin/python
+    python -m benchmarks first-motion FOLDER --python roboplan=/opt/rp/bin/python pyroboplan=/opt/pyrp/bin/python
 
-    Writes first-path.csv, one row a run, and first-path.md: times, lengths, and how many paths touch something when the
-    other collision library looks at every millimetre of motion.
+    Writes first-motion.csv, one row a run, and first-motion.md: the times of the stages, lengths and durations, what is
+    proven, and how many paths and motions touch something when the other collision library looks closely.
 
     Args:
         folder: Folder of the problems.
         out: Folder to write into.
         robot: Name of a built-in robot or the path of a URDF.
-        collision: Collision library to plan with; the paths are checked by the other one.
+        collision: Collision library to plan with; paths and motions are checked by the other one.
         python: NAME=PATH: a planner, roboplan or pyroboplan, and the Python of the environment it is installed in.
         seed: Seed of all planners.
         seconds: Seconds after which the other planners give up.
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
         debug: Show tracebacks of errors.
     """
-    from benchmarks.first_path.run import bench_first_path, environments
+    from benchmarks.first_motion.run import bench_first_motion, environments
 
     plain = PlanRequest(robot, collision=collision, seed=seed, widen_limits=widen_limits, path_only=True)
     pythons = environments(python)
-    return measure(out, lambda progress: bench_first_path(folder, out, plain, pythons, seconds, progress))
+    return measure(out, lambda progress: bench_first_motion(folder, out, plain, limits, pythons, seconds, progress))
 
 
 def quality(

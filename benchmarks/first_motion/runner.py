@@ -2,9 +2,9 @@
 
 python -I runner.py roboplan problem.json answer.json
 
-The problem is what :mod:`benchmarks.first_path.exchange` writes. The answer holds ``path``, a list of
-configurations or null, ``version``, and the seconds of the wall clock: ``setup_s`` to load robot and obstacles,
-``first_s`` to a path, ``path_s`` to the path after shortcuts.
+The problem is what :mod:`benchmarks.first_motion.exchange` writes. The answer holds ``path``, a list of
+configurations or null, ``version``, and the seconds of the wall clock: ``ready_s`` to add the obstacles to a robot that
+is loaded, ``first_s`` to a path, ``path_s`` to the path after shortcuts.
 """
 
 from __future__ import annotations
@@ -30,8 +30,14 @@ _CONNECTION = {"roboplan": 3.0, "pyroboplan": 1.0}  # rad: roboplan's default; p
 def solve_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
     """RRT-Connect and shortcuts of roboplan, a C++ library."""
     core, rrt = importlib.import_module("roboplan.core"), importlib.import_module("roboplan.rrt")
-    clock = _Clock()
     scene = core.Scene("bench", core.loadUrdfSceneDescriptionFromXml(problem["urdf"], problem["package_dirs"]))
+    scene.addGroup("arm", problem["joints"])
+    scene.setCollisions([tuple(pair) for pair in problem["free_pairs"]], False)
+    whole = scene.getCurrentJointPositions().copy()
+    for name, value in problem["held"].items():
+        whole[scene.getJointPositionIndices([name])] = value
+    scene.setJointPositions(whole)
+    clock = _Clock()
     for item in problem["obstacles"]:
         shape = {
             "box": lambda item=item: core.Box(*item["size"]),
@@ -42,12 +48,7 @@ def solve_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
         placement = np.asfortranarray(item["placement"], dtype=float)
         add[item["type"]](item["name"], "universe", shape, placement, np.ones(4))
     standing = itertools.combinations([item["name"] for item in problem["obstacles"]], 2)
-    scene.setCollisions([*standing, *map(tuple, problem["free_pairs"])], False)
-    scene.addGroup("arm", problem["joints"])
-    whole = scene.getCurrentJointPositions().copy()
-    for name, value in problem["held"].items():
-        whole[scene.getJointPositionIndices([name])] = value
-    scene.setJointPositions(whole)
+    scene.setCollisions(list(standing), False)
     options = rrt.RRTOptions(
         group_name="arm",
         max_nodes=_MOST_NODES,
@@ -59,7 +60,7 @@ def solve_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
     planner = rrt.RRT(scene, options)
     planner.setRngSeed(problem["seed"])
     ends = [core.JointConfiguration(problem["joints"], np.array(problem[end])) for end in ("start", "goal")]
-    clock.lap("setup_s")
+    clock.lap("ready_s")
     found = planner.plan(*ends)
     clock.lap("first_s")
     short = core.PathShortcuttingOptions(group_name="arm", max_step_size=STEP, seed=problem["seed"])
@@ -73,8 +74,9 @@ def solve_by_pyroboplan(problem: dict[str, Any]) -> dict[str, Any]:
     """RRT-Connect and shortcuts of pyroboplan, in Python."""
     rrt = importlib.import_module("pyroboplan.planning.rrt")
     shortcutting = importlib.import_module("pyroboplan.planning.path_shortcutting")
+    model, geometry = _pinocchio_robot(problem)
     clock = _Clock()
-    model, geometry = _pinocchio_models(problem)
+    _add_obstacles(geometry, problem["obstacles"])
     options = rrt.RRTPlannerOptions(
         max_step_size=STEP,
         max_connection_dist=_CONNECTION["pyroboplan"],
@@ -84,7 +86,7 @@ def solve_by_pyroboplan(problem: dict[str, Any]) -> dict[str, Any]:
         rng_seed=problem["seed"],
     )
     planner = rrt.RRTPlanner(model, geometry, options)
-    clock.lap("setup_s")
+    clock.lap("ready_s")
     found = planner.plan(np.array(problem["start"]), np.array(problem["goal"]))
     clock.lap("first_s")
     if not found:
@@ -98,7 +100,7 @@ SOLVERS = {"roboplan": solve_by_roboplan, "pyroboplan": solve_by_pyroboplan}
 
 
 class _Clock:
-    """Seconds since the last lap, by name; those of ``path_s`` count from the end of ``setup_s``."""
+    """Seconds since the last lap, by name; those of ``path_s`` count from the end of ``ready_s``."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
@@ -107,14 +109,13 @@ class _Clock:
     def lap(self, name: str) -> None:
         now = time.perf_counter()
         self.seconds[name] = now - self._begin
-        if name == "setup_s":
+        if name == "ready_s":
             self._begin = now
 
 
-def _pinocchio_models(problem: dict[str, Any]) -> tuple[Any, Any]:
-    """Model and collision geometry of the planned joints, with the obstacles and the pairs that are checked."""
+def _pinocchio_robot(problem: dict[str, Any]) -> tuple[Any, Any]:
+    """Model and collision geometry of the planned joints, with the pairs of links that are checked."""
     pin = importlib.import_module("pinocchio")
-    coal = importlib.import_module("coal")
     whole = pin.buildModelFromXML(problem["urdf"])
     dirs = problem["package_dirs"]
     shapes = pin.buildGeomFromUrdfString(whole, problem["urdf"], pin.GeometryType.COLLISION, package_dirs=dirs)
@@ -124,24 +125,30 @@ def _pinocchio_models(problem: dict[str, Any]) -> tuple[Any, Any]:
     held = [whole.getJointId(name) for name in whole.names[1:] if name not in problem["joints"]]
     model, geometry = pin.buildReducedModel(whole, shapes, held, q)
     links = [whole.frames[item.parentFrame].name for item in shapes.geometryObjects]
-    robot = range(geometry.ngeoms)
     free = {frozenset(pair) for pair in problem["free_pairs"]}
     joints = [item.parentJoint for item in geometry.geometryObjects]
-    for i in robot:
+    for i in range(geometry.ngeoms):
         for k in range(i):
             if joints[i] != joints[k] and frozenset((links[i], links[k])) not in free:
                 geometry.addCollisionPair(pin.CollisionPair(i, k))
-    for item in problem["obstacles"]:
-        shape = {
-            "box": lambda item=item: coal.Box(*item["size"]),
-            "sphere": lambda item=item: coal.Sphere(item["radius"]),
-            "cylinder": lambda item=item: coal.Cylinder(item["radius"], item["length"]),
-        }[item["type"]]()
+    return model, geometry
+
+
+def _add_obstacles(geometry: Any, obstacles: list[dict[str, Any]]) -> None:
+    """Obstacles at their places, each to be checked against all of the robot."""
+    pin, robot = importlib.import_module("pinocchio"), range(geometry.ngeoms)
+    for item in obstacles:
         placement = pin.SE3(np.array(item["placement"]))
-        added = geometry.addGeometryObject(pin.GeometryObject(item["name"], 0, 0, placement, shape))
+        added = geometry.addGeometryObject(pin.GeometryObject(item["name"], 0, 0, placement, _coal_shape(item)))
         for i in robot:
             geometry.addCollisionPair(pin.CollisionPair(i, added))
-    return model, geometry
+
+
+def _coal_shape(item: dict[str, Any]) -> Any:
+    coal = importlib.import_module("coal")
+    if item["type"] == "box":
+        return coal.Box(*item["size"])
+    return coal.Sphere(item["radius"]) if item["type"] == "sphere" else coal.Cylinder(item["radius"], item["length"])
 
 
 def main(method: str, problem: str, answer: str) -> None:
@@ -152,7 +159,8 @@ def main(method: str, problem: str, answer: str) -> None:
             found = SOLVERS[method](asked)
         except RuntimeError as error:
             found = {"path": None, "message": str(error)}
-    Path(answer).write_text(json.dumps({"version": importlib.metadata.version(method), **found}))
+    said = {"version": importlib.metadata.version(method), "proven": False, **found}
+    Path(answer).write_text(json.dumps(said))
 
 
 if __name__ == "__main__":
