@@ -56,10 +56,10 @@ def first_motion(
 ) -> int:
     """From a problem to a motion: ours, proven, beside OMPL's RRTConnect and planners of other environments.
 
-    Problems are those of 'plan'. roboplan and pyroboplan take part where they are given, each in an
+    Problems are those of 'plan'. roboplan, pyroboplan and hpp take part where they are given, each in an
     environment of its own, as what they need clashes with this package:
 
-    python -m benchmarks first-motion FOLDER --python roboplan=/opt/rp/bin/python pyroboplan=/opt/pyrp/bin/python
+    python -m benchmarks first-motion FOLDER --python roboplan=/opt/rp/bin/python hpp=/opt/hpp/bin/python
 
     Writes first-motion.csv, one row a run, and first-motion.md: the times of the stages, lengths and durations, what is
     proven, and how many paths and motions touch something when the other collision library looks closely.
@@ -69,7 +69,7 @@ def first_motion(
         out: Folder to write into.
         robot: Name of a built-in robot or the path of a URDF.
         collision: Collision library to plan with; paths and motions are checked by the other one.
-        python: NAME=PATH: a planner, roboplan or pyroboplan, and the Python of the environment it is installed in.
+        python: NAME=PATH: a planner, roboplan, pyroboplan or hpp, and the Python of the environment it is installed in.
         seed: Seed of all planners.
         seconds: Seconds after which the other planners give up.
         widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.

@@ -4,7 +4,8 @@ python -I runner.py roboplan problem.json answer.json
 
 The problem is what :mod:`benchmarks.first_motion.exchange` writes. The answer holds ``path``, a list of
 configurations or null, ``version``, and the seconds of the wall clock: ``ready_s`` to add the obstacles to a robot that
-is loaded, ``first_s`` to a path, ``path_s`` to the path after shortcuts.
+is loaded, ``first_s`` to a path, ``path_s`` to the path after shortcuts. That of "hpp proofs" says which of the
+problem's ``motions`` HPP proves.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ import numpy as np
 
 STEP = 0.05  # rad between two states that are checked: the default of both
 _MOST_NODES = 1_000_000
+HPP_TOLERANCES = {"Dichotomy": 0.0, "Progressive": 1e-4}  # m that bodies may penetrate; the second needs some
+_VALIDATIONS: list[Any] = []
 _CONNECTION = {"roboplan": 3.0, "pyroboplan": 1.0}  # rad: roboplan's default; pyroboplan's has no bound
 
 
@@ -96,7 +99,88 @@ def solve_by_pyroboplan(problem: dict[str, Any]) -> dict[str, Any]:
     return {"path": [np.asarray(q).tolist() for q in path], **clock.seconds}
 
 
-SOLVERS = {"roboplan": solve_by_roboplan, "pyroboplan": solve_by_pyroboplan}
+def solve_by_hpp(problem: dict[str, Any]) -> dict[str, Any]:
+    """BiRRTPlanner and RandomShortcut of HPP, a C++ library, every motion proven by dichotomy without a tolerance."""
+    core = importlib.import_module("pyhpp.core")
+    arm = _HppArm(problem)
+    clock = _Clock()
+    _add_obstacles(arm.device.geomModel(), problem["obstacles"])
+    asked = core.Problem(arm.device)
+    validation = _kept(core.Dichotomy(arm.device, 0.0))
+    asked.pathValidation(validation)  # a call: an assignment is passed over, and samples are checked
+    asked.initConfig(arm.whole(problem["start"]))
+    asked.addGoalConfig(arm.whole(problem["goal"]))
+    planner, shortcuts = core.BiRRTPlanner(asked), core.RandomShortcut(asked)
+    planner.maxIterations(_MOST_NODES)
+    planner.timeOut(problem["seconds"])
+    clock.lap("ready_s")
+    found = planner.solve()
+    clock.lap("first_s")
+    found = shortcuts.optimize(found)
+    clock.lap("path_s")
+    pieces = [found.pathAtRank(k) for k in range(found.numberPaths())]
+    path = [arm.planned(q) for q in (pieces[0].initial(), *(piece.end() for piece in pieces))]
+    return {"path": path, "proven": True, **clock.seconds}
+
+
+def proofs_of_hpp(problem: dict[str, Any]) -> dict[str, Any]:
+    """What HPP proves of straight motions, ``motions`` (m, 2, dof), by both its methods, and the seconds of each."""
+    core = importlib.import_module("pyhpp.core")
+    arm = _HppArm(problem)
+    _add_obstacles(arm.device.geomModel(), problem["obstacles"])
+    asked = core.Problem(arm.device)
+    paths = [asked.directPath(*map(arm.whole, ends), False)[1] for ends in problem["motions"]]
+    found: dict[str, Any] = {}
+    for name, tolerance in HPP_TOLERANCES.items():
+        validation = _kept(getattr(core, name)(arm.device, tolerance))
+        begin = time.perf_counter()
+        found[name] = [bool(validation.validate(path, False)[0]) for path in paths]
+        found[f"{name}_s"] = time.perf_counter() - begin
+    return found
+
+
+def _kept(validation: Any) -> Any:
+    """A validation that is never given back, as HPP gives its memory back twice."""
+    _VALIDATIONS.append(validation)
+    return validation
+
+
+class _HppArm:
+    """HPP's robot, whose joints that are not planned are held, and the pairs of its links that are checked."""
+
+    def __init__(self, problem: dict[str, Any]) -> None:
+        os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(problem["package_dirs"])
+        pin = importlib.import_module("pinocchio")
+        robots, urdf = importlib.import_module("pyhpp.pinocchio"), importlib.import_module("pyhpp.pinocchio.urdf")
+        self.device = robots.Device("robot")
+        urdf.loadModelFromString(self.device, 0, "", "anchor", problem["urdf"], "", pin.SE3.Identity())
+        model, geometry = self.device.model(), self.device.geomModel()
+        rank = {name: model.joints[model.getJointId(name)].idx_q for name in (*problem["joints"], *problem["held"])}
+        self._q = pin.neutral(model)
+        for name, value in problem["held"].items():
+            self.device.setJointBounds(name, [value, value])
+            self._q[rank[name]] = value
+        self._planned = [rank[name] for name in problem["joints"]]
+        links = [model.frames[item.parentFrame].name for item in geometry.geometryObjects]
+        _check_links(geometry, links, problem["free_pairs"])
+
+    def whole(self, q: list[float]) -> Any:
+        """The configuration of all joints where the planned ones are at ``q``."""
+        found = self._q.copy()
+        found[self._planned] = q
+        return found
+
+    def planned(self, q: Any) -> list[float]:
+        return np.asarray(q)[self._planned].tolist()
+
+
+SOLVERS = {
+    "roboplan": solve_by_roboplan,
+    "pyroboplan": solve_by_pyroboplan,
+    "hpp": solve_by_hpp,
+    "hpp proofs": proofs_of_hpp,
+}
+_PACKAGES = {"hpp": "hpp-python", "hpp proofs": "hpp-python"}  # where they have another name
 
 
 class _Clock:
@@ -125,13 +209,19 @@ def _pinocchio_robot(problem: dict[str, Any]) -> tuple[Any, Any]:
     held = [whole.getJointId(name) for name in whole.names[1:] if name not in problem["joints"]]
     model, geometry = pin.buildReducedModel(whole, shapes, held, q)
     links = [whole.frames[item.parentFrame].name for item in shapes.geometryObjects]
-    free = {frozenset(pair) for pair in problem["free_pairs"]}
+    _check_links(geometry, links, problem["free_pairs"])
+    return model, geometry
+
+
+def _check_links(geometry: Any, links: list[str], free_pairs: list[list[str]]) -> None:
+    """Pairs of shapes that a joint moves against each other, but for those of ``free_pairs``; ``links`` hold them."""
+    pin, free = importlib.import_module("pinocchio"), {frozenset(pair) for pair in free_pairs}
     joints = [item.parentJoint for item in geometry.geometryObjects]
+    geometry.removeAllCollisionPairs()
     for i in range(geometry.ngeoms):
         for k in range(i):
             if joints[i] != joints[k] and frozenset((links[i], links[k])) not in free:
                 geometry.addCollisionPair(pin.CollisionPair(i, k))
-    return model, geometry
 
 
 def _add_obstacles(geometry: Any, obstacles: list[dict[str, Any]]) -> None:
@@ -159,9 +249,10 @@ def main(method: str, problem: str, answer: str) -> None:
             found = SOLVERS[method](asked)
         except RuntimeError as error:
             found = {"path": None, "message": str(error)}
-    said = {"version": importlib.metadata.version(method), "proven": False, **found}
+    said = {"version": importlib.metadata.version(_PACKAGES.get(method, method)), "proven": False, **found}
     Path(answer).write_text(json.dumps(said))
 
 
 if __name__ == "__main__":
     main(*sys.argv[1:])
+    os._exit(0)  # nothing of HPP is given back, which it does twice

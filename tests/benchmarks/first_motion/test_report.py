@@ -7,7 +7,13 @@ from typing import Any
 from benchmarks.first_motion.report import OMPL, OURS, ROBOPLAN, Row, aims, to_markdown
 from planner.batch.outcomes import NO_PATH, SOLVED
 
-TIMED = {"motion_s": 0.012, "total_s": 0.03, "motion_contact": "", "largest_share": 0.999, "proven": True}
+TIMED: dict[str, Any] = {
+    "motion_s": 0.012,
+    "total_s": 0.03,
+    "motion_contact": "",
+    "largest_share": 0.999,
+    "proven": True,
+}
 
 
 def row(problem: str, method: str, outcome: str = SOLVED, **more: Any) -> Row:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import os
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,11 +12,22 @@ from typing import Any
 from unittest.mock import MagicMock
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
+from benchmarks.elsewhere import answer_of
 from benchmarks.first_motion import runner
 from benchmarks.first_motion.exchange import exchanged
-from benchmarks.first_motion.runner import STEP, _Clock, main, solve_by_pyroboplan, solve_by_roboplan
+from benchmarks.first_motion.runner import (
+    HPP_TOLERANCES,
+    STEP,
+    _Clock,
+    _HppArm,
+    main,
+    solve_by_hpp,
+    solve_by_pyroboplan,
+    solve_by_roboplan,
+)
 from planner.problem.request import PlanRequest
 from planner.setup.open import make_query
 
@@ -124,3 +136,70 @@ def test_the_answer_is_a_file_and_the_planners_words_are_not_shown(
         "message": "failed to plan",
     }
     assert capsys.readouterr().out == ""
+
+
+def hpp_doubles(monkeypatch: pytest.MonkeyPatch) -> tuple[MagicMock, MagicMock]:
+    """HPP's core and its device, a model of Pinocchio in it as HPP's own."""
+    core, robots = MagicMock(), MagicMock()
+    device = robots.Device.return_value
+
+    def load(device: Any, root: int, prefix: str, kind: str, urdf: str, srdf: str, placement: Any) -> None:
+        model = pin.buildModelFromXML(urdf)
+        device.model.return_value = model
+        device.geomModel.return_value = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.COLLISION)
+        device.geomModel.return_value.addAllCollisionPairs()
+
+    loader = SimpleNamespace(loadModelFromString=load)
+    for name, module in {"core": core, "pinocchio": robots, "pinocchio.urdf": loader}.items():
+        monkeypatch.setitem(sys.modules, f"pyhpp.{name}", module)
+    monkeypatch.setattr(runner, "_VALIDATIONS", [])
+    return core, device
+
+
+def test_hpp_is_asked_with_our_numbers_and_proves(problem: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    core, device = hpp_doubles(monkeypatch)
+    asked, planner = core.Problem.return_value, core.BiRRTPlanner.return_value
+    pieces = [SimpleNamespace(initial=lambda k=k: PATH[k], end=lambda k=k: PATH[k + 1]) for k in range(2)]
+    found = core.RandomShortcut.return_value.optimize.return_value
+    found.numberPaths.return_value, found.pathAtRank.side_effect = 2, pieces.__getitem__
+    answer = solve_by_hpp(problem)
+    assert answer["path"] == [q.tolist() for q in PATH]
+    assert answer["proven"]
+    assert answer["first_s"] <= answer["path_s"]
+    core.Dichotomy.assert_called_once_with(device, 0.0)
+    asked.pathValidation.assert_called_once_with(core.Dichotomy.return_value)  # what is assigned is passed over
+    planner.timeOut.assert_called_once_with(2.0)
+    np.testing.assert_array_equal(asked.initConfig.call_args.args[0], problem["start"])
+    np.testing.assert_array_equal(asked.addGoalConfig.call_args.args[0], problem["goal"])
+    geometry = device.geomModel()
+    assert {"post", "ball", "drum"} <= {item.name for item in geometry.geometryObjects}
+    checked = {
+        frozenset(geometry.geometryObjects[k].name for k in (pair.first, pair.second))
+        for pair in geometry.collisionPairs
+    }
+    robot = [item.name for item in geometry.geometryObjects if item.name not in ("post", "ball", "drum")]
+    assert {frozenset((name, other)) for name in robot for other in ("post", "ball", "drum")} <= checked
+    assert not any(pair <= {"post", "ball", "drum"} for pair in checked)
+
+
+def test_joints_that_are_not_planned_are_held_in_hpp(problem: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    _, device = hpp_doubles(monkeypatch)
+    first, second = problem["joints"]
+    arm = _HppArm({**problem, "joints": [second], "held": {first: 0.25}})
+    device.setJointBounds.assert_called_once_with(first, [0.25, 0.25])
+    assert arm.whole([0.5]).tolist() == [0.25, 0.5]
+    assert arm.planned(np.array([0.25, 0.5])) == [0.5]
+
+
+@pytest.mark.skipif("HPP_PYTHON" not in os.environ, reason="HPP_PYTHON names no Python of an environment with HPP")
+def test_hpp_itself_finds_a_path_and_refuses_what_touches(problem: dict[str, Any]) -> None:
+    python = os.environ["HPP_PYTHON"]
+    found = answer_of("hpp", python, runner.__file__, {**problem, "seconds": 20.0}, 60.0, ["hpp"])
+    assert found["proven"]
+    path = np.array(found["path"])
+    np.testing.assert_allclose(path[[0, -1]], [problem["start"], problem["goal"]])
+    through_the_post = [problem["start"], problem["goal"]]
+    motions = [through_the_post, through_the_post[::-1], *np.stack([path[:-1], path[1:]], axis=1).tolist()]
+    proofs = answer_of("hpp", python, runner.__file__, {**problem, "motions": motions}, 60.0, ["hpp proofs"])
+    for method in HPP_TOLERANCES:
+        assert proofs[method] == [False, False, *[True] * (len(path) - 1)]
