@@ -16,7 +16,7 @@ TIMED: dict[str, Any] = {
 }
 
 
-def row(problem: str, method: str, outcome: str = SOLVED, **more: Any) -> Row:
+def row(problem: str, method: str, outcome: Any = SOLVED, **more: Any) -> Row:
     asked = (problem, method, 0, "panda", "coal", "slowly", 1.0, "", "", outcome, "here")
     return Row(*asked, **{"ready_s": 0.006, "first_s": 0.01, "path_s": 0.02, **more})
 

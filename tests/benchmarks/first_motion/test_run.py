@@ -52,5 +52,5 @@ def test_every_method_is_a_row_and_none_is_measured_twice(tmp_path: Path, monkey
 @pytest.mark.parametrize("text", ["roboplan", "roboplan=/nowhere/python", f"vamp={sys.executable}"])
 def test_environments_are_a_name_and_a_python(text: str) -> None:
     assert environments([f"roboplan={sys.executable}"]) == {"roboplan": sys.executable}
-    with pytest.raises(OptionError, match="give NAME=PATH, a planner of roboplan, pyroboplan, hpp,"):
+    with pytest.raises(OptionError, match="give NAME=PATH, a planner of roboplan, pyroboplan, hpp and"):
         environments([text])
