@@ -1,4 +1,4 @@
-"""``benchmarks plan|first-motion|quality|motion|replan``: the benchmarks over a folder of planning problems."""
+"""``benchmarks plan|first-motion|proofs|quality|motion|replan``: the benchmarks over a folder of planning problems."""
 
 from __future__ import annotations
 
@@ -80,6 +80,37 @@ def first_motion(
     plain = PlanRequest(robot, collision=collision, seed=seed, widen_limits=widen_limits, path_only=True)
     pythons = environments(python)
     return measure(out, lambda progress: bench_first_motion(folder, out, plain, limits, pythons, seconds, progress))
+
+
+def proofs(
+    folder: tyro.conf.Positional[Path],
+    python: str,
+    out: Path = Path("bench-proofs"),
+    robot: str = "panda",
+    motions: int = 2000,
+    seed: int = 0,
+    widen_limits: Flag = False,
+    debug: Flag = False,
+) -> int:
+    """Our proofs of straight motions against those of HPP, the other planner that proves, motion by motion.
+
+    Problems are those of 'plan'; random motions are drawn in their scenes. Those that only one of the two
+    proves are looked at by coal at every 0.1 mm. Writes proofs.csv, two rows a scene, and proofs.md.
+
+    Args:
+        folder: Folder of the problems.
+        python: Python of an environment of its own with hpp-python in it.
+        out: Folder to write into.
+        robot: Name of a built-in robot or the path of a URDF.
+        motions: Motions in all, shared out among the scenes.
+        seed: Seed of the motions.
+        widen_limits: Widen joint limits that a start or goal exceeds, instead of refusing it.
+        debug: Show tracebacks of errors.
+    """
+    from benchmarks.proofs.run import bench_proofs
+
+    plain = PlanRequest(robot, collision="coal", seed=seed, widen_limits=widen_limits)
+    return measure(out, lambda progress: bench_proofs(folder, out, plain, python, motions, progress))
 
 
 def quality(
