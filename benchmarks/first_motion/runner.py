@@ -26,7 +26,6 @@ import numpy as np
 STEP = 0.05  # rad between two states that are checked: the default of both
 _MOST_NODES = 1_000_000
 HPP_TOLERANCES = {"Dichotomy": 0.0, "Progressive": 1e-4}  # m that bodies may penetrate; the second needs some
-_VALIDATIONS: list[Any] = []
 _CONNECTION = {"roboplan": 3.0, "pyroboplan": 1.0}  # rad: roboplan's default; pyroboplan's has no bound
 
 
@@ -104,12 +103,12 @@ def solve_by_hpp(problem: dict[str, Any]) -> dict[str, Any]:
     core = importlib.import_module("pyhpp.core")
     arm = _HppArm(problem)
     clock = _Clock()
-    _add_obstacles(arm.device.geomModel(), problem["obstacles"])
+    arm.add(problem["obstacles"])
     asked = core.Problem(arm.device)
-    validation = _kept(core.Dichotomy(arm.device, 0.0))
+    validation = core.Dichotomy(arm.device, 0.0)
     asked.pathValidation(validation)  # a call: an assignment is passed over, and samples are checked
-    asked.initConfig(arm.whole(problem["start"]))
-    asked.addGoalConfig(arm.whole(problem["goal"]))
+    asked.initConfig(arm.state(problem["start"]))
+    asked.addGoalConfig(arm.state(problem["goal"]))
     planner, shortcuts = core.BiRRTPlanner(asked), core.RandomShortcut(asked)
     planner.maxIterations(_MOST_NODES)
     planner.timeOut(problem["seconds"])
@@ -127,51 +126,72 @@ def proofs_of_hpp(problem: dict[str, Any]) -> dict[str, Any]:
     """What HPP proves of straight motions, ``motions`` (m, 2, dof), by both its methods, and the seconds of each."""
     core = importlib.import_module("pyhpp.core")
     arm = _HppArm(problem)
-    _add_obstacles(arm.device.geomModel(), problem["obstacles"])
+    arm.add(problem["obstacles"])
     asked = core.Problem(arm.device)
-    paths = [asked.directPath(*map(arm.whole, ends), False)[1] for ends in problem["motions"]]
+    paths = [asked.directPath(*map(arm.state, ends), False)[1] for ends in problem["motions"]]
     found: dict[str, Any] = {}
     for name, tolerance in HPP_TOLERANCES.items():
-        validation = _kept(getattr(core, name)(arm.device, tolerance))
+        validation = getattr(core, name)(arm.device, tolerance)
         begin = time.perf_counter()
         found[name] = [bool(validation.validate(path, False)[0]) for path in paths]
         found[f"{name}_s"] = time.perf_counter() - begin
     return found
 
 
-def _kept(validation: Any) -> Any:
-    """A validation that is never given back, as HPP gives its memory back twice."""
-    _VALIDATIONS.append(validation)
-    return validation
-
-
 class _HppArm:
-    """HPP's robot, whose joints that are not planned are held, and the pairs of its links that are checked."""
+    """HPP's robot without the joints that are not planned, and the pairs of its links that are checked.
+
+    All is loaded as URDF and SRDF: HPP writes past its arrays for what is put into its geometry afterwards. Joints are
+    removed: with bounds of no width in their place it proves motions that touch by a centimetre.
+    """
 
     def __init__(self, problem: dict[str, Any]) -> None:
         os.environ["ROS_PACKAGE_PATH"] = os.pathsep.join(problem["package_dirs"])
-        pin = importlib.import_module("pinocchio")
-        robots, urdf = importlib.import_module("pyhpp.pinocchio"), importlib.import_module("pyhpp.pinocchio.urdf")
-        self.device = robots.Device("robot")
-        urdf.loadModelFromString(self.device, 0, "", "anchor", problem["urdf"], "", pin.SE3.Identity())
-        model, geometry = self.device.model(), self.device.geomModel()
-        rank = {name: model.joints[model.getJointId(name)].idx_q for name in (*problem["joints"], *problem["held"])}
-        self._q = pin.neutral(model)
+        self.device = importlib.import_module("pyhpp.pinocchio").Device("robot")
+        pairs = "".join(f'<disable_collisions link1="{a}" link2="{b}"/>' for a, b in problem["free_pairs"])
+        self._load("", problem["urdf"], f'<robot name="robot">{pairs}</robot>')
+        whole = self.device.model()
+        q = np.zeros(whole.nq)
         for name, value in problem["held"].items():
-            self.device.setJointBounds(name, [value, value])
-            self._q[rank[name]] = value
-        self._planned = [rank[name] for name in problem["joints"]]
-        links = [model.frames[item.parentFrame].name for item in geometry.geometryObjects]
-        _check_links(geometry, links, problem["free_pairs"])
+            q[whole.joints[whole.getJointId(name)].idx_q] = value
+        if problem["held"]:
+            self.device.removeJoints(list(problem["held"]), q)
+        model = self.device.model()
+        self._rank = [model.joints[model.getJointId(name)].idx_q for name in problem["joints"]]
 
-    def whole(self, q: list[float]) -> Any:
-        """The configuration of all joints where the planned ones are at ``q``."""
-        found = self._q.copy()
-        found[self._planned] = q
+    def add(self, obstacles: list[dict[str, Any]]) -> None:
+        """Obstacles, as a model without joints."""
+        shapes = "".join(map(_urdf_collision, obstacles))
+        self._load("scene", f'<robot name="scene"><link name="obstacles">{shapes}</link></robot>', "")
+
+    def _load(self, prefix: str, urdf: str, srdf: str) -> None:
+        pin, loader = importlib.import_module("pinocchio"), importlib.import_module("pyhpp.pinocchio.urdf")
+        loader.loadModelFromString(self.device, 0, prefix, "anchor", urdf, srdf, pin.SE3.Identity())
+
+    def state(self, q: list[float]) -> Any:
+        """HPP's configuration where the planned joints are at ``q``."""
+        found = np.zeros(len(q))
+        found[self._rank] = q
         return found
 
     def planned(self, q: Any) -> list[float]:
-        return np.asarray(q)[self._planned].tolist()
+        """The planned joints of a configuration of HPP's."""
+        return np.asarray(q)[self._rank].tolist()
+
+
+def _urdf_collision(item: dict[str, Any]) -> str:
+    """An obstacle as a collision shape of a link."""
+    placement = np.array(item["placement"])
+    angles = importlib.import_module("pinocchio").rpy.matrixToRpy(placement[:3, :3])
+    sizes = {"box": {"size": item.get("size")}, "sphere": {"radius": [item.get("radius")]}}
+    sizes["cylinder"] = {"radius": [item.get("radius")], "length": [item.get("length")]}
+    words = " ".join(f'{key}="{_numbers(value)}"' for key, value in sizes[item["type"]].items())
+    origin = f'<origin xyz="{_numbers(placement[:3, 3])}" rpy="{_numbers(angles)}"/>'
+    return f'<collision name="{item["name"]}">{origin}<geometry><{item["type"]} {words}/></geometry></collision>'
+
+
+def _numbers(values: Any) -> str:
+    return " ".join(repr(float(value)) for value in values)
 
 
 SOLVERS = {
@@ -209,19 +229,13 @@ def _pinocchio_robot(problem: dict[str, Any]) -> tuple[Any, Any]:
     held = [whole.getJointId(name) for name in whole.names[1:] if name not in problem["joints"]]
     model, geometry = pin.buildReducedModel(whole, shapes, held, q)
     links = [whole.frames[item.parentFrame].name for item in shapes.geometryObjects]
-    _check_links(geometry, links, problem["free_pairs"])
-    return model, geometry
-
-
-def _check_links(geometry: Any, links: list[str], free_pairs: list[list[str]]) -> None:
-    """Pairs of shapes that a joint moves against each other, but for those of ``free_pairs``; ``links`` hold them."""
-    pin, free = importlib.import_module("pinocchio"), {frozenset(pair) for pair in free_pairs}
+    free = {frozenset(pair) for pair in problem["free_pairs"]}
     joints = [item.parentJoint for item in geometry.geometryObjects]
-    geometry.removeAllCollisionPairs()
     for i in range(geometry.ngeoms):
         for k in range(i):
             if joints[i] != joints[k] and frozenset((links[i], links[k])) not in free:
                 geometry.addCollisionPair(pin.CollisionPair(i, k))
+    return model, geometry
 
 
 def _add_obstacles(geometry: Any, obstacles: list[dict[str, Any]]) -> None:
@@ -255,4 +269,3 @@ def main(method: str, problem: str, answer: str) -> None:
 
 if __name__ == "__main__":
     main(*sys.argv[1:])
-    os._exit(0)  # nothing of HPP is given back, which it does twice

@@ -138,31 +138,34 @@ def test_the_answer_is_a_file_and_the_planners_words_are_not_shown(
     assert capsys.readouterr().out == ""
 
 
-def hpp_doubles(monkeypatch: pytest.MonkeyPatch) -> tuple[MagicMock, MagicMock]:
-    """HPP's core and its device, a model of Pinocchio in it as HPP's own."""
-    core, robots = MagicMock(), MagicMock()
+def hpp_doubles(monkeypatch: pytest.MonkeyPatch) -> tuple[MagicMock, MagicMock, list[tuple[str, str]]]:
+    """HPP's core, its device with a model of Pinocchio, and the URDF and SRDF of all that is loaded into that."""
+    core, robots, loaded = MagicMock(), MagicMock(), []
     device = robots.Device.return_value
 
-    def load(device: Any, root: int, prefix: str, kind: str, urdf: str, srdf: str, placement: Any) -> None:
-        model = pin.buildModelFromXML(urdf)
-        device.model.return_value = model
-        device.geomModel.return_value = pin.buildGeomFromUrdfString(model, urdf, pin.GeometryType.COLLISION)
-        device.geomModel.return_value.addAllCollisionPairs()
+    def load(where: Any, root: int, prefix: str, kind: str, urdf: str, srdf: str, placement: Any) -> None:
+        assert where is device
+        device.model.return_value = device.model.return_value if loaded else pin.buildModelFromXML(urdf)
+        loaded.append((urdf, srdf))
 
+    def remove(names: list[str], q: Any) -> None:
+        model = device.model.return_value
+        device.model.return_value = pin.buildReducedModel(model, [model.getJointId(name) for name in names], q)
+
+    device.removeJoints.side_effect = remove
     loader = SimpleNamespace(loadModelFromString=load)
     for name, module in {"core": core, "pinocchio": robots, "pinocchio.urdf": loader}.items():
         monkeypatch.setitem(sys.modules, f"pyhpp.{name}", module)
-    monkeypatch.setattr(runner, "_VALIDATIONS", [])
-    return core, device
+    return core, device, loaded
 
 
 def test_hpp_is_asked_with_our_numbers_and_proves(problem: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    core, device = hpp_doubles(monkeypatch)
+    core, device, loaded = hpp_doubles(monkeypatch)
     asked, planner = core.Problem.return_value, core.BiRRTPlanner.return_value
     pieces = [SimpleNamespace(initial=lambda k=k: PATH[k], end=lambda k=k: PATH[k + 1]) for k in range(2)]
     found = core.RandomShortcut.return_value.optimize.return_value
     found.numberPaths.return_value, found.pathAtRank.side_effect = 2, pieces.__getitem__
-    answer = solve_by_hpp(problem)
+    answer = solve_by_hpp({**problem, "free_pairs": [["link1", "tip"]]})
     assert answer["path"] == [q.tolist() for q in PATH]
     assert answer["proven"]
     assert answer["first_s"] <= answer["path_s"]
@@ -171,24 +174,38 @@ def test_hpp_is_asked_with_our_numbers_and_proves(problem: dict[str, Any], monke
     planner.timeOut.assert_called_once_with(2.0)
     np.testing.assert_array_equal(asked.initConfig.call_args.args[0], problem["start"])
     np.testing.assert_array_equal(asked.addGoalConfig.call_args.args[0], problem["goal"])
-    geometry = device.geomModel()
-    assert {"post", "ball", "drum"} <= {item.name for item in geometry.geometryObjects}
-    checked = {
-        frozenset(geometry.geometryObjects[k].name for k in (pair.first, pair.second))
-        for pair in geometry.collisionPairs
-    }
-    robot = [item.name for item in geometry.geometryObjects if item.name not in ("post", "ball", "drum")]
-    assert {frozenset((name, other)) for name in robot for other in ("post", "ball", "drum")} <= checked
-    assert not any(pair <= {"post", "ball", "drum"} for pair in checked)
+    device.removeJoints.assert_not_called()
+    assert [(urdf == problem["urdf"], 'link1="link1" link2="tip"' in srdf) for urdf, srdf in loaded] == [
+        (True, True),
+        (False, False),
+    ]
+
+
+def test_hpp_gets_the_obstacles_where_they_are(problem: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    turned = pin.SE3(pin.rpy.rpyToMatrix(0.3, -0.4, 2.5), np.array([0.1, -0.2, 0.3])).homogeneous
+    problem["obstacles"][0]["placement"] = turned.tolist()
+    _, _, loaded = hpp_doubles(monkeypatch)
+    _HppArm(problem).add(problem["obstacles"])
+    urdf = loaded[1][0]
+    shapes = pin.buildGeomFromUrdfString(pin.buildModelFromXML(urdf), urdf, pin.GeometryType.COLLISION)
+    box, ball, drum = (item.geometry for item in shapes.geometryObjects)
+    np.testing.assert_allclose(2 * box.halfSide, problem["obstacles"][0]["size"])
+    assert (ball.radius, drum.radius, 2 * drum.halfLength) == (0.1, 0.05, 0.2)
+    for item, asked in zip(shapes.geometryObjects, problem["obstacles"], strict=True):
+        np.testing.assert_allclose(item.placement.homogeneous, asked["placement"], atol=1e-12)
 
 
 def test_joints_that_are_not_planned_are_held_in_hpp(problem: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    _, device = hpp_doubles(monkeypatch)
+    _, device, _ = hpp_doubles(monkeypatch)
     first, second = problem["joints"]
     arm = _HppArm({**problem, "joints": [second], "held": {first: 0.25}})
-    device.setJointBounds.assert_called_once_with(first, [0.25, 0.25])
-    assert arm.whole([0.5]).tolist() == [0.25, 0.5]
-    assert arm.planned(np.array([0.25, 0.5])) == [0.5]
+    names, q = device.removeJoints.call_args.args
+    assert (names, q.tolist()) == ([first], [0.25, 0.0])
+    assert arm.state([0.5]).tolist() == [0.5]
+    hpp_doubles(monkeypatch)
+    arm = _HppArm({**problem, "joints": [second, first]})  # our order is not HPP's
+    assert arm.state([0.5, 0.25]).tolist() == [0.25, 0.5]
+    assert arm.planned(np.array([0.25, 0.5])) == [0.5, 0.25]
 
 
 @pytest.mark.skipif("HPP_PYTHON" not in os.environ, reason="HPP_PYTHON names no Python of an environment with HPP")
