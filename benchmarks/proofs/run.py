@@ -20,7 +20,7 @@ from planner.base.errors import OptionError, PlannerError
 from planner.base.progress import QUIET, Progress
 from planner.batch.problems import Problem, find_problems
 from planner.batch.results import Results
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver, recheck
 from planner.problem.request import PlanRequest
 from planner.setup.open import Query, make_query
@@ -60,7 +60,7 @@ def random_motions(checker: CollisionChecker, count: int, rng: np.random.Generat
     arm, starts = checker.robot, np.zeros((0, checker.robot.dof))
     while len(starts) < count:
         q = rng.uniform(arm.lower, arm.upper, (count, arm.dof))
-        starts = np.vstack([starts, q[[checker.first_touch(row[None]) is None for row in q]]])
+        starts = np.vstack([starts, q[[is_free(checker, row) for row in q]]])
     ends = rng.uniform(arm.lower, arm.upper, (count, arm.dof))
     return starts[:count], rng.uniform(size=(count, 1)) * (ends - starts[:count])
 

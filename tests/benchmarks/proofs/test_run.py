@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -12,9 +13,12 @@ import pytest
 from benchmarks.proofs.report import Row, aims, to_markdown
 from benchmarks.proofs.run import bench_proofs, random_motions
 from planner.base.errors import OptionError
+from planner.collision import make_checker
+from planner.collision.checker import is_free
+from planner.models.scene import Scene
 from planner.problem.request import PlanRequest
 from tests.batch.posts import write_problem
-from tests.worlds import make_post
+from tests.worlds import load, make_post
 
 PLAIN = PlanRequest(robot="planar_2r", collision="coal")
 
@@ -78,9 +82,21 @@ def test_motions_begin_free_and_end_within_limits() -> None:
     checker = make_post()
     start, delta = random_motions(checker, 200, np.random.default_rng(0))
     assert start.shape == delta.shape == (200, 2)
-    assert all(checker.first_touch(q[None]) is None for q in start)
+    assert all(is_free(checker, q) for q in start)
     assert ((start + delta >= checker.robot.lower) & (start + delta <= checker.robot.upper)).all()
     assert np.linalg.norm(delta, axis=1).min() < 0.5 < np.linalg.norm(delta, axis=1).max()
+
+
+def test_motions_do_not_begin_with_a_body_inside_another() -> None:
+    """HPP looks at surfaces, of which none is crossed there; so these would be told as proofs that touch."""
+    checker = make_checker(load("panda"), Scene.load("empty"), "coal")
+    inside = np.array([[-2.53, -1.14, 0.87, -2.47, -0.73, 0.01, 2.39]])
+    outside = np.mean([checker.robot.lower, checker.robot.upper], axis=0)[None]
+    assert checker.first_touch(inside) is None
+    rng = MagicMock()
+    rng.uniform.side_effect = [inside, outside, outside, np.ones((1, 1))]
+    start, _ = random_motions(checker, 1, rng)
+    np.testing.assert_array_equal(start, outside)
 
 
 def test_the_report_adds_up() -> None:
