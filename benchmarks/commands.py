@@ -7,7 +7,7 @@ from pathlib import Path
 import tyro
 
 from benchmarks.block_commands import partition, scaling, stale
-from benchmarks.problem_commands import first_path, motion, plan, quality, replan
+from benchmarks.problem_commands import first_motion, motion, plan, proofs, quality, replan
 from benchmarks.terminal import measure, measured
 from planner.cli.common import Debug, Out, Workers
 from planner.problem.request import SERIAL, Backend, WorldRequest
@@ -222,7 +222,8 @@ def tables(
 bench = tyro.extras.SubcommandApp()
 bench.command(gabf)
 bench.command(plan)
-bench.command(first_path)
+bench.command(first_motion)
+bench.command(proofs)
 bench.command(quality)
 bench.command(optimum)
 bench.command(motion)

@@ -1,4 +1,4 @@
-"""``benchmarks plan|first-path|quality|motion|replan``: the benchmarks over a folder of planning problems."""
+"""``benchmarks plan|first-motion|proofs|quality|motion|replan``: the benchmarks over a folder of planning problems."""
 
 from __future__ import annotations
 
@@ -40,34 +40,58 @@ def plan(
     return measure(out, lambda progress: bench_plan(folder, out, plain, seeds, time_limit, progress, workers))
 
 
-def first_path(
+def first_motion(
     folder: tyro.conf.Positional[Path],
     plain: Annotated[RoadmapRequest, tyro.conf.arg(name="")] = RoadmapRequest("panda", collision="coal"),  # noqa: B008
-    out: Out = Path("bench-first-path"),
+    limits: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
+    out: Out = Path("bench-first-motion"),
     python: tuple[str, ...] = (),
     seconds: float = 10.0,
     debug: Debug = False,
 ) -> int:
-    """The time to a first path: ours, proven, beside OMPL's RRTConnect and planners of other environments.
+    """From a problem to a motion: ours, proven, beside OMPL's RRTConnect and planners of other environments.
 
-    Problems and options are those of 'plan'; paths are checked by the library that has not planned. roboplan and
-    pyroboplan take part where they are given, each in an environment of its own, as what they need clashes with this
-    package:
+    Problems and options are those of 'plan'; paths and motions are checked by the library that has not planned.
+    roboplan, pyroboplan and hpp take part where they are given, each in an environment of its own, as what they need
+    clashes with this package:
 
-    python -m benchmarks first-path FOLDER --python roboplan=/opt/rp/bin/python pyroboplan=/opt/pyrp/bin/python
+    python -m benchmarks first-motion FOLDER --python roboplan=/opt/rp/bin/python hpp=/opt/hpp/bin/python
 
-    Writes first-path.csv, one row a run, and first-path.md: times, lengths, and how many paths touch something when the
-    other collision library looks at every millimetre of motion.
+    Writes first-motion.csv, one row a run, and first-motion.md: the times of the stages, lengths and durations, what is
+    proven, and how many paths and motions touch something when the other collision library looks closely.
 
     Args:
         folder: Folder of the problems.
-        python: NAME=PATH: a planner, roboplan or pyroboplan, and the Python of the environment it is installed in.
+        python: NAME=PATH: a planner, roboplan, pyroboplan or hpp, and the Python of the environment it is installed in.
         seconds: Seconds after which the other planners give up.
     """
-    from benchmarks.first_path.run import bench_first_path, environments
+    from benchmarks.first_motion.run import bench_first_motion, environments
 
     request, pythons = PlanRequest(**vars(plain), path_only=True), environments(python)
-    return measure(out, lambda progress: bench_first_path(folder, out, request, pythons, seconds, progress))
+    return measure(out, lambda progress: bench_first_motion(folder, out, request, limits, pythons, seconds, progress))
+
+
+def proofs(
+    folder: tyro.conf.Positional[Path],
+    python: str,
+    plain: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest("panda", collision="coal"),  # noqa: B008
+    out: Out = Path("bench-proofs"),
+    motions: int = 2000,
+    debug: Debug = False,
+) -> int:
+    """Our proofs of straight motions against those of HPP, the other planner that proves, motion by motion.
+
+    Problems are those of 'plan'; random motions are drawn in their scenes. Those that only one of the two
+    proves are looked at by coal at every 0.1 mm. Writes proofs.csv, two rows a scene, and proofs.md.
+
+    Args:
+        folder: Folder of the problems.
+        python: Python of an environment of its own with hpp-python in it.
+        motions: Motions in all, shared out among the scenes.
+    """
+    from benchmarks.proofs.run import bench_proofs
+
+    return measure(out, lambda progress: bench_proofs(folder, out, plain, python, motions, progress))
 
 
 def quality(

@@ -90,7 +90,7 @@ def test_the_reference_has_every_command() -> None:
 
     listed = documented()
     assert {("plan",), ("schema",), ("roadmap", "check"), ("reproduce", "laws")} <= set(listed)
-    assert {("plan",), ("first-path",)} <= set(documented("python -m benchmarks"))
+    assert {("plan",), ("first-motion",)} <= set(documented("python -m benchmarks"))
     assert len(set(listed)) == len(listed)
     assert not any(word == "None" for words in listed for word in words)
 

@@ -48,7 +48,7 @@ DOORS = {
     "ompl": {
         "planner.sampling.ompl_planners",
         "benchmarks.roadmap.ompl_prm",
-        "benchmarks.first_path.ompl_connect",
+        "benchmarks.first_motion.ompl_connect",
         "benchmarks.quality.ompl_paths",
     },
     "fcl": {"planner.collision.fcl"},

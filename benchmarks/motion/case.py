@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import Any
 
 from benchmarks.motion.other_law import roboplan_law
@@ -57,13 +58,13 @@ def _timed(found: Plan, motion: LimitsRequest, python: str | None) -> dict[str, 
         "blended": trajectory.proof["corners_blended"],
         "shortcuts": trajectory.proof["shortcuts"],
         "proven": trajectory.proven,
-        "largest_share": _largest_share(trajectory, limits),
+        "largest_share": largest_share(trajectory, limits),
         "contact": "" if contact is None else f"{contact.contact} at {contact.begin:.4f} s",
         "knots": len(trajectory.times),
         "cpu_s": seconds,
     } | (roboplan_law(python, found.path, judge, limits, STEP) if python else {})
 
 
-def _largest_share(trajectory: Trajectory, limits: MotionLimits) -> float:
-    """The largest share of any limit that is used, by the exact extrema of the pieces."""
-    return max(trajectory.worst(order, getattr(limits, kind))[0] for order, kind in enumerate(KINDS, start=1))
+def largest_share(trajectory: Trajectory, limits: MotionLimits, kinds: Sequence[str] = KINDS) -> float:
+    """The largest share of any limit of these kinds that is used, by the exact extrema of the pieces."""
+    return max(trajectory.worst(order, getattr(limits, kind))[0] for order, kind in enumerate(kinds, start=1))

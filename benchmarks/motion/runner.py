@@ -5,7 +5,8 @@ Nothing of ours is imported.
 python -I runner.py problem.json answer.json
 
 The problem holds ``urdf``, ``package_dirs``, ``joints``, ``velocity``, ``acceleration`` and ``path``; the
-answer ``times``, ``q``, ``qd``, ``qdd`` of the samples, and ``version``.
+answer ``times``, ``q``, ``qd``, ``qdd`` of the samples, ``motion_s``, seconds of the wall clock that the motion took,
+and ``version``.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import importlib.metadata
 import json
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -37,11 +39,13 @@ def time_by_roboplan(problem: dict[str, Any]) -> dict[str, Any]:
     scene.addGroup("arm", joints)
     path = core.JointPath()
     path.joint_names, path.positions = joints, [np.array(q) for q in problem["path"]]
+    begin = time.perf_counter()
     made = toppra.PathParameterizerTOPPRA(scene, "arm").generate(path, toppra.TOPPRAOptions(dt=_APART))
+    seconds = time.perf_counter() - begin
     order = [made.joint_names.index(name) for name in joints]
     columns = {"q": made.positions, "qd": made.velocities, "qdd": made.accelerations}
     rows = {key: [np.asarray(row)[order].tolist() for row in column] for key, column in columns.items()}
-    return {"times": list(made.times), **rows}
+    return {"times": list(made.times), **rows, "motion_s": seconds}
 
 
 def main(problem: str, answer: str) -> None:

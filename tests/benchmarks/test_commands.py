@@ -15,7 +15,7 @@ from benchmarks.roadmap.run import bench_roadmap
 from tests.command_line import Run, assert_refused
 
 
-@pytest.mark.parametrize("name", ["gabf", "plan", "misses", "agreement", "attack", "roadmap"])
+@pytest.mark.parametrize("name", ["gabf", "plan", "first-motion", "proofs", "misses", "agreement", "attack", "roadmap"])
 def test_every_benchmark_has_help(name: str, run: Run) -> None:
     code, text, _ = run(name, "--help", program="benchmarks")
     assert code == 0
@@ -42,6 +42,9 @@ def test_the_commands_defaults_are_the_librarys() -> None:
         (("plan", ".", "--time-limit", "0"), 2, "time limit above 0"),
         (("plan", ".", "--nodes", "many"), 2, "nodes"),
         (("plan", ".", "--collision", "bullet"), 2, "fcl"),
+        (("first-motion", ".", "--python", "vamp=x"), 2, "python 'vamp=x' is not usable"),
+        (("first-motion", ".", "--jerk", "0"), 2, "jerk limit 0 is not usable"),
+        (("proofs", "nowhere", "--python", "x"), 3, "nowhere holds no problems"),
         (("misses", "--edges", "0"), 2, "at least 1 edge"),
         (("misses", "--robots", "marvin"), 3, "robot 'marvin' not found"),
         (("misses", "--seed", "-1"), 2, "seed -1"),

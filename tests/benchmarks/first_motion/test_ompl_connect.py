@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.first_path.ompl_connect import OmplConnect
+from benchmarks.first_motion.ompl_connect import OmplConnect
 from planner.base.arrays import Floats
 from planner.collision.checker import is_free
 from planner.paths.measure import joint_path_length

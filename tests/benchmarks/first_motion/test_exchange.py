@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from benchmarks.first_path.exchange import exchanged
-from benchmarks.first_path.runner import _pinocchio_models
+from benchmarks.first_motion.exchange import exchanged
+from benchmarks.first_motion.runner import _add_obstacles, _pinocchio_robot
 from planner.base.errors import PlannerError
 from planner.collision.checker import is_free
 from planner.problem.request import PlanRequest
@@ -20,7 +20,8 @@ def test_the_problem_that_others_get_is_ours(robot: str, scene: str) -> None:
     """Pinocchio's own collision pairs on the exchanged data, against our checker, on random configurations."""
     query = make_query(PlanRequest(robot, scene, collision="coal"))
     problem = exchanged(query, 0, 1.0)
-    model, geometry = _pinocchio_models(problem)
+    model, geometry = _pinocchio_robot(problem)
+    _add_obstacles(geometry, problem["obstacles"])
     data, found = model.createData(), geometry.createData()
     np.testing.assert_allclose(model.lowerPositionLimit, query.robot.lower)
     verdicts = []

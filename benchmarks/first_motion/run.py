@@ -1,4 +1,4 @@
-"""``benchmarks first-path``: the first path of every problem in a folder, by several planners in one run."""
+"""``benchmarks first-motion``: a motion for every problem in a folder, by several planners in one run."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from benchmarks.bench import require_left_to_problems, run_bench, software
-from benchmarks.first_path.report import OMPL, OTHERS, OURS, Row, to_markdown
+from benchmarks.first_motion.report import OMPL, OTHERS, OURS, Row, to_markdown
 from planner.base.errors import OptionError
 from planner.base.files import is_file
 from planner.base.progress import QUIET, Progress
@@ -15,8 +15,10 @@ from planner.batch.options import plain_options
 from planner.batch.outcomes import CRASHED
 from planner.batch.problems import Problem, find_problems
 from planner.batch.results import Results
-from planner.problem.request import PlanRequest
+from planner.models.robot import Robot
+from planner.problem.request import LimitsRequest, PlanRequest
 from planner.processes.process import run_case
+from planner.trajectory.limits import MotionLimits
 
 
 @dataclass(frozen=True)
@@ -27,14 +29,16 @@ class _Run:
     method: str
     python: str
     request: PlanRequest
+    motion: LimitsRequest
+    limits: str
     seconds: float
 
     @property
     def blank(self) -> Row:
         """The row before anything was measured."""
         request = self.request
-        asked = request.seed, str(request.robot), request.collision, self.seconds, self.problem.content(request)
-        return Row(self.problem.name, self.method, *asked, software(), CRASHED)
+        asked = request.seed, str(request.robot), request.collision, self.limits, self.seconds
+        return Row(self.problem.name, self.method, *asked, self.problem.content(request), software(), CRASHED)
 
 
 def environments(given: Sequence[str]) -> dict[str, str]:
@@ -51,31 +55,34 @@ def environments(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def bench_first_path(
+def bench_first_motion(
     folder: Path,
     out: Path,
     plain: PlanRequest,
+    motion: LimitsRequest,
     pythons: Mapping[str, str],
     seconds: float = 10.0,
     progress: Progress = QUIET,
 ) -> Results[Row]:
     """Every problem in ``folder`` by us, by OMPL, and by the planners whose environments ``pythons`` gives.
 
-    The others search for at most ``seconds``. Writes ``first-path.csv`` and ``first-path.md`` to ``out``; rows that are
-    there already are kept. Raises OptionError for numbers out of range, FileError where a folder cannot be used.
+    Motions keep to the limits of ``motion``; the others search for at most ``seconds``. Writes ``first-motion.csv`` and
+    ``first-motion.md`` to ``out``; rows that are there already are kept. Raises OptionError for numbers out of range,
+    LimitError for limits that the robot does not allow, FileError where a folder cannot be used.
     """
     require_left_to_problems(plain)
     if not seconds > 0:
         raise OptionError("give a time above 0 s.")
+    limits = MotionLimits.of(Robot.load(str(plain.robot)), motion).text()
     methods = {OURS: "", OMPL: "", **pythons}
     runs = [
-        _Run(problem, method, python, problem.asked(plain), seconds)
+        _Run(problem, method, python, problem.asked(plain), motion, limits, seconds)
         for problem in find_problems(folder)
         for method, python in methods.items()
     ]
     return run_bench(
         out,
-        "first-path",
+        "first-motion",
         Row,
         runs,
         lambda table, run: table.find(run.blank.key),
@@ -92,9 +99,12 @@ def _measure(run: _Run, progress: Progress) -> list[Row]:
         "method": run.method,
         "python": run.python,
         "request": plain_options(run.request),
+        "motion": {
+            name: value and str(value) if name == "limits" else value for name, value in vars(run.motion).items()
+        },
         "seconds": run.seconds,
     }
-    ended, found = run_case("benchmarks.first_path.case", options, progress)
+    ended, found = run_case("benchmarks.first_motion.case", options, progress)
     if ended.code is None:
         return []
     return [replace(run.blank, **found) if found is not None else replace(run.blank, message=ended.fault)]

@@ -1,0 +1,1 @@
+"""``benchmarks proofs``: our proofs of straight motions against HPP's, motion by motion."""
