@@ -79,7 +79,7 @@ def aims(rows: Sequence[Row]) -> tuple[Verdict, ...]:
     return (
         tally("Every path that is found is timed.", (row.timed_s is not None for row in timed), ""),
         tally("Every motion is proven as a whole.", (bool(row.proven) for row in timed), ""),
-        tally("The other library sees no contact at 0.1 mm of motion.", (row.contact == "" for row in timed), ""),
+        tally("The other library sees no contact at 0.1 mm of motion.", (not row.contact for row in timed), ""),
         tally(
             "No limit is exceeded.", (row.largest_share is not None and row.largest_share <= 1.0 for row in timed), ""
         ),
