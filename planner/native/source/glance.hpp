@@ -7,7 +7,7 @@
 namespace planner {
 
 constexpr double clearly = 1e-6;  // m beyond the margin, so that no rounding matters
-constexpr double ahead = 0.3;    // m: whatever is farther away is as far, for what is clear around a state
+constexpr double ahead = 0.3;     // m: whatever is farther away is as far, for what is clear around a state
 
 class Glance {
    public:
@@ -90,7 +90,8 @@ class Glance {
 
     const World& world_;
     Scratch scratch_;
-    std::vector<double> bounds_, enough_, least_, motion_;  // m at most: that bodies move, and pairs of them to each other
+    std::vector<double> bounds_, enough_, least_,
+        motion_;  // m at most: that bodies move, and pairs of them to each other
     std::vector<uint8_t> far_;
 };
 
