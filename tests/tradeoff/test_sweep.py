@@ -175,11 +175,12 @@ def failing(monkeypatch: pytest.MonkeyPatch, edges: list[tuple[int, int]]) -> li
     """These edges fail; returns the list of edges that were looked at."""
     seen: list[tuple[int, int]] = []
 
-    def look(healing: HealingNetwork, i: int, j: int) -> bool:
-        seen.append((i, j))
-        return (min(i, j), max(i, j)) not in edges
+    def look(healing: HealingNetwork, asked: list[tuple[int, int]]) -> int:
+        first = next((k for k, (i, j) in enumerate(asked) if (min(i, j), max(i, j)) in edges), len(asked))
+        seen.extend(asked[: first + 1])
+        return first
 
-    monkeypatch.setattr(HealingNetwork, "_is_free", look)
+    monkeypatch.setattr(HealingNetwork, "_first_contact", look)
     return seen
 
 
