@@ -18,7 +18,7 @@ import pytest
 from planner.base.progress import StopRequest
 from planner.native import graphs
 from planner.native.library import NativeBoxes, NativeChain, NativeWorld
-from planner.native.motions import curve_knots, curve_next_ramp, curve_phases, motion_mean, polynomial_extrema
+from planner.native.motions import curve_next_ramp, curve_phases, motion_mean, polynomial_extrema
 
 SOON = 1.0  # s
 TURNS = np.eye(3)
@@ -128,7 +128,6 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         lambda: (BOUNDS, np.array([[-9e4], [0], [9e4]]), np.triu(np.ones((3, 3))), 1e-4),
     ),
     "curve_phases": (curve_phases, lambda: (curve(), ONE, 1_000_000 * ONE, *LIMITS)),
-    "curve_knots": (curve_knots, lambda: (curve(), ONE, phases(4 * MANY), 1.0, 1, 1)),
     "motion_mean": (motion_mean, points),
     "curve_next_ramp": (
         curve_next_ramp,
