@@ -291,23 +291,20 @@ class NativeWorld:
         q = _floats(q, len(q), self.dof)
         return _library.world_first_near(self.handle, len(q), _at(q))
 
-    def motion_looks_free(self, bounds: NativeBounds, start: Floats, delta: Floats, step: float) -> bool:
-        """Whether :meth:`first_near` finds nothing along a motion from ``start`` by ``delta`` (dof,) but at ``start``.
+    def look(self, bounds: NativeBounds, step: float) -> Callable[[Floats, Floats], bool]:
+        """Whether :meth:`first_near` finds nothing along a motion, from a start by a delta (dof,), but at its start.
 
         In its end, its middle, and states between which no point moves further than ``step`` (m), but for those that
         lie as near to one that was looked at as it is clear. ``bounds`` are what :meth:`bounds` of this world makes.
+        One thread asks it, of many motions.
         """
-        return self.look(bounds, step)(_floats(start, self.dof), _floats(delta, self.dof))
-
-    def look(self, bounds: NativeBounds, step: float) -> Callable[[Floats, Floats], bool]:
-        """:meth:`motion_looks_free` of one step, for one thread that asks it of many motions."""
-        here = np.empty((2, self.dof))
+        dof, here = self.dof, np.empty((2, self.dof))
         start, delta = here
         ask, (reach, body_reach, _) = _library.world_motion_looks_free, bounds.addresses
         known = self.handle, reach, body_reach, _at(start), _at(delta), step
 
         def look(first: Floats, by: Floats, holds: Any = (self, bounds, here)) -> bool:
-            start[:], delta[:] = first, by
+            start[:], delta[:] = _floats(first, dof), _floats(by, dof)
             return ask(*known) == 1
 
         return look

@@ -1,4 +1,4 @@
-"""The robot of a request: read once a process as long as its files stand as they are, and the same object each time.
+"""The robot of a request: a URDF is read once a process while its files stand as they are, the same object each time.
 
 What is worked out of a robot, its reaches, hulls and pairs, is kept by the object: so a new scene costs its obstacles.
 """
@@ -98,16 +98,22 @@ _alone = Lock()
 
 
 def _files(name: str, srdf: Place | None) -> RobotFiles:
-    """The robot's files, read again only where one of them has been touched."""
-    key = name, srdf, os.getcwd(), os.environ.get("ROS_PACKAGE_PATH")
+    """The robot's files, read again only where one of them has been touched.
+
+    Or where they may include others that nobody has named, as a xacro and an MJCF do.
+    """
+    key = name, srdf, os.environ.get("ROS_PACKAGE_PATH")
     with _alone:
         known = _read.pop(key, None)
     if known is None or not known.is_current:
         began = time.time_ns()
         files = read_robot(name, srdf)
-        known = _Read(files, tuple((path, stamp_of(path)) for path in dict.fromkeys(paths_of(files, srdf))))
-        if any(stamp is not None and stamp.changed >= began for _, stamp in known.stamps):
-            return known.files  # one that changes as it is read
+        paths = dict.fromkeys(_paths_of(files))
+        known = _Read(files, tuple((path, stamp_of(path)) for path in paths))
+        if any(path.suffix.lower() in (".xacro", ".xml") for path in paths) or any(
+            stamp is not None and stamp.changed >= began for _, stamp in known.stamps
+        ):
+            return files  # and one that changes as it is read
     with _alone:
         _read[key] = known
         while len(_read) > _KEPT:
@@ -115,21 +121,12 @@ def _files(name: str, srdf: Place | None) -> RobotFiles:
     return known.files
 
 
-def paths_of(files: RobotFiles, srdf: Place | None) -> Iterator[Path]:
-    """All that a robot was read from: robot.yaml, URDF, SRDF, meshes, and what a xacro may include."""
-    own, found = robot_file(files.origin), Path(files.description.path)
-    said = srdf if srdf is not None else files.srdf.path if files.srdf else None
-    yield from (Path(path) for path in (own, found, said) if path is not None)
-    yield from paths_beside(found)
+def _paths_of(files: RobotFiles) -> Iterator[Path]:
+    """All that a robot was read from: robot.yaml or URDF, then URDF, SRDF and meshes."""
+    yield from (robot_file(files.origin), files.description.path)
+    if files.srdf is not None:
+        yield files.srdf.path
     yield from mesh_files(files.description)
-
-
-def paths_beside(description: Path) -> Iterator[Path]:
-    """What a xacro or an MJCF may include."""
-    if description.suffix.lower() == ".xacro":
-        yield from (path for kind in ("*.xacro", "*.yaml") for path in sorted(description.parent.parent.rglob(kind)))
-    if description.suffix.lower() == ".xml":
-        yield from sorted(description.parent.rglob("*.xml"))
 
 
 @lru_cache(_KEPT)

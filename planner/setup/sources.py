@@ -16,7 +16,6 @@ from planner.models.files.robot_files import find_robot, robot_file
 from planner.models.files.urdf import Description, read_description
 from planner.models.files.urdf_geometry import mesh_files
 from planner.problem.request import SweepRequest
-from planner.setup.robots import paths_beside
 from planner.setup.stamps import Stamp, stamp_of
 
 
@@ -47,7 +46,8 @@ def _of_robot(name: str, srdf: Place | None) -> Iterator[Path]:
         found = file.urdf.path(folder) if file else robot_file(name)
         own = file.srdf.path(folder) if file and file.srdf else None
         yield from (Path(path) for path in (found, srdf or own) if path is not None)
-        yield from paths_beside(found)
+        if found.suffix.lower() == ".xacro":  # it may name any of these
+            yield from (path for kind in ("*.xacro", "*.yaml") for path in sorted(found.parent.parent.rglob(kind)))
         stamp = stamp_of(found)
         if stamp is not None:
             yield from mesh_files(_description(stamp, tuple(sorted(file.urdf.args.items())) if file else ()))

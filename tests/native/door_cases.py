@@ -215,7 +215,7 @@ def of_glances(rng: Rng, size: Size) -> list[Any]:
     assert first == (near.index(True) if True in near else len(q))
     looks = []
     for a, by in zip(q[:20], delta[:20], strict=True):
-        looks.append(world.motion_looks_free(bounds_of(world), a, by, 2.0))
+        looks.append(world.look(bounds_of(world), 2.0)(a, by))
         assert not looks[-1] or world.first_near(a + np.array([[0.5], [1.0]]) * by) == 2
     return [first, looks]
 

@@ -209,10 +209,10 @@ WRONG: dict[str, Callable[[], object]] = {
     "close: pair": lambda: WORLD.close(*CHAIN.placements(Q), np.array([0]), np.array([WORLD.pairs])),
     "close: lengths": lambda: WORLD.close(*CHAIN.placements(Q), np.zeros(2), np.zeros(1)),
     "first near: columns": lambda: WORLD.first_near(Q[:, :1]),
-    "looks: delta": lambda: WORLD.motion_looks_free(BOUNDS, Q[0], Q[0, :2], 0.1),
-    "looks: reach": lambda: WORLD.motion_looks_free(_of_no_number(), *_free_motion(), 0.1),
-    "looks: no step": lambda: WORLD.motion_looks_free(BOUNDS, *_free_motion(), 0.0),
-    "looks: a NaN step": lambda: WORLD.motion_looks_free(BOUNDS, *_free_motion(), NAN),
+    "looks: delta": lambda: WORLD.look(BOUNDS, 0.1)(Q[0], Q[0, :2]),
+    "looks: reach": lambda: WORLD.look(_of_no_number(), 0.1)(*_free_motion()),
+    "looks: no step": lambda: WORLD.look(BOUNDS, 0.0)(*_free_motion()),
+    "looks: a NaN step": lambda: WORLD.look(BOUNDS, NAN)(*_free_motion()),
     "prove: columns": lambda: WORLD.prove(BOUNDS, CURVES[:, :, :1], 1e-3),
     "prove: degree": lambda: WORLD.prove(BOUNDS, np.zeros((1, 18, 3)), 1e-3),
     "prove: no coefficients": lambda: WORLD.prove(BOUNDS, np.zeros((1, 0, 3)), 1e-3),
@@ -251,6 +251,11 @@ WRONG: dict[str, Callable[[], object]] = {
     "ramp: a limit of 0": lambda: motions.ramp_quickest((ONE, ONE), (ONE, ONE), ONE, 0 * ONE, ONE),
     "next ramp: piece": lambda: motions.curve_next_ramp(LINE, PHASE + 1, np.ones((1, 2)), ONE, LIMITS, LIMITS),
     "next ramp: bounds": lambda: motions.curve_next_ramp(LINE, PHASE, np.ones((1, 2)), ONE, LIMITS, np.ones((2, 1))),
+    "next ramp: a NaN": lambda: motions.curve_next_ramp(LINE, PHASE, [[NAN, 1.0]], ONE, LIMITS, LIMITS),
+    "ramp: a NaN": lambda: motions.ramp_quickest((ONE, NAN * ONE), (ONE, ONE), ONE, ONE, ONE),
+    "mean: a NaN": lambda: motions.motion_mean([0, 9], NAN * np.ones((2, 2)), np.ones((2, 2)), 10, 10),
+    "worst: no time": lambda: motions.polynomial_worst(LINE, 0 * ONE, 1, np.ones(2), 0.0),
+    "worst: a NaN": lambda: motions.polynomial_worst(LINE, ONE, 1, NAN * np.ones(2), 0.0),
     "extrema: degree": lambda: motions.polynomial_extrema(np.ones((1, 18, 2))),
     "extrema: a NaN": lambda: motions.polynomial_extrema(np.full((1, 3, 2), NAN)),
     "worst: no pieces": lambda: motions.polynomial_worst(LINE[:0], ONE[:0], 1, ONE, 0.0),
@@ -323,8 +328,8 @@ def test_no_number_is_never_free(bad: float) -> None:
     state = np.zeros((1, 3))
     state[0, 1] = bad
     assert WORLD.first_near(state) == 0
-    assert not WORLD.motion_looks_free(BOUNDS, state[0], Q[0], 0.1)
-    assert not WORLD.motion_looks_free(BOUNDS, Q[0], state[0], 0.1)
+    assert not WORLD.look(BOUNDS, 0.1)(state[0], Q[0])
+    assert not WORLD.look(BOUNDS, 0.1)(Q[0], state[0])
 
 
 def test_a_chain_with_a_price_that_is_no_number_is_not_taken() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from planner.kinematics.manipulability import manipulability, manipulability_alo
 from planner.models.poses import pose
 from planner.models.shapes import Capsule, Cylinder, Mesh, Shape, Sphere
 from planner.native import library
-from planner.native.library import NativeChain, manipulability_costs
+from planner.native.library import NativeChain, NativeWorld, manipulability_costs
 from tests.random_shapes import KINDS, blob, box_mesh, random_pose, random_shape
 from tests.worlds import checker_of, load, random_q
 
@@ -202,6 +202,31 @@ def test_a_motion_looks_free_where_its_states_do() -> None:
             assert looks == checker.bound.looks_free(a + shares[:, None] * delta)
             verdicts.append(looks)
     assert 20 < sum(verdicts) < 220
+
+
+def test_what_no_joint_moves_does_not_clear_a_motion() -> None:
+    """A ball slides past a post; beside it stands a body, as a large ball shows near one thing and far from another."""
+    straight, x = np.eye(3), np.array([[1.0, 0, 0]])
+    chain = NativeChain(
+        np.zeros(1, dtype=int),
+        np.ones(1, dtype=bool),
+        np.stack([straight, 0 * straight, 0 * straight])[None],
+        np.zeros((1, 3)),
+        x,
+        x,
+    )
+    world = NativeWorld(chain, 0.0)
+    for joint, at, size in ((1, [0.0, 0.0, 0.0], 0.01), (0, [0.0, 5.0, 0.0], 0.2)):
+        world.add_spheres(world.add_hull(joint, np.array([at]), 0.01), np.array([at]), np.array([size]))
+    for at in ([0.3, 0.0, 0.0], [0.0, 5.1, 0.0], [50.0, 50.0, 50.0]):
+        corners = np.array(at) + 0.01 * np.array(list(product((-1.0, 1.0), repeat=3)))
+        world.add_target(world.add_hull(-1, corners, 0.0), straight, np.array(at), np.full(3, 0.01), 0.0, False)
+    pairs = np.array([[body, obstacle] for body in (0, 1) for obstacle in (2, 3, 4)])
+    world.set_pairs(pairs, np.ones(len(pairs), dtype=bool))
+    reach = np.array([[1.0]] * 3 + [[0.0]] * 3)
+    look = world.look(world.bounds(reach, np.array([[1.0], [0.0]]), np.zeros(len(pairs), dtype=bool)), 0.01)
+    assert look(np.zeros(1), np.array([0.25]))
+    assert not look(np.zeros(1), np.array([1.0])), "the post stands between its start and its middle"
 
 
 def test_points_outlive_the_arrays_they_came_from() -> None:

@@ -62,3 +62,11 @@ def test_files_that_are_still_being_written_are_not_kept(arm: Path) -> None:
     file = next(arm.glob("*.urdf"))
     os.utime(file, (4e9, 4e9))
     assert robot(arm) is not robot(arm)
+
+
+def test_what_may_include_files_that_nobody_names_is_read_each_time(arm: Path) -> None:
+    file = arm / "arm.xml"
+    shutil.copy2(next(arm.glob("*.urdf")), file)
+    one, other = (robot_of(WorldRequest(str(file)), Scene("empty"), None) for _ in range(2))
+    assert one is not other
+    assert one.joints == other.joints

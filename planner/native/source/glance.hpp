@@ -59,9 +59,10 @@ class Glance {
             heed();
             for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
             if (finds_near(q.data(), ahead)) return true;
-            const double around = clear_around() * count, low = share * count - around, high = share * count + around;
+            const double around = std::min(clear_around(), 1.0) * count, at = share * count;
             if (around > 0.0)
-                for (int k = std::max(0, static_cast<int>(std::ceil(low))); k <= count && k <= high; ++k) clear[k] = 1;
+                for (int k = std::max(0, static_cast<int>(std::ceil(at - around))); k <= count && k <= at + around; ++k)
+                    clear[k] = 1;
             return false;
         };
         if (is_near(1.0) || is_near(0.5)) return false;
@@ -79,8 +80,9 @@ class Glance {
         const int obstacles = world_.obstacles(), scene = world_.bodies * obstacles;
         double around = infinity;
         const auto keep = [&](int pair, double motion) {
+            if (motion == 0.0) return;  // as near all along as at the state, which is not too near
             const double gap = std::min(bounds_[pair], world_.margin + ahead) - world_.margin - 10.0 * clearly;
-            if (!(gap > around * motion)) around = std::max(gap, 0.0) / motion;
+            around = std::min(around, std::max(gap, 0.0) / motion);
         };
         for (int b = 0; b < world_.bodies; ++b)
             for (int o = 0; o < obstacles; ++o) keep(b * obstacles + o, motion_[b]);

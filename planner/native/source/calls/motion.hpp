@@ -58,6 +58,9 @@ double polynomials_worst(int64_t n, int degree, int dof, int order, const double
     return answered([&] {
         require(n >= 1 && dof >= 1 && order >= 0, "there are no pieces, or the order is below 0");
         require_polynomials(n, degree, dof, c);
+        require(within(seconds, n, most_number) && within(most, dof, most_number), "a time or a limit is no number");
+        require(std::all_of(seconds, seconds + n, [](double one) { return one > 0.0; }), "a piece takes no time");
+        require(std::all_of(most, most + dof, [](double one) { return one > 0.0; }), "a limit is not above 0");
         const size_t derivatives = static_cast<size_t>(std::max(degree - order, 0)) + 1;
         std::vector<double> slopes(n * dof * derivatives), units(n, 1.0);
         double own[highest_degree + 1], worst = -1.0;
@@ -134,6 +137,8 @@ int motion_mean(int k, int dof, const int64_t* clock, const double* q, const dou
                 int64_t* times, double* mean_q, double* mean_v, double* mean_a) {
     return answered([&] {
         require(k >= 2 && window > 0 && apart > 0, "a motion has two points or more, and times are above 0");
+        for (const double* points : {q, v})
+            require(within(points, static_cast<size_t>(k) * dof, most_number), "a point holds no finite number");
         for (int i = 0; i + 1 < k; ++i) require(clock[i] < clock[i + 1], "the times of a motion do not increase");
         const std::vector<int64_t> found = times_of_mean(clock, k, window, apart);
         mean_over_window(Cubics(clock, q, v, k, dof), found, window, dof, mean_q, mean_v, mean_a);
@@ -148,6 +153,9 @@ int ramp_quickest(int dof, const double* q0, const double* v0, const double* q1,
                   const double* durations, const double* velocity, const double* acceleration, double* pieces) {
     return answered([&] {
         require_limits(dof, velocity, acceleration);
+        for (const double* state : {q0, v0, q1, v1})
+            require(within(state, dof, farthest), "a state is no finite number");
+        require(not_negative(durations, count, farthest), "a duration is no time");
         const State start{{q0, q0 + dof}, {v0, v0 + dof}}, end{{q1, q1 + dof}, {v1, v1 + dof}};
         const std::vector<double> found = quickest_ramp(start, end, durations, count, velocity, acceleration);
         std::copy(found.begin(), found.end(), pieces);
@@ -165,6 +173,8 @@ int curve_next_ramp(int dof, int m, const double* coefficients, int p, const dou
     return answered([&] {
         const Curve curve = curve_of(dof, m, coefficients, nullptr);
         require_limits(dof, velocity, acceleration);
+        require(not_negative(moments, 2 * static_cast<size_t>(n), most_number) && not_negative(shares, count, farthest),
+                "a moment or a share of time is below 0, or no finite number");
         const MotionOnCurve motion(curve, phases_of(p, m, phases), p);
         std::vector<double> durations(count);
         State states[2];
