@@ -1,12 +1,13 @@
-"""The first path: RRTConnect on states, then proofs, repair where a proof fails, and shortcuts that are proven too.
+"""The first path: tree planners on states, then proofs, repair where one fails, and shortcuts that are proven too.
 
-States are a tenth of the price of a proof and most motions that RRTConnect tries are refused, so it searches with
-states only. What it finds is not believed: every motion of the path is then proven or replaced by proven ones.
+States are a tenth of the price of a proof and most motions that planners try are refused, so they search with states
+only. What it finds is not believed: every motion of the path is then proven or replaced by proven ones.
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,8 +21,22 @@ from planner.roadmap.straight_motions import Motions
 from planner.sampling.informed_set import InformedSet
 from planner.sampling.ompl_planners import JointSpace, TreePlanners
 
-_STEPS = (2.0, 4.0, 1.0)  # steps of the tries, alternately, in ranges
-_TRY = 10_000  # motions that one try may check: several shorter tries solved fewer problems than one long one
+Planner = Callable[[TreePlanners, Floats, Floats, float, int], Floats | None]
+"""One of the planners of :class:`TreePlanners` that join starts and goals."""
+
+# tries, one after the other and again: the planner, its steps in ranges, motions that it may check
+_Tries = tuple[tuple[Planner, float, int], ...]
+_TRIES: _Tries = (
+    (TreePlanners.rrt_connect, 2.0, 300),
+    (TreePlanners.lazy_kpiece, 1.0, 5000),
+    (TreePlanners.lazy_kpiece, 0.5, 8000),
+    (TreePlanners.rrt_connect, 4.0, 5000),
+    (TreePlanners.lazy_kpiece, 2.0, 8000),
+    (TreePlanners.rrt_connect, 1.0, 10_000),
+)
+# where a short path is wanted, and where joints wrap: LBKPIECE sees states in a plane, OMPL has none for these, and one
+# that Python computes takes ten times as long as the search
+_STRAIGHTER: _Tries = tuple((TreePlanners.rrt_connect, step, 10_000) for step in (2.0, 4.0, 1.0))
 _REPAIR_MOTIONS = 300
 _REPAIR_BOX = (0.3, 1.0)  # rad beyond the ends of a refused motion in which a detour is searched, one after the other
 # (rad, motions) of the boxes around a gap: there nine of ten gaps are bridged, by a tenth of the motions, shorter ones
@@ -70,18 +85,18 @@ class FirstPathSearch:
     def join(self, starts: Floats, goals: Floats) -> Floats | None:
         """A path (k, dof) of proven motions from a row of ``starts`` to a row of ``goals``; None if none was found.
 
-        Tries alternate between medium, long and short steps: a long step rarely leaves a narrow passage, a short one
-        crosses open space slowly.
+        Tries alternate between two planners, and between long and short steps: RRTConnect crosses open space sooner and
+        straighter, LBKPIECE leaves narrow passages, and so do short steps.
         """
         if not len(starts) or not len(goals):
             return None
         end, sample = self._settings.motions, MOTION_IN_FIRST_PATH
         space = JointSpace.of(self._robot) if self._within is None else self._within.space
-        for factor in itertools.cycle(_STEPS):
+        for planner, factor, most in itertools.cycle(_STRAIGHTER if self._within or space.wrap.any() else _TRIES):
             left = end - self.checked
             if left <= 0 or self._progress.stopped:
                 return None
-            found = self._search(space, starts, goals, factor * self._settings.range, sample, min(_TRY, left))
+            found = self._search(space, starts, goals, factor * self._settings.range, sample, min(most, left), planner)
             if found is None:
                 continue
             path = self._prove(found)
@@ -119,7 +134,14 @@ class FirstPathSearch:
         return subdivided(self._robot, self._shorten(path), self._settings.range)
 
     def _search(
-        self, space: JointSpace, starts: Floats, goals: Floats, step: float, sample: float, limit: int
+        self,
+        space: JointSpace,
+        starts: Floats,
+        goals: Floats,
+        step: float,
+        sample: float,
+        limit: int,
+        planner: Planner = TreePlanners.rrt_connect,
     ) -> Floats | None:
         look, before, within = self._motions.looks_free(sample), self.checked, self._within
 
@@ -130,7 +152,7 @@ class FirstPathSearch:
             return (within is None or within.holds(first + delta)) and look(first, delta)
 
         with TreePlanners(space, check, self._rng, self._progress) as planners:
-            path = planners.rrt_connect(starts, goals, step, limit)
+            path = planner(planners, starts, goals, step, limit)
         self.checked = max(self.checked, before + 1)  # a try that could not even begin counts, so that tries end
         return path
 

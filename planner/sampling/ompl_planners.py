@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -20,7 +21,7 @@ from planner.models.robot import Robot, shorter_way
 from planner.roadmap.forest import Forest
 from planner.roadmap.straight_motions import MotionCheck
 
-"""Whether the straight motion from a configuration (dof,) by a joint motion (dof,) may be taken."""
+_ROUNDS = 100  # of a planner, for each motion that it may check: a lazy one may grow on without checking any
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,11 +95,22 @@ class TreePlanners:
 
         RRTConnect (Kuffner and LaValle 2000) with steps of ``step`` (rad).
         """
+        return self._path(og.RRTConnect, starts, goals, step, limit)
+
+    def lazy_kpiece(self, starts: Floats, goals: Floats, step: float, limit: int) -> Floats | None:
+        """As :meth:`rrt_connect`, by LBKPIECE (Sucan and Kavraki 2009).
+
+        It grows where few states are, seen in a plane, and checks motions only once they lie on a path: out of a narrow
+        passage it gets by a tenth of the checks, paths are longer.
+        """
+        return self._path(og.LBKPIECE1, starts, goals, step, limit)
+
+    def _path(self, kind: Any, starts: Floats, goals: Floats, step: float, limit: int) -> Floats | None:
         goal = ob.GoalStates(self._info)
         for q in goals:
             goal.addState(self._state(q))
         problem = self._problem(starts, goal)
-        planner = self._planner(og.RRTConnect, problem, step)
+        planner = self._planner(kind, problem, step)
         planner.solve(self._until(self.checked + limit))
         return self._configurations(problem.getSolutionPath()) if problem.hasExactSolution() else None
 
@@ -199,9 +211,13 @@ class TreePlanners:
 
     def _until(self, limit: int, accepted: int | None = None) -> Any:
         """A termination condition that counts motions; OMPL's own depends on the clock."""
+        rounds, most = itertools.count(), _ROUNDS * (limit - self.checked)
         return ob.PlannerTerminationCondition(
             lambda: (
-                self.checked >= limit or self._progress.stopped or (accepted is not None and self.accepted >= accepted)
+                self.checked >= limit
+                or next(rounds) >= most
+                or self._progress.stopped
+                or (accepted is not None and self.accepted >= accepted)
             )
         )
 
