@@ -193,7 +193,7 @@ class _Look:
         rotation, position = self.bound.frame.poses(self.bound.robot, evaluate(coefficients, s))
         noise = (np.stack(self.bound.rounding(coefficients, position), axis=1) @ self.weights)[:, None, :]
         found = self.slack(curve, s, rotation, position)
-        proofs.broken[curve[(found + noise < 0).any(axis=2).all(axis=1)]] = True
+        proofs.broken[curve[np.all((found + noise < 0).any(axis=2), axis=1)]] = True
         spare = _best(found - noise)
         rows = np.flatnonzero(~(spare >= 0).all(axis=1))
         _stop(proofs, curve[rows], s[rows], spare[rows])

@@ -76,10 +76,10 @@ def plan(
     if progress.stopped:
         return draft
     with clock("improve"):
-        improved = _improve(draft, progress)
+        better = improved(draft, progress)
     if progress.stopped:
         return draft
-    solved = _solved(improved, progress, clock)
+    solved = _solved(better, progress, clock)
     if solved.outcome is Outcome.INTERRUPTED:
         return draft
     if solved.outcome is not Outcome.SOLVED:
@@ -106,7 +106,7 @@ def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
         network = build_network(improved.roadmap, request.objective, improved.clearance_kept)
     if progress.stopped:
         return improved
-    solved = _solve_and_heal(improved, network, clock)
+    solved = solve_and_heal(improved, network, clock)
     if solved.outcome is Outcome.SOLVED or improved.clearance_kept <= 0:
         return solved
     left = replace(improved, roadmap=solved.roadmap, edges_removed=solved.edges_removed, clearance_kept=0.0)
@@ -185,7 +185,7 @@ def cost_in_motion(found: Plan) -> MotionCost:
     return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf)
 
 
-def _improve(draft: Plan, progress: Progress) -> Plan:
+def improved(draft: Plan, progress: Progress) -> Plan:
     """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for."""
     request = draft.request
     if request.roadmap is not None and request.rounds < 1:
@@ -206,7 +206,7 @@ def _improve(draft: Plan, progress: Progress) -> Plan:
     return replace(draft, roadmap=roadmap, curve=improved.curve, dip_floor=level, clearance_kept=room)
 
 
-def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:
+def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:
     """The field and its path from the cheapest start; what fails a second check is removed and the field heals."""
     request = draft.request
     law, cost_to_go = gabf.named_law(request.law, request.prescribed_time), None

@@ -18,6 +18,7 @@ class Outcome(Enum):
         "No path above the manipulability floor was found within the budget: lower --min-manipulability, "
         "raise --nodes, or try another --seed."
     )
+    PARTLY_FOLLOWED = "The tool path could be followed in part only: what can be is planned."
     INTERRUPTED = "Interrupted: what was done so far is saved."
 
     @property
@@ -26,4 +27,10 @@ class Outcome(Enum):
 
     @property
     def exit_code(self) -> int:
-        return {Outcome.SOLVED: 0, Outcome.NO_PATH: 4, Outcome.TOO_SINGULAR: 4, Outcome.INTERRUPTED: 130}[self]
+        return {
+            Outcome.SOLVED: 0,
+            Outcome.NO_PATH: 4,
+            Outcome.TOO_SINGULAR: 4,
+            Outcome.PARTLY_FOLLOWED: 4,
+            Outcome.INTERRUPTED: 130,
+        }[self]

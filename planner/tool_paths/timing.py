@@ -1,0 +1,2 @@
+def timed_on_path(*a):
+    return None
