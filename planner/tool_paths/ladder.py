@@ -16,7 +16,7 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows
 from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE, solve_each
 from planner.kinematics.manipulability import manipulability
-from planner.kinematics.tool_bound import ToolBound
+from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
 from planner.tool_paths.tool_path import about, turned_to
 from planner.tool_paths.tube import Tube
@@ -193,7 +193,7 @@ def _continue(
     if free:
         leaning = tilts[rows] if stations.cones[there] > 0 else np.eye(3)
         z = (targets[:, :3, :3] @ leaning)[:, :, 2]
-        targets[:, :3, :3] = turned_to(z, ToolBound(robot).frame.poses(robot, seeds)[0])
+        targets[:, :3, :3] = turned_to(z, Frame.tool(robot).poses(robot, seeds)[0])
     q, missed = _solved(robot, targets, seeds, free)
     off[there] = min(off[there], missed[missed.sum(axis=1).argmin()], key=np.sum)
     far = ~(np.abs(robot.difference(seeds, q)).max(axis=1) <= _FAR)
@@ -303,7 +303,7 @@ def _halved(ladder: Ladder, arcs: Ints) -> tuple[Ladder, Ints]:
         rows = np.flatnonzero(stations.free == free)
         targets = stations.targets[rows]
         if free and len(rows):
-            here = ToolBound(robot).frame.poses(robot, seeds[rows])[0]
+            here = Frame.tool(robot).poses(robot, seeds[rows])[0]
             z = np.where((stations.cones[rows] > 0)[:, None], here[:, :, 2], targets[:, :3, 2])
             targets[:, :3, :3] = turned_to(z, here)
         q[rows] = _solved(robot, targets, seeds[rows], free)[0]
