@@ -22,7 +22,7 @@ from planner.kinematics.reach import Reach
 from planner.models.robot import Robot
 from planner.models.shapes import Body, Sphere
 
-_FINEST = 1e-4  # rad (m): pieces on which no joint moves further are not halved again
+_FINEST = 1e-7  # m, or the length of a column's change: pieces that leave their chord by less are not halved again
 _POINT = 1e-9  # m: radius of a point as a body
 _ROUNDED = 64 * np.finfo(np.float64).eps  # relative, a joint: of placements, joint values and derivatives
 
@@ -138,7 +138,7 @@ def prove_along(
 
     ``slack`` says what each has to spare at a point; ``per_metre`` and ``per_turn`` (k,) by how much at most that
     changes with the position (m), and with the length by which each column of the rotation changes (for the Frobenius
-    norm: sqrt(2)). Pieces that their ends do not prove are halved until no joint moves by ``finest``. Raises
+    norm: sqrt(2)). Pieces that their ends do not prove are halved until none of them needs more than ``finest``. Raises
     :class:`ArrayError` for arrays of other shapes, or with what is no finite number.
     """
     coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", bound.robot.dof))
@@ -148,10 +148,10 @@ def prove_along(
     every, zeros, ones = np.arange(m), np.zeros(m), np.ones(m)
     open_ = _Pieces(every, zeros, ones, look.at(proofs, every, zeros), look.at(proofs, every, ones))
     while len((open_ := open_.only(proofs.holds[open_.curve])).curve):
-        spare, motion = look.pieces(open_)
+        spare, needs = look.pieces(open_)
         covered = (spare >= 0).all(axis=1)
         np.minimum.at(proofs.least, open_.curve[covered], spare[covered])
-        stuck = ~covered & ~(motion >= finest)
+        stuck = ~covered & ~(needs > finest)
         _stop(proofs, open_.curve[stuck], open_.low[stuck], spare[stuck])
         open_ = open_.only(~covered & proofs.holds[open_.curve])
         middle = 0.5 * (open_.low + open_.high)
@@ -200,13 +200,13 @@ class _Look:
         return found - noise
 
     def pieces(self, pieces: _Pieces) -> tuple[Floats, Floats]:
-        """What pieces have to spare (n, k) in the alternative that has most, and how far a joint moves there (n,)."""
+        """What pieces have to spare (n, k) in the alternative that has most, and the most that they need for that (n,)."""
         coefficients, span = self.coefficients[pieces.curve], pieces.high - pieces.low
         parts = part(coefficients, pieces.low, pieces.high)
         rounded = _ROUNDED * np.abs(coefficients).sum(axis=1) * span[:, None]
         needs = np.stack(self.bound(parts, rounded), axis=1) @ self.weights
         spare = _best(np.minimum(pieces.first, pieces.last) - needs[:, None, :])
-        return spare, _largest(derivative(parts)).max(axis=1, initial=0.0)
+        return spare, needs.max(axis=1)
 
 
 def _best(spare: Floats) -> Floats:

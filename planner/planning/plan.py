@@ -17,7 +17,7 @@ from planner.base.arrays import frozen
 from planner.base.errors import SceneError
 from planner.base.kinds import checks_kinds
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.collision.checker import keeping
+from planner.collision.checker import CollisionChecker, keeping
 from planner.construction.obtain import obtain_roadmap
 from planner.objective.motion_cost import MotionCost
 from planner.planning.extra_clearance import clearance_of_path
@@ -96,7 +96,7 @@ def plan(
     if timing is None or solved.trajectory is not None:
         return solved
     with clock("timing"):
-        return replace(solved, trajectory=_timed(solved, timing, limits))
+        return replace(solved, trajectory=timed(solved, timing, limits))
 
 
 def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
@@ -160,7 +160,7 @@ def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
     )
 
 
-def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
+def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
     """The motion along a plan's path."""
     floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
     how = {"law": timing.time_law, "floor": floor, "cost": cost_in_motion(found), "extra_cost": timing.extra_cost}
@@ -170,7 +170,12 @@ def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> T
     made = time_path(found.path, keeping(found.checker, clearance), limits, **how)
     if not made.proven and clearance > 0:
         made = time_path(found.path, found.checker, limits, **how)
-    contact = looked_at(made, found.checker)
+    return looked_at_again(made, found.checker)
+
+
+def looked_at_again(made: Trajectory, checker: CollisionChecker) -> Trajectory:
+    """A motion after a second look, which takes the proof from one that is seen to touch."""
+    contact = looked_at(made, checker)
     if contact is None:
         return made
     _log.warning(

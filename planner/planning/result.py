@@ -26,6 +26,7 @@ from planner.models.scene import Scene
 from planner.paths.clearance import TOO_CLOSE
 from planner.paths.measure import PathMeasures, corners, measure_path, path_manipulability
 from planner.planning.conditioning import Conditioning, judge_conditioning
+from planner.planning.followed import FollowedPath
 from planner.planning.lower_bound import cost_lower_bound
 from planner.planning.manipulability_floor import LayeredNetwork, first_violation
 from planner.planning.network import PathCost
@@ -45,7 +46,6 @@ from planner.planning.record import (
     QualityRecord,
     WaypointTimesRecord,
 )
-from planner.planning.followed import FollowedPath
 from planner.planning.replanned import Edges, Replanned
 from planner.planning.summary import CONDITIONING, summary_rows
 from planner.problem.outcome import Outcome

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -24,12 +24,13 @@ from planner.kinematics.tool_bound import Frame
 from planner.objective.scale import CostScale, measure_scale
 from planner.planning.followed import FollowedPath
 from planner.planning.network import build_network
-from planner.planning.plan import improved, solve_and_heal
+from planner.planning.plan import improved, looked_at_again, solve_and_heal, timed
 from planner.planning.record import DeviationRecord, ToolPathRecord, ToolSpeedRecord
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
+from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.problem.targets import parse_target
 from planner.roadmap.measure import measure_edges
@@ -39,11 +40,12 @@ from planner.setup.open import Query, open_world, states_of
 from planner.setup.resolve import resolve
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import Ladder, build_ladder
-from planner.tool_paths.timing import timed_on_path
+from planner.tool_paths.timing import ToolSpeed, joined_motion, time_tool_path
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
 from planner.tool_paths.why_not import why_not
 from planner.trajectory.limits import MotionLimits
+from planner.trajectory.trajectory import Trajectory
 
 _OPTIONS = tuple(field.name for field in fields(FollowRequest))
 _ENDS = 8  # first rungs that a free motion may lead to: those of the least cost-to-go
@@ -123,7 +125,7 @@ class Follower:
         begun = {"robot": robot, "scene": self.checker.world.scene, "checker": self.checker, "timings": clock.seconds}
         if self.roadmap is None:
             nowhere = _nowhere(self.checker, request)
-            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), None, progress)
+            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), None)
         roadmap, along = self.roadmap, self.along
         draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
         if progress.stopped:
@@ -143,20 +145,24 @@ class Follower:
         with clock("costs"):
             network = _forward(build_network(roadmap, request.objective), along)
         solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock)
-        with clock("timing"):
-            trajectory = None
-            if limits is not None and len(solved.path):
-                rungs = along[solved.path_nodes]
-                trajectory = timed_on_path(
-                    solved.path,
-                    rungs,
-                    self.ladder.tube,
-                    self.checker,
-                    limits,
-                    request.tool_speed,
-                    request.min_manipulability,
-                )
-        return self._finished(solved, trajectory, progress, along)
+        motion = None
+        if timing is not None and limits is not None and len(solved.path):
+            with clock("timing"):
+                motion = self._timed(solved, along, request, timing, limits)
+        return self._finished(solved, motion, along)
+
+    def _timed(
+        self, found: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
+    ) -> tuple[Trajectory, ToolSpeed | None]:
+        """The motion along the path, after the free one to it where there is one; with a rest between them."""
+        places = along[found.path_nodes]
+        first, floor = int(np.argmax(places >= 0.0)), request.min_manipulability
+        on_path = found.path[first:], places[first:], self.ladder.tube, self.checker, limits
+        made, speed = time_tool_path(*on_path, request.tool_speed, floor)
+        if first:
+            free = timed(replace(found, path=found.path[: first + 1]), timing, limits)
+            made = joined_motion(free, made, self.checker, limits, floor)
+        return looked_at_again(made, self.checker), speed
 
     def _query(self, request: FollowRequest, draft: Plan) -> Query:
         """From the start to the first rungs of the least cost-to-go."""
@@ -168,37 +174,38 @@ class Follower:
         goals = ladder.nodes[best]
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
 
-    def _finished(self, solved: Plan, trajectory: Any, progress: Progress, along: Floats | None = None) -> Plan:
+    def _finished(
+        self, solved: Plan, motion: tuple[Trajectory, ToolSpeed | None] | None, along: Floats | None = None
+    ) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
-        robot, tube = self.checker.robot, self.ladder.tube
-        outcome, reason, followed = solved.outcome, None, self.followed if len(solved.path) else 0.0
+        outcome, reason, followed = solved.outcome, solved.reason, self.followed if len(solved.path) else 0.0
         if followed < 1.0 - 1e-9:
             outcome = Outcome.PARTLY_FOLLOWED
-            reached = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
-            reason = why_not(self.checker, self.ladder, followed, reached, self.floor)
+            there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
+            reason = why_not(self.checker, self.ladder, followed, there, self.floor)
         reached, deviation = np.zeros((0, 3)), DeviationRecord(position=0.0, angle=0.0)
         if along is not None and len(solved.path):
-            on_path = solved.path[along[solved.path_nodes] >= 0]
-            reached, deviation = _largest_deviation(robot, tube, on_path, along[solved.path_nodes[-len(on_path) :]])
-        timed, speed, proven = None, None, bool(len(solved.path))
-        if trajectory is not None:
-            timed, in_tube, speed = trajectory
-            proven = proven and in_tube
+            places = along[solved.path_nodes]
+            on_path = places >= 0.0
+            reached, deviation = _largest_deviation(
+                self.ladder.tube, self.checker, solved.path[on_path], places[on_path]
+            )
+        trajectory, speed = motion or (None, None)
         record = ToolPathRecord(
             followed=followed,
             points=int(self.path.given.max()),
             largest_deviation=deviation,
             tube=DeviationRecord(position=self.path.tube.position, angle=self.path.tube.angle),
-            proven=proven,
-            first_unreachable=None if reason is None else reason.point,
-            speed=None if speed is None else ToolSpeedRecord(asked=speed[0], largest=speed[1], share=speed[2]),
+            proven=bool(len(solved.path)) and (trajectory is None or trajectory.proven),
+            first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
+            speed=None if speed is None else ToolSpeedRecord(**asdict(speed)),
         )
         return replace(
             solved,
             outcome=outcome,
             reason=reason,
             goal="tool-path" if len(solved.path) else None,
-            trajectory=timed,
+            trajectory=trajectory,
             tool_path=FollowedPath(record, np.array(self.path.positions), reached),
         )
 
@@ -334,8 +341,11 @@ def _joined(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats
     return replace(roadmap, **nodes, **joined, goals=number[ladder.goals]), places
 
 
-def _largest_deviation(robot: Any, tube: Tube, path: Floats, along: Floats) -> tuple[Floats, DeviationRecord]:
+def _largest_deviation(
+    tube: Tube, checker: CollisionChecker, path: Floats, along: Floats
+) -> tuple[Floats, DeviationRecord]:
     """Where the tool goes (n, 3) m along a joint path on the tool path, and how far it is off at most, sampled."""
+    robot = checker.robot
     shares = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None]
     q = np.concatenate([(path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof), path[-1:]])
     rotation, position = Frame.tool(robot).poses(robot, q)

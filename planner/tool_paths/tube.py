@@ -17,6 +17,7 @@ from planner.kinematics.tool_bound import AlongProofs, ToolBound, prove_along
 from planner.tool_paths.tool_path import ToolPath, rotation_angles
 
 _BEYOND = 0.05  # of the tube's radius: so far may the projection lie beyond an end of the line
+_FINEST = 1e-3  # of the tube: pieces that leave their chord by less are not halved again
 _ARC = 0.1  # of the tube's radius is left to the arcs that lines stand for
 
 
@@ -70,6 +71,7 @@ class Tube:
             lambda curve, s, rotation, position: self.spare(lines[curve], rotation, position),
             np.array([1.0, self._rate + opens, 1.0]),
             np.array([0.0, 1.0, 0.0]),
+            _FINEST * min(self.path.tube.position, self.path.tube.angle),
         )
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
