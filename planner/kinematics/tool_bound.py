@@ -200,7 +200,7 @@ class _Look:
         return found - noise
 
     def pieces(self, pieces: _Pieces) -> tuple[Floats, Floats]:
-        """What pieces have to spare (n, k) in the alternative that has most, and the most that they need for that (n,)."""
+        """What pieces have to spare (n, k) in the alternative that has most, and the most that they need (n,)."""
         coefficients, span = self.coefficients[pieces.curve], pieces.high - pieces.low
         parts = part(coefficients, pieces.low, pieces.high)
         rounded = _ROUNDED * np.abs(coefficients).sum(axis=1) * span[:, None]

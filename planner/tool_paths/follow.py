@@ -305,8 +305,8 @@ def _nowhere(checker: CollisionChecker, request: FollowRequest) -> Roadmap:
     scale = measure_scale(w, np.zeros(0), np.zeros(0))
     return Roadmap(
         nodes=nodes, edges=none, proven=np.zeros(0, bool), starts=np.zeros(1, np.int64), goals=np.zeros(0, np.int64),
-        manipulability=w, **measure_edges(robot, nodes, none, scale), clearance=np.zeros(0), samples=np.zeros(0, np.int64),
-        checked_by=nobody(1), scale=scale, origin=origin_of(checker, request.seed),
+        manipulability=w, **measure_edges(robot, nodes, none, scale), clearance=np.zeros(0),
+        samples=np.zeros(0, np.int64), checked_by=nobody(1), scale=scale, origin=origin_of(checker, request.seed),
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, so_far
+from planner.base.arrays import Bools, Floats, ranges, so_far
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.tool_bound import Frame, ToolBound
@@ -22,6 +22,8 @@ _BESIDE = 2  # lines before and behind that a piece of a motion may be beside
 _LOOKS = 8  # at the tool's speed between two waypoints
 _FAST = 100.0  # m/s, where no speed is asked for
 _SAMPLE = 1e-4  # s between the moments at which the tool's speed is looked at, at least 20 on every piece
+_PACED, _BELOW = 3, 0.9995  # times that a motion is slowed down where it is too fast, a little more than needed
+_PLATEAU = 0.2  # of the way at one speed
 _WITHIN = 0.01  # of the speed that is asked for
 
 
@@ -47,6 +49,17 @@ class ToolGuide:
         position = Frame.tool(robot).poses(robot, q.reshape(-1, robot.dof))[1].reshape(*q.shape[:2], 3)
         fastest = _LOOKS * np.linalg.norm(np.diff(position, axis=0), axis=2).max(axis=0)
         return ToolGuide(robot, tube, places, so_far(np.maximum(fastest, np.diff(places))), speed or _FAST)
+
+    def paced(self, way: Floats, excess: Floats) -> ToolGuide:
+        """The same, slower by ``excess`` (n,) where that is above 1, of stretches of the tool's ``way`` (n,) m."""
+        total = so_far(np.diff(self.places))
+        here = np.cumsum(way) / way.sum() * total[-1]
+        step = np.clip(np.searchsorted(total, here) - 1, 0, len(total) - 2)
+        slower = np.ones(len(total) + 1)
+        for beside in (0, 1, 2):  # a motion is smoothed over its neighbours
+            np.maximum.at(slower, step + beside, excess / _BELOW)
+        slower = np.where(slower > 1.0 / _BELOW, slower, 1.0)
+        return replace(self, along=so_far(np.diff(self.along) * slower[1:-1]))
 
     @cached_property
     def _bound(self) -> ToolBound:
@@ -89,29 +102,41 @@ def time_tool_path(
     made, _ = timed_curve(path, checker, limits, "blended", floor, guide=guide)
     if speed is None:
         return made, None
-    found = tool_speed(made, checker.robot, speed)
-    for _ in range(3):
-        if found.largest <= speed:
-            break
-        guide = replace(guide, fastest=guide.fastest * speed / found.largest * (1.0 - 1e-6))
+    way, fast = _tool_speeds(made, checker.robot)
+    if (
+        _share(way, fast, fast.max()) > _PLATEAU and fast.max() < speed * _BELOW
+    ):  # all of it was slowed down for a limit
+        guide = replace(guide, fastest=guide.fastest * speed / fast.max() * _BELOW)
         made, _ = timed_curve(path, checker, limits, "blended", floor, guide=guide)
-        found = tool_speed(made, checker.robot, speed)
-    return made, found
+        way, fast = _tool_speeds(made, checker.robot)
+    for look in range(_PACED + 1):
+        if fast.max() <= speed:
+            break
+        if look < _PACED:  # slower where it is too fast; if that does not help, throughout
+            guide = guide.paced(way, fast / speed)
+        else:
+            guide = replace(guide, fastest=guide.fastest * speed / fast.max() * _BELOW)
+        made, _ = timed_curve(path, checker, limits, "blended", floor, guide=guide)
+        way, fast = _tool_speeds(made, checker.robot)
+    return made, ToolSpeed(speed, float(fast.max()), _share(way, fast, speed))
 
 
-def tool_speed(trajectory: Trajectory, robot: Robot, asked: float) -> ToolSpeed:
-    """How fast the tool goes along a motion, sampled."""
-    counts = np.maximum(np.ceil(np.diff(trajectory.times) / _SAMPLE), 20).astype(np.int64).clip(max=200)
-    clock = [
-        np.linspace(a, b, n, endpoint=False)
-        for a, b, n in zip(trajectory.times, trajectory.times[1:], counts, strict=False)
-    ]
-    times = np.append(np.concatenate(clock), trajectory.times[-1])
+def _share(way: Floats, fast: Floats, speed: float) -> float:
+    """Of a way (n,) m, gone along at ``fast`` (n,) m/s, what is gone at a ``speed``, within 1 %."""
+    return float(way[np.abs(fast / speed - 1.0) <= _WITHIN].sum() / way.sum())
+
+
+def _tool_speeds(trajectory: Trajectory, robot: Robot) -> tuple[Floats, Floats]:
+    """The ways (n,) m of the tool between samples of a motion, and how fast (n,) m/s it goes on each."""
+    seconds = np.diff(trajectory.times)
+    counts = np.maximum(np.ceil(seconds / _SAMPLE), 20).astype(np.int64).clip(max=200)
+    shares = ranges(np.zeros(len(counts), dtype=np.int64), counts) / np.repeat(counts, counts)
+    times = np.append(
+        np.repeat(trajectory.times[:-1], counts) + shares * np.repeat(seconds, counts), trajectory.times[-1]
+    )
     position = Frame.tool(robot).poses(robot, trajectory.at(times))[1]
     way = np.linalg.norm(np.diff(position, axis=0), axis=1)
-    speed = way / np.diff(times)
-    steady = np.abs(speed / asked - 1.0) <= _WITHIN
-    return ToolSpeed(asked, float(speed.max()), float(way[steady].sum() / way.sum()))
+    return way, way / np.diff(times)
 
 
 def joined_motion(
