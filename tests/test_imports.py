@@ -27,7 +27,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("trajectory",),
     ("view",),
     ("planning",),
-    ("tradeoff", "session", "learning"),
+    ("tradeoff", "session", "learning", "tool_paths"),
     ("live", "figures"),
     ("batch", "reproduce"),
     ("cli",),
