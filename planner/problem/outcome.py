@@ -18,7 +18,9 @@ class Outcome(Enum):
         "No path above the manipulability floor was found within the budget: lower --min-manipulability, "
         "raise --nodes, or try another --seed."
     )
-    PARTLY_FOLLOWED = "The tool path could be followed in part only: what can be is planned."
+    PARTLY_FOLLOWED = (
+        "The tool path could be followed in part only: move it, widen its tube, or let the tool turn about its axis."
+    )
     INTERRUPTED = "Interrupted: what was done so far is saved."
 
     @property

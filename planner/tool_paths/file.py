@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -56,12 +57,16 @@ class ToolPathFile(Strict):
     points: list[_Point]
     approach: Annotated[Number, pydantic.Field(ge=0, le=1)] = 0.0
     retreat: Annotated[Number, pydantic.Field(ge=0, le=1)] = 0.0
-    tool_speed: Annotated[Number, pydantic.Field(gt=0, le=10)] | None = None
 
 
 @checks_kinds
-def read_tool_path(path: Place) -> ToolPath:
-    """The tool path in a .yaml or .csv file; :class:`FileError`, in one sentence, for one that cannot be followed."""
+def read_tool_path(path: Place | Mapping[str, Any]) -> ToolPath:
+    """The tool path in a .yaml or .csv file, or in the keys of one; :class:`FileError` for one that makes no sense.
+
+    read_tool_path({"points": [{"position": [0.4, y, 0.3], "axis": [0, 0, -1]} for y in (-0.1, 0.1)]})
+    """
+    if isinstance(path, Mapping):
+        return tool_path_of(validate(ToolPathFile, dict(path), "tool path"), "the tool path", "tool path")
     path = place(path, "tool path")
     where, text = f"tool path {path}", read_text(path, "tool path")
     if path.suffix.lower() not in (".yaml", ".yml", ".csv"):

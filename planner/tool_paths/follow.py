@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
@@ -55,7 +55,7 @@ _FAST_STEP = 0.004  # m between stations where the tool's speed matters: between
 
 @checks_kinds
 def follow(
-    tool_path: Place | ToolPath,
+    tool_path: Place | Mapping[str, Any] | ToolPath,
     request: FollowRequest | None = None,
     progress: Progress = QUIET,
     timing: TimingRequest | None = None,
@@ -65,7 +65,7 @@ def follow(
 
         planner.follow("seam.yaml", robot="panda", scene="table", beta=0.2)
 
-    ``tool_path`` is a file, or what :func:`planner.read_tool_path` reads from one; ``options`` are fields of
+    ``tool_path`` is a file, its keys, or what :func:`planner.read_tool_path` makes of them; ``options`` are fields of
     :class:`FollowRequest`. No joint jumps: each motion between two solutions is proven to stay in the tube. With a
     ``start`` a free motion leads to the path. Where not all can be followed the plan holds what can be, with
     ``Outcome.PARTLY_FOLLOWED`` and a reason. ``timing`` as in :func:`planner.plan`. Raises :class:`PlannerError`.
@@ -92,7 +92,9 @@ class Follower:
     timings: dict[str, float]
 
     @staticmethod
-    def of(tool_path: Place | ToolPath, request: FollowRequest, progress: Progress = QUIET) -> Follower:
+    def of(
+        tool_path: Place | Mapping[str, Any] | ToolPath, request: FollowRequest, progress: Progress = QUIET
+    ) -> Follower:
         """The ladder of a path: all that does not depend on beta or start."""
         clock = Stopwatch()
         with clock("setup"):

@@ -89,6 +89,9 @@ class _Stations:
     free: Bools
     cones: Floats
 
+    def part(self, rows: Ints) -> _Stations:
+        return _Stations(self.line[rows], self.share[rows], self.targets[rows], self.free[rows], self.cones[rows])
+
     @staticmethod
     def of(tube: Tube, line: Ints, share: Floats) -> _Stations:
         path = tube.path
@@ -100,25 +103,34 @@ class _Stations:
         return _Stations(line, share, targets, free, cone)
 
 
-def targets_at(tube: Tube, along: Floats, rng: np.random.Generator) -> Floats:
-    """Targets (n, 4, 4) for the tool at places (n,) m along the path, turned as they may be, by chance."""
+def solutions_at(
+    robot: Robot, tube: Tube, along: float, starts: int, rng: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """What ``starts`` descents find at a place of the path (m): as :func:`_solved`, turned as they may be by chance."""
     path = tube.path
     line = np.clip(np.searchsorted(path.along, along - 1e-9) - 1, 0, len(path.lengths) - 1)
-    stations = _Stations.of(tube, line, np.clip((along - path.along[line]) / path.lengths[line], 0.0, 1.0))
-    return _turned(stations.targets, _tilts(stations.cones, stations.free, rng))
+    share = np.clip((along - path.along[line]) / path.lengths[line], 0.0, 1.0)
+    stations = _Stations.of(tube, np.full(starts, line), np.full(starts, share))
+    z = (stations.targets[:, :3, :3] @ _tilts(stations.cones, rng))[:, :, 2]
+    return _solved(robot, stations, z, rng.uniform(robot.lower, robot.upper, size=(starts, robot.dof)))
 
 
-def _turned(targets: Floats, tilts: Floats) -> Floats:
-    turned = targets.copy()
-    turned[:, :3, :3] = targets[:, :3, :3] @ tilts
-    return turned
+def _solved(robot: Robot, stations: _Stations, z: Floats, seeds: Floats) -> tuple[Floats, Floats]:
+    """Configurations (n, dof), nan where no solution is found, and by how much (n, 2) m and rad they are off.
 
-
-def _solved(robot: Robot, targets: Floats, seeds: Floats, free: bool) -> tuple[Floats, Floats]:
-    """Configurations (n, dof), nan where no solution is found, and by how much (n, 2) m and rad they are off."""
-    q, distance, angle = solve_each(robot, targets, seeds, free)
-    q[(distance > POSITION_TOLERANCE) | (angle > ANGLE_TOLERANCE)] = np.nan
-    return q, np.stack([distance, angle], axis=1)
+    One a station, from ``seeds`` (n, dof); where the tool turns freely with its z axis along ``z`` (n, 3), turned from
+    the seed's orientation by as little as that takes.
+    """
+    q, off = np.empty_like(seeds), np.empty((len(seeds), 2))
+    for free in (False, True):
+        rows = np.flatnonzero(stations.free == free)
+        targets = stations.targets[rows]
+        if free and len(rows):
+            targets[:, :3, :3] = turned_to(z[rows], Frame.tool(robot).poses(robot, seeds[rows])[0])
+        q[rows], *missed = solve_each(robot, targets, seeds[rows], free)
+        off[rows] = np.stack(missed, axis=1)
+    q[(off[:, 0] > POSITION_TOLERANCE) | (off[:, 1] > ANGLE_TOLERANCE)] = np.nan
+    return q, off
 
 
 def _threads(
@@ -133,10 +145,9 @@ def _threads(
     anchors = np.unique(np.linspace(0, s - 1, min(_ANCHORS * dense, s)).round().astype(np.int64))
     starts = _STARTS * dense
     at = np.repeat(anchors, starts)
-    tilts = _tilts(stations.cones[at], stations.free[at], rng)
-    targets = _turned(stations.targets[at], tilts)
-    seeds = rng.uniform(robot.lower, robot.upper, size=(len(at), robot.dof))
-    q, missed = _solved(robot, targets, seeds, False)
+    tilts, there = _tilts(stations.cones[at], rng), stations.part(at)
+    z = (there.targets[:, :3, :3] @ tilts)[:, :, 2]
+    q, missed = _solved(robot, there, z, rng.uniform(robot.lower, robot.upper, size=(len(at), robot.dof)))
     good = np.isfinite(q[:, 0])
     if allows is not None and good.any():
         good[good] = allows(q[good])
@@ -153,14 +164,11 @@ def _threads(
     return threads, off
 
 
-def _tilts(cones: Floats, free: Bools, rng: np.random.Generator) -> Floats:
-    """Rotations (n, 3, 3) in the frame of a target that its orientation allows, drawn evenly."""
+def _tilts(cones: Floats, rng: np.random.Generator) -> Floats:
+    """Rotations (n, 3, 3) that lean the z axis of a target within its cone, drawn evenly."""
     n = len(cones)
-    turn, side, lean = rng.uniform(-np.pi, np.pi, (2, n)), rng.uniform(size=n), np.zeros(n)
-    lean = 0.9 * cones * np.sqrt(side)
-    axis = np.stack([np.cos(turn[1]), np.sin(turn[1]), np.zeros(n)], axis=1)
-    z = np.tile([0.0, 0.0, 1.0], (n, 1))
-    return about(axis, lean) @ about(z, np.where(free, turn[0], 0.0))
+    side, lean = rng.uniform(-np.pi, np.pi, n), 0.9 * cones * np.sqrt(rng.uniform(size=n))
+    return about(np.stack([np.cos(side), np.sin(side), np.zeros(n)], axis=1), lean)
 
 
 def _spread_out(robot: Robot, q: Floats, good: Bools, rows: Ints, count: int) -> Ints:
@@ -188,13 +196,9 @@ def _continue(
     rows = np.flatnonzero(np.isfinite(threads[:, here, 0]) & ~np.isfinite(threads[:, there, 0]))
     if not len(rows):
         return
-    seeds, free = threads[rows, here], bool(stations.free[there])
-    targets = np.repeat(stations.targets[there : there + 1], len(rows), axis=0)
-    if free:
-        leaning = tilts[rows] if stations.cones[there] > 0 else np.eye(3)
-        z = (targets[:, :3, :3] @ leaning)[:, :, 2]
-        targets[:, :3, :3] = turned_to(z, Frame.tool(robot).poses(robot, seeds)[0])
-    q, missed = _solved(robot, targets, seeds, free)
+    seeds, target = threads[rows, here], stations.part(np.full(len(rows), there))
+    leaning = tilts[rows] if stations.cones[there] > 0 else np.eye(3)
+    q, missed = _solved(robot, target, (target.targets[:, :3, :3] @ leaning)[:, :, 2], seeds)
     off[there] = min(off[there], missed[missed.sum(axis=1).argmin()], key=np.sum)
     far = ~(np.abs(robot.difference(seeds, q)).max(axis=1) <= _FAR)
     q[far] = np.nan
@@ -298,15 +302,10 @@ def _halved(ladder: Ladder, arcs: Ints) -> tuple[Ladder, Ints]:
     stations = _Stations.of(ladder.tube, line, share)
     motions = _motions(ladder, arcs)
     seeds = motions[:, 0] + 0.5 * motions[:, 1]
-    q = np.full_like(seeds, np.nan)
-    for free in (False, True):
-        rows = np.flatnonzero(stations.free == free)
-        targets = stations.targets[rows]
-        if free and len(rows):
-            here = Frame.tool(robot).poses(robot, seeds[rows])[0]
-            z = np.where((stations.cones[rows] > 0)[:, None], here[:, :, 2], targets[:, :3, 2])
-            targets[:, :3, :3] = turned_to(z, here)
-        q[rows] = _solved(robot, targets, seeds[rows], free)[0]
+    z = stations.targets[:, :3, 2]
+    leaning = stations.cones > 0
+    z[leaning] = Frame.tool(robot).poses(robot, seeds[leaning])[0][:, :, 2]
+    q, _ = _solved(robot, stations, z, seeds)
     size = np.abs(motions[:, 1]).max(axis=1)
     q[~(np.abs(robot.difference(seeds, q)).max(axis=1) <= size)] = np.nan
     new = len(ladder.q) + np.arange(len(q))

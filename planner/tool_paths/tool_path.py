@@ -54,10 +54,6 @@ class ToolPath:
         """(k,) m from the first point to each."""
         return so_far(self.lengths)
 
-    def cut(self, longest: float) -> ToolPath:
-        """The same with points between, so that no line is longer than ``longest`` (m)."""
-        return self._with_points(np.ceil(self.lengths / longest - 1e-9))
-
     def evenly_turned(self) -> ToolPath:
         """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
         return self._with_points(np.ceil(rotation_angles(self.turns[:-1], self.turns[1:]) / _TURN - 1e-9))

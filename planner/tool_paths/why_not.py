@@ -9,11 +9,11 @@ import numpy as np
 
 from planner.base.arrays import Floats, frozen
 from planner.collision.checker import CollisionChecker, contact_of
-from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE, solve_each
+from planner.kinematics.inverse import POSITION_TOLERANCE
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
 from planner.problem.reasons import CannotFollow
-from planner.tool_paths.ladder import Ladder, targets_at
+from planner.tool_paths.ladder import Ladder, solutions_at
 
 _STARTS = 300
 _LOOKED_AT = 40  # solutions whose contacts are named
@@ -51,13 +51,8 @@ def why_not(
 
 def _solutions(robot: Robot, ladder: Ladder, along: float) -> tuple[Floats, Floats]:
     """Solutions (k, dof) at a place of the path, and by how much (m, rad) the nearest try misses it."""
-    rng = np.random.default_rng(0)
-    targets = targets_at(ladder.tube, np.full(_STARTS, along), rng)
-    seeds = rng.uniform(robot.lower, robot.upper, size=(_STARTS, robot.dof))
-    q, distance, angle = solve_each(robot, targets, seeds)
-    nearest = int((distance + 0.1 * angle).argmin())
-    good = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
-    return q[good], np.array([distance[nearest], angle[nearest]])
+    q, off = solutions_at(robot, ladder.tube, along, _STARTS, np.random.default_rng(0))
+    return q[np.isfinite(q[:, 0])], off[(off[:, 0] + 0.1 * off[:, 1]).argmin()]
 
 
 def _no_solution(robot: Robot, ladder: Ladder, there: float, miss: Floats, begun: dict) -> CannotFollow:
