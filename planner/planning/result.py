@@ -252,6 +252,7 @@ def plan_page(plan: Plan) -> str:
         curve=plan.curve,
         highlighted=(CONDITIONING, TOO_CLOSE),
         reason=plan.reason,
+        tool_path=None if plan.tool_path is None else (plan.tool_path.wanted, plan.tool_path.record.tube.position),
     )
     return page(content)
 

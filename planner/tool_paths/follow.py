@@ -208,7 +208,7 @@ class Follower:
             reason=reason,
             goal="tool-path" if len(solved.path) else None,
             trajectory=trajectory,
-            tool_path=FollowedPath(record, np.array(self.path.positions), reached),
+            tool_path=FollowedPath(record, self.path.positions, reached),
         )
 
 

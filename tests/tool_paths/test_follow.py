@@ -45,6 +45,13 @@ def test_a_raster_is_followed_without_a_jump(follower: Follower) -> None:
     assert found.to_dict()["tool_path"]["followed"] == 1.0
 
 
+def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[np.ndarray] = []
+    monkeypatch.setattr("planner.view.page.draw_tool_path", lambda canvas, points, radius: drawn.append(points))
+    follower.plan(REQUEST).page()
+    np.testing.assert_array_equal(drawn, [RASTER.positions])
+
+
 def test_beta_trades_off_on_one_ladder(follower: Follower) -> None:
     singular, short = (follower.plan(replace(REQUEST, beta=beta)) for beta in (0.0, 1.0))
     assert singular.cost.manipulability <= short.cost.manipulability  # type: ignore[union-attr]
