@@ -93,7 +93,9 @@ class NativeChain:
         """
         dof, ends = self.dof, _floats(seeds, len(seeds), self.dof).copy()
         tool, target = _floats(tool, 4, 4), _floats(target)
-        target = _floats(np.broadcast_to(target, (len(ends), 4, 4)) if target.ndim == 2 else target, len(ends), 4, 4)
+        target = _floats(
+            np.broadcast_to(target, (len(ends), 4, 4)) if target.shape == (4, 4) else target, len(ends), 4, 4
+        )
         frames = [_floats(part) for m in (tool, target) for part in (m[..., :3, :3], m[..., :3, 3])]
         rows = 3 if not oriented else 5 if turns_freely else 6
         lower, upper, wraps = _floats(limits[0], dof), _floats(limits[1], dof), _bytes(limits[2], dof)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -134,32 +135,26 @@ def _turns(points: list[_Point], where: str) -> Floats:
     return turns
 
 
+_ARRAYS = ("positions", "turns", "free", "cones", "given")
+
+
 def _with_arcs(path: ToolPath, vias: list[int], where: str) -> ToolPath:
     """The path with lines for the arcs that lead through the points ``vias``."""
-    parts: list[tuple[Any, ...]] = [(path.positions[:1], path.turns[:1], path.free[:1], path.cones[:1], path.given[:1])]
-    for k in range(1, len(path.positions)):
-        if k in vias:
-            continue
-        first = k - 2 if k - 1 in vias else k - 1
-        if k - 1 not in vias:
-            parts.append(tuple(getattr(path, name)[k : k + 1] for name in _ARRAYS))
-            continue
-        try:
-            points, angles = arc_points(*path.positions[first : k + 1], path.tube.position)
-        except (ValueError, TypeError):
-            raise FileError(
-                f"{where}: point {k} is no middle of an arc between its neighbours: move it, or take the via away."
-            ) from None
-        parts.append(_along_arc(path, first, points, angles))
     if vias and (vias[0] == 0 or vias[-1] == len(path.positions) - 1 or 1 in np.diff(vias)):
         raise FileError(
             f"{where}: a 'via: arc' stands between two points that are none: give each arc a begin and an end."
         )
-    arrays = [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
-    return ToolPath(path.name, *arrays, path.tube)
-
-
-_ARRAYS = ("positions", "turns", "free", "cones", "given")
+    parts = [tuple(getattr(path, name)[:1] for name in _ARRAYS)]
+    for k in range(1, len(path.positions)):
+        if k in vias:
+            try:
+                parts.append(_along_arc(path, k - 1, *arc_points(path.positions[k - 1 : k + 2], path.tube.position)))
+            except ValueError as error:
+                raise FileError(f"{where}: point {k + 1} is no middle of an arc, as {error}: move it.") from None
+        elif k - 1 not in vias:
+            parts.append(tuple(getattr(path, name)[k : k + 1] for name in _ARRAYS))
+    arrays = {name: np.concatenate(rows) for name, rows in zip(_ARRAYS, zip(*parts, strict=True), strict=True)}
+    return replace(path, **arrays)
 
 
 def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> tuple[Any, ...]:

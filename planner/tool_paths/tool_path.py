@@ -126,12 +126,13 @@ def turned_to(z: Floats, like: Floats) -> Floats:
     return about(unit, np.arctan2(sine, cosine)) @ like
 
 
-def arc_points(first: Floats, middle: Floats, last: Floats, tube: float) -> tuple[Floats, Floats]:
-    """Points (n, 3) on the arc from ``first`` through ``middle`` to ``last`` (3,), and the share (n,) of each of it.
+def arc_points(through: Floats, tube: float) -> tuple[Floats, Floats]:
+    """Points (n, 3) on the arc through three points (3, 3), and the angles (n,) from the first to each.
 
     They are so near that lines between them are off the arc by a tenth of the tube at most; the middle one is among
     them, the first one is not. ``ValueError`` where the three lie on a line.
     """
+    first, middle, last = through
     a, b = first - middle, last - middle
     normal = np.cross(a, b)
     if np.linalg.norm(normal) < 1e-6 * np.linalg.norm(a) * np.linalg.norm(b):

@@ -83,7 +83,7 @@ def test_approach_and_retreat_are_legs_along_the_tools_axis() -> None:
         ({"points": POINTS, "approach": -1}, "approach"),
         (
             {"points": [POINTS[0], {**POINTS[1], "via": "arc"}, {"position": [0.4, 0.3, 0.3], "axis": [0, 0, -1]}]},
-            "no middle of an arc",
+            "is no middle of an arc, as the three points"
         ),
     ],
 )  # fmt: skip

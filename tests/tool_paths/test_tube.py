@@ -8,6 +8,7 @@ import pytest
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
 from planner.tool_paths.ladder import build_ladder
+from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
 from tests.kinematics.test_tool_bound import sliding
 from tests.tool_paths.judge import line_of, outside
@@ -16,7 +17,7 @@ from tests.worlds import load
 WRIST = [[0.35, -0.05, 0.45], [0.40, 0.05, 0.45]]
 
 
-def through(robot: Robot, q: np.ndarray, way: np.ndarray, **more) -> object:
+def through(robot: Robot, q: np.ndarray, way: np.ndarray, **more) -> ToolPath:
     """A path whose first point is where the robot's tool is at ``q``, and which goes ``way`` from there."""
     rotation, position = Frame.tool(robot).poses(robot, q[None])
     return line_of([position[0], position[0] + way], axis=rotation[0, :, 2].tolist(), **more)
