@@ -119,8 +119,8 @@ def _measure(case: Case) -> list[Row]:
     denser = Follower.of(path, replace(request, ladder_density=_DENSER)).followed
     found = timed.tool_path
     assert found is not None
-    judged = _judged(timed, path) if len(timed.path) > 1 else dict.fromkeys(_JUDGED, 0)
-    seconds = {"first_s": planned - begin, "again_s": again - planned, "motion_s": motion - again}
+    judged: dict[str, Any] = _judged(timed, path) if len(timed.path) > 1 else dict.fromkeys(_JUDGED, 0)
+    seconds: dict[str, Any] = {"first_s": planned - begin, "again_s": again - planned, "motion_s": motion - again}
     share: dict[str, Any] = {"points": int(path.given.max()), "followed": found.record.followed, "denser": denser}
     return [Row(*case.key, **share, proven=found.record.proven, **judged, **seconds, outcome=first.outcome.key)]
 

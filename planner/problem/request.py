@@ -345,6 +345,14 @@ class FollowRequest(PlanRequest):
         super().__post_init__()
         if self.goal != ON_TOOL_PATH:
             raise OptionError("a tool path is followed to its end: leave --goal out.")
+        plain = PlanRequest()
+        of_goals = ("motion_plan_request", "widen_limits", "ik_solutions")
+        of_free_motions = ("roadmap", "path_only", "above_ends") if self.begins_on_path else ()
+        for names, remedy in ((of_goals, "leave it out"), (of_free_motions, "give a start, or leave it out")):
+            for name in names:
+                if getattr(self, name) != getattr(plain, name):
+                    option = "request" if name == "motion_plan_request" else name.replace("_", "-")
+                    raise OptionError(f"--{option} says nothing to a tool path: {remedy}.")
         if self.tool_speed is not None:
             require_number("tool speed", self.tool_speed)
             if not 1e-5 <= self.tool_speed <= 10.0:

@@ -99,7 +99,7 @@ class Follower:
         clock = Stopwatch()
         with clock("setup"):
             path = tool_path if isinstance(tool_path, ToolPath) else read_tool_path(tool_path)
-            checker = open_world(request, request.motion_plan_request)
+            checker = open_world(request)
             if checker.world.scene.moving:
                 raise SceneError(
                     f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."
@@ -142,7 +142,7 @@ class Follower:
                     return draft
                 if not free.roadmap.connected:
                     failed = replace(free, outcome=Outcome.NO_PATH)
-                    return replace(failed, reason=why_no_path(failed, progress))
+                    return self._finished(replace(failed, reason=why_no_path(failed, progress)), None)
                 roadmap, along = _joined(free, roadmap, along)
         with clock("costs"):
             network = _forward(build_network(roadmap, request.objective), along)
@@ -160,7 +160,7 @@ class Follower:
         places = along[found.path_nodes]
         first, floor = int(np.argmax(places >= 0.0)), request.min_manipulability
         on_path = found.path[first:], places[first:], self.ladder.tube, self.checker, limits
-        made, speed = time_tool_path(*on_path, request.tool_speed, floor)
+        made, speed = time_tool_path(*on_path, request.tool_speed, floor, timing.time_law)
         if first:
             free = timed(replace(found, path=found.path[: first + 1]), timing, limits)
             made = joined_motion(free, made, self.checker, limits, floor)
@@ -181,7 +181,7 @@ class Follower:
     ) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
         outcome, reason, followed = solved.outcome, solved.reason, self.followed if len(solved.path) else 0.0
-        if followed < 1.0 - 1e-9:
+        if self.followed < 1.0 - 1e-9 and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
             there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
             reason = why_not(self.checker, self.ladder, followed, there, self.floor)

@@ -70,7 +70,7 @@ def build_ladder(
     arguments: it works by counts.
     """
     path = tube.path
-    step = step or _STEP * float(np.sqrt(path.tube.position))
+    step = min(step or np.inf, _STEP * float(np.sqrt(path.tube.position)))
     count = np.maximum(np.ceil(path.lengths / step - 1e-9), 1).astype(np.int64)
     line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
     share = np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0)

@@ -12,6 +12,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
+from planner.problem.request import TimeLaw
 from planner.tool_paths.tube import Tube
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion
@@ -92,14 +93,15 @@ def time_tool_path(
     limits: MotionLimits,
     speed: float | None = None,
     floor: float = 0.0,
+    law: TimeLaw = "blended",
 ) -> tuple[Trajectory, ToolSpeed | None]:
     """The motion along a joint path (k, dof) that is ``along`` (k,) m on a tool path, and the tool's speed if asked.
 
     From rest to rest. Corners are rounded as far as the motion is proven to stay in the tube and free, and ``proven``
-    says that all of it does.
+    says that all of it does; no shortcuts are taken under any ``law``.
     """
     guide = ToolGuide.of(path, along, checker.robot, tube, speed)
-    made, _ = timed_curve(path, checker, limits, "blended", floor, guide=guide)
+    made, _ = timed_curve(path, checker, limits, law, floor, guide=guide)
     if speed is None:
         return made, None
     way, fast = _tool_speeds(made, checker.robot)
@@ -107,7 +109,7 @@ def time_tool_path(
         _share(way, fast, fast.max()) > _PLATEAU and fast.max() < speed * _BELOW
     ):  # all of it was slowed down for a limit
         guide = replace(guide, fastest=guide.fastest * speed / fast.max() * _BELOW)
-        made, _ = timed_curve(path, checker, limits, "blended", floor, guide=guide)
+        made, _ = timed_curve(path, checker, limits, law, floor, guide=guide)
         way, fast = _tool_speeds(made, checker.robot)
     for look in range(_PACED + 1):
         if fast.max() <= speed:
@@ -116,7 +118,7 @@ def time_tool_path(
             guide = guide.paced(way, fast / speed)
         else:
             guide = replace(guide, fastest=guide.fastest * speed / fast.max() * _BELOW)
-        made, _ = timed_curve(path, checker, limits, "blended", floor, guide=guide)
+        made, _ = timed_curve(path, checker, limits, law, floor, guide=guide)
         way, fast = _tool_speeds(made, checker.robot)
     return made, ToolSpeed(speed, float(fast.max()), _share(way, fast, speed))
 

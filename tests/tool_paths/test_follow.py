@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from planner.problem.request import FollowRequest, TimingRequest
 from planner.tool_paths.follow import Follower, follow
 from tests.documents import ROOT
 from tests.tool_paths.judge import line_of, outside, raster
+from tests.worlds import planar_trap
 
 REQUEST = FollowRequest(robot="panda", scene="empty")
 RASTER = raster(2, 10, 0.01, [0.45, -0.05, 0.4])
@@ -160,6 +162,27 @@ def test_the_tool_goes_no_faster_than_asked_and_as_fast_where_it_can() -> None:
     assert free.trajectory.duration < 0.5 * made.duration  # type: ignore[union-attr]
 
 
+def test_a_start_that_is_cut_off_says_why_and_keeps_the_record(tmp_path: Path) -> None:
+    """The planar arm cannot turn past its posts, so nothing is followed although all could be."""
+    path = line_of([[-0.8, -0.02, 0.0], [-0.8, 0.02, 0.0]], axis=[0, 0, 1])
+    world = {"robot": "planar_2r", "scene": planar_trap(tmp_path)}
+    assert follow(path, **world).outcome is Outcome.SOLVED
+    found = follow(path, **world, start="q:0,0.2", nodes=60, effort=0)
+    assert found.outcome is Outcome.NO_PATH
+    assert found.reason is not None
+    assert found.reason.kind in ("separated", "budget_spent")
+    assert found.tool_path is not None
+    assert found.tool_path.record.followed == 0.0
+
+
+def test_the_law_of_stops_is_taken_too() -> None:
+    path = line_of([[0.45, -0.02, 0.4], [0.45, 0.02, 0.4]])
+    stops = follow(path, REQUEST, timing=TimingRequest(time_law="stop-at-corners"))
+    assert stops.trajectory is not None
+    assert stops.trajectory.proven
+    assert stops.trajectory.proof["corners_blended"] == 0 < stops.trajectory.proof["corners"]
+
+
 def test_the_example_is_followed_by_arcs_and_cones() -> None:
     found = follow(ROOT / "scenes/examples/seam.yaml", robot="panda", scene="table")
     assert found.outcome is Outcome.SOLVED
@@ -172,6 +195,10 @@ def test_options_that_make_no_sense_are_refused() -> None:
             FollowRequest(tool_speed=bad)
     with pytest.raises(OptionError, match="leave --goal out"):
         FollowRequest(goal="home")
+    for name, value in (("ik_solutions", 3), ("widen_limits", True), ("path_only", True), ("above_ends", True)):
+        with pytest.raises(OptionError, match=f"--{name.replace('_', '-')} says nothing to a tool path"):
+            FollowRequest(**{name: value})  # pyright: ignore[reportArgumentType]
+    FollowRequest(start="home", path_only=True)
     with pytest.raises(OptionError, match="ladder density 0"):
         FollowRequest(ladder_density=0)
     with pytest.raises(RobotError, match="not found"):
