@@ -219,6 +219,31 @@ def tables(
     return measure(out, lambda progress: bench_tables(out, folder, nodes, betas, seed, progress))
 
 
+def tool_paths(
+    out: Out = Path("bench-tool-paths"),
+    robots: tuple[str, ...] = ("panda", "iiwa14", "ur5"),
+    scenes: tuple[str, ...] = ("empty", "table"),
+    kinds: tuple[str, ...] = ("raster", "line", "circle"),
+    paths: int = 3,
+    seed: int = 0,
+    debug: Debug = False,
+) -> int:
+    """Rasters, lines and circles of the tool: what share is followed, how fast, and what a judge of its own sees.
+
+    It looks at the motion every 0.05 mm. Writes tool-paths.csv, one row a path, and tool-paths.md.
+
+    Args:
+        robots: Names of built-in robots.
+        scenes: Names of built-in scenes.
+        kinds: Kinds of paths.
+        paths: Paths of each kind, for every robot in every scene.
+        seed: Seed of the first path.
+    """
+    from benchmarks.tool_paths.run import bench_tool_paths
+
+    return measure(out, lambda progress: bench_tool_paths(out, robots, scenes, kinds, paths, seed, progress))
+
+
 bench = tyro.extras.SubcommandApp()
 bench.command(gabf)
 bench.command(plan)
@@ -234,6 +259,7 @@ bench.command(fuzz)
 bench.command(roadmap)
 bench.command(replan)
 bench.command(tables)
+bench.command(tool_paths)
 bench.command(scaling)
 bench.command(partition)
 bench.command(stale)

@@ -25,6 +25,7 @@ from .planning.replanned import Change as Change
 from .planning.result import Plan as Plan
 from .problem.objective import Objective as Objective
 from .problem.outcome import Outcome as Outcome
+from .problem.request import FollowRequest as FollowRequest
 from .problem.request import LimitsRequest as LimitsRequest
 from .problem.request import PlanRequest as PlanRequest
 from .problem.request import SweepRequest as SweepRequest
@@ -33,6 +34,9 @@ from .roadmap.roadmap import Roadmap as Roadmap
 from .roadmap.storage import load_roadmap as load_roadmap
 from .roadmap.storage import save_roadmap as save_roadmap
 from .session.session import Session as Session
+from .tool_paths.file import read_tool_path as read_tool_path
+from .tool_paths.follow import follow as follow
+from .tool_paths.tool_path import ToolPath as ToolPath
 from .tradeoff.sweep import Tradeoff as Tradeoff
 from .tradeoff.sweep import sweep as sweep
 from .trajectory.check import check as check

@@ -39,12 +39,12 @@ WRONG: dict[str, object] = {
 }
 CALLED_BY_SOLVE = {"bind", "states", "steps", "targets", "wants", "block_of_row"}
 RESULTS = {  # nobody but the planner makes these
-    "Plan", "Tradeoff", "Trajectory", "Robot", "Reason", "Roadmap", "CollisionChecker", "Change",
+    "Plan", "ToolPath", "Tradeoff", "Trajectory", "Robot", "Reason", "Roadmap", "CollisionChecker", "Change",
     "gabf.CostToGo", "gabf.Certificate",
     "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.FieldHistory",
 }  # fmt: skip
 INSIDE = {
-    "Objective.total", "Roadmap.edge_index", "Roadmap.part", "Roadmap.record", "Roadmap.without_edge",
+    "Objective.total", "ToolPath.at", "Roadmap.edge_index", "Roadmap.part", "Roadmap.record", "Roadmap.without_edge",
     "Trajectory.at_nanoseconds", "Trajectory.on", "Trajectory.piece_at", "Trajectory.worst",
 }  # fmt: skip
 ELSEWHERE = {"CollisionChecker"}  # its methods have tests/test_arrays_refused.py
@@ -97,6 +97,7 @@ def known() -> planner.KnownMotion:
 
 
 PLAN: dict[str, Any] = {"robot": "planar_2r", "scene": "empty", "nodes": 4, "effort": 0}
+LINE = {"points": [{"position": [x, 0.5, 0.0], "axis": [0, 0, 1]} for x in (0.5, 0.6)]}
 SPHERE = planner.Sphere(0.1)
 TRIANGLE = {"vertices": np.eye(3), "triangles": np.array([[0, 1, 2]])}
 X = np.zeros(3)
@@ -116,6 +117,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "Objective": lambda: {name: getattr(planner.Objective(), name) for name in planner.Objective.__dataclass_fields__},
     "LimitsRequest": lambda: dict(vars(planner.LimitsRequest())),
     "TimingRequest": lambda: dict(vars(planner.TimingRequest())),
+    "FollowRequest": lambda: dict(vars(planner.FollowRequest())),
     "PlanRequest": lambda: dict(vars(planner.PlanRequest())),
     "SweepRequest": lambda: dict(vars(planner.SweepRequest())),
     "Progress": lambda: {"report": print, "stop": bool},
@@ -144,6 +146,11 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         "request": None, "progress": planner.Progress(), "timing": None, **PLAN, "start": FINE[0], "goal": FINE[1],
         "beta": 0.5, "collision": "fcl", "tool": None, "joints": None, "seed": 0, "roadmap": None, "objective": None,
     },
+    "follow": lambda: {
+        "tool_path": LINE, "request": None, "progress": planner.Progress(), "timing": None, "robot": "planar_2r",
+        "scene": "empty", "beta": 0.5, "tool_speed": None, "ladder_density": 1,
+    },
+    "read_tool_path": lambda: {"path": LINE},
     "pose": lambda: {"position": [0, 0, 0], "rpy": None, "quaternion": [0, 0, 0, 1]},
     "show": lambda: {"thing": small_plan(), "checker": None, "height": 100},
     "sweep": lambda: {
@@ -210,6 +217,7 @@ THINGS: dict[str, Callable[[], Any]] = {
     "Scene": scene,
     "Session": session,
     "Tradeoff": small_sweep,
+    "FollowRequest": lambda: planner.FollowRequest(),
     "PlanRequest": lambda: planner.PlanRequest(),
     "SweepRequest": lambda: planner.SweepRequest(),
     "Trajectory": motion,
@@ -245,6 +253,7 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
     "Session.detach": lambda: {"name": "box", "at": FINE[0]},
     "Session.plan": lambda: {"start": FINE[0], "goal": FINE[1], "beta": 0.5},
     "Session.plan_in_time": lambda: {"start": FINE[0], "goal": FINE[1], "limits": None},
+    "FollowRequest.objective_at": lambda: {"beta": 0.5},
     "PlanRequest.objective_at": lambda: {"beta": 0.5},
     "SweepRequest.objective_at": lambda: {"beta": 0.5},
     "Trajectory.through": lambda: {
@@ -267,6 +276,7 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
 }  # fmt: skip
 
 JUDGED_INSIDE = {
+    "FollowRequest": {"start", "goal"},
     "PlanRequest": {"start", "goal"},
     "Scene": {"message"},
     "Session.attach": {"at"},

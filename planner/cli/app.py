@@ -13,6 +13,7 @@ import tyro
 
 COMMANDS = {  # each is what has its name in this module; in the order of the help
     "plan": "planner.cli.plan",
+    "follow": "planner.cli.follow",
     "sweep": "planner.cli.sweep",
     "batch": "planner.cli.batch",
     "view": "planner.cli.view",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +16,9 @@ from planner.problem.request import PlanRequest, TimingRequest
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+    from planner.base.progress import Progress
+    from planner.planning.result import Plan
 
 
 def plan(
@@ -67,8 +71,17 @@ def plan(
     from planner.base.files import require_writable_folder
 
     require_writable_folder(out)
-    from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.planning.plan import plan as find_plan
+
+    def find(progress: Progress) -> Plan:
+        return find_plan(request, progress, None if no_timing else timing)
+
+    return written_and_told(find, out, view, json)
+
+
+def written_and_told(find: Callable[[Progress], Plan], out: Path, view: bool, json: bool) -> int:
+    """Write what is found into the folder ``out``, tell of it, show it where that is asked; the exit code."""
+    from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_plan_page, save_plan_without_page
     from planner.problem.outcome import Outcome
     from planner.tradeoff.alternatives import with_alternatives
@@ -76,7 +89,7 @@ def plan(
 
     imported = time.perf_counter() - STARTED
     with working() as progress:
-        result = with_alternatives(find_plan(request, progress, None if no_timing else timing), progress)
+        result = with_alternatives(find(progress), progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
         record = save_plan_without_page(result, place, {"import": imported, "total": time.perf_counter() - STARTED})
@@ -98,6 +111,8 @@ def plan(
         from planner.view.serve import serve
 
         serve(place / PAGE_NAME, announce=tell)
+    if result.tool_path is not None and not result.tool_path.record.proven:
+        return Outcome.PARTLY_FOLLOWED.exit_code
     return result.outcome.exit_code
 
 

@@ -139,5 +139,5 @@ def _ending(result: Tradeoff, place: Path) -> str:
             return f"{result.outcome.value} --out {place} --resume goes on from there."
         case Outcome.INTERRUPTED:
             return f"{result.outcome.value} The roadmap was not whole yet: --out {place} --resume grows it anew."
-        case Outcome.NO_PATH | Outcome.TOO_SINGULAR:
+        case _:
             return result.outcome.value

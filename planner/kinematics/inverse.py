@@ -46,6 +46,20 @@ def solve_pose(
     return _solve(robot, target, True, rng, starts, near)
 
 
+def solve_each(
+    robot: Robot, targets: Floats, seeds: Floats, turns_freely: bool = False
+) -> tuple[Floats, Floats, Floats]:
+    """Where descents from ``seeds`` (n, dof) end that bring the tool each to its own target (n, 4, 4), within limits.
+
+    But for a turn about its z axis, where it ``turns_freely``. Configurations (n, dof), and how far (n,) m and rad the
+    tool is off there: a solution where that is no more than the tolerances.
+    """
+    (joint, placement), limits = tool_joint(robot), (robot.lower, robot.upper, robot.continuous)
+    return Chain.of(robot).native.inverse(
+        seeds, joint, placement.homogeneous, targets, True, limits, _ITERATIONS, turns_freely
+    )
+
+
 def beyond_reach(robot: Robot, position: Floats) -> float:
     """How far (m) ``position`` lies outside a sphere that the tool cannot leave; 0 inside it.
 

@@ -16,15 +16,13 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, numbers
 from planner.base.polynomials import bernstein, derivative, evaluate, part
-from planner.kinematics.forward import tool_joint
 from planner.kinematics.manipulability import ROWS, jacobians
-from planner.kinematics.reach import Reach
+from planner.kinematics.tool_bound import column_rates
 from planner.models.robot import Robot
-from planner.models.shapes import Body, Sphere
 
 _FINEST = 2e-5  # rad (m): intervals on which no joint moves further are not halved again
 _SAFE = 1e-9  # relative: rounding of Jacobians and singular values
-_POINT = 1e-9  # m: radius of the tool as a body
+_SHORTEST = 1e-9  # m: a tool that reaches less far from every axis counts as reaching as far
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +50,7 @@ class ManipulabilityBound:
         linear, angular = column_rates(robot)
         columns, rows = robot.dof, ROWS[robot.manipulability].stop
         # linear rows in units of a length weigh like angular ones; their product then wants that length back
-        self._unit = max(0.5 * float(linear.max()), _POINT) if 6 == rows <= columns else 1.0
+        self._unit = max(0.5 * float(linear.max()), _SHORTEST) if 6 == rows <= columns else 1.0
         self._rate = np.hypot(linear / self._unit, angular if rows == 6 else 0.0)
 
     def __call__(self, q: Floats, spread: Floats) -> tuple[Floats, Floats]:
@@ -65,26 +63,6 @@ class ManipulabilityBound:
         change = np.sqrt((np.einsum("ik,nk->ni", self._rate, spread) ** 2).sum(axis=1))
         least = np.maximum(values * (1.0 - _SAFE) - change[:, None], 0.0).prod(axis=1)
         return scale * values.prod(axis=1), scale * least
-
-
-def column_rates(robot: Robot) -> tuple[Floats, Floats]:
-    """How fast column i of the tool's Jacobian changes with joint k at most, linear and angular part, (dof, dof) each.
-
-    Valid for every configuration within the joint limits.
-    """
-    joint, placement = tool_joint(robot)
-    tool = Body("tool", "tool", joint, Sphere(_POINT), placement.homogeneous)
-    reach = Reach.of(robot, (tool,)).bodies[0]  # 0 where a joint does not carry the tool
-    turns, carries = ~robot.prismatic, reach > 0
-    both = carries[:, None] & carries[None, :]
-    index = np.arange(robot.dof)
-    later = np.maximum(index[:, None], index[None, :])
-    before = index[None, :] < index[:, None]  # [i, k]: joint k carries joint i
-    turn_turn = both & turns[:, None] & turns[None, :]
-    turned_slide = both & ~turns[:, None] & turns[None, :] & before
-    slid_turn = both & turns[:, None] & ~turns[None, :] & ~before
-    linear = np.where(turn_turn, reach[later], 0.0) + np.where(turned_slide | slid_turn, 1.0, 0.0)
-    return linear, np.where(turn_turn & before, 1.0, 0.0)
 
 
 def prove_floor(robot: Robot, coefficients: Floats, floor: Floats | float) -> FloorProofs:

@@ -83,19 +83,25 @@ class NativeChain:
         oriented: bool,
         limits: tuple[Floats, Floats, Bools],
         iterations: int,
+        turns_freely: bool = False,
     ) -> tuple[Floats, Floats, Floats]:
-        """Where descents from ``seeds`` (n, dof) end that bring a ``tool`` (4, 4), carried by ``joint``, to a target.
+        """Where descents from ``seeds`` (n, dof) end that bring a ``tool`` (4, 4), carried by ``joint``, to targets.
 
-        ``target`` (4, 4) in the world, only its position unless ``oriented``; ``limits``: lowest, highest, and which
+        ``target`` (4, 4) or (n, 4, 4) in the world, only its position unless ``oriented``, and then but for a turn
+        about its z axis where the tool ``turns_freely``; ``limits``: lowest, highest, and which
         joints wrap and have none, (dof,) each. Ends (n, dof), distances (n,) and angles (n,) left there.
         """
         dof, ends = self.dof, _floats(seeds, len(seeds), self.dof).copy()
-        tool, target = _floats(tool, 4, 4), _floats(target, 4, 4)
-        frames = [_floats(part) for m in (tool, target) for part in (m[:3, :3], m[:3, 3])]
+        tool, target = _floats(tool, 4, 4), _floats(target)
+        target = _floats(
+            np.broadcast_to(target, (len(ends), 4, 4)) if target.shape == (4, 4) else target, len(ends), 4, 4
+        )
+        frames = [_floats(part) for m in (tool, target) for part in (m[..., :3, :3], m[..., :3, 3])]
+        rows = 3 if not oriented else 5 if turns_freely else 6
         lower, upper, wraps = _floats(limits[0], dof), _floats(limits[1], dof), _bytes(limits[2], dof)
         distance, angle = np.empty(len(ends)), np.empty(len(ends))
         _library.chain_inverse(
-            self.handle, len(ends), _at(ends), joint, *map(_at, frames), oriented, _at(lower), _at(upper), _at(wraps),
+            self.handle, len(ends), _at(ends), joint, *map(_at, frames), rows, _at(lower), _at(upper), _at(wraps),
             iterations, threads(), _at(distance), _at(angle),
         )  # fmt: skip
         return ends, distance, angle

@@ -17,7 +17,7 @@ from planner.base.arrays import frozen
 from planner.base.errors import SceneError
 from planner.base.kinds import checks_kinds
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.collision.checker import keeping
+from planner.collision.checker import CollisionChecker, keeping
 from planner.construction.obtain import obtain_roadmap
 from planner.objective.motion_cost import MotionCost
 from planner.planning.extra_clearance import clearance_of_path
@@ -76,10 +76,10 @@ def plan(
     if progress.stopped:
         return draft
     with clock("improve"):
-        improved = _improve(draft, progress)
+        better = improved(draft, progress)
     if progress.stopped:
         return draft
-    solved = _solved(improved, progress, clock)
+    solved = _solved(better, progress, clock)
     if solved.outcome is Outcome.INTERRUPTED:
         return draft
     if solved.outcome is not Outcome.SOLVED:
@@ -96,7 +96,7 @@ def plan(
     if timing is None or solved.trajectory is not None:
         return solved
     with clock("timing"):
-        return replace(solved, trajectory=_timed(solved, timing, limits))
+        return replace(solved, trajectory=timed(solved, timing, limits))
 
 
 def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
@@ -106,7 +106,7 @@ def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
         network = build_network(improved.roadmap, request.objective, improved.clearance_kept)
     if progress.stopped:
         return improved
-    solved = _solve_and_heal(improved, network, clock)
+    solved = solve_and_heal(improved, network, clock)
     if solved.outcome is Outcome.SOLVED or improved.clearance_kept <= 0:
         return solved
     left = replace(improved, roadmap=solved.roadmap, edges_removed=solved.edges_removed, clearance_kept=0.0)
@@ -160,7 +160,7 @@ def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
     )
 
 
-def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
+def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
     """The motion along a plan's path."""
     floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
     how = {"law": timing.time_law, "floor": floor, "cost": cost_in_motion(found), "extra_cost": timing.extra_cost}
@@ -170,7 +170,12 @@ def _timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> T
     made = time_path(found.path, keeping(found.checker, clearance), limits, **how)
     if not made.proven and clearance > 0:
         made = time_path(found.path, found.checker, limits, **how)
-    contact = looked_at(made, found.checker)
+    return looked_at_again(made, found.checker)
+
+
+def looked_at_again(made: Trajectory, checker: CollisionChecker) -> Trajectory:
+    """A motion after a second look, which takes the proof from one that is seen to touch."""
+    contact = looked_at(made, checker)
     if contact is None:
         return made
     _log.warning(
@@ -185,7 +190,7 @@ def cost_in_motion(found: Plan) -> MotionCost:
     return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf)
 
 
-def _improve(draft: Plan, progress: Progress) -> Plan:
+def improved(draft: Plan, progress: Progress) -> Plan:
     """The plan on a roadmap whose best path is refined; a new one keeps the number of nodes that was asked for."""
     request = draft.request
     if request.roadmap is not None and request.rounds < 1:
@@ -206,7 +211,7 @@ def _improve(draft: Plan, progress: Progress) -> Plan:
     return replace(draft, roadmap=roadmap, curve=improved.curve, dip_floor=level, clearance_kept=room)
 
 
-def _solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:
+def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:
     """The field and its path from the cheapest start; what fails a second check is removed and the field heals."""
     request = draft.request
     law, cost_to_go = gabf.named_law(request.law, request.prescribed_time), None

@@ -177,6 +177,45 @@ class InTimeRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
+class DeviationRecord(Record):
+    """How far the tool is off its path."""
+
+    position: float
+    """m"""
+    angle: float
+    """rad, of its orientation, or of its z axis where it may turn about that; beyond a cone where one is given"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ToolSpeedRecord(Record):
+    """How fast the tool goes along the path."""
+
+    asked: float
+    """m/s"""
+    largest: float
+    """m/s, of the tool along it"""
+    share: float
+    """of the path's length that it runs at the asked speed, within 1 %"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ToolPathRecord(Record):
+    """How a tool path is followed; what is said of deviations is sampled, what is proven holds between samples."""
+
+    followed: float
+    """share of its length"""
+    points: int
+    """in its file"""
+    largest_deviation: DeviationRecord
+    tube: DeviationRecord
+    proven: bool
+    """what is followed stays in the tube throughout, as does the motion where there is one"""
+    first_unreachable: int | None
+    """a point of its file, from 1"""
+    speed: ToolSpeedRecord | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlanRecord(RunRecord):
     """What ``planner plan`` writes as plan.json; units rad, m and s."""
 
@@ -201,5 +240,7 @@ class PlanRecord(RunRecord):
     roadmap: RoadmapRecord
     gabf: FieldRecord | None
     timings_s: dict[str, float]
+    tool_path: ToolPathRecord | None = None
+    """of ``planner follow`` only"""
     files: dict[str, str] | None = None
     """SHA-256 of the files written beside this one"""

@@ -26,6 +26,7 @@ from planner.models.scene import Scene
 from planner.paths.clearance import TOO_CLOSE
 from planner.paths.measure import PathMeasures, corners, measure_path, path_manipulability
 from planner.planning.conditioning import Conditioning, judge_conditioning
+from planner.planning.followed import FollowedPath
 from planner.planning.lower_bound import cost_lower_bound
 from planner.planning.manipulability_floor import LayeredNetwork, first_violation
 from planner.planning.network import PathCost
@@ -96,6 +97,7 @@ class Plan:
     trajectory: Trajectory | None = None  # along the path, where one was asked for
     route: TimedRoute | None = None  # when each waypoint is reached and left, where obstacles move
     alternatives: tuple[ShownPath, ...] = ()
+    tool_path: FollowedPath | None = None  # what came of a tool path that was to be followed
     reason: NoPath | None = None
     replanned: Replanned = Replanned()  # noqa: RUF009 (frozen); what a session did for it
     timings: dict[str, float] = field(default_factory=dict)
@@ -137,7 +139,7 @@ class Plan:
     @cached_property
     def conditioning(self) -> Conditioning | None:
         """How well conditioned the path is where that is worst; None where there is none."""
-        return judge_conditioning(self.robot, self.roadmap, self.path, self.request) if self.solved else None
+        return judge_conditioning(self.robot, self.roadmap, self.path, self.request) if len(self.path) else None
 
     @cached_property
     def max_error_vs_oracle(self) -> float | None:
@@ -154,7 +156,7 @@ class Plan:
     @cached_property
     def nearest(self) -> ClearanceRecord | None:
         """How near path and motion come to anything that is checked, and what refined paths ``kept``, m."""
-        if not self.solved:
+        if not len(self.path):
             return None
         motion = None if self.trajectory is None else nearest_in_motion(self.trajectory, self.checker)
         return ClearanceRecord(path=nearest_on_path(self.path, self.checker), motion=motion, kept=self.clearance_kept)
@@ -250,6 +252,7 @@ def plan_page(plan: Plan) -> str:
         curve=plan.curve,
         highlighted=(CONDITIONING, TOO_CLOSE),
         reason=plan.reason,
+        tool_path=None if plan.tool_path is None else (plan.tool_path.wanted, plan.tool_path.record.tube.position),
     )
     return page(content)
 
@@ -297,6 +300,7 @@ def record_of(plan: Plan) -> PlanRecord:
         roadmap=RoadmapRecord(**plan.roadmap.record(plan.edges_removed)),
         gabf=_field_record(plan),
         timings_s=rounded(plan.timings),
+        tool_path=None if plan.tool_path is None else plan.tool_path.record,
     )
 
 
@@ -316,7 +320,7 @@ def _quality(plan: Plan) -> QualityRecord | None:
 
 
 def _manipulability(plan: Plan) -> ManipulabilityRecord | None:
-    if not plan.solved:
+    if not len(plan.path):
         return None
     found, robot = plan.measures, plan.robot
     return ManipulabilityRecord(
@@ -335,7 +339,7 @@ def _floor(plan: Plan) -> FloorRecord | None:
 
 
 def _length(plan: Plan) -> LengthRecord | None:
-    if not plan.solved:
+    if not len(plan.path):
         return None
     return LengthRecord(joint=plan.measures.joint_length, workspace=plan.measures.workspace_length)
 

@@ -34,6 +34,8 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(
             ("path", f"{len(record['path'])} waypoints, {length['joint']:.3f} rad, {length['workspace']:.3f} m")
         )
+    if record.get("tool_path"):
+        rows += _tool_path_rows(record["tool_path"])
     if record["trajectory"]:
         rows.append(("motion", _motion_text(record["trajectory"], bool(w and "floor" in w))))
     if record["in_time"]:
@@ -42,6 +44,24 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("settled", _settling(field)))
         rows += _certified(field)
         rows.append(("error against oracle", f"{field['max_error_vs_oracle']:.1e} relative"))
+    return rows
+
+
+def _tool_path_rows(found: dict[str, Any]) -> list[tuple[str, str]]:
+    """How much of a tool path is followed, how far the tool is off it, and how fast it goes."""
+    off, tube = found["largest_deviation"], found["tube"]
+    proof = "proven within" if found["proven"] else "NOT proven within"
+    stops = "" if found["first_unreachable"] is None else f", not to point {found['first_unreachable']}"
+    text = f"{100 * found['followed']:.1f} % of {found['points']} points followed{stops}"
+    if found["followed"] > 0:
+        text += (
+            f"; at most {1e3 * off['position']:.3g} mm and {off['angle']:.2g} rad off where sampled, "
+            f"{proof} {1e3 * tube['position']:g} mm and {tube['angle']:g} rad"
+        )
+    rows, speed = [("tool path", text)], found.get("speed")
+    if speed:
+        share = f"{100 * speed['share']:.1f} % of it at the {speed['asked']:g} m/s asked for"
+        rows.append(("tool speed", f"{share}, nowhere above {speed['largest']:.6g} m/s"))
     return rows
 
 

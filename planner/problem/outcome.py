@@ -18,6 +18,9 @@ class Outcome(Enum):
         "No path above the manipulability floor was found within the budget: lower --min-manipulability, "
         "raise --nodes, or try another --seed."
     )
+    PARTLY_FOLLOWED = (
+        "The tool path could be followed in part only: move it, widen its tube, or let the tool turn about its axis."
+    )
     INTERRUPTED = "Interrupted: what was done so far is saved."
 
     @property
@@ -26,4 +29,10 @@ class Outcome(Enum):
 
     @property
     def exit_code(self) -> int:
-        return {Outcome.SOLVED: 0, Outcome.NO_PATH: 4, Outcome.TOO_SINGULAR: 4, Outcome.INTERRUPTED: 130}[self]
+        return {
+            Outcome.SOLVED: 0,
+            Outcome.NO_PATH: 4,
+            Outcome.TOO_SINGULAR: 4,
+            Outcome.PARTLY_FOLLOWED: 4,
+            Outcome.INTERRUPTED: 130,
+        }[self]

@@ -65,6 +65,25 @@ class BlockedInTimeRecord(Record):
     obstacles: _Names
 
 
+@dataclass(frozen=True, kw_only=True)
+class CannotFollowRecord(Record):
+    """A tool path cannot be followed to one of its points."""
+
+    kind: Literal["cannot_follow"]
+    point: int
+    """of the file, from 1"""
+    followed: float
+    """share of the path's length"""
+    cause: Literal["out_of_reach", "turned", "beyond_limit", "touching", "below_floor", "jump"]
+    distance: float
+    """m, for turned and jump rad"""
+    between: list[str]
+    """the two things that touch, or joints whose limits would have to be left"""
+    reachable: float
+    """the largest w there, where it is below the floor"""
+
+
 ReasonRecord = Annotated[
-    SeparatedRecord | BudgetSpentRecord | FloorTooHighRecord | BlockedInTimeRecord, Field(discriminator="kind")
+    SeparatedRecord | BudgetSpentRecord | FloorTooHighRecord | BlockedInTimeRecord | CannotFollowRecord,
+    Field(discriminator="kind"),
 ]

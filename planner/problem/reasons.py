@@ -161,7 +161,55 @@ class BlockedInTime(Reason):
         )
 
 
+@dataclass(frozen=True)
+class CannotFollow(Reason):
+    """A tool path cannot be followed to ``point`` (from 1), but for a share ``followed`` of its length; ``cause`` why.
+
+    "out_of_reach": inverse kinematics came no nearer than ``distance`` (m); "turned": it misses the orientation by
+    ``distance`` (rad); "beyond_limit": only beyond the limits of joints, the ``between``; "touching": all solutions
+    touch, most of them the two things ``between``; "below_floor": none has a w above ``reachable``; "jump": the
+    solutions there are on other branches, ``distance`` (rad) away at least.
+    """
+
+    point: int
+    followed: float
+    cause: str
+    distance: float = 0.0
+    between: tuple[str, ...] = ()
+    reachable: float = 0.0
+    kind = "cannot_follow"
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(self.between if self.cause == "touching" else ())
+
+    @property
+    def sentence(self) -> str:
+        """What the user reads."""
+        head = f"The tool path can be followed over {100 * self.followed:.1f} %, not to point {self.point}: "
+        match self.cause:
+            case "out_of_reach":
+                return head + f"the tool comes no nearer than {self.distance:.3g} m; move the path or the robot's base."
+            case "turned":
+                return head + f"the tool stays turned away by {self.distance:.3g} rad; free its axis, or give a cone."
+            case "beyond_limit":
+                return head + f"the arm would have to leave the limits of {choices(self.between)}; move the path."
+            case "touching":
+                first, second = (f"'{name}'" for name in self.between)
+                return (
+                    head + f"{first} and {second} come too near in all solutions found; move the path or what is near."
+                )
+            case "below_floor":
+                return (
+                    head + f"no solution has a manipulability above {self.reachable:.3g}; lower --min-manipulability."
+                )
+        return head + (
+            f"what was reached and the solutions there are {self.distance:.3g} rad apart, on other branches or with "
+            "something between; free the tool's axis, widen the tube, or split the path there."
+        )
+
+
 NoWay = Separated | BudgetSpent
 """Start and goal lie in different parts of the roadmap."""
 
-NoPath = NoWay | FloorTooHigh | BlockedInTime
+NoPath = NoWay | FloorTooHigh | BlockedInTime | CannotFollow

@@ -324,6 +324,48 @@ class PlanRequest(TradeOff, SweepRequest):
         return 0 if self.path_only and self.effort is None else super().rounds
 
 
+ON_TOOL_PATH = "tool-path"
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class FollowRequest(PlanRequest):
+    """A tool path to be followed, and a free motion to it where there is a start."""
+
+    start: State = ON_TOOL_PATH
+    """Where the arm starts: a free motion leads from there to the tool path. Left out, the plan begins on it."""
+    goal: State = ON_TOOL_PATH
+    """The end of the tool path: no other goal can be given."""
+    tool_speed: Optional[float] = None
+    """Speed of the tool along the path, m/s: at most so much, and just that where the joints' limits allow it."""
+    ladder_density: int = 1
+    """How many times as many solutions of inverse kinematics are spread along the path: more find better ways."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.goal != ON_TOOL_PATH:
+            raise OptionError("a tool path is followed to its end: leave --goal out.")
+        plain = PlanRequest()
+        of_goals = ("motion_plan_request", "widen_limits", "ik_solutions")
+        of_free_motions = ("roadmap", "path_only", "above_ends") if self.begins_on_path else ()
+        for names, remedy in ((of_goals, "leave it out"), (of_free_motions, "give a start, or leave it out")):
+            for name in names:
+                if getattr(self, name) != getattr(plain, name):
+                    option = "request" if name == "motion_plan_request" else name.replace("_", "-")
+                    raise OptionError(f"--{option} says nothing to a tool path: {remedy}.")
+        if self.tool_speed is not None:
+            require_number("tool speed", self.tool_speed)
+            if not 1e-5 <= self.tool_speed <= 10.0:
+                raise OptionError(f"tool speed {self.tool_speed:g} m/s is not usable: give one from 1e-5 to 10.")
+        if not 1 <= self.ladder_density <= 100:
+            raise OptionError(f"ladder density {self.ladder_density} is not usable: give a whole number from 1 to 100.")
+
+    @property
+    def begins_on_path(self) -> bool:
+        """Whether there is no free motion to the tool path."""
+        return self.start == ON_TOOL_PATH
+
+
 @checks_kinds
 @dataclass(frozen=True)
 class LimitsRequest(Part):

@@ -71,7 +71,7 @@ class RunRecord(Record):
     """How a run ended, what it was asked for, and with which software."""
 
     format_version: int
-    outcome: Annotated[str, Field(description="solved, no_path, too_singular or interrupted")]
+    outcome: Annotated[str, Field(description="solved, no_path, too_singular, partly_followed or interrupted")]
     message: Annotated[str, Field(description="the outcome as a sentence, with its reason and the remedy")]
     robot: str
     scene: str

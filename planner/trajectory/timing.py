@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Bools, Floats
 from planner.base.errors import StateError
 from planner.base.kinds import checks_kinds
 from planner.collision.checker import CollisionChecker, configurations
@@ -26,22 +27,53 @@ _NARROWEST = 1 / 64  # of half a segment: a corner that needs less room is stopp
 _EXTRA = 1e-7  # by so much more than needed is a motion slowed down that is a little too quick, so that once will do
 
 
+class Guide(Protocol):
+    """What a motion has to keep to along its path, besides limits and obstacles: a tube, and a speed.
+
+    Places along the path are one more column of it: its last, ``along``, which grows from waypoint to waypoint.
+    """
+
+    @property
+    def along(self) -> Floats: ...  # (k,) of the waypoints
+    @property
+    def fastest(self) -> float: ...  # how much it may grow per second
+
+    def holds(self, coefficients: Floats, begin: Floats, end: Floats) -> Bools:
+        """Which curves (m, degree + 1, dof), from one place (m,) to another (m,), are proven to keep to it."""
+        ...
+
+
+_FREELY = 1e3  # 1/s²: what the places along a path may be accelerated by
+
+
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """What a motion is made for."""
+    """What a motion is made for; ``path`` has the guide's places as a last column where there is one."""
 
     path: Floats
     prover: EdgeProver
     limits: MotionLimits
     floor: float
+    guide: Guide | None = None
+
+    @property
+    def dof(self) -> int:
+        return self.prover.robot.dof
+
+    def inside(self, coefficients: Floats, begin: Floats, end: Floats) -> Bools:
+        """Which curves keep to the guide; all where there is none."""
+        if self.guide is None:
+            return np.ones(len(coefficients), dtype=bool)
+        return self.guide.holds(coefficients, begin, end)
 
 
 @dataclass(frozen=True, eq=False)
 class _Motion:
-    """A motion along a curve."""
+    """A motion along a curve; ``places`` (k, 0 or 1) of its knots along a guide."""
 
     curve: Curve
     timed: Timed
+    places: Floats
 
     @property
     def nanoseconds(self) -> int:
@@ -52,14 +84,16 @@ class _Motion:
         """The same with what is proven of it."""
         trajectory = self.timed.trajectory(asked.limits.joints, "")
         proof = prove_motion(trajectory, asked.prover, asked.limits, asked.floor)
-        return _Proven(self.curve, self.timed, proof, widths)
+        inside = asked.inside(trajectory.coefficients, self.places[:-1, :1].ravel(), self.places[1:, :1].ravel())
+        return _Proven(self.curve, self.timed, self.places, proof, inside, widths)
 
 
 @dataclass(frozen=True, eq=False)
 class _Proven(_Motion):
-    """And what is proven of it; ``widths`` (k - 2,) of the path's corners, where they are rounded."""
+    """And what is proven of it, ``inside`` (m,) which pieces keep to the guide; ``widths`` (k - 2,) of the corners."""
 
     proof: MotionProof
+    inside: Bools
     widths: Floats
 
 
@@ -95,23 +129,28 @@ def timed_curve(
     floor: float,
     cost: Cost = joint_motion,
     extra_cost: float = 0.0,
+    guide: Guide | None = None,
 ) -> tuple[Trajectory, Curve]:
-    """As :func:`time_path`, with the curve that the motion runs along."""
+    """As :func:`time_path`, with the curve that the motion runs along; proven where it keeps to a ``guide`` too."""
     require_timing(law, floor, extra_cost)
     path = configurations(checker, "path", path)
     if not len(path):
         raise StateError("path has no waypoint: give a row of joint values for each, at least one.")
     limits = limits or MotionLimits.of(checker.robot)
-    asked = _Asked(without_standstill(path), EdgeProver(checker), limits, floor)
+    lifted = path if guide is None else np.column_stack([path, guide.along])
+    asked = _Asked(without_standstill(lifted), EdgeProver(checker), limits, floor, guide)
     rules = None
-    if law == "shortcuts" and len(asked.path) > 1:
+    if law == "shortcuts" and len(asked.path) > 1 and guide is None:
         most = (1.0 + extra_cost) * curve_cost(straight(asked.path), cost)
         rules = Shortcuts(asked.prover, limits.times(USED), floor, cost, most)
     found, shortcuts = _proven_motion(asked, law, rules)
     record = found.proof.to_dict(checker.world.margin, checker.name)
     record |= {"corners": len(found.widths), "corners_blended": int((found.widths > 0).sum()), "shortcuts": shortcuts}
     made = found.timed.trajectory(limits.joints, law)
-    return replace(made, limits=limits, proven=found.proof.whole, proof=record), found.curve
+    if guide is not None:
+        record |= {"pieces_inside": int(found.inside.sum())}
+    proven = found.proof.whole and bool(found.inside.all())
+    return replace(made, limits=limits, proven=proven, proof=record), found.curve
 
 
 def _proven_motion(asked: _Asked, law: TimeLaw, rules: Shortcuts | None) -> tuple[_Proven, int]:
@@ -150,8 +189,11 @@ def _provable_widths(asked: _Asked) -> Floats:
     levels = _levels(asked)
     open_ = np.arange(len(widths))
     while len(open_):
-        curves = blends(asked.path, widths)[open_]
+        lifted = blends(asked.path, widths)[open_]
+        curves = lifted[..., : asked.dof]
         good = asked.prover.prove_curves(curves).free
+        near = np.flatnonzero(good)
+        good[near] &= asked.inside(curves[near], lifted[near, 0, -1], lifted[near, :, -1].sum(axis=1))
         if asked.floor > 0:
             asks = np.flatnonzero(good & (levels[open_] > 0))
             good[asks] = prove_floor(asked.prover.robot, curves[asks], levels[open_[asks]]).holds
@@ -166,23 +208,34 @@ def _levels(asked: _Asked) -> Floats:
 
     There the path itself is below the floor, on its way from the start or to the goal.
     """
-    above = manipulability(asked.prover.robot, asked.path) >= asked.floor
+    above = manipulability(asked.prover.robot, asked.path[:, : asked.dof]) >= asked.floor
     return np.where(above[:-2] & above[1:-1] & above[2:], asked.floor, 0.0)
 
 
 def _motion(asked: _Asked, curve: Curve) -> _Motion:
     """The smoothed motion along a curve, as slow as it takes to be within limits exactly."""
     limits = asked.limits.times(USED)
-    spacing = Spacing.of(limits, asked.path)
+    spacing = Spacing.of(limits, asked.path[:, : asked.dof])
     if len(asked.path) == 1:
-        return _Motion(curve, standstill(asked.path[0], spacing.window))
-    phases = quickest(curve, limits.velocity, limits.acceleration)
-    stretch, timed, needed = 1.0, None, np.inf
+        return _Motion(curve, *_apart(standstill(asked.path[0], spacing.window), asked.dof))
+    velocity, acceleration = limits.velocity, limits.acceleration
+    if asked.guide is not None:
+        velocity, acceleration = np.append(velocity, asked.guide.fastest), np.append(acceleration, _FREELY)
+    phases = quickest(curve, velocity, acceleration)
+    stretch, timed, needed, places = 1.0, None, np.inf, np.zeros((0, 0))
     while timed is None or needed > 1.0:
-        timed = smoothed(knots_of(curve, phases, stretch, spacing), spacing)
+        timed, places = _apart(smoothed(knots_of(curve, phases, stretch, spacing), spacing), asked.dof)
         needed = _stretch_needed(timed, limits)
         stretch *= needed * (1.0 + _EXTRA)
-    return _Motion(curve, timed)
+    return _Motion(curve, timed, places)
+
+
+def _apart(timed: Timed, dof: int) -> tuple[Timed, Floats]:
+    """The motion of the joints, and the places (k, 0 or 1) of its knots along a guide."""
+    if timed.q.shape[1] == dof:
+        return timed, timed.q[:, dof:]
+    columns = {name: np.ascontiguousarray(getattr(timed, name)[:, :dof]) for name in ("q", "qd", "qdd")}
+    return replace(timed, **columns), timed.q[:, dof:]
 
 
 def _stretch_needed(timed: Timed, limits: MotionLimits) -> float:
@@ -194,7 +247,7 @@ def _stretch_needed(timed: Timed, limits: MotionLimits) -> float:
 
 def _narrowed(motion: _Proven) -> Floats | None:
     """Half the width for corners next to which something is not proven; None where there is nothing to narrow."""
-    bad = np.flatnonzero((motion.proof.verdict != 0) | ~motion.proof.floor_holds)
+    bad = np.flatnonzero((motion.proof.verdict != 0) | ~motion.proof.floor_holds | ~motion.inside)
     pieces, corner = motion.timed.piece[bad], motion.curve.corner
     near = np.unique(np.concatenate([pieces, pieces - 1, pieces + 1]).clip(0, len(corner) - 1))
     corners = corner[near]

@@ -35,6 +35,7 @@ _OBSTACLES = (  # one after another: neighbours in the list are told apart, and 
 _WAY = (0.70, 0.74, 0.78, 0.6)
 _COLLISION = (0.10, 0.55, 0.90, 0.6)
 TOUCHING = (0.90, 0.12, 0.12, 0.9)
+_WANTED, _TOOL_PATH = 0.009, (0.10, 0.35, 0.85, 0.35)  # m: around the tube of the path that is reached
 PATH, START, GOAL = (0.85, 0.25, 0.10, 1.0), (0.15, 0.65, 0.25, 1.0), (0.80, 0.10, 0.15, 1.0)
 _DOT = 0.022  # m
 _TUBE, _TUBE_STEP = 0.006, 0.08  # m, rad: between two rings the tool leaves the chord by less than a tube's radius
@@ -176,6 +177,11 @@ def draw_path(
     """The tool's path along a joint path as a tube."""
     along = tube(tool_positions(robot, dense_path(path, _TUBE_STEP)), _TUBE, 8)
     canvas.shape(name, along, np.eye(4), rgba)
+
+
+def draw_tool_path(canvas: Canvas, points: Floats, radius: float) -> None:
+    """The tool path (k, 3) that was to be followed, as its tube of a ``radius`` (m), one that can be seen at least."""
+    canvas.shape("tool_path", tube(points, max(radius, _WANTED), 8), np.eye(4), _TOOL_PATH)
 
 
 def draw_gap(canvas: Canvas, robot: Robot, gap: Gap) -> None:

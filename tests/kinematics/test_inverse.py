@@ -182,3 +182,27 @@ def test_the_angle_that_is_left_is_pinocchios_up_to_half_a_turn():
                 0,
             )
             assert left[0] == pytest.approx(angle, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5", "iiwa14"])
+@pytest.mark.parametrize("free", [False, True])
+def test_each_seed_has_its_own_target(name: str, free: bool) -> None:
+    """Near its own solution every descent finds its own target; with a free turn it need not keep to that."""
+    robot, rng = load(name), np.random.default_rng(1)
+    q = 0.8 * random_q(robot, 12, seed=3)
+    targets = [tool(robot, row) for row in q]
+    turned = [target * pin.SE3(pin.exp3(np.array([0, 0, 0.4])), np.zeros(3)) if free else target for target in targets]
+    seeds = q + rng.normal(scale=0.02, size=q.shape)
+    found, distance, angle = inverse.solve_each(robot, np.array([t.homogeneous for t in turned]), seeds, free)
+    solved = (distance <= inverse.POSITION_TOLERANCE) & (angle <= inverse.ANGLE_TOLERANCE)
+    assert solved.sum() >= 10
+    for row, target in zip(found[solved], [t for t, ok in zip(turned, solved, strict=True) if ok], strict=True):
+        miss = target.actInv(tool(robot, row))
+        assert np.linalg.norm(miss.translation) <= 1e-6 + 1e-9
+        lean = np.arccos(np.clip(miss.rotation[2, 2], -1, 1)) if free else np.linalg.norm(pin.log3(miss.rotation))
+        assert lean <= 2e-6
+    if free:  # not all the way to the other turn: the least motion
+        turns = [
+            np.linalg.norm(pin.log3(t.actInv(tool(robot, row)).rotation)) for t, row in zip(turned, found, strict=True)
+        ]
+        assert max(turns) > 0.1

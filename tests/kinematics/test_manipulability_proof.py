@@ -8,7 +8,8 @@ import pytest
 from planner.base.arrays import ArrayError
 from planner.base.polynomials import evaluate
 from planner.kinematics.manipulability import jacobian, manipulability
-from planner.kinematics.manipulability_proof import ManipulabilityBound, column_rates, prove_floor
+from planner.kinematics.manipulability_proof import ManipulabilityBound, prove_floor
+from planner.kinematics.tool_bound import column_rates
 from planner.models.robot import Robot
 from tests.worlds import joint_xml, link_xml, load, random_q
 

@@ -163,6 +163,8 @@ WRONG: dict[str, Callable[[], object]] = {
     "manipulability: rows": lambda: CHAIN.manipulability(Q, 0, np.zeros(3), 7),
     "inverse: columns": lambda: CHAIN.inverse(Q[:, :2], 0, EYE, EYE, True, FREE, 5),
     "inverse: tool": lambda: CHAIN.inverse(Q, 0, EYE[:3], EYE, True, FREE, 5),
+    "inverse: targets": lambda: CHAIN.inverse(Q, 0, EYE, np.zeros((len(Q) + 1, 4, 4)), True, FREE, 5),
+    "inverse: target": lambda: CHAIN.inverse(Q, 0, EYE, EYE[:3], True, FREE, 5),
     "inverse: limits": lambda: CHAIN.inverse(Q, 0, EYE, EYE, True, (np.ones(2), *FREE[1:]), 5),
     "inverse: joint": lambda: CHAIN.inverse(Q, 9, EYE, EYE, True, FREE, 5),
     "boxes: joint": boxes_with(inner=np.array([7])),

@@ -9,7 +9,7 @@ import pydantic
 import pytest
 
 from planner.problem.reason_schema import ReasonRecord
-from planner.problem.reasons import BlockedInTime, BudgetSpent, FloorTooHigh, Gap, NoPath, Separated
+from planner.problem.reasons import BlockedInTime, BudgetSpent, CannotFollow, FloorTooHigh, Gap, NoPath, Separated
 
 RECORD: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(ReasonRecord)
 NEAR = Gap(0.1, (0.0, 1.0), (0.1, 1.0), ("hand", "shelf"))
@@ -19,6 +19,7 @@ REASONS: list[NoPath] = [
     BudgetSpent(300, UNSTOPPED),
     FloorTooHigh(0.3, 0.2),
     BlockedInTime("goal", ("cart",)),
+    CannotFollow(3, 0.25, "touching", between=("hand", "shelf")),
 ]
 
 

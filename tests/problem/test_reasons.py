@@ -12,6 +12,7 @@ from planner.problem.reasons import (
     BeyondLimit,
     BlockedInTime,
     BudgetSpent,
+    CannotFollow,
     FloorTooHigh,
     Gap,
     OutOfReach,
@@ -30,6 +31,7 @@ EVERY = [
     BudgetSpent(300, NEAR),
     FloorTooHigh(0.3, 0.2),
     BlockedInTime("route", ("cart", "lorry")),
+    CannotFollow(3, 0.25, "touching", between=("hand", "shelf")),
 ]
 
 
@@ -57,6 +59,8 @@ def test_every_reason_is_plain_data_under_a_kind_of_its_own() -> None:
         (FloorTooHigh(0.3, 0.2), set()),
         (OutOfReach("goal", 0.25), set()),
         (BlockedInTime("route", ("cart", "lorry")), {"cart", "lorry"}),
+        (CannotFollow(3, 0.25, "touching", between=("hand", "shelf")), {"hand", "shelf"}),
+        (CannotFollow(3, 0.25, "beyond_limit", between=("elbow",)), set()),
     ],
 )
 def test_the_names_that_are_blamed(reason: Reason, names: set[str]) -> None:
@@ -97,3 +101,20 @@ def test_what_moves_in_the_way_is_named_with_a_remedy(place: str, end: str) -> N
     assert "not in time" in sentence
     assert "'cart', 'lorry'" in sentence
     assert sentence.endswith(end)
+
+
+@pytest.mark.parametrize(
+    ("reason", "part"),
+    [
+        (CannotFollow(3, 0.25, "out_of_reach", 0.1), "no nearer than 0.1 m"),
+        (CannotFollow(3, 0.25, "turned", 0.2), "turned away by 0.2 rad"),
+        (CannotFollow(3, 0.25, "beyond_limit", between=("elbow",)), "limits of elbow"),
+        (CannotFollow(3, 0.25, "touching", between=("hand", "shelf")), "'hand' and 'shelf' come too near"),
+        (CannotFollow(3, 0.25, "below_floor", reachable=0.02), "a manipulability above 0.02"),
+        (CannotFollow(3, 0.25, "jump", 1.5), "1.5 rad apart"),
+    ],
+)
+def test_why_a_tool_path_is_not_followed(reason: CannotFollow, part: str) -> None:
+    assert reason.sentence.startswith("The tool path can be followed over 25.0 %, not to point 3: ")
+    assert part in reason.sentence
+    assert reason.sentence.endswith(".")

@@ -53,13 +53,13 @@ inline void solve_positive(double* a, double* b, int n) {
     }
 }
 
-// Where the tool is to go: a point, or a frame if it is oriented. Limits (dof,); joints that wrap have none.
+// What tool is to go where: to a point (3 rows), to a frame (6), or to one about whose z axis it may turn (5). Limits
+// (dof,); joints that wrap have none.
 struct Task {
     const Chain& chain;
-    int last;      // joint that carries the tool
-    Frame tool;    // in its frame
-    Frame target;  // in the world
-    bool oriented;
+    int last;    // joint that carries the tool
+    Frame tool;  // in its frame
+    int rows;
     const double *lower, *upper;
     const uint8_t* wraps;
 };
@@ -67,11 +67,13 @@ struct Task {
 class Descent {
    public:
     explicit Descent(const Task& task)
-        : task_(task), dof_(task.chain.dof()), rows_(task.oriented ? 6 : 3), frames_(dof_ + 1), linear_(dof_),
+        : task_(task), target_(), dof_(task.chain.dof()), rows_(task.rows), frames_(dof_ + 1), linear_(dof_),
           angular_(dof_), jacobian_(6 * dof_), there_(6 * dof_), moved_(dof_) {}
 
-    // Levenberg-Marquardt from q, which becomes where it ends: a step that does not come nearer is damped more.
-    void run(double* q, int iterations) {
+    // Levenberg-Marquardt from q to a target in the world; q becomes where it ends. A step that does not come nearer is
+    // damped more.
+    void run(double* q, const Frame& target, int iterations) {
+        target_ = target;
         constexpr double largest_step = 0.5, near = 1e-7, hopeless = 1e6;  // rad, m or rad
         double error[6], error_there[6], damping = 1e-3;
         double size = look(q, error, jacobian_.data());
@@ -108,12 +110,15 @@ class Descent {
         }
     }
 
-    // How far (m) the tool is from the target at q, and by which angle (rad) it is turned from it.
+    // How far (m) the tool is from the target at q, and by which angle (rad) it, or its z axis, is turned from it.
     void miss(const double* q, double& distance, double& angle) {
         task_.chain.place(q, frames_.data());
         const Frame& joint = frames_[task_.last];
-        distance = length(joint * task_.tool.shift - task_.target.shift);
-        angle = task_.oriented ? length(rotation_vector(turned_by(joint.turn * task_.tool.turn))) : 0.0;
+        distance = length(joint * task_.tool.shift - target_.shift);
+        angle = 0.0;
+        if (rows_ == 3) return;
+        const Mat turn = turned_by(joint.turn * task_.tool.turn);
+        angle = rows_ == 6 ? length(rotation_vector(turn)) : std::atan2(std::hypot(turn.m[2], turn.m[5]), turn.m[8]);
     }
 
    private:
@@ -121,7 +126,7 @@ class Descent {
     Mat turned_by(const Mat& tool) const {
         Mat back;
         for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) back.m[3 * i + j] = task_.target.turn.m[3 * j + i];
+            for (int j = 0; j < 3; ++j) back.m[3 * i + j] = target_.turn.m[3 * j + i];
         return back * tool;
     }
 
@@ -131,17 +136,17 @@ class Descent {
         task_.chain.jacobian(frames_.data(), task_.last, task_.tool.shift, linear_.data(), angular_.data());
         const Frame& joint = frames_[task_.last];
         const Mat turn = joint.turn * task_.tool.turn;
-        const Vec apart = turned_back(task_.target.turn, joint * task_.tool.shift - task_.target.shift);
+        const Vec apart = turned_back(target_.turn, joint * task_.tool.shift - target_.shift);
         error[0] = apart.x, error[1] = apart.y, error[2] = apart.z;
         Vec vector;
-        if (task_.oriented) {
+        if (rows_ > 3) {
             vector = rotation_vector(turned_by(turn));
-            error[3] = vector.x, error[4] = vector.y, error[5] = vector.z;
+            error[3] = vector.x, error[4] = vector.y, error[5] = vector.z;  // the last one is not among 5 rows
         }
         for (int j = 0; j < dof_; ++j) {
-            const Vec column = turned_back(task_.target.turn, linear_[j]);
+            const Vec column = turned_back(target_.turn, linear_[j]);
             jacobian[j] = column.x, jacobian[dof_ + j] = column.y, jacobian[2 * dof_ + j] = column.z;
-            if (task_.oriented) {
+            if (rows_ > 3) {
                 const Vec rate = rotation_vector_rate(vector, turned_back(turn, angular_[j]));
                 jacobian[3 * dof_ + j] = rate.x, jacobian[4 * dof_ + j] = rate.y, jacobian[5 * dof_ + j] = rate.z;
             }
@@ -152,6 +157,7 @@ class Descent {
     }
 
     const Task& task_;
+    Frame target_;
     int dof_, rows_;
     std::vector<Frame> frames_;
     std::vector<Vec> linear_, angular_;

@@ -186,20 +186,21 @@ int chain_manipulability(const Chain* chain, int n, const double* start, const d
     });
 }
 
-// Seeds q (n, dof) become where the descents to a target end; distance (n,) m and angle (n,) rad are left there.
+// Seeds q (n, dof) become where the descents to their targets end, turns (n, 3, 3) and shifts (n, 3); distance (n,) m and
+// angle (n,) rad are left there. `rows` as in Task.
 int chain_inverse(const Chain* chain, int n, double* q, int last, const double* tool_turn, const double* tool_shift,
-                  const double* turn, const double* shift, int oriented, const double* lower, const double* upper,
+                  const double* turns, const double* shifts, int rows, const double* lower, const double* upper,
                   const uint8_t* wraps, int iterations, int threads, double* distance, double* angle) {
     return answered([&] {
         require_joint(*chain, last);
-        const Task task{
-            *chain, last, {mat_at(tool_turn), vec_at(tool_shift)}, {mat_at(turn), vec_at(shift)}, oriented != 0, lower,
-            upper,  wraps};
+        require(rows == 3 || rows == 5 || rows == 6, "a target has 3, 5 or 6 rows");
+        const Task task{*chain, last, {mat_at(tool_turn), vec_at(tool_shift)}, rows, lower, upper, wraps};
         share_out(
             n, threads, 8, [&] { return Descent(task); },
             [&](int k, Descent& descent) {
                 double* own = q + static_cast<size_t>(k) * chain->dof();
-                descent.run(own, iterations);
+                const size_t row = k;
+                descent.run(own, {mat_at(turns + 9 * row), vec_at(shifts + 3 * row)}, iterations);
                 descent.miss(own, distance[k], angle[k]);
             });
     });

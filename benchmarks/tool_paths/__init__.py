@@ -1,0 +1,1 @@
+"""``benchmarks tool-paths``: rasters, lines and circles, followed and judged."""

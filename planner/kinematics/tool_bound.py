@@ -1,0 +1,221 @@
+"""How far a frame of the arm leaves the chord of a joint motion, and proofs of convex conditions on its pose.
+
+Along q(s) a point x that the joints carry has x'' = sum_i J_i q_i'' + sum_ik (dJ_i/dq_k) q_i' q_k', with J_i the
+linear column of the Jacobian, no longer than the reach from axis i, and its rates from :func:`column_rates`. The
+rotation R has dR/dq_i = [z_i] R and d²R/dq_i dq_k = [z_min] [z_max] R, of which no column is longer than 1. A curve
+that bends by no more than M leaves the chord of its ends by M s (1 - s) / 2, an eighth of M at most. So what is convex
+in (x, R) holds on a whole curve where it holds at both ends with that much to spare. Halving a curve divides what it
+needs by four.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints, numbers
+from planner.base.polynomials import bernstein, derivative, evaluate, part
+from planner.kinematics.forward import Chain, joint_placements, tool_joint
+from planner.kinematics.reach import Reach
+from planner.models.robot import Robot
+from planner.models.shapes import Body, Sphere
+
+_FINEST = 1e-7  # m, or the length of a column's change: pieces that leave their chord by less are not halved again
+_POINT = 1e-9  # m: radius of a point as a body
+_ROUNDED = 64 * np.finfo(np.float64).eps  # relative, a joint: of placements, joint values and derivatives
+
+Slack = Callable[[Ints, Floats, Floats, Floats], Floats]
+"""What conditions have to spare at points of curves: ``slack(curve, s, rotation, position)``.
+
+The curve's number (n,), where on it (n,), the frame's rotation (n, 3, 3) and position (n, 3) there. The answer
+(n, a, k) is negative where a condition is broken. The k conditions of one of the ``a`` alternatives have to hold all,
+for the whole of a piece. Each is concave in (s, rotation, position) on its curve.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A frame that a joint (0: the base) carries: ``placement`` (4, 4) in the joint's frame."""
+
+    joint: int
+    placement: Floats
+
+    @staticmethod
+    def tool(robot: Robot, point: Floats | None = None) -> Frame:
+        """The tool frame of ``robot``, its origin moved to ``point`` (3,) of that frame (m)."""
+        joint, placement = tool_joint(robot)
+        moved = placement.homogeneous.copy()
+        if point is not None:
+            moved[:3, 3] += moved[:3, :3] @ numbers("point", point, (3,))
+        return Frame(joint, moved)
+
+    def reach(self, robot: Robot) -> Floats:
+        """(dof,) how far (m) its origin is from each joint's axis at most; 1 for a slide, 0 for what carries it not."""
+        return Reach.of(robot, (Body("tool", "tool", self.joint, Sphere(_POINT), self.placement),)).bodies[0]
+
+    def poses(self, robot: Robot, q: Floats) -> tuple[Floats, Floats]:
+        """Rotations (n, 3, 3) and positions (n, 3) of the frame in the world at configurations (n, dof)."""
+        rotation, position = (array[self.joint] for array in joint_placements(Chain.of(robot), q))
+        return rotation @ self.placement[:3, :3], position + rotation @ self.placement[:3, 3]
+
+
+def column_rates(robot: Robot, frame: Frame | None = None) -> tuple[Floats, Floats]:
+    """How fast column i of a frame's Jacobian changes with joint k at most, linear and angular part, (dof, dof) each.
+
+    Valid for every configuration within the joint limits; the tool's, if no frame is given.
+    """
+    reach = (frame or Frame.tool(robot)).reach(robot)
+    turns, carries = ~robot.prismatic, reach > 0
+    both = carries[:, None] & carries[None, :]
+    index = np.arange(robot.dof)
+    later = np.maximum(index[:, None], index[None, :])
+    before = index[None, :] < index[:, None]  # [i, k]: joint k carries joint i
+    turn_turn = both & turns[:, None] & turns[None, :]
+    turned_slide = both & ~turns[:, None] & turns[None, :] & before
+    slid_turn = both & turns[:, None] & ~turns[None, :] & ~before
+    linear = np.where(turn_turn, reach[later], 0.0) + np.where(turned_slide | slid_turn, 1.0, 0.0)
+    return linear, np.where(turn_turn & before, 1.0, 0.0)
+
+
+class ToolBound:
+    """Upper bounds on how far a frame leaves the chord between its poses at both ends of curves, s in [0, 1].
+
+        bound = ToolBound(robot)
+        off, turned = bound(coefficients)     # (m,) m, and (m,) the length of what any column of the rotation is off
+
+    ``|x(s) - (1 - s) x(0) - s x(1)| <= off`` and so for every column of R, or R times any unit vector, by ``turned``;
+    the Frobenius norm of the matrix by sqrt(2) ``turned``. Valid within the joint limits, rounding included.
+    """
+
+    def __init__(self, robot: Robot, frame: Frame | None = None) -> None:
+        self.robot, self.frame = robot, frame or Frame.tool(robot)
+        self._reach = self.frame.reach(robot)
+        self._rates = column_rates(robot, self.frame)[0]
+        self._turns = ((self._reach > 0) & ~robot.prismatic).astype(float)
+
+    def __call__(self, coefficients: Floats, rounded: Floats | float = 0.0) -> tuple[Floats, Floats]:
+        """For curves (m, degree + 1, dof) whose derivatives are known to ``rounded`` (m, dof)."""
+        slope = derivative(coefficients)
+        v, a = _largest(slope) + rounded, _largest(derivative(slope)) + rounded
+        off = 0.125 * (a @ self._reach + np.einsum("ni,ik,nk->n", v, self._rates, v))
+        turned = 0.125 * (a @ self._turns + (v @ self._turns) ** 2)
+        return off * (1.0 + _ROUNDED), turned * (1.0 + _ROUNDED)
+
+    def rounding(self, coefficients: Floats, position: Floats) -> tuple[Floats, Floats]:
+        """(m,) what rounding takes at most from a position (m), and from a column of R, near ``position`` (m, 3)."""
+        joints = _ROUNDED * np.abs(coefficients).sum(axis=1)
+        size = np.abs(position).sum(axis=1) + self._reach.sum() + 1.0
+        count = _ROUNDED * self.robot.dof
+        return joints @ self._reach + count * size, joints @ self._turns + count
+
+
+def _largest(coefficients: Floats) -> Floats:
+    """(m, dof) no less than the largest absolute value of each joint's polynomial on [0, 1]."""
+    spread = _ROUNDED * np.abs(coefficients).sum(axis=1)
+    return np.abs(bernstein(coefficients)).max(axis=1) + spread
+
+
+@dataclass(frozen=True, eq=False)
+class AlongProofs:
+    """For each of m curves: ``holds`` where the conditions are proven on all of it, ``broken`` where one is not kept.
+
+    Where neither is True they hold so barely that nothing is proven. ``least`` (m, k): lower bounds on what they have
+    to spare where they hold, else the smallest seen, at ``where`` (m,) on the curve.
+    """
+
+    holds: Bools
+    broken: Bools
+    least: Floats
+    where: Floats
+
+
+def prove_along(
+    bound: ToolBound, coefficients: Floats, slack: Slack, per_metre: Floats, per_turn: Floats, finest: float = _FINEST
+) -> AlongProofs:
+    """Whether k conditions on the pose of ``bound``'s frame hold on the curves sum_k c_k s^k, (m, degree + 1, dof).
+
+    ``slack`` says what each has to spare at a point; ``per_metre`` and ``per_turn`` (k,) by how much at most that
+    changes with the position (m), and with the length by which each column of the rotation changes (for the Frobenius
+    norm: sqrt(2)). Pieces that their ends do not prove are halved until none of them needs more than ``finest``. Raises
+    :class:`ArrayError` for arrays of other shapes, or with what is no finite number.
+    """
+    coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", bound.robot.dof))
+    m, weights = len(coefficients), np.stack([per_metre, per_turn]).astype(float)
+    look = _Look(bound, coefficients, slack, weights)
+    proofs = AlongProofs(np.ones(m, bool), np.zeros(m, bool), np.full((m, weights.shape[1]), np.inf), np.zeros(m))
+    every, zeros, ones = np.arange(m), np.zeros(m), np.ones(m)
+    open_ = _Pieces(every, zeros, ones, look.at(proofs, every, zeros), look.at(proofs, every, ones))
+    while len((open_ := open_.only(proofs.holds[open_.curve])).curve):
+        spare, needs = look.pieces(open_)
+        covered = (spare >= 0).all(axis=1)
+        np.minimum.at(proofs.least, open_.curve[covered], spare[covered])
+        stuck = ~covered & ~(needs > finest)
+        _stop(proofs, open_.curve[stuck], open_.low[stuck], spare[stuck])
+        open_ = open_.only(~covered & proofs.holds[open_.curve])
+        middle = 0.5 * (open_.low + open_.high)
+        open_ = open_.halved(middle, look.at(proofs, open_.curve, middle))
+    return proofs
+
+
+@dataclass(frozen=True, eq=False)
+class _Pieces:
+    """Pieces from ``low`` to ``high`` (n,) of curves (n,), and what these have to spare (n, a, k) there."""
+
+    curve: Ints
+    low: Floats
+    high: Floats
+    first: Floats
+    last: Floats
+
+    def only(self, rows: Bools) -> _Pieces:
+        return _Pieces(self.curve[rows], self.low[rows], self.high[rows], self.first[rows], self.last[rows])
+
+    def halved(self, middle: Floats, between: Floats) -> _Pieces:
+        low, high = np.concatenate([self.low, middle]), np.concatenate([middle, self.high])
+        first, last = np.concatenate([self.first, between]), np.concatenate([between, self.last])
+        return _Pieces(np.tile(self.curve, 2), low, high, first, last)
+
+
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """What is asked of curves: slack at points, less rounding, and what pieces between points have to spare."""
+
+    bound: ToolBound
+    coefficients: Floats
+    slack: Slack
+    weights: Floats  # (2, k)
+
+    def at(self, proofs: AlongProofs, curve: Ints, s: Floats) -> Floats:
+        """(n, a, k) at points of curves; where no alternative is kept to there, that is noted in ``proofs``."""
+        coefficients = self.coefficients[curve]
+        rotation, position = self.bound.frame.poses(self.bound.robot, evaluate(coefficients, s))
+        noise = (np.stack(self.bound.rounding(coefficients, position), axis=1) @ self.weights)[:, None, :]
+        found = self.slack(curve, s, rotation, position)
+        proofs.broken[curve[np.all((found + noise < 0).any(axis=2), axis=1)]] = True
+        spare = _best(found - noise)
+        rows = np.flatnonzero(~(spare >= 0).all(axis=1))
+        _stop(proofs, curve[rows], s[rows], spare[rows])
+        return found - noise
+
+    def pieces(self, pieces: _Pieces) -> tuple[Floats, Floats]:
+        """What pieces have to spare (n, k) in the alternative that has most, and the most that they need (n,)."""
+        coefficients, span = self.coefficients[pieces.curve], pieces.high - pieces.low
+        parts = part(coefficients, pieces.low, pieces.high)
+        rounded = _ROUNDED * np.abs(coefficients).sum(axis=1) * span[:, None]
+        needs = np.stack(self.bound(parts, rounded), axis=1) @ self.weights
+        spare = _best(np.minimum(pieces.first, pieces.last) - needs[:, None, :])
+        return spare, needs.max(axis=1)
+
+
+def _best(spare: Floats) -> Floats:
+    """(n, k) of the alternative of (n, a, k) whose least is largest."""
+    best = spare.min(axis=2).argmax(axis=1)
+    return np.take_along_axis(spare, best[:, None, None], axis=1)[:, 0]
+
+
+def _stop(proofs: AlongProofs, curve: Ints, s: Floats, spare: Floats) -> None:
+    """That conditions are not proven, by what they have to spare (n, k) at ``s`` of curves."""
+    proofs.holds[curve], proofs.where[curve] = False, s
+    np.minimum.at(proofs.least, curve, spare)

@@ -1,0 +1,183 @@
+"""Files of tool paths that people write: YAML with lines and arcs, or CSV with a row a point."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import pydantic
+
+from planner.base.arrays import Floats
+from planner.base.errors import FileError
+from planner.base.kinds import checks_kinds
+from planner.base.places import Place, place
+from planner.base.yamlfile import Coordinate, Number, Strict, parse_yaml, read_text, validate
+from planner.models.poses import pose
+from planner.tool_paths.tool_path import ToolPath, TubeSize, arc_points, turned_to
+
+_FARTHEST = 20.0  # m: beyond any arm; points in millimetres are
+_UNIT = 1e-3  # of a quaternion's or an axis's length
+_SAME = 1e-6  # m: points nearer to each other are one
+_COLUMNS = {"quaternion": ("qx", "qy", "qz", "qw"), "axis": ("ax", "ay", "az")}
+
+Vector = Annotated[list[Coordinate], pydantic.Field(min_length=3, max_length=3)]
+
+
+class _Tube(Strict):
+    position: Annotated[Number, pydantic.Field(ge=1e-6, le=0.1)] = TubeSize.position
+    angle: Annotated[Number, pydantic.Field(ge=1e-5, le=0.5)] = TubeSize.angle
+
+
+class _Cone(Strict):
+    axis: Vector
+    angle: Annotated[Number, pydantic.Field(gt=0, le=1.5708)]
+
+
+class _Point(Strict):
+    position: Vector
+    quaternion: Annotated[list[Coordinate], pydantic.Field(min_length=4, max_length=4)] | None = None
+    axis: Vector | None = None
+    cone: _Cone | None = None
+    via: Literal["arc"] | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_orientation(self) -> _Point:
+        if sum(given is not None for given in (self.quaternion, self.axis, self.cone)) != 1:
+            raise ValueError("give one of quaternion, axis and cone")
+        return self
+
+
+class ToolPathFile(Strict):
+    """A tool path: points in m in the world, the tool's orientation at each, and how far the tool may be off."""
+
+    name: str = ""
+    tube: _Tube = _Tube()
+    points: list[_Point]
+    approach: Annotated[Number, pydantic.Field(ge=0, le=1)] = 0.0
+    retreat: Annotated[Number, pydantic.Field(ge=0, le=1)] = 0.0
+
+
+@checks_kinds
+def read_tool_path(path: Place | Mapping[str, Any]) -> ToolPath:
+    """The tool path in a .yaml or .csv file, or in the keys of one; :class:`FileError` for one that makes no sense.
+
+    read_tool_path({"points": [{"position": [0.4, y, 0.3], "axis": [0, 0, -1]} for y in (-0.1, 0.1)]})
+    """
+    if isinstance(path, Mapping):
+        return tool_path_of(validate(ToolPathFile, dict(path), "tool path"), "the tool path", "tool path")
+    path = place(path, "tool path")
+    where, text = f"tool path {path}", read_text(path, "tool path")
+    if path.suffix.lower() not in (".yaml", ".yml", ".csv"):
+        raise FileError(f"{where} ends in '{path.suffix}': give a .yaml or .csv file.")
+    data = _rows(text, where) if path.suffix.lower() == ".csv" else parse_yaml(text, where)
+    return tool_path_of(validate(ToolPathFile, data, where), where, path.stem)
+
+
+def tool_path_of(file: ToolPathFile, where: str, name: str) -> ToolPath:
+    """The arrays of a file, arcs as lines; :class:`FileError` names ``where`` and the point that is wrong."""
+    if len(file.points) < 2:
+        raise FileError(f"{where} has {len(file.points)} points: give two at least.")
+    tube = TubeSize(file.tube.position, file.tube.angle)
+    positions = np.array([point.position for point in file.points], dtype=float)
+    if np.abs(positions).max() > _FARTHEST:
+        number = int(np.abs(positions).max(axis=1).argmax())
+        far = positions[number].tolist()
+        raise FileError(f"{where}: point {number + 1} at {far} m is beyond any arm's reach: mm? Give metres.")
+    twice = np.flatnonzero(np.linalg.norm(np.diff(positions, axis=0), axis=1) < _SAME)
+    if len(twice):
+        raise FileError(
+            f"{where} lists the position of point {twice[0] + 1} twice, as point {twice[0] + 2} too: leave one out."
+        )
+    turns = _turns(file.points, where)
+    free = np.array([point.quaternion is None for point in file.points])
+    cones = np.array([0.0 if point.cone is None else point.cone.angle for point in file.points])
+    path = ToolPath(file.name or name, positions, turns, free, cones, np.arange(len(positions)) + 1, tube)
+    vias = [k for k, point in enumerate(file.points) if point.via]
+    return _with_legs(_with_arcs(path, vias, where), file.approach, file.retreat)
+
+
+def _rows(text: str, where: str) -> dict[str, Any]:
+    """What a CSV of named columns says, as the keys of a YAML file."""
+    rows = list(csv.DictReader(text.splitlines(), skipinitialspace=True))
+    names = [] if not rows else [(name or "").strip() for name in rows[0]]
+    kind = next((kind for kind, columns in _COLUMNS.items() if set(names) == {"x", "y", "z", *columns}), None)
+    if rows and kind is None:
+        raise FileError(f"{where} has columns {', '.join(names)}: give x, y, z and qx, qy, qz, qw or ax, ay, az.")
+    points = []
+    for number, row in enumerate(rows, start=2):
+        try:
+            values = {(name or "").strip(): float(value) for name, value in row.items()}
+        except (TypeError, ValueError):
+            raise FileError(f"{where}: line {number} holds what is no number in a column: mend the file.") from None
+        columns = _COLUMNS[kind or "axis"]
+        points.append({"position": [values[c] for c in "xyz"], kind: [values[c] for c in columns]})
+    return {"points": points}
+
+
+def _turns(points: list[_Point], where: str) -> Floats:
+    """(k, 3, 3); where the tool may turn about its z axis by as little as possible from the point before."""
+    turns = np.empty((len(points), 3, 3))
+    before = np.eye(3)
+    for number, point in enumerate(points):
+        values = np.array(point.quaternion or point.axis or (point.cone and point.cone.axis), dtype=float)
+        length = float(np.linalg.norm(values))
+        what = "quaternion" if point.quaternion else "axis"
+        if abs(length - 1.0) > _UNIT:
+            raise FileError(f"{where}: the {what} of point {number + 1} has length {length:g}: give a unit {what}.")
+        if point.quaternion:
+            turns[number] = pose(quaternion=values.tolist())[:3, :3]
+        else:
+            turns[number] = turned_to((values / length)[None], before[None])[0]
+        before = turns[number]
+    return turns
+
+
+_ARRAYS = ("positions", "turns", "free", "cones", "given")
+
+
+def _with_arcs(path: ToolPath, vias: list[int], where: str) -> ToolPath:
+    """The path with lines for the arcs that lead through the points ``vias``."""
+    if vias and (vias[0] == 0 or vias[-1] == len(path.positions) - 1 or 1 in np.diff(vias)):
+        raise FileError(
+            f"{where}: a 'via: arc' stands between two points that are none: give each arc a begin and an end."
+        )
+    parts = [tuple(getattr(path, name)[:1] for name in _ARRAYS)]
+    for k in range(1, len(path.positions)):
+        if k in vias:
+            try:
+                parts.append(_along_arc(path, k - 1, *arc_points(path.positions[k - 1 : k + 2], path.tube.position)))
+            except ValueError as error:
+                raise FileError(f"{where}: point {k + 1} is no middle of an arc, as {error}: move it.") from None
+        elif k - 1 not in vias:
+            parts.append(tuple(getattr(path, name)[k : k + 1] for name in _ARRAYS))
+    arrays = {name: np.concatenate(rows) for name, rows in zip(_ARRAYS, zip(*parts, strict=True), strict=True)}
+    return replace(path, **arrays)
+
+
+def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> tuple[Any, ...]:
+    """The arrays of points on the arc from ``first``; orientations change evenly to its middle, and from there."""
+    at_middle = int(np.abs(points - path.positions[first + 1]).sum(axis=1).argmin())
+    begin = np.where(np.arange(len(points)) <= at_middle, first, first + 1)
+    low = np.where(begin == first, 0.0, angles[at_middle])
+    high = np.where(begin == first, angles[at_middle], angles[-1])
+    _, turns, free, cones = path.at(begin, (angles - low) / (high - low))
+    return points, turns, free, cones, path.given[begin + 1]
+
+
+def _with_legs(path: ToolPath, approach: float, retreat: float) -> ToolPath:
+    """The path with a straight leg of ``approach`` m along the tool's z axis before it, and ``retreat`` m back."""
+    order = np.arange(len(path.positions))
+    for length, end in ((approach, 0), (retreat, len(order) - 1)):
+        if length > 0:
+            order = np.insert(order, 0 if end == 0 else len(order), end)
+    positions = path.positions[order]
+    if approach > 0:
+        positions[0] -= approach * path.turns[0, :, 2]
+    if retreat > 0:
+        positions[-1] -= retreat * path.turns[-1, :, 2]
+    return ToolPath(
+        path.name, positions, path.turns[order], path.free[order], path.cones[order], path.given[order], path.tube
+    )

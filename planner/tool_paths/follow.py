@@ -1,0 +1,358 @@
+"""Following a tool path: a ladder of proven motions as a roadmap, its field, and the free motion to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Bools, Floats, Ints
+from planner.base.errors import SceneError
+from planner.base.kinds import checks_kinds
+from planner.base.places import Place
+from planner.base.progress import QUIET, Progress, Stopwatch
+from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import EdgeProver, Proofs
+from planner.construction.build import origin_of
+from planner.construction.obtain import obtain_roadmap
+from planner.kinematics.manipulability import node_manipulability
+from planner.kinematics.manipulability_proof import prove_floor
+from planner.kinematics.tool_bound import Frame
+from planner.objective.scale import CostScale, measure_scale
+from planner.planning.followed import FollowedPath
+from planner.planning.network import build_network
+from planner.planning.plan import improved, looked_at_again, solve_and_heal, timed
+from planner.planning.record import DeviationRecord, ToolPathRecord, ToolSpeedRecord
+from planner.planning.result import Plan
+from planner.planning.why_no_path import why_no_path
+from planner.problem.options import plan_request
+from planner.problem.outcome import Outcome
+from planner.problem.reasons import CannotFollow
+from planner.problem.request import FollowRequest, TimingRequest
+from planner.problem.targets import parse_target
+from planner.roadmap.measure import measure_edges
+from planner.roadmap.node_checks import nobody
+from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap
+from planner.setup.open import Query, open_world, states_of
+from planner.setup.resolve import resolve
+from planner.tool_paths.file import read_tool_path
+from planner.tool_paths.ladder import Ladder, build_ladder
+from planner.tool_paths.timing import ToolSpeed, joined_motion, time_tool_path
+from planner.tool_paths.tool_path import ToolPath
+from planner.tool_paths.tube import Tube
+from planner.tool_paths.why_not import why_not
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.trajectory import Trajectory
+
+_OPTIONS = tuple(field.name for field in fields(FollowRequest))
+_ENDS = 8  # first rungs that a free motion may lead to: those of the least cost-to-go
+_SAMPLES = 16  # poses looked at on each motion between rungs, for the largest deviation that is told
+_FAST_STEP = 0.004  # m between stations where the tool's speed matters: between them it changes by little
+
+
+@checks_kinds
+def follow(
+    tool_path: Place | Mapping[str, Any] | ToolPath,
+    request: FollowRequest | None = None,
+    progress: Progress = QUIET,
+    timing: TimingRequest | None = None,
+    **options: Any,
+) -> Plan:
+    """The plan of a joint path that follows a tool path within its tube, proven between samples too.
+
+        planner.follow("seam.yaml", robot="panda", scene="table", beta=0.2)
+
+    ``tool_path`` is a file, its keys, or what :func:`planner.read_tool_path` makes of them; ``options`` are fields of
+    :class:`FollowRequest`. No joint jumps: each motion between two solutions is proven to stay in the tube. With a
+    ``start`` a free motion leads to the path. Where not all can be followed the plan holds what can be, with
+    ``Outcome.PARTLY_FOLLOWED`` and a reason. ``timing`` as in :func:`planner.plan`. Raises :class:`PlannerError`.
+    """
+    made = plan_request(request or FollowRequest(), options, known=_OPTIONS, what="follow")  # type: ignore[arg-type]
+    assert isinstance(made, FollowRequest)
+    return Follower.of(tool_path, made, progress).plan(made, progress, timing)
+
+
+@dataclass(frozen=True, eq=False)
+class Follower:
+    """A tool path with its ladder in one world, to be asked again with another beta or start:
+
+    follower = planner.Follower.of("seam.yaml", planner.FollowRequest(robot="panda", scene="table"))
+    follower.plan(replace(request, beta=0.9))
+    """
+
+    checker: CollisionChecker
+    path: ToolPath
+    ladder: Ladder
+    roadmap: Roadmap | None  # the part of the ladder that is joined to its beginning, proven free; None without any
+    along: Floats  # (n,) m along the path of its nodes
+    floor: float
+    timings: dict[str, float]
+
+    @staticmethod
+    def of(
+        tool_path: Place | Mapping[str, Any] | ToolPath, request: FollowRequest, progress: Progress = QUIET
+    ) -> Follower:
+        """The ladder of a path: all that does not depend on beta or start."""
+        clock = Stopwatch()
+        with clock("setup"):
+            path = tool_path if isinstance(tool_path, ToolPath) else read_tool_path(tool_path)
+            checker = open_world(request)
+            if checker.world.scene.moving:
+                raise SceneError(
+                    f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."
+                )
+        with clock("ladder"):
+            step = None if request.tool_speed is None else _FAST_STEP
+            ladder = build_ladder(
+                checker.robot, Tube(path.evenly_turned()), step, request.seed, request.ladder_density, _free_at(checker)
+            )
+            progress("ladder", len(ladder.q), len(ladder.q))
+        with clock("proofs"):
+            roadmap, along = _ladder_roadmap(ladder, checker, request, progress)
+        return Follower(checker, path, ladder, roadmap, along, request.min_manipulability, clock.seconds)
+
+    @property
+    def followed(self) -> float:
+        """The share of the path's length that can be followed."""
+        return float(self.along.max() / self.ladder.stations[-1]) if self.roadmap else 0.0
+
+    def plan(self, request: FollowRequest, progress: Progress = QUIET, timing: TimingRequest | None = None) -> Plan:
+        """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
+        clock, robot = Stopwatch(), self.checker.robot
+        clock.seconds.update(self.timings)
+        limits = None if timing is None else MotionLimits.of(robot, timing)
+        begun = {"robot": robot, "scene": self.checker.world.scene, "checker": self.checker, "timings": clock.seconds}
+        if self.roadmap is None:
+            nowhere = _nowhere(self.checker, request)
+            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), None)
+        roadmap, along = self.roadmap, self.along
+        draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
+        if progress.stopped:
+            return draft
+        if not request.begins_on_path:
+            with clock("roadmap"):
+                query = self._query(request, draft)
+                free = improved(
+                    replace(draft, roadmap=obtain_roadmap(request, query, progress, request.path_only)), progress
+                )
+                if progress.stopped:
+                    return draft
+                if not free.roadmap.connected:
+                    failed = replace(free, outcome=Outcome.NO_PATH)
+                    return self._finished(replace(failed, reason=why_no_path(failed, progress)), None)
+                roadmap, along = _joined(free, roadmap, along)
+        with clock("costs"):
+            network = _forward(build_network(roadmap, request.objective), along)
+        solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock)
+        motion = None
+        if timing is not None and limits is not None and len(solved.path):
+            with clock("timing"):
+                motion = self._timed(solved, along, request, timing, limits)
+        return self._finished(solved, motion, along)
+
+    def _timed(
+        self, found: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
+    ) -> tuple[Trajectory, ToolSpeed | None]:
+        """The motion along the path, after the free one to it where there is one; with a rest between them."""
+        places = along[found.path_nodes]
+        first, floor = int(np.argmax(places >= 0.0)), request.min_manipulability
+        on_path = found.path[first:], places[first:], self.ladder.tube, self.checker, limits
+        made, speed = time_tool_path(*on_path, request.tool_speed, floor, timing.time_law)
+        if first:
+            free = timed(replace(found, path=found.path[: first + 1]), timing, limits)
+            made = joined_motion(free, made, self.checker, limits, floor)
+        return looked_at_again(made, self.checker), speed
+
+    def _query(self, request: FollowRequest, draft: Plan) -> Query:
+        """From the start to the first rungs of the least cost-to-go."""
+        checker, ladder = self.checker, draft.roadmap
+        start = resolve(parse_target(str(request.start)), checker, states_of(checker.robot, draft.scene), "start")
+        network = _forward(build_network(ladder, request.objective), self.along)
+        cost = gabf.oracle(network)[ladder.starts]
+        best = ladder.starts[np.argsort(cost, kind="stable")[: min(_ENDS, int(np.isfinite(cost).sum()))]]
+        goals = ladder.nodes[best]
+        return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
+
+    def _finished(
+        self, solved: Plan, motion: tuple[Trajectory, ToolSpeed | None] | None, along: Floats | None = None
+    ) -> Plan:
+        """The plan with what came of the tool path, and why it is not followed to its end."""
+        outcome, reason, followed = solved.outcome, solved.reason, self.followed if len(solved.path) else 0.0
+        if self.followed < 1.0 - 1e-9 and reason is None:
+            outcome = Outcome.PARTLY_FOLLOWED
+            there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
+            reason = why_not(self.checker, self.ladder, followed, there, self.floor)
+        reached, deviation = np.zeros((0, 3)), DeviationRecord(position=0.0, angle=0.0)
+        if along is not None and len(solved.path):
+            places = along[solved.path_nodes]
+            on_path = places >= 0.0
+            reached, deviation = _largest_deviation(
+                self.ladder.tube, self.checker, solved.path[on_path], places[on_path]
+            )
+        trajectory, speed = motion or (None, None)
+        record = ToolPathRecord(
+            followed=followed,
+            points=int(self.path.given.max()),
+            largest_deviation=deviation,
+            tube=DeviationRecord(position=self.path.tube.position, angle=self.path.tube.angle),
+            proven=bool(len(solved.path)) and (trajectory is None or trajectory.proven),
+            first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
+            speed=None if speed is None else ToolSpeedRecord(**asdict(speed)),
+        )
+        return replace(
+            solved,
+            outcome=outcome,
+            reason=reason,
+            goal="tool-path" if len(solved.path) else None,
+            trajectory=trajectory,
+            tool_path=FollowedPath(record, self.path.positions, reached),
+        )
+
+
+def _free_at(checker: CollisionChecker) -> Callable[[Floats], Bools]:
+    """Which configurations (k, dof) are proven free, (k,)."""
+    prover = EdgeProver(checker)
+    return lambda q: prover.free(q, np.zeros_like(q))
+
+
+def _ladder_roadmap(
+    ladder: Ladder, checker: CollisionChecker, request: FollowRequest, progress: Progress
+) -> tuple[Roadmap | None, Floats]:
+    """The ladder's motions that are free and above the floor, as far as they are joined to its first rungs.
+
+    Its starts are the first rungs, its goals those farthest along the path that are reached.
+    """
+    robot, along, arcs = ladder.robot, ladder.along, ladder.arcs
+    arcs = arcs[_on_the_way(along, arcs)]
+    start = ladder.q[arcs[:, 0]]
+    delta = robot.difference(start, ladder.q[arcs[:, 1]])
+    proofs = EdgeProver(checker, progress).prove(start, delta, contacts=False)
+    good = proofs.free
+    if request.min_manipulability > 0:
+        rows = np.flatnonzero(good)
+        good[rows] = prove_floor(robot, np.stack([start, delta], axis=1)[rows], request.min_manipulability).holds
+    arcs, rows = arcs[good], np.flatnonzero(good)
+    kept = _on_the_way(along, arcs)
+    if not kept.any():
+        return None, np.zeros(0)
+    return _roadmap(ladder, arcs[kept], proofs, rows[kept], checker, request.seed)
+
+
+def _on_the_way(along: Floats, arcs: Ints) -> Bools:
+    """(m,) the arcs that lie on a way from the path's beginning to what is farthest along it of all that is reached.
+
+    Rungs are sorted along the path.
+    """
+    if not len(arcs):
+        return np.zeros(0, dtype=bool)
+    ahead = _swept(along <= 1e-9, arcs)
+    if not ahead[arcs[:, 0]].any():
+        return np.zeros(len(arcs), dtype=bool)
+    farthest = along[arcs[ahead[arcs[:, 0]], 1]].max()
+    back = _swept(ahead & (along >= farthest - 1e-9), arcs[:, ::-1])
+    return ahead[arcs[:, 0]] & back[arcs[:, 1]]
+
+
+def _swept(reached: Bools, arcs: Ints) -> Bools:
+    """(n,) what can be reached along arcs (m, 2) from where ``reached`` is True."""
+    while True:
+        more = reached.copy()
+        more[arcs[reached[arcs[:, 0]], 1]] = True
+        if (more == reached).all():
+            return reached
+        reached = more
+
+
+def _roadmap(
+    ladder: Ladder, arcs: Ints, proofs: Proofs, rows: Ints, checker: CollisionChecker, seed: int
+) -> tuple[Roadmap, Floats]:
+    used = np.unique(arcs)
+    along = ladder.along[used]
+    first, last = along <= 1e-9, along >= along.max() - 1e-9
+    order = np.concatenate([np.flatnonzero(first), np.flatnonzero(last), np.flatnonzero(~first & ~last)])
+    number = np.full(len(ladder.q), -1)
+    number[used[order]] = np.arange(len(order))
+    edges = np.sort(number[arcs], axis=1)
+    sorted_ = np.lexsort((edges[:, 1], edges[:, 0]))
+    nodes, edges, rows = ladder.q[used[order]], edges[sorted_], rows[sorted_]
+    w, robot = node_manipulability(ladder.robot, nodes), ladder.robot
+    unit = CostScale(1.0, 2.0, 1.0, 1.0, 0.01)
+    measured = measure_edges(robot, nodes, edges, unit)
+    scale = measure_scale(w, measured["joint_length"], measured["tool_length"])
+    roadmap = Roadmap(
+        nodes=nodes,
+        edges=edges,
+        proven=np.ones(len(edges), dtype=bool),
+        starts=np.arange(first.sum()),
+        goals=first.sum() + np.arange(last.sum()),
+        manipulability=w,
+        **measure_edges(robot, nodes, edges, scale),
+        clearance=proofs.clearance[rows],
+        samples=proofs.samples[rows],
+        checked_by=nobody(len(nodes)),
+        scale=scale,
+        origin=origin_of(checker, seed),
+    )
+    return roadmap, along[order]
+
+
+def _nowhere(checker: CollisionChecker, request: FollowRequest) -> Roadmap:
+    """A roadmap of the arm at home alone, for a path that is followed nowhere."""
+    robot = checker.robot
+    nodes, none = robot.home[None], np.zeros((0, 2), dtype=np.int64)
+    w = node_manipulability(robot, nodes)
+    scale = measure_scale(w, np.zeros(0), np.zeros(0))
+    return Roadmap(
+        nodes=nodes, edges=none, proven=np.zeros(0, bool), starts=np.zeros(1, np.int64), goals=np.zeros(0, np.int64),
+        manipulability=w, **measure_edges(robot, nodes, none, scale), clearance=np.zeros(0),
+        samples=np.zeros(0, np.int64), checked_by=nobody(1), scale=scale, origin=origin_of(checker, request.seed),
+    )  # fmt: skip
+
+
+def _forward(network: gabf.Network, along: Floats) -> gabf.Network:
+    """The network without the arcs that lead back along the path; off it ``along`` is -1."""
+    tails, heads = along[network.tails], along[network.indices]
+    return network.without_arcs(np.flatnonzero((tails > heads) & (tails > 1e-9)))
+
+
+def _joined(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
+    """The free roadmap with the ladder behind its goals, on its scale; the ladder's other first rungs are left out."""
+    robot, roadmap = free.robot, free.roadmap
+    roomy = roadmap.part(np.ones(len(roadmap.nodes), bool), roadmap.clearance >= free.clearance_kept)
+    roadmap = roomy if roomy.connected else roadmap
+    n = len(roadmap.nodes)
+    number = np.where(along > 1e-9, n + np.cumsum(along > 1e-9) - 1, -1)
+    for goal in roadmap.goals:
+        same = np.abs(ladder.nodes[ladder.starts] - roadmap.nodes[goal]).max(axis=1) < 1e-9
+        number[ladder.starts[same]] = goal
+    kept = (number >= 0)[ladder.edges].all(axis=1)
+    edges = np.sort(number[ladder.edges[kept]], axis=1)
+    behind = along > 1e-9
+    rungs = {name: getattr(ladder, name)[behind] for name in NODE_ARRAYS}
+    nodes = {name: np.concatenate([getattr(roadmap, name), rungs[name]]) for name in NODE_ARRAYS}
+    arcs: dict[str, Any] = {name: getattr(ladder, name)[kept] for name in EDGE_ARRAYS} | {"edges": edges}
+    arcs |= measure_edges(robot, nodes["nodes"], edges, roadmap.scale)
+    joined = {name: np.concatenate([getattr(roadmap, name), arcs[name]]) for name in EDGE_ARRAYS}
+    order = np.lexsort((joined["edges"][:, 1], joined["edges"][:, 0]))
+    joined = {name: array[order] for name, array in joined.items()}
+    places = np.concatenate([np.full(n, -1.0), along[behind]])
+    places[roadmap.goals] = 0.0
+    return replace(roadmap, **nodes, **joined, goals=number[ladder.goals]), places
+
+
+def _largest_deviation(
+    tube: Tube, checker: CollisionChecker, path: Floats, along: Floats
+) -> tuple[Floats, DeviationRecord]:
+    """Where the tool goes (n, 3) m along a joint path on the tool path, and how far it is off at most, sampled."""
+    robot = checker.robot
+    shares = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None]
+    q = np.concatenate([(path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof), path[-1:]])
+    rotation, position = Frame.tool(robot).poses(robot, q)
+    places = np.append((along[:-1, None] + shares[:, 0, 0] * np.diff(along)[:, None]).ravel(), along[-1])
+    line = np.clip(np.searchsorted(tube.path.along, places, side="right") - 1, 0, len(tube.path.lengths) - 1)
+    lines = np.clip(line[:, None] + np.arange(-1, 2), 0, len(tube.path.lengths) - 1)
+    off, angle = tube.deviations(lines, rotation, position)
+    return position, DeviationRecord(position=float(off.max()), angle=float(angle.max()))

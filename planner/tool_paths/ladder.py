@@ -1,0 +1,315 @@
+"""A ladder: inverse kinematics solutions at stations of a tool path, and the proven joint motions between them.
+
+Solutions are spread over branches, redundancy and free turns at a few stations, and each is continued from station to
+station, nearest solution by nearest solution, over the whole path: a thread. A motion between neighbours on a thread,
+or to near solutions of other threads, is a rung's arc once it is proven to stay in the tube; where that is not so on a
+thread, the motion is halved at a solution for its middle. So no joint changes by more than the tube explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints, distinct_rows
+from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE, solve_each
+from planner.kinematics.manipulability import manipulability
+from planner.kinematics.tool_bound import Frame, ToolBound
+from planner.models.robot import Robot
+from planner.tool_paths.tool_path import about, turned_to
+from planner.tool_paths.tube import Tube
+
+_ANCHORS = 5  # stations at which solutions are looked for from everywhere
+_STARTS = 64  # descents at each
+_THREADS = 6  # solutions of each that are continued
+_NEAR = 3  # solutions of other threads that a motion may lead to from each
+_STEP = (
+    0.4  # of the square root of the tube (m): stations are no farther apart; twice the step needs four times the tube
+)
+_HALVINGS = 5
+_SAME = 1e-4  # rad (m): solutions nearer to each other are one
+_FAR = 0.5  # rad (m): a step of a thread by more is a jump to another branch
+_HOPELESS = 64.0  # times the tube: a motion between threads whose bound is beyond is not looked at
+
+
+@dataclass(frozen=True, eq=False)
+class Ladder:
+    """Rungs ``q`` (n, dof) where the path is at ``share`` (n,) of its line ``line`` (n,), and arcs (m, 2) forward.
+
+    ``along`` (n,) m from the path's beginning; every arc's straight joint motion is proven to stay in the tube.
+    ``off`` (s, 2) is by how much (m, rad) inverse kinematics missed each station at least, ``stations`` (s,) m along.
+    """
+
+    robot: Robot
+    tube: Tube
+    q: Floats
+    line: Ints
+    share: Floats
+    arcs: Ints
+    stations: Floats
+    off: Floats
+
+    @property
+    def along(self) -> Floats:
+        return self.tube.path.along[self.line] + self.share * self.tube.path.lengths[self.line]
+
+
+def build_ladder(
+    robot: Robot,
+    tube: Tube,
+    step: float | None = None,
+    seed: int = 0,
+    dense: int = 1,
+    allows: Callable[[Floats], Bools] | None = None,
+) -> Ladder:
+    """The ladder of a path for ``robot``, with ``dense`` times the solutions; stations ``step`` (m) apart at most.
+
+    Threads begin at solutions (k, dof) that ``allows`` says yes to, (k,), where there are such. The same for the same
+    arguments: it works by counts.
+    """
+    path = tube.path
+    step = min(step or np.inf, _STEP * float(np.sqrt(path.tube.position)))
+    count = np.maximum(np.ceil(path.lengths / step - 1e-9), 1).astype(np.int64)
+    line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
+    share = np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0)
+    stations = _Stations.of(tube, line, share)
+    threads, off = _threads(robot, stations, np.random.default_rng(seed), dense, allows)
+    return _linked(robot, tube, stations, threads, off)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stations:
+    """Targets (s, 4, 4) at places of the path, whether the tool turns freely there (s,), and its cones (s,)."""
+
+    line: Ints
+    share: Floats
+    targets: Floats
+    free: Bools
+    cones: Floats
+
+    def part(self, rows: Ints) -> _Stations:
+        return _Stations(self.line[rows], self.share[rows], self.targets[rows], self.free[rows], self.cones[rows])
+
+    @staticmethod
+    def of(tube: Tube, line: Ints, share: Floats) -> _Stations:
+        path = tube.path
+        position, turn, free, cone = path.at(line, share)
+        targets = np.tile(np.eye(4), (len(line), 1, 1))
+        targets[:, :3, 3], targets[:, :3, :3] = position, turn
+        for end, at in ((0, share == 0), (1, share == 1)):  # what a point allows it allows, whatever its neighbours do
+            free[at], cone[at] = path.free[line[at] + end], path.cones[line[at] + end]
+        return _Stations(line, share, targets, free, cone)
+
+
+def solutions_at(
+    robot: Robot, tube: Tube, along: float, starts: int, rng: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """What ``starts`` descents find at a place of the path (m): as :func:`_solved`, turned as they may be by chance."""
+    path = tube.path
+    line = np.clip(np.searchsorted(path.along, along - 1e-9) - 1, 0, len(path.lengths) - 1)
+    share = np.clip((along - path.along[line]) / path.lengths[line], 0.0, 1.0)
+    stations = _Stations.of(tube, np.full(starts, line), np.full(starts, share))
+    z = (stations.targets[:, :3, :3] @ _tilts(stations.cones, rng))[:, :, 2]
+    return _solved(robot, stations, z, rng.uniform(robot.lower, robot.upper, size=(starts, robot.dof)))
+
+
+def _solved(robot: Robot, stations: _Stations, z: Floats, seeds: Floats) -> tuple[Floats, Floats]:
+    """Configurations (n, dof), nan where no solution is found, and by how much (n, 2) m and rad they are off.
+
+    One a station, from ``seeds`` (n, dof); where the tool turns freely with its z axis along ``z`` (n, 3), turned from
+    the seed's orientation by as little as that takes.
+    """
+    q, off = np.empty_like(seeds), np.empty((len(seeds), 2))
+    for free in (False, True):
+        rows = np.flatnonzero(stations.free == free)
+        targets = stations.targets[rows]
+        if free and len(rows):
+            targets[:, :3, :3] = turned_to(z[rows], Frame.tool(robot).poses(robot, seeds[rows])[0])
+        q[rows], *missed = solve_each(robot, targets, seeds[rows], free)
+        off[rows] = np.stack(missed, axis=1)
+    q[(off[:, 0] > POSITION_TOLERANCE) | (off[:, 1] > ANGLE_TOLERANCE)] = np.nan
+    return q, off
+
+
+def _threads(
+    robot: Robot,
+    stations: _Stations,
+    rng: np.random.Generator,
+    dense: int,
+    allows: Callable[[Floats], Bools] | None,
+) -> tuple[Floats, Floats]:
+    """Solutions (t, s, dof) of every thread, nan where it has ended, and the least miss (s, 2) at each station."""
+    s = len(stations.line)
+    anchors = np.unique(np.linspace(0, s - 1, min(_ANCHORS * dense, s)).round().astype(np.int64))
+    starts = _STARTS * dense
+    at = np.repeat(anchors, starts)
+    tilts, there = _tilts(stations.cones[at], rng), stations.part(at)
+    z = (there.targets[:, :3, :3] @ tilts)[:, :, 2]
+    q, missed = _solved(robot, there, z, rng.uniform(robot.lower, robot.upper, size=(len(at), robot.dof)))
+    good = np.isfinite(q[:, 0])
+    if allows is not None and good.any():
+        good[good] = allows(q[good])
+    off = np.full((s, 2), np.inf)
+    found = [_spread_out(robot, q, good, rows, _THREADS) for rows in np.split(np.arange(len(at)), len(anchors))]
+    chosen = np.concatenate(found)
+    for k, rows in zip(anchors, np.split(missed, len(anchors)), strict=True):
+        off[k] = rows[rows.sum(axis=1).argmin()]
+    threads = np.full((len(chosen), s, robot.dof), np.nan)
+    threads[np.arange(len(chosen)), at[chosen]] = q[chosen]
+    for step, order in ((1, range(s - 1)), (-1, range(s - 1, 0, -1))):
+        for k in order:
+            _continue(robot, stations, threads, tilts[chosen], off, k, k + step)
+    return threads, off
+
+
+def _tilts(cones: Floats, rng: np.random.Generator) -> Floats:
+    """Rotations (n, 3, 3) that lean the z axis of a target within its cone, drawn evenly."""
+    n = len(cones)
+    side, lean = rng.uniform(-np.pi, np.pi, n), 0.9 * cones * np.sqrt(rng.uniform(size=n))
+    return about(np.stack([np.cos(side), np.sin(side), np.zeros(n)], axis=1), lean)
+
+
+def _spread_out(robot: Robot, q: Floats, good: Bools, rows: Ints, count: int) -> Ints:
+    """Up to ``count`` of the ``rows`` with solutions: the best by w, then always the one farthest from the others.
+
+    Of those that are ``good`` (n,), where there are such.
+    """
+    rows = rows[good[rows]] if good[rows].any() else rows[np.isfinite(q[rows, 0])]
+    if not len(rows):
+        return rows
+    chosen = [int(manipulability(robot, q[rows]).argmax())]
+    away = np.full(len(rows), np.inf)
+    while len(chosen) < count:
+        away = np.minimum(away, np.abs(robot.difference(q[rows[chosen[-1]]], q[rows])).max(axis=1))
+        if away.max() <= _SAME:
+            break
+        chosen.append(int(away.argmax()))
+    return rows[chosen]
+
+
+def _continue(
+    robot: Robot, stations: _Stations, threads: Floats, tilts: Floats, off: Floats, here: int, there: int
+) -> None:
+    """Continue all threads that are at one station and not yet at the next one, from each by as little as possible."""
+    rows = np.flatnonzero(np.isfinite(threads[:, here, 0]) & ~np.isfinite(threads[:, there, 0]))
+    if not len(rows):
+        return
+    seeds, target = threads[rows, here], stations.part(np.full(len(rows), there))
+    leaning = tilts[rows] if stations.cones[there] > 0 else np.eye(3)
+    q, missed = _solved(robot, target, (target.targets[:, :3, :3] @ leaning)[:, :, 2], seeds)
+    off[there] = min(off[there], missed[missed.sum(axis=1).argmin()], key=np.sum)
+    far = ~(np.abs(robot.difference(seeds, q)).max(axis=1) <= _FAR)
+    q[far] = np.nan
+    threads[rows, there] = q
+
+
+def _linked(robot: Robot, tube: Tube, stations: _Stations, threads: Floats, off: Floats) -> Ladder:
+    """The ladder of threads: arcs along each and to near solutions of others, as far as they are proven."""
+    s = len(stations.line)
+    nodes, number = _distinct(robot, threads)
+    station = np.concatenate([np.full(len(rows), k) for k, rows in enumerate(nodes)])
+    q = np.concatenate(nodes)
+    along = tube.path.along[stations.line] + stations.share * tube.path.lengths[stations.line]
+    none = np.zeros((0, 2), dtype=np.int64)
+    ladder = Ladder(robot, tube, q, stations.line[station], stations.share[station], none, along, off)
+    alive = (number[:, :-1] >= 0) & (number[:, 1:] >= 0)
+    own = np.unique(np.stack([number[:, :-1][alive], number[:, 1:][alive]], axis=1), axis=0)
+    first = np.searchsorted(station, np.arange(s + 1))
+    return _with_arcs(ladder, own, _near_arcs(robot, q, first, own))
+
+
+def _distinct(robot: Robot, threads: Floats) -> tuple[list[Floats], Ints]:
+    """The distinct solutions (k, dof) of every station, and the number (t, s) of each thread's, -1 for none."""
+    t, s, _ = threads.shape
+    number, nodes, count = np.full((t, s), -1, dtype=np.int64), [], 0
+    for k in range(s):
+        rows = np.flatnonzero(np.isfinite(threads[:, k, 0]))
+        q = robot.normalise(threads[rows, k])
+        first, which = distinct_rows(np.round(q / _SAME))
+        number[rows, k] = count + which
+        nodes.append(q[first])
+        count += len(first)
+    return nodes, number
+
+
+def _near_arcs(robot: Robot, q: Floats, first: Ints, own: Ints) -> Ints:
+    """Motions (m, 2) from each solution to the nearest ones at the next station that are none of its own threads'."""
+    found = []
+    for low, middle, high in zip(first, first[1:], first[2:], strict=False):
+        if middle == low or high == middle:
+            continue
+        away = np.linalg.norm(robot.difference(q[low:middle, None], q[None, middle:high]), axis=2)
+        order = np.argsort(away, axis=1, kind="stable")[:, : _NEAR + 1]
+        found.append(np.stack([np.repeat(np.arange(low, middle), order.shape[1]), middle + order.ravel()], axis=1))
+    near = np.concatenate([*found, np.zeros((0, 2), dtype=np.int64)])
+    n = len(q)
+    return near[~np.isin(near[:, 0] * n + near[:, 1], own[:, 0] * n + own[:, 1])]
+
+
+def _with_arcs(ladder: Ladder, own: Ints, near: Ints) -> Ladder:
+    """The ladder with those arcs that are proven to stay in the tube, those of threads halved where that helps."""
+    bound = ToolBound(ladder.robot)
+    near = near[_hopeful(ladder, bound, near)]
+    arcs = [near[_in_tube(ladder, bound, near)]]
+    for _ in range(_HALVINGS):
+        own = own[np.isfinite(ladder.q[own]).all(axis=(1, 2))]
+        good = _in_tube(ladder, bound, own)
+        arcs.append(own[good])
+        own = own[~good]
+        if not len(own):
+            break
+        ladder, own = _halved(ladder, own)
+    found = np.concatenate(arcs)
+    kept = np.zeros(len(ladder.q), dtype=bool)
+    kept[found] = True
+    order = np.flatnonzero(kept)[np.argsort(ladder.along[kept], kind="stable")]
+    number = np.full(len(ladder.q), -1)
+    number[order] = np.arange(len(order))
+    parts = {name: getattr(ladder, name)[order] for name in ("q", "line", "share")}
+    return replace(ladder, arcs=number[found], **parts)
+
+
+def _motions(ladder: Ladder, arcs: Ints) -> Floats:
+    """(m, 2, dof) the coefficients of straight motions."""
+    a = ladder.q[arcs[:, 0]]
+    return np.stack([a, ladder.robot.difference(a, ladder.q[arcs[:, 1]])], axis=1)
+
+
+def _hopeful(ladder: Ladder, bound: ToolBound, arcs: Ints) -> Bools:
+    """(m,) which motions do not leave their chord by far more than the tube allows."""
+    off, turned = bound(_motions(ladder, arcs)) if len(arcs) else (np.zeros(0), np.zeros(0))
+    tube = ladder.tube.path.tube
+    return (off <= _HOPELESS * tube.position) & (turned <= _HOPELESS * tube.angle)
+
+
+def _in_tube(ladder: Ladder, bound: ToolBound, arcs: Ints) -> Bools:
+    """(m,) which motions between neighbours are proven to stay in the tube."""
+    if not len(arcs):
+        return np.zeros(0, dtype=bool)
+    line = np.where(ladder.share[arcs[:, 0]] < 1.0, ladder.line[arcs[:, 0]], ladder.line[arcs[:, 1]])
+    return ladder.tube.prove(bound, _motions(ladder, arcs), line[:, None]).holds
+
+
+def _halved(ladder: Ladder, arcs: Ints) -> tuple[Ladder, Ints]:
+    """The ladder with a solution for the middle of each of ``arcs`` (m, 2), as far as there is one, and both halves."""
+    robot, (a, b) = ladder.robot, arcs.T
+    line, share = (
+        ladder.line[a],
+        0.5 * (ladder.share[a] + np.where(ladder.line[b] > ladder.line[a], 1.0, ladder.share[b])),
+    )
+    stations = _Stations.of(ladder.tube, line, share)
+    motions = _motions(ladder, arcs)
+    seeds = motions[:, 0] + 0.5 * motions[:, 1]
+    z = stations.targets[:, :3, 2]
+    leaning = stations.cones > 0
+    z[leaning] = Frame.tool(robot).poses(robot, seeds[leaning])[0][:, :, 2]
+    q, _ = _solved(robot, stations, z, seeds)
+    size = np.abs(motions[:, 1]).max(axis=1)
+    q[~(np.abs(robot.difference(seeds, q)).max(axis=1) <= size)] = np.nan
+    new = len(ladder.q) + np.arange(len(q))
+    more = {"q": np.concatenate([ladder.q, robot.normalise(q)]), "line": np.append(ladder.line, line),
+            "share": np.append(ladder.share, share)}  # fmt: skip
+    halves = np.concatenate([np.stack([a, new], axis=1), np.stack([new, b], axis=1)])
+    return replace(ladder, **more), halves

@@ -1,0 +1,159 @@
+"""A tool path as arrays: straight lines of the tool between points, and how it may be turned on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints, frozen, so_far
+from planner.base.kinds import checks_kinds
+
+_TURN = 0.05  # rad: by more the orientation does not change along one line, so that chords of rotations are near it
+_SAGITTA = 0.1  # of the tube: what arcs may be off the lines that stand for them
+
+
+@dataclass(frozen=True)
+class TubeSize:
+    """How far the tool may be off its path: ``position`` (m), and ``angle`` (rad) of its orientation or its z axis."""
+
+    position: float = 0.001
+    angle: float = 0.0087
+
+
+@checks_kinds
+@dataclass(frozen=True, eq=False)
+class ToolPath:
+    """Straight lines of the tool between points: ``positions`` (k, 3) m and ``turns`` (k, 3, 3) in the world.
+
+    Where ``free`` (k,) the tool may turn about its z axis, which has to be within ``cones`` (k,) rad of that of
+    ``turns``; 0: within the tube's angle. Between two points position and orientation change evenly; the tool may turn
+    freely where it may at one of its ends. ``given`` (k,): the number of the point in the file, from 1, that each
+    belongs to, with which the line to it ends; :func:`planner.read_tool_path` reads one from a file.
+    """
+
+    name: str
+    positions: Floats
+    turns: Floats
+    free: Bools
+    cones: Floats
+    given: Ints
+    tube: TubeSize = TubeSize()
+
+    def __post_init__(self) -> None:
+        for name, dtype in (("positions", float), ("turns", float), ("free", bool), ("cones", float), ("given", int)):
+            object.__setattr__(self, name, frozen(getattr(self, name), dtype))
+
+    @property
+    def lengths(self) -> Floats:
+        """(k - 1,) m of every line."""
+        return np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
+
+    @property
+    def along(self) -> Floats:
+        """(k,) m from the first point to each."""
+        return so_far(self.lengths)
+
+    def evenly_turned(self) -> ToolPath:
+        """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
+        return self._with_points(np.ceil(rotation_angles(self.turns[:-1], self.turns[1:]) / _TURN - 1e-9))
+
+    def _with_points(self, pieces: Floats) -> ToolPath:
+        count = np.maximum(pieces, 1).astype(np.int64)
+        line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
+        share = np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0)
+        position, turn, free, cone = self.at(np.minimum(line, len(count) - 1), share)
+        begins = so_far(count)  # what a point allows it allows, whatever its neighbours do
+        position[begins], turn[begins], free[begins], cone[begins] = self.positions, self.turns, self.free, self.cones
+        given = self.given[np.where(share > 0, line + 1, line).clip(max=len(count))]
+        return ToolPath(self.name, position, turn, free, cone, given, self.tube)
+
+    def at(self, line: Ints, share: Floats) -> tuple[Floats, Floats, Bools, Floats]:
+        """Positions (n, 3), turns (n, 3, 3), whether turning is free (n,), and cones (n,) on lines at a share (n,)."""
+        s, ends = share[:, None], (line, line + 1)
+        position = (1 - s) * self.positions[line] + s * self.positions[line + 1]
+        free = self.free[ends[0]] | self.free[ends[1]]
+        angles = np.where(self.cones > 0, self.cones, self.tube.angle)
+        cone = np.where(
+            self.cones[ends[0]] + self.cones[ends[1]] > 0, (1 - share) * angles[line] + share * angles[line + 1], 0.0
+        )
+        return position, between_turns(self.turns[line], self.turns[line + 1], share), free, cone
+
+
+def rotation_angles(a: Floats, b: Floats) -> Floats:
+    """The angles (n,) rad between rotations (n, 3, 3), exact for small ones."""
+    return 2.0 * np.arcsin(np.clip(np.sqrt(((a - b) ** 2).sum(axis=(1, 2)) / 8.0), 0.0, 1.0))
+
+
+def between_turns(a: Floats, b: Floats, share: Floats) -> Floats:
+    """Rotations (n, 3, 3) on the way from ``a`` to ``b`` (n, 3, 3), evenly turned, after ``share`` (n,) of it."""
+    relative = np.swapaxes(a, 1, 2) @ b
+    skew = np.stack(
+        [
+            relative[:, 2, 1] - relative[:, 1, 2],
+            relative[:, 0, 2] - relative[:, 2, 0],
+            relative[:, 1, 0] - relative[:, 0, 1],
+        ],
+        axis=1,
+    )
+    size, angle = np.linalg.norm(skew, axis=1), rotation_angles(a, b)
+    axis = np.where(size[:, None] > 1e-12, skew / np.where(size > 1e-12, size, 1.0)[:, None], half_turn_axes(relative))
+    return a @ about(axis, share * angle)
+
+
+def half_turn_axes(turns: Floats) -> Floats:
+    """The axes (n, 3) of rotations (n, 3, 3) that are half turns, or none at all."""
+    spread = 0.5 * (turns + np.eye(3))
+    column = np.argmax(np.einsum("nii->ni", spread), axis=1)
+    axis = np.take_along_axis(spread, column[:, None, None], axis=2)[:, :, 0]
+    return axis / np.maximum(np.linalg.norm(axis, axis=1), 1e-12)[:, None]
+
+
+def about(axis: Floats, angle: Floats) -> Floats:
+    """Rotations (n, 3, 3) about unit axes (n, 3) by angles (n,) rad (Rodrigues)."""
+    cross = np.zeros((len(axis), 3, 3))
+    for i, j, k, sign in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 0, 2, 1), (1, 2, 0, -1), (2, 0, 1, -1), (2, 1, 0, 1)):
+        cross[:, i, j] = sign * axis[:, k]
+    return np.eye(3) + np.sin(angle)[:, None, None] * cross + (1 - np.cos(angle))[:, None, None] * (cross @ cross)
+
+
+def turned_to(z: Floats, like: Floats) -> Floats:
+    """Rotations (n, 3, 3) with the z axes ``z`` (n, 3), turned from ``like`` (n, 3, 3) by as little as that takes."""
+    old = like[:, :, 2]
+    axis = np.cross(old, z)
+    sine, cosine = np.linalg.norm(axis, axis=1), (old * z).sum(axis=1)
+    unit = np.where(sine[:, None] > 1e-12, axis / np.where(sine > 1e-12, sine, 1.0)[:, None], like[:, :, 0])
+    return about(unit, np.arctan2(sine, cosine)) @ like
+
+
+def arc_points(through: Floats, tube: float) -> tuple[Floats, Floats]:
+    """Points (n, 3) on the arc through three points (3, 3), and the angles (n,) from the first to each.
+
+    They are so near that lines between them are off the arc by a tenth of the tube at most; the middle one is among
+    them, the first one is not. ``ValueError`` where the three lie on a line.
+    """
+    first, middle, last = through
+    a, b = first - middle, last - middle
+    normal = np.cross(a, b)
+    if np.linalg.norm(normal) < 1e-6 * np.linalg.norm(a) * np.linalg.norm(b):
+        raise ValueError("the three points of an arc lie on a line")
+    centre = middle + np.cross((a @ a) * b - (b @ b) * a, normal) / (2.0 * normal @ normal)
+    radius, axis = float(np.linalg.norm(middle - centre)), -normal / np.linalg.norm(normal)
+    x = (first - centre) / radius
+    y = np.cross(axis, x)
+
+    def angle(point: Floats) -> float:
+        return float(np.arctan2((point - centre) @ y, (point - centre) @ x) % (2 * np.pi))
+
+    to_middle, to_last = angle(middle), angle(last)
+    step = 2.0 * np.arccos(max(1.0 - _SAGITTA * tube / radius, 0.5))
+    counts = [max(1, int(np.ceil(part / step))) for part in (to_middle, to_last - to_middle)]
+    angles = np.concatenate(
+        [
+            to_middle * np.arange(1, counts[0] + 1) / counts[0],
+            to_middle + (to_last - to_middle) * np.arange(1, counts[1] + 1) / counts[1],
+        ]
+    )
+    found = centre + radius * (np.cos(angles)[:, None] * x + np.sin(angles)[:, None] * y)
+    found[counts[0] - 1], found[-1] = middle, last
+    return found, angles

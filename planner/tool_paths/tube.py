@@ -1,0 +1,87 @@
+"""The tube around a tool path: what a pose has to spare in it, and proofs that whole joint curves stay inside.
+
+A pose is in the tube where some point of the path is within ``position`` of it and its orientation there within
+``angle``: of the whole orientation, or of the tool's z axis where it may turn. Beside one line of the path that point
+is the pose's own projection u on the line, which is affine in the position; so all conditions are concave in position
+and rotation, and :func:`planner.kinematics.tool_bound.prove_along` applies.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.kinematics.tool_bound import AlongProofs, ToolBound, prove_along
+from planner.tool_paths.tool_path import ToolPath, rotation_angles
+
+_BEYOND = 0.05  # of the tube's radius: so far may the projection lie beyond an end of the line
+_FINEST = 1e-3  # of the tube: pieces that leave their chord by less are not halved again
+_ARC = 0.1  # of the tube's radius is left to the arcs that lines stand for
+
+
+@dataclass(frozen=True, eq=False)
+class Tube:
+    """The tube around the lines of a ``path``, whose orientation changes little on each."""
+
+    path: ToolPath
+
+    def __post_init__(self) -> None:
+        path = self.path
+        object.__setattr__(self, "_length", path.lengths)
+        turns = rotation_angles(path.turns[:-1], path.turns[1:])
+        past = self._beyond / path.lengths
+        chord = 0.5 * turns**2 * np.maximum(0.25, past * (1.0 + past)) + past * turns
+        object.__setattr__(self, "_chord", chord)
+        object.__setattr__(self, "_rate", float((turns / path.lengths).max()))
+
+    _length: Floats = None  # type: ignore[assignment]  (m, of the lines)
+    _chord: Floats = None  # type: ignore[assignment]  (by what columns of rotations on a line are off their chord)
+    _rate: float = 0.0  # the most that a column changes per metre along a line
+
+    @property
+    def _beyond(self) -> float:
+        return _BEYOND * self.path.tube.position
+
+    def spare(self, lines: Ints, rotation: Floats, position: Floats) -> Floats:
+        """(n, a, 3) what poses have to spare beside lines (n, a): m, the length of a column's change, m along it."""
+        path = self.path
+        begin, way, length = path.positions[lines], np.diff(path.positions, axis=0)[lines], self._length[lines]
+        u = ((position[:, None] - begin) * way).sum(axis=2) / length**2
+        off = np.linalg.norm(position[:, None] - begin - np.clip(u, 0.0, 1.0)[..., None] * way, axis=2)
+        wanted = path.turns[lines] + u[..., None, None] * np.diff(path.turns, axis=0)[lines]
+        away = rotation[:, None] - wanted
+        free = path.free[lines] | path.free[lines + 1]
+        column, whole = np.linalg.norm(away[..., 2], axis=2), np.sqrt((away**2).sum(axis=(2, 3)) / 2.0)
+        cones = np.where(path.cones > 0, path.cones, path.tube.angle)
+        angle = cones[lines] + u * np.diff(cones)[lines]
+        most = np.where(free, 2.0 * np.sin(np.clip(angle, 0.0, np.pi) / 2.0), 2.0 * np.sin(path.tube.angle / 2.0))
+        room = (1.0 - _ARC) * path.tube.position
+        along = np.minimum(u * length, (1.0 - u) * length) + self._beyond
+        return np.stack([room - off, most - self._chord[lines] - np.where(free, column, whole), along], axis=2)
+
+    def prove(self, bound: ToolBound, coefficients: Floats, lines: Ints) -> AlongProofs:
+        """Whether curves (m, degree + 1, dof) stay inside, each piece beside one of its ``lines`` (m, a)."""
+        cones = np.where(self.path.cones > 0, self.path.cones, 0.0)
+        opens = float(np.max(np.abs(np.diff(cones)) / self._length, initial=0.0))
+        return prove_along(
+            bound,
+            coefficients,
+            lambda curve, s, rotation, position: self.spare(lines[curve], rotation, position),
+            np.array([1.0, self._rate + opens, 1.0]),
+            np.array([0.0, 1.0, 0.0]),
+            _FINEST * min(self.path.tube.position, self.path.tube.angle),
+        )
+
+    def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
+        """How far (n,) m and rad poses are off the nearest of their lines (n, a), and the angle beyond a cone's."""
+        path = self.path
+        begin, way, length = path.positions[lines], np.diff(path.positions, axis=0)[lines], self._length[lines]
+        u = np.clip(((position[:, None] - begin) * way).sum(axis=2) / length**2, 0.0, 1.0)
+        off = np.linalg.norm(position[:, None] - begin - u[..., None] * way, axis=2)
+        nearest, rows = off.argmin(axis=1), np.arange(len(lines))
+        _, turns, free, cones = path.at(lines[rows, nearest], u[rows, nearest])
+        column = 2.0 * np.arcsin(np.clip(np.linalg.norm(rotation[..., 2] - turns[..., 2], axis=1) / 2.0, 0.0, 1.0))
+        angle = np.where(free, np.maximum(column - cones, 0.0), rotation_angles(rotation, turns))
+        return off[rows, nearest], angle

@@ -1,0 +1,71 @@
+"""Why a tool path cannot be followed beyond a place: reach, limits, contacts, the floor, or a jump."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+
+from planner.base.arrays import Floats, frozen
+from planner.collision.checker import CollisionChecker, contact_of
+from planner.kinematics.inverse import POSITION_TOLERANCE
+from planner.kinematics.manipulability import manipulability
+from planner.models.robot import Robot
+from planner.problem.reasons import CannotFollow
+from planner.tool_paths.ladder import Ladder, solutions_at
+
+_STARTS = 300
+_LOOKED_AT = 40  # solutions whose contacts are named
+
+
+def why_not(
+    checker: CollisionChecker, ladder: Ladder, followed: float, reached: Floats | None, floor: float
+) -> CannotFollow:
+    """The reason why the path is not followed beyond a share of its length, by its next station.
+
+    ``reached`` (k, dof) are the solutions there that can be reached.
+    """
+    robot, path, stations = ladder.robot, ladder.tube.path, ladder.stations
+    here = followed * stations[-1]
+    beyond = stations[stations > here + 1e-9] if reached is not None else stations[:1]
+    there = float(beyond[0]) if len(beyond) else float(stations[-1])
+    line = min(int(np.searchsorted(path.along, there - 1e-9)), len(path.along) - 1)
+    begun = {"point": int(path.given[line]), "followed": followed}
+    q, miss = _solutions(robot, ladder, there)
+    if not len(q):
+        return _no_solution(robot, ladder, there, miss, begun)
+    contacts = [contact_of(checker, one) for one in q[:_LOOKED_AT]]
+    if all(contacts):
+        named = Counter((found.first, found.second) for found in contacts if found)
+        return CannotFollow(cause="touching", between=named.most_common(1)[0][0], **begun)
+    w = manipulability(robot, q)
+    if floor > 0 and w.max() < floor:
+        return CannotFollow(cause="below_floor", reachable=float(w.max()), **begun)
+    free = q[[k for k, found in enumerate(contacts) if found is None]]
+    away = 0.0
+    if reached is not None:
+        away = float(np.abs(robot.difference(reached[:, None], free[None])).max(axis=2).min())
+    return CannotFollow(cause="jump", distance=away, **begun)
+
+
+def _solutions(robot: Robot, ladder: Ladder, along: float) -> tuple[Floats, Floats]:
+    """Solutions (k, dof) at a place of the path, and by how much (m, rad) the nearest try misses it."""
+    q, off = solutions_at(robot, ladder.tube, along, _STARTS, np.random.default_rng(0))
+    return q[np.isfinite(q[:, 0])], off[(off[:, 0] + 0.1 * off[:, 1]).argmin()]
+
+
+def _no_solution(robot: Robot, ladder: Ladder, there: float, miss: Floats, begun: dict) -> CannotFollow:
+    """By how much it is out of reach, or which limits keep the arm from it."""
+    wide = np.where(robot.prismatic, 10.0, 4.0 * np.pi)
+    unlimited = replace(robot, lower=frozen(robot.lower - wide), upper=frozen(robot.upper + wide))
+    q, _ = _solutions(unlimited, ladder, there)
+    if len(q):
+        turned = np.where(robot.prismatic, q, np.mod(q - robot.lower, 2 * np.pi) + robot.lower)
+        over = np.where(robot.continuous, 0.0, np.maximum(robot.lower - turned, turned - robot.upper))
+        least = over[np.maximum(over, 0.0).sum(axis=1).argmin()]
+        joints = tuple(name for name, more in zip(robot.joints, least, strict=True) if more > 0)
+        return CannotFollow(cause="beyond_limit", between=joints or robot.joints, **begun)
+    if miss[0] > POSITION_TOLERANCE:
+        return CannotFollow(cause="out_of_reach", distance=float(miss[0]), **begun)
+    return CannotFollow(cause="turned", distance=float(miss[1]), **begun)

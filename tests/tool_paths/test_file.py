@@ -1,0 +1,110 @@
+"""Files of tool paths: what they say, and one sentence for what makes no sense."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from planner.base.errors import FileError
+from planner.tool_paths.file import read_tool_path
+from tests.documents import ROOT
+
+POINTS: list[dict[str, Any]] = [
+    {"position": [0.4, -0.1, 0.3], "axis": [0, 0, -1]},
+    {"position": [0.4, 0.1, 0.3], "axis": [0, 0, -1]},
+]
+
+
+def with_point(**keys: Any) -> list[dict[str, Any]]:
+    return [POINTS[0], {**POINTS[1], **keys}]
+
+
+def test_a_yaml_file_and_a_csv_say_the_same(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(yaml.safe_dump({"points": POINTS}))
+    (tmp_path / "a.csv").write_text("x,y,z,ax,ay,az\n0.4,-0.1,0.3,0,0,-1\n0.4,0.1,0.3,0,0,-1\n")
+    one, two = read_tool_path(tmp_path / "a.yaml"), read_tool_path(tmp_path / "a.csv")
+    np.testing.assert_array_equal(one.positions, two.positions)
+    np.testing.assert_array_equal(one.turns, two.turns)
+    assert one.free.all()
+    np.testing.assert_allclose(one.turns[:, :, 2], [[0, 0, -1]] * 2, atol=1e-15)
+
+
+def test_quaternions_of_a_csv_are_whole_orientations(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("x, y, z, qx, qy, qz, qw\n0.4,-0.1,0.3,1,0,0,0\n0.4,0.1,0.3,1,0,0,0\n")
+    found = read_tool_path(tmp_path / "a.csv")
+    assert not found.free.any()
+    np.testing.assert_allclose(found.turns[0], np.diag([1, -1, -1]), atol=1e-15)
+
+
+def test_an_arc_is_lines_near_it_through_its_middle() -> None:
+    points = [{"position": p, "axis": [0, 0, -1]} for p in ([0.4, -0.1, 0.3], [0.5, 0.0, 0.3], [0.4, 0.1, 0.3])]
+    points[1]["via"] = "arc"
+    found = read_tool_path({"points": points})
+    radius = np.linalg.norm(found.positions - [0.4, 0, 0.3], axis=1)
+    np.testing.assert_allclose(radius, 0.1, atol=1e-12)
+    middles = 0.5 * (found.positions[:-1] + found.positions[1:])
+    assert 0 < (0.1 - np.linalg.norm(middles - [0.4, 0, 0.3], axis=1)).max() <= 1.01e-4
+    assert np.abs(found.positions - [0.5, 0, 0.3]).sum(axis=1).min() == 0.0
+    assert found.positions[-1].tolist() == [0.4, 0.1, 0.3]
+    assert set(found.given) == {1, 2, 3}
+    assert found.lengths.sum() == pytest.approx(0.1 * np.pi, rel=1e-3)
+
+
+def test_approach_and_retreat_are_legs_along_the_tools_axis() -> None:
+    found = read_tool_path({"points": POINTS, "approach": 0.05, "retreat": 0.1})
+    np.testing.assert_allclose(found.positions[[0, -1]], [[0.4, -0.1, 0.35], [0.4, 0.1, 0.4]])
+    assert len(found.positions) == 4
+    assert found.given.tolist() == [1, 1, 2, 2]
+
+
+@pytest.mark.parametrize(
+    ("data", "part"),
+    [
+        ({"points": []}, "0 points"),
+        ({"points": POINTS[:1]}, "1 points"),
+        ({"points": with_point(position=[0.4, float("nan"), 0.3])}, "finite number"),
+        ({"points": [POINTS[0], POINTS[0]]}, "twice"),
+        ({"points": with_point(position=[400, 100, 300])}, "mm?"),
+        ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3], "quaternion": [0, 0, 0, 2]}]}, "length 2"),
+        ({"points": with_point(axis=[0, 0, -2])}, "length 2"),
+        ({"points": with_point(axis=[0, 0, 0])}, "length 0"),
+        ({"points": POINTS, "tube": {"position": 0}}, "tube.position"),
+        ({"points": POINTS, "tube": {"angle": 0}}, "tube.angle"),
+        ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3], "cone": {"axis": [0, 0, -1], "angle": 3.49}}]}, "cone"),
+        ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3], "cone": {"axis": [0, 0, -1], "angle": 200}}]}, "cone"),
+        ({"points": with_point(quaternion=[0, 0, 0, 1])}, "one of quaternion, axis and cone"),
+        ({"points": [POINTS[0], {"position": [0.4, 0.1, 0.3]}]}, "one of quaternion, axis and cone"),
+        ({"points": with_point(frame="camera")}, "unknown key"),
+        ({"points": with_point(via="arc")}, "via"),
+        ({"points": POINTS, "approach": -1}, "approach"),
+        (
+            {"points": [POINTS[0], {**POINTS[1], "via": "arc"}, {"position": [0.4, 0.3, 0.3], "axis": [0, 0, -1]}]},
+            "is no middle of an arc, as the three points"
+        ),
+    ],
+)  # fmt: skip
+def test_what_makes_no_sense_is_one_sentence(data: dict[str, Any], part: str) -> None:
+    with pytest.raises(FileError) as caught:
+        read_tool_path(data)
+    text = str(caught.value)
+    assert part in text
+    assert text.endswith(".")
+    assert "\n" not in text
+    assert len(text) < 300
+
+
+@pytest.mark.parametrize("text", ["", "x,y,z\n1,2,3\n", "x,y,z,ax,ay,az\n0,0,one,0,0,1\n", "x,y,z,ax,ay,az\n0,0\n"])
+def test_a_bad_csv_is_one_sentence(text: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    with pytest.raises(FileError, match=r"tool path .*\.$"):
+        read_tool_path(tmp_path / "a.csv")
+
+
+def test_the_example_is_read() -> None:
+    found = read_tool_path(ROOT / "scenes/examples/seam.yaml")
+    assert found.name == "seam"
+    assert found.cones[-1] == 0.2

@@ -1,0 +1,209 @@
+"""Following tool paths: whole, from a start, in part with the reason, again at other betas; the motion in its tube."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.base.errors import KeywordError, OptionError, RobotError, SceneError
+from planner.kinematics.manipulability import manipulability
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Obstacle
+from planner.problem.outcome import Outcome
+from planner.problem.reasons import CannotFollow
+from planner.problem.request import FollowRequest, TimingRequest
+from planner.tool_paths.follow import Follower, follow
+from tests.documents import ROOT
+from tests.tool_paths.judge import line_of, outside, raster
+from tests.worlds import planar_trap
+
+REQUEST = FollowRequest(robot="panda", scene="empty")
+RASTER = raster(2, 10, 0.01, [0.45, -0.05, 0.4])
+
+
+def box(name: str, size: tuple[float, float, float], position: list[float]) -> Scene:
+    return Scene("made", (Obstacle(name, Box(size), pose(position)),))
+
+
+@pytest.fixture(scope="module")
+def follower() -> Follower:
+    return Follower.of(RASTER, REQUEST)
+
+
+def test_a_raster_is_followed_without_a_jump(follower: Follower) -> None:
+    found = follower.plan(REQUEST)
+    assert found.outcome is Outcome.SOLVED
+    record = found.tool_path.record  # type: ignore[union-attr]
+    assert (record.followed, record.points, record.first_unreachable, record.proven) == (1.0, 20, None, True)
+    assert record.largest_deviation.position <= 1e-3
+    assert np.abs(np.diff(found.path, axis=0)).max() < 0.1
+    s = np.linspace(0, 1, 5)[:, None, None]
+    q = (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)
+    assert outside(RASTER, found.robot, q) <= 1.0
+    assert found.to_dict()["tool_path"]["followed"] == 1.0
+
+
+def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[np.ndarray] = []
+    monkeypatch.setattr("planner.view.page.draw_tool_path", lambda canvas, points, radius: drawn.append(points))
+    follower.plan(REQUEST).page()
+    np.testing.assert_array_equal(drawn, [RASTER.positions])
+
+
+def test_beta_trades_off_on_one_ladder(follower: Follower) -> None:
+    singular, short = (follower.plan(replace(REQUEST, beta=beta)) for beta in (0.0, 1.0))
+    assert singular.cost.manipulability <= short.cost.manipulability  # type: ignore[union-attr]
+    assert short.cost.distance <= singular.cost.distance  # type: ignore[union-attr]
+    assert singular.cost.manipulability < short.cost.manipulability or singular.path.tolist() == short.path.tolist()  # type: ignore[union-attr]
+    assert singular.max_error_vs_oracle == 0.0
+
+
+def test_the_same_request_gives_the_same_bits() -> None:
+    one, two = (follow(RASTER, REQUEST) for _ in range(2))
+    assert one.path.tobytes() == two.path.tobytes()
+    assert one.roadmap.sha256 == two.roadmap.sha256
+
+
+def test_a_floor_is_kept(follower: Follower) -> None:
+    free = follower.plan(replace(REQUEST, beta=1.0))
+    floor = 1.02 * free.measures.w_min
+    found = follow(RASTER, REQUEST, min_manipulability=floor)
+    assert found.outcome is Outcome.SOLVED
+    s = np.linspace(0, 1, 20)[:, None, None]
+    assert (
+        manipulability(found.robot, (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)).min() >= floor
+    )
+    refused = follow(RASTER, REQUEST, min_manipulability=10.0)
+    assert isinstance(refused.reason, CannotFollow)
+    assert refused.reason.cause == "below_floor"
+    assert 0 < refused.reason.reachable < 10.0
+
+
+def test_a_free_motion_leads_to_it_from_a_start() -> None:
+    path = raster(2, 8, 0.01, [0.15, -0.5, 0.98])
+    found = follow(path, robot="panda", scene="table", start="home", path_only=True, timing=TimingRequest())
+    assert found.outcome is Outcome.SOLVED
+    np.testing.assert_allclose(found.path[0], found.roadmap.nodes[0])
+    made = found.trajectory
+    assert made is not None
+    assert made.proven
+    assert found.tool_path.record.proven  # type: ignore[union-attr]
+    first = int(np.argmax(np.linalg.norm(found.path[:, None] - found.roadmap.nodes[None], axis=2).min(axis=1) < 1))
+    assert first == 0
+    ends = np.abs(made.at(made.times) - found.path[-1]).max(axis=1)
+    assert ends[-1] < 1e-9
+
+
+def test_an_obstacle_on_the_way_is_named_with_the_point() -> None:
+    path = line_of([[0.45, y, 0.4] for y in (-0.2, -0.1, 0.0, 0.1, 0.2)])
+    found = follow(path, robot="panda", scene=box("wall", (0.4, 0.05, 1.0), [0.45, 0.1, 0.4]))
+    assert found.outcome is Outcome.PARTLY_FOLLOWED
+    assert found.outcome.exit_code == 4
+    record = found.tool_path.record  # type: ignore[union-attr]
+    assert 0.3 < record.followed < 0.7
+    assert record.first_unreachable in (3, 4)
+    assert isinstance(found.reason, CannotFollow)
+    assert found.reason.cause in ("touching", "jump")
+    if found.reason.cause == "touching":
+        assert "wall" in found.reason.names
+    assert len(found.path) > 2
+    s = np.linspace(0, 1, 5)[:, None, None]
+    assert outside(path, found.robot, (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)) <= 1.0
+
+
+def test_what_is_out_of_reach_says_by_how_much() -> None:
+    found = follow(line_of([[0.6, 0, 0.5], [0.9, 0, 0.5], [1.3, 0, 0.5]]), REQUEST)
+    assert isinstance(found.reason, CannotFollow)
+    assert found.reason.cause in ("out_of_reach", "turned", "jump", "beyond_limit")
+    nowhere = follow(line_of([[1.6, 0, 0.5], [1.7, 0, 0.5]]), REQUEST)
+    assert isinstance(nowhere.reason, CannotFollow)
+    assert (nowhere.reason.cause, nowhere.reason.point) == ("out_of_reach", 1)
+    assert nowhere.reason.distance > 0.3
+    assert nowhere.tool_path.record.followed == 0.0  # type: ignore[union-attr]
+    assert len(nowhere.path) == 0
+    assert nowhere.to_dict()["tool_path"]["first_unreachable"] == 1
+    assert "followed over 0.0 %" in nowhere.message
+    nowhere.page()
+
+
+@pytest.mark.parametrize(("name", "tube"), [("panda", 1e-3), ("ur5", 1e-4)])
+def test_the_motion_itself_stays_in_the_tube(name: str, tube: float) -> None:
+    path = raster(2, 6, 0.01, [0.45, -0.05, 0.4], tube=(tube, 8.7e-3))
+    found = follow(path, robot=name, scene="empty", timing=TimingRequest())
+    made = found.trajectory
+    assert made is not None
+    assert made.proven
+    assert found.tool_path.record.proven  # type: ignore[union-attr]
+    q = made.at(np.linspace(made.times[0], made.times[-1], 1500))
+    assert outside(path, found.robot, q) <= 1.0
+
+
+def test_the_tool_goes_no_faster_than_asked_and_as_fast_where_it_can() -> None:
+    path = line_of([[0.45, -0.1, 0.4], [0.45, 0.1, 0.4]])
+    found = follow(path, REQUEST, tool_speed=0.05, timing=TimingRequest())
+    made = found.trajectory
+    assert made is not None
+    speed = found.tool_path.record.speed  # type: ignore[union-attr]
+    assert speed is not None
+    times = np.linspace(0, made.duration, 40_001)
+    from planner.kinematics.forward import tool_positions
+
+    way = np.linalg.norm(np.diff(tool_positions(found.robot, made.at(times)), axis=0), axis=1)
+    seen = way / np.diff(times)
+    assert seen.max() <= 0.05 * (1 + 1e-6)
+    steady = float(way[np.abs(seen / 0.05 - 1) <= 0.01].sum() / way.sum())
+    assert steady == pytest.approx(speed.share, abs=0.01)
+    assert steady > 0.9
+    free = follow(path, REQUEST, timing=TimingRequest())
+    assert free.trajectory.duration < 0.5 * made.duration  # type: ignore[union-attr]
+
+
+def test_a_start_that_is_cut_off_says_why_and_keeps_the_record(tmp_path: Path) -> None:
+    """The planar arm cannot turn past its posts, so nothing is followed although all could be."""
+    path = line_of([[-0.8, -0.02, 0.0], [-0.8, 0.02, 0.0]], axis=[0, 0, 1])
+    world = {"robot": "planar_2r", "scene": planar_trap(tmp_path)}
+    assert follow(path, **world).outcome is Outcome.SOLVED
+    found = follow(path, **world, start="q:0,0.2", nodes=60, effort=0)
+    assert found.outcome is Outcome.NO_PATH
+    assert found.reason is not None
+    assert found.reason.kind in ("separated", "budget_spent")
+    assert found.tool_path is not None
+    assert found.tool_path.record.followed == 0.0
+
+
+def test_the_law_of_stops_is_taken_too() -> None:
+    path = line_of([[0.45, -0.02, 0.4], [0.45, 0.02, 0.4]])
+    stops = follow(path, REQUEST, timing=TimingRequest(time_law="stop-at-corners"))
+    assert stops.trajectory is not None
+    assert stops.trajectory.proven
+    assert stops.trajectory.proof["corners_blended"] == 0 < stops.trajectory.proof["corners"]
+
+
+def test_the_example_is_followed_by_arcs_and_cones() -> None:
+    found = follow(ROOT / "scenes/examples/seam.yaml", robot="panda", scene="table")
+    assert found.outcome is Outcome.SOLVED
+    assert found.tool_path.record.followed == 1.0  # type: ignore[union-attr]
+
+
+def test_options_that_make_no_sense_are_refused() -> None:
+    for bad in (0.0, -1.0, np.nan, np.inf):
+        with pytest.raises(OptionError, match="tool speed"):
+            FollowRequest(tool_speed=bad)
+    with pytest.raises(OptionError, match="leave --goal out"):
+        FollowRequest(goal="home")
+    for name, value in (("ik_solutions", 3), ("widen_limits", True), ("path_only", True), ("above_ends", True)):
+        with pytest.raises(OptionError, match=f"--{name.replace('_', '-')} says nothing to a tool path"):
+            FollowRequest(**{name: value})  # pyright: ignore[reportArgumentType]
+    FollowRequest(start="home", path_only=True)
+    with pytest.raises(OptionError, match="ladder density 0"):
+        FollowRequest(ladder_density=0)
+    with pytest.raises(RobotError, match="not found"):
+        follow(RASTER, REQUEST, tool="nowhere")
+    with pytest.raises(KeywordError, match="follow knows no option"):
+        follow(RASTER, REQUEST, speed=1.0)
+    with pytest.raises(SceneError, match="a tool path needs a still one"):
+        follow(RASTER, robot="panda", scene=ROOT / "scenes/examples/cart.yaml")

@@ -1,0 +1,95 @@
+"""The tube attacked: what is proven on joint curves, against the best that a hill climb finds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.kinematics.tool_bound import Frame, ToolBound
+from planner.models.robot import Robot
+from planner.tool_paths.ladder import build_ladder
+from planner.tool_paths.tool_path import ToolPath
+from planner.tool_paths.tube import Tube
+from tests.kinematics.test_tool_bound import sliding
+from tests.tool_paths.judge import line_of, outside
+from tests.worlds import load
+
+WRIST = [[0.35, -0.05, 0.45], [0.40, 0.05, 0.45]]
+
+
+def through(robot: Robot, q: np.ndarray, way: np.ndarray, **more) -> ToolPath:
+    """A path whose first point is where the robot's tool is at ``q``, and which goes ``way`` from there."""
+    rotation, position = Frame.tool(robot).poses(robot, q[None])
+    return line_of([position[0], position[0] + way], axis=rotation[0, :, 2].tolist(), **more)
+
+
+def worst_on_arcs(ladder, rng: np.random.Generator, arcs: int = 12) -> float:
+    """The largest share of the tube that a hill climb along s finds on random arcs."""
+    rows = rng.choice(len(ladder.arcs), size=min(arcs, len(ladder.arcs)), replace=False)
+    worst = 0.0
+    for a, b in ladder.arcs[rows]:
+        start, delta = ladder.q[a], ladder.robot.difference(ladder.q[a], ladder.q[b])
+        s, step = rng.uniform(size=4), 0.25
+        best = np.array([outside(ladder.tube.path, ladder.robot, (start + one * delta)[None]) for one in s])
+        for _ in range(6):
+            tries = np.clip(s + step * rng.normal(size=4), 0, 1)
+            found = np.array([outside(ladder.tube.path, ladder.robot, (start + one * delta)[None]) for one in tries])
+            s, best, step = np.where(found > best, tries, s), np.maximum(best, found), 0.6 * step
+        worst = max(worst, float(best.max()))
+    return worst
+
+
+@pytest.mark.parametrize(("name", "size"), [("panda", 1e-3), ("ur5", 1e-4), ("kinova", 1e-3), ("iiwa14", 1e-5)])
+def test_no_arc_of_a_ladder_leaves_the_tube(name: str, size: float) -> None:
+    """kinova's continuous joints cross half a turn; tubes down to 10 um."""
+    robot, rng = load(name), np.random.default_rng(3)
+    ladder = build_ladder(robot, Tube(line_of(WRIST, tube=(size, 2e-3)).evenly_turned()))
+    assert len(ladder.arcs) > 10
+    assert worst_on_arcs(ladder, rng) <= 1.0
+
+
+def test_whole_orientations_that_turn_are_kept_too() -> None:
+    robot, rng = load("panda"), np.random.default_rng(4)
+    path = line_of(WRIST, quaternion=[1, 0, 0, 0])
+    turns = path.turns.copy()
+    turns[1] = turns[1] @ np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1.0]])
+    turned = type(path)(path.name, path.positions, turns, path.free, path.cones, path.given, path.tube)
+    ladder = build_ladder(robot, Tube(turned.evenly_turned()))
+    assert np.isin([0.0, ladder.stations[-1]], np.round(ladder.along, 12)).any()
+    assert worst_on_arcs(ladder, rng) <= 1.0
+
+
+def test_a_slide_and_a_joint_beside_follow_a_line(urdf_file) -> None:
+    robot = sliding(urdf_file)
+    path = through(robot, np.array([0.1, 0.3, 0.2, 0.4, 0.0]), np.array([0.0, 0.1, 0.0]))
+    ladder = build_ladder(robot, Tube(path.evenly_turned()))
+    assert len(ladder.arcs) > 0
+    assert worst_on_arcs(ladder, np.random.default_rng(0)) <= 1.0
+
+
+def test_what_leaves_the_tube_is_refuted_and_what_stays_is_proven() -> None:
+    """A tube just wide enough, and one just too narrow, for a motion whose deviation is measured densely."""
+    robot = load("iiwa14")
+    q, delta = np.array([0.3, 0.8, 0.1, -1.2, 0.2, 0.9, 0.0]), np.full(7, 0.02)
+    bound, s = ToolBound(robot), np.linspace(0, 1, 5001)
+    rotation, position = bound.frame.poses(robot, q + s[:, None] * delta)
+    chord = position[0] + s[:, None] * (position[-1] - position[0])
+    off = float(np.linalg.norm(position - chord, axis=1).max())
+    verdicts = []
+    for size in (1.2 * off, 0.9 * off):
+        axis = rotation[0, :, 2]
+        path = line_of(position[[0, -1]], tube=(size, 0.4), axis=(axis / np.linalg.norm(axis)).tolist())
+        found = Tube(path.evenly_turned()).prove(bound, np.stack([q, delta])[None], np.zeros((1, 1), dtype=int))
+        verdicts.append((bool(found.holds[0]), bool(found.broken[0])))
+    assert verdicts == [(True, False), (False, True)]
+
+
+def test_deviations_are_what_they_are() -> None:
+    tube = Tube(line_of([[0, 0, 0], [1, 0, 0]], axis=[0, 0, 1]).evenly_turned())
+    lean = np.array([[np.cos(0.3), 0, np.sin(0.3)], [0, 1, 0], [-np.sin(0.3), 0, np.cos(0.3)]])
+    off, angle = tube.deviations(np.zeros((1, 1), dtype=int), lean[None], np.array([[0.5, 0.02, 0.0]]))
+    assert off[0] == pytest.approx(0.02)
+    assert angle[0] == pytest.approx(0.3)
+    spare = tube.spare(np.zeros((1, 1), dtype=int), lean[None], np.array([[0.5, 0.02, 0.0]]))
+    assert spare[0, 0, 0] == pytest.approx(0.9e-3 - 0.02)
+    assert spare[0, 0, 1] < 0
