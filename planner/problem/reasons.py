@@ -38,6 +38,16 @@ class BeyondLimit(Reason):
 
 
 @dataclass(frozen=True)
+class BreaksKept(Reason):
+    """``role`` lies outside what is to be kept, the ``condition`` in its text, by so much: rad, or m."""
+
+    role: str
+    condition: str
+    by: float
+    kind = "breaks_kept"
+
+
+@dataclass(frozen=True)
 class OutOfReach(Reason):
     """No configuration brings the tool to ``role``: the nearest found stays ``distance`` (m) away."""
 

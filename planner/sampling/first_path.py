@@ -129,8 +129,8 @@ class FirstPathSearch:
                 self._progress(FIRST_PATH, self.checked, self._settings.motions)
             return (within is None or within.holds(first + delta)) and look(first, delta)
 
-        with TreePlanners(space, check, self._rng, self._progress) as planners:
-            path = planners.rrt_connect(starts, goals, step, limit)
+        with TreePlanners(space, check, self._rng, self._progress, self._motions.keeps) as planners:
+            path = planners.rrt_connect(starts, goals, self._motions.step(step), limit)
         self.checked = max(self.checked, before + 1)  # a try that could not even begin counts, so that tries end
         return path
 
@@ -151,8 +151,8 @@ class FirstPathSearch:
         robot, last = self._robot, first + delta
         for beyond in _REPAIR_BOX:
             box = self._box(first, last, beyond)
-            with TreePlanners(box, self._motions.proven, self._rng, self._progress) as planners:
-                step = max(0.5 * length(delta), 0.1)
+            with TreePlanners(box, self._motions.proven, self._rng, self._progress, self._motions.keeps) as planners:
+                step = self._motions.step(max(0.5 * length(delta), 0.1))
                 path = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
             self.checked += planners.checked
             if path is not None:

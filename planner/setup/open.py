@@ -11,10 +11,12 @@ from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
 from planner.base.places import Place
 from planner.collision import make_checker
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, with_conditions
+from planner.constraints.keeps import bound_to, narrowed, unbound
 from planner.models.model_checks import require_bodies, tell
 from planner.models.robot import Robot
 from planner.models.scene import Scene
+from planner.problem.conditions import AND, Condition, parse_keeps
 from planner.problem.request import RoadmapRequest, WorldRequest
 from planner.problem.targets import HOME, Target, joints_text, parse_target, parse_targets
 from planner.setup.message import goals_of, in_request, joints_of, unasked
@@ -51,8 +53,9 @@ def open_world(request: WorldRequest, message: Place | None = None) -> Collision
     Joints that are not planned are held as the MoveIt request in the file ``message`` has them.
     """
     scene, robot = _set_up(request, _message(message))
+    robot, keep = narrowed(robot, conditions_of(request, scene))
     _judge(robot, scene)
-    return make_checker(robot, scene, request.collision, request.margin)
+    return make_checker(robot, scene, request.collision, request.margin, keep)
 
 
 def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool = False) -> Query:
@@ -73,9 +76,12 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
     start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
         robot = widened_for(robot, [start, *(goal for _, goal in goals)])
+    robot, keep = narrowed(robot, conditions_of(request, scene))
     _judge(robot, scene)
-    checker = make_checker(robot, scene, request.collision, request.margin)
-    return resolve_query(checker, start, goals, request.ik_solutions, near_start)
+    turns = unbound(keep)
+    bound = [each for each in keep if each not in turns]
+    checker = make_checker(robot, scene, request.collision, request.margin, bound)
+    return resolve_query(checker, start, goals, request.ik_solutions, near_start, turns)
 
 
 def resolve_query(
@@ -84,14 +90,18 @@ def resolve_query(
     goals: list[tuple[str, Target]],
     ik_solutions: int,
     near_start: bool = True,
+    turns: tuple[Condition, ...] = (),
 ) -> Query:
     """The configurations of a start and of goals with their texts; raises :class:`StateError` for unusable ones.
 
-    ``near_start`` as in :func:`make_query`.
+    ``near_start`` as in :func:`make_query`; ``turns`` are conditions that mean the orientation at the start.
     """
     robot, scene = checker.robot, checker.world.scene
     states = states_of(robot, scene)
     starts = resolve(start, checker, states, "start")
+    if turns:
+        more = bound_to(turns, robot, starts[0])
+        checker = with_conditions(checker, (*checker.world.conditions, *more))
     ends, names = [], []
     for name, goal in goals:
         role = "goal" if len(goals) == 1 else f"goal '{name}'"
@@ -100,6 +110,11 @@ def resolve_query(
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()
     return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows))
+
+
+def conditions_of(request: WorldRequest, scene: Scene) -> tuple[Condition, ...]:
+    """What motions keep: as the request says, and the scene."""
+    return tuple(dict.fromkeys(parse_keeps(AND.join((str(request.keep or ""), scene.keep)))))
 
 
 def _message(path: Place | None) -> MotionPlanRequest | None:

@@ -11,6 +11,7 @@ from planner.problem import reasons
 from planner.problem.reasons import (
     BeyondLimit,
     BlockedInTime,
+    BreaksKept,
     BudgetSpent,
     FloorTooHigh,
     Gap,
@@ -25,6 +26,7 @@ TOUCHING = Touching("goal", "hand", "shelf", enclosed=False)
 EVERY = [
     TOUCHING,
     BeyondLimit("start", "elbow", 3.0, -2.0, 2.0),
+    BreaksKept("goal", "axis:z,0,0,1,0.1", 0.25),
     OutOfReach("goal", 0.25),
     Separated(("wall", "door"), NEAR),
     BudgetSpent(300, NEAR),
@@ -39,7 +41,7 @@ def test_every_reason_is_plain_data_under_a_kind_of_its_own() -> None:
     written = [json.loads(json.dumps(reason.to_dict())) for reason in EVERY]
     assert len({record["kind"] for record in written}) == len(EVERY)
     assert written[0] == {"kind": "touching", "role": "goal", "first": "hand", "second": "shelf", "enclosed": False}
-    assert written[3]["gap"] == {
+    assert written[4]["gap"] == {
         "joint_distance": 0.12345,
         "start_side": [0.0, 1.0],
         "goal_side": [0.1, 1.0],
