@@ -24,6 +24,7 @@ FORGIVEN = 1e-9  # rad (m): beyond a condition by what was printed and read back
 _STEPS, _LARGEST = 30, 0.5  # of a projection, and the largest of a joint, rad (m)
 _DAMPING = 1e-9  # of the squares of what is off
 _AT_ONCE = 512  # curves
+_CROSS = frozen([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]])  # a to [a]x
 _FINEST = 2e-5  # rad (m): on so short a motion no pose leaves its chord by what is forgiven
 
 
@@ -241,14 +242,22 @@ def _pose_rates(frame: Frame, robot: Robot, q: Floats) -> tuple[Floats, Floats]:
     rotation, position = joint_placements(chain, q)
     turned = rotation[frame.joint] @ frame.placement[:3, :3]
     x = position[frame.joint] + rotation[frame.joint] @ frame.placement[:3, 3]
-    n, rates, joint = len(q), np.zeros((len(q), 12, robot.dof)), frame.joint
+    carrying = _carriers(chain, frame.joint)
+    k = carrying - 1
+    axes = (rotation[carrying] @ chain.axis[k][:, None, :, None])[..., 0].swapaxes(0, 1)  # (n, k, 3)
+    across = (axes @ _CROSS).reshape(*axes.shape, 3)
+    arm = (x - position[carrying]).swapaxes(0, 1)[..., None]
+    rates, slides = np.zeros((len(q), 12, robot.dof)), chain.prismatic[k]
+    rates[:, :3, k] = np.where(slides[:, None], axes, (across @ arm)[..., 0]).swapaxes(1, 2)
+    turns = (across @ turned[:, None]).reshape(*axes.shape[:2], 9)
+    rates[:, 3:, k] = np.where(slides[:, None], 0.0, turns).swapaxes(1, 2)
+    return np.concatenate([x, turned.reshape(-1, 9)], axis=1), rates
+
+
+def _carriers(chain: Chain, joint: int) -> Ints:
+    """The numbers of a joint and of those that carry it."""
+    found = []
     while joint:
-        k = joint - 1
-        axis = rotation[joint] @ chain.axis[k]
-        if chain.prismatic[k]:
-            rates[:, :3, k] = axis
-        else:
-            rates[:, :3, k] = np.cross(axis, x - position[joint])
-            rates[:, 3:, k] = np.cross(axis[:, None], turned.swapaxes(1, 2)).swapaxes(1, 2).reshape(n, 9)
-        joint = int(chain.parent[k])
-    return np.concatenate([x, turned.reshape(n, 9)], axis=1), rates
+        found.append(joint)
+        joint = int(chain.parent[joint - 1])
+    return np.array(found, dtype=np.int64)
