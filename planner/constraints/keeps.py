@@ -48,6 +48,29 @@ class _Group:
         return np.stack([piece.slack(y) for piece in self.pieces], axis=1)
 
 
+@dataclass(frozen=True)
+class Kept:
+    """What came of a condition on curves: the least it had to ``spare`` (rad, m), at state ``row``, and its proof."""
+
+    condition: Condition
+    spare: float
+    row: int
+    proven: bool
+
+    @property
+    def strays(self) -> bool:
+        """Whether it is broken in a state that was looked at."""
+        return self.spare < -FORGIVEN
+
+    @property
+    def text(self) -> str:
+        """As part of a sentence."""
+        if self.strays:
+            return f"'{self.condition.text}' is broken by {-self.spare:.3g} {self.condition.unit}"
+        proof = "proven all along" if self.proven else "NOT proven between what was sampled"
+        return f"'{self.condition.text}' with {self.spare:.3g} {self.condition.unit} to spare, {proof}"
+
+
 @dataclass(frozen=True, eq=False)
 class Keeps:
     """Bound ``conditions`` on frames of a ``robot``, of which none may be broken.
@@ -121,6 +144,15 @@ class Keeps:
                 part = rows[first : first + _AT_ONCE]
                 proven[part] = _proven(group, coefficients[part])
         return proven
+
+    def along(self, q: Floats, coefficients: Floats) -> tuple[Kept, ...]:
+        """What came of each condition on curves (m, degree + 1, dof), and on states of them (n, dof)."""
+        alone = [replace(self, conditions=(each,)) for each in self.conditions]
+        spare = self.spare(q)
+        return tuple(
+            Kept(each, float(spare[:, k].min()), int(spare[:, k].argmin()), bool(alone[k].proven(coefficients).all()))
+            for k, each in enumerate(self.conditions)
+        )
 
     def projected(self, q: Floats, depth: Floats | float = 0.5, exact: float = FORGIVEN) -> tuple[Floats, Bools]:
         """States near ``q`` (n, dof), within joint limits, that keep all, and which do (n,), forgiving ``exact``.

@@ -30,7 +30,7 @@ from planner.problem.objective import (
     Objective,
     require_floor,
 )
-from planner.problem.targets import ToolGoal, joints_text, parse_base, parse_target, parse_targets
+from planner.problem.targets import ToolGoal, parse_base, parse_target, parse_targets, state_text
 
 
 class Named(Protocol):
@@ -160,10 +160,8 @@ class Ends(Part):
         super().__post_init__()
         for role, parse in (("start", parse_target), ("goal", parse_targets)):
             value = getattr(self, role)
-            if not isinstance(value, str):
-                value = value.text if isinstance(value, ToolGoal) else joints_text(value, role)
-                object.__setattr__(self, role, value)
-            parse(value)
+            object.__setattr__(self, role, state_text(value, role))
+            parse(getattr(self, role))
 
 
 @dataclass(frozen=True)

@@ -137,6 +137,11 @@ def _conditions(text: str) -> tuple[Condition, ...]:
     raise OptionError(f"'{text[:100]}' is no part of a goal with tolerance: give xyz:, pose:, or {CONDITIONS}.")
 
 
+def state_text(state: str | Iterable[float] | ToolGoal, role: str = "state") -> str:
+    """A state as its text, however it is given; :class:`OptionError` for what is none."""
+    return state if isinstance(state, str) else state.text if isinstance(state, ToolGoal) else joints_text(state, role)
+
+
 def joints_text(values: Iterable[float], role: str = "state") -> str:
     """Joint values (dof,) rad as their text, exact to the last bit; :class:`OptionError` for anything else."""
     try:

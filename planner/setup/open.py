@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -47,13 +48,19 @@ class Query:
         return self.goal_names[int(away.argmin())]
 
 
-def open_world(request: WorldRequest, message: Place | None = None) -> CollisionChecker:
+def open_world(
+    request: WorldRequest, message: Place | None = None, start: Callable[[Robot], Floats] | None = None
+) -> CollisionChecker:
     """A checker of the robot in the scene that ``request`` names, without start and goal.
 
-    Joints that are not planned are held as the MoveIt request in the file ``message`` has them.
+    Joints that are not planned are held as the MoveIt request in the file ``message`` has them. ``start`` gives the
+    configuration (dof,) whose orientation is meant where what is kept names none.
     """
-    scene, robot = _set_up(request, _message(message))
+    said = _message(message)
+    scene, robot = _set_up(request, said)
     robot, keep = narrowed(robot, conditions_of(request, scene))
+    if start is not None and unbound(keep):
+        keep = bound_to(keep, robot, start(robot))
     _judge(robot, scene)
     return make_checker(robot, scene, request.collision, request.margin, keep)
 

@@ -64,7 +64,11 @@ def beyond(robot, condition, q):
     if kind == "rotvec":
         angles = pin.log3(off)
     else:  # intrinsic x, y, z
-        angles = [math.atan2(-off[1, 2], off[2, 2]), math.asin(np.clip(off[0, 2], -1, 1)), math.atan2(-off[0, 1], off[0, 0])]
+        angles = [
+            math.atan2(-off[1, 2], off[2, 2]),
+            math.asin(np.clip(off[0, 2], -1, 1)),
+            math.atan2(-off[0, 1], off[0, 0]),
+        ]
     return max(abs(angle) - tolerance for angle, tolerance in zip(angles, condition.tolerances, strict=True))
 
 
@@ -80,7 +84,8 @@ def test_states_hold_what_the_words_say(panda, text):
     q = np.vstack([q, keeps.projected(q, rng.uniform(-0.2, 0.9, size=40))[0]])
     truth = np.array([[beyond(panda, each, state) for each in keeps.conditions] for state in q])
     holds = keeps.holds(q)
-    assert holds.any() and not holds.all()
+    assert holds.any()
+    assert not holds.all()
     assert (truth[holds] <= 1e-6).all()
     if "rotvec" not in text:
         assert (truth[~holds].max(axis=1) > -1e-6).all()
