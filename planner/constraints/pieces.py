@@ -162,6 +162,10 @@ def _euler(matrix: Floats, tolerances: Three) -> list[Piece]:
     if y < _RIGHT:
         row = _entry(matrix, 0, 2)
         made += [Half(frozen(sign * row), -math.sin(y), math.sin(y)) for sign in (1.0, -1.0)]
+    # what follows from these shows states that are far off the way
+    for k, others in ((2, (x, y)), (0, (y, z))):
+        if sum(others) < math.pi:
+            made.append(_axis(k, matrix[:, k], sum(others)))
     return made
 
 

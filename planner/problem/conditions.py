@@ -235,6 +235,11 @@ class KeepEuler(OfTurn):
         self._require_tolerance(*self.tolerances)
 
     @property
+    def narrowed(self) -> bool:
+        """Whether a part of it is kept, and not all."""
+        return any(0.5 * math.pi < self.tolerances[k] < math.pi for k in (0, 2))
+
+    @property
     def values(self) -> tuple[float, ...]:
         return (*self.tolerances, *(self.quaternion or ()))
 
@@ -252,6 +257,10 @@ class KeepRotationVector(KeepEuler):
     """
 
     kind = "rotvec"
+
+    @property
+    def narrowed(self) -> bool:
+        return min(self.tolerances) < math.pi
 
 
 @checks_kinds
@@ -337,14 +346,18 @@ def parse_condition(text: str) -> Condition:
 
 def parse_keeps(text: str) -> tuple[Condition, ...]:
     """What a motion is to keep out of its text; :class:`OptionError` where it has no meaning, or is too thin."""
-    found = tuple(parse_condition(part) for part in text.split(AND) if part.strip())
-    for condition in found:
+    return require_thick(tuple(parse_condition(part) for part in text.split(AND) if part.strip()))
+
+
+def require_thick(conditions: tuple[Condition, ...]) -> tuple[Condition, ...]:
+    """The conditions; :class:`OptionError` for one that leaves so little that no motion keeps it."""
+    for condition in conditions:
         if condition.thickness < THINNEST:
             raise OptionError(
                 f"'{condition.text[:100]}' leaves {condition.thickness:g} {condition.unit} and no motion straight in "
                 f"joints keeps to that: leave {THINNEST:g} or more."
             )
-    return found
+    return conditions
 
 
 def keeps_text(keep: object) -> str:

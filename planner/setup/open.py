@@ -17,10 +17,10 @@ from planner.constraints.keeps import bound_to, narrowed, unbound
 from planner.models.model_checks import require_bodies, tell
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.problem.conditions import AND, Condition, parse_keeps
+from planner.problem.conditions import AND, Condition, parse_keeps, require_thick
 from planner.problem.request import RoadmapRequest, WorldRequest
 from planner.problem.targets import HOME, Target, joints_text, parse_target, parse_targets
-from planner.setup.message import goals_of, in_request, joints_of, unasked
+from planner.setup.message import goals_of, in_request, joints_of, kept_of, noting, unasked
 from planner.setup.resolve import resolve
 from planner.setup.robots import robot_of, widened_for
 
@@ -58,7 +58,8 @@ def open_world(
     """
     said = _message(message)
     scene, robot = _set_up(request, said)
-    robot, keep = narrowed(robot, conditions_of(request, scene))
+    scene, keep = conditions_of(request, robot, scene, said)
+    robot, keep = narrowed(robot, keep)
     if start is not None and unbound(keep):
         keep = bound_to(keep, robot, start(robot))
     _judge(robot, scene)
@@ -83,7 +84,8 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
     start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
         robot = widened_for(robot, [start, *(goal for _, goal in goals)])
-    robot, keep = narrowed(robot, conditions_of(request, scene))
+    scene, keep = conditions_of(request, robot, scene, message)
+    robot, keep = narrowed(robot, keep)
     _judge(robot, scene)
     turns = unbound(keep)
     bound = [each for each in keep if each not in turns]
@@ -119,9 +121,15 @@ def resolve_query(
     return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows))
 
 
-def conditions_of(request: WorldRequest, scene: Scene) -> tuple[Condition, ...]:
-    """What motions keep: as the request says, and the scene."""
-    return tuple(dict.fromkeys(parse_keeps(AND.join((str(request.keep or ""), scene.keep)))))
+def conditions_of(
+    request: WorldRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
+) -> tuple[Scene, tuple[Condition, ...]]:
+    """What motions keep, by the request, the scene and a message; with the scene that notes what is left aside."""
+    keep = parse_keeps(AND.join((str(request.keep or ""), scene.keep)))
+    if message is not None:
+        more, notes = kept_of(message, robot, scene)
+        keep, scene = (*keep, *require_thick(more)), noting(scene, *notes)
+    return scene, tuple(dict.fromkeys(keep))
 
 
 def _message(path: Place | None) -> MotionPlanRequest | None:
