@@ -141,6 +141,24 @@ class FloorTooHigh(Reason):
 
 
 @dataclass(frozen=True)
+class KeptTooNarrow(Reason):
+    """Start and goal are joined where nothing is kept, but by no path that was found to keep the ``conditions``."""
+
+    conditions: tuple[str, ...]
+    gap: Gap
+    kind = "kept_too_narrow"
+
+    @property
+    def sentence(self) -> str:
+        """What the user reads."""
+        kept = choices(f"'{text}'" for text in self.conditions)
+        return (
+            f"No path that keeps {kept} was found within the budget; without that start and goal are joined, and with "
+            f"it {self.gap.sentence}: leave more tolerance, raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
 class BlockedInTime(Reason):
     """Start and goal are joined, but no motion in time keeps clear of ``obstacles``, which move along known motions.
 
@@ -171,7 +189,7 @@ class BlockedInTime(Reason):
         )
 
 
-NoWay = Separated | BudgetSpent
+NoWay = Separated | BudgetSpent | KeptTooNarrow
 """Start and goal lie in different parts of the roadmap."""
 
 NoPath = NoWay | FloorTooHigh | BlockedInTime

@@ -166,3 +166,14 @@ def test_a_session_keeps_it(upright):
     assert not plan.solved or tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
     with pytest.raises(PlannerError, match="orientation at a start"):
         planner.Session("panda", "empty", keep="turn:0.1")
+
+
+def test_what_is_kept_is_named_where_nothing_else_separates():
+    """The tool may turn from 0.5 to 3 rad through what is to be left out: the joints cannot turn the other way."""
+    plan = planner.plan(
+        robot="planar_2r", scene="empty", start="q:0.3,0.2", goal="q:2.8,0.2", nodes=30, effort=0,
+        keep="axis:x,0.1767,-0.9843,0,1.95",
+    )  # fmt: skip
+    assert not plan.solved
+    assert plan.reason.kind == "kept_too_narrow"
+    assert "without that start and goal are joined" in plan.message

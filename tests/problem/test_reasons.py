@@ -15,6 +15,7 @@ from planner.problem.reasons import (
     BudgetSpent,
     FloorTooHigh,
     Gap,
+    KeptTooNarrow,
     OutOfReach,
     Separated,
     Touching,
@@ -31,6 +32,7 @@ EVERY = [
     Separated(("wall", "door"), NEAR),
     BudgetSpent(300, NEAR),
     FloorTooHigh(0.3, 0.2),
+    KeptTooNarrow(("axis:z,0,0,1,0.1",), NEAR),
     BlockedInTime("route", ("cart", "lorry")),
 ]
 
