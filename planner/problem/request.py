@@ -249,7 +249,7 @@ class RoadmapRequest(Growth, Targets, WorldRequest):
     """A roadmap around a start and a goal.
 
     Each is a name from the scene file, home, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
-    or pose:x,y,z,qx,qy,qz,qw.
+    or pose:x,y,z,qx,qy,qz,qw; with tolerance, conditions as --keep has them, with & between.
     """
 
     min_manipulability: float = 0.0
