@@ -23,6 +23,14 @@ from .planning.network import build_network as build_network
 from .planning.plan import plan as plan
 from .planning.replanned import Change as Change
 from .planning.result import Plan as Plan
+from .problem.conditions import KeepAxis as KeepAxis
+from .problem.conditions import KeepBox as KeepBox
+from .problem.conditions import KeepEuler as KeepEuler
+from .problem.conditions import KeepJoint as KeepJoint
+from .problem.conditions import KeepPlane as KeepPlane
+from .problem.conditions import KeepRotationVector as KeepRotationVector
+from .problem.conditions import KeepSphere as KeepSphere
+from .problem.conditions import KeepTurn as KeepTurn
 from .problem.objective import Objective as Objective
 from .problem.outcome import Outcome as Outcome
 from .problem.request import FollowRequest as FollowRequest
@@ -30,6 +38,7 @@ from .problem.request import LimitsRequest as LimitsRequest
 from .problem.request import PlanRequest as PlanRequest
 from .problem.request import SweepRequest as SweepRequest
 from .problem.request import TimingRequest as TimingRequest
+from .problem.targets import ToolGoal as ToolGoal
 from .roadmap.roadmap import Roadmap as Roadmap
 from .roadmap.storage import load_roadmap as load_roadmap
 from .roadmap.storage import save_roadmap as save_roadmap

@@ -114,6 +114,15 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     },
     "KnownMotion": lambda: {"times": [0.0, 1.0], "poses": [EYE, EYE]},
     "MovingObstacle": lambda: {"name": "a", "shape": SPHERE, "motion": known()},
+    "KeepAxis": lambda: {"axis": "z", "direction": (0.0, 0.0, 1.0), "angle": 0.1, "frame": None},
+    "KeepBox": lambda: {"lower": (0.0, 0.0, 0.0), "upper": (1.0, 1.0, 1.0), "point": (0.0, 0.0, 0.1), "frame": None},
+    "KeepEuler": lambda: {"tolerances": (0.1, 0.1, 0.1), "quaternion": None, "frame": None},
+    "KeepJoint": lambda: {"joint": "a", "lower": 0.0, "upper": 1.0, "frame": None},
+    "KeepPlane": lambda: {"normal": (0.0, 0.0, 1.0), "distance": 0.1, "point": (0.0, 0.0, 0.1), "frame": None},
+    "KeepRotationVector": lambda: {"tolerances": (0.1, 0.1, 0.1), "quaternion": None, "frame": None},
+    "KeepSphere": lambda: {"centre": (0.0, 0.0, 1.0), "radius": 0.1, "point": (0.0, 0.0, 0.1), "frame": None},
+    "KeepTurn": lambda: {"angle": 0.1, "quaternion": (0.0, 0.0, 0.0, 1.0), "frame": None},
+    "ToolGoal": lambda: {"conditions": (planner.KeepSphere((0.0, 0.0, 1.0)),)},
     "Objective": lambda: {name: getattr(planner.Objective(), name) for name in planner.Objective.__dataclass_fields__},
     "LimitsRequest": lambda: dict(vars(planner.LimitsRequest())),
     "TimingRequest": lambda: dict(vars(planner.TimingRequest())),
@@ -124,7 +133,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "MotionLimits": lambda: dict(vars(planner.MotionLimits.of(robot()))),
     "Scene": lambda: {
         "name": "x", "obstacles": scene().obstacles, "moving": (), "carried": (), "states": {},
-        "description": "", "robots": {}, "allowed": frozenset(), "message": None, "notes": (),
+        "description": "", "robots": {}, "allowed": frozenset(), "message": None, "notes": (), "keep": "",
     },
     "Session": lambda: {
         "robot": robot(), "scene": scene(), "roadmap": None, "tool": None, "collision": "fcl", "margin": 0.0,
@@ -140,7 +149,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     },
     "load_roadmap": lambda: {"path": "none.npz"},
     "save_roadmap": lambda: {"roadmap": post_roadmap(), "path": "/nonexistent/x.npz"},
-    "make_checker": lambda: {"robot": robot(), "scene": scene(), "backend": "fcl", "margin": 0.0},
+    "make_checker": lambda: {"robot": robot(), "scene": scene(), "backend": "fcl", "margin": 0.0, "keep": ()},
     "paths_from": lambda: {"network": net(), "cost_to_go": field(), "starts": [1]},
     "plan": lambda: {
         "request": None, "progress": planner.Progress(), "timing": None, **PLAN, "start": FINE[0], "goal": FINE[1],
@@ -276,14 +285,14 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
 }  # fmt: skip
 
 JUDGED_INSIDE = {
-    "FollowRequest": {"start", "goal"},
-    "PlanRequest": {"start", "goal"},
+    "FollowRequest": {"start", "goal", "keep"},
+    "PlanRequest": {"start", "goal", "keep"},
     "Scene": {"message"},
     "Session.attach": {"at"},
     "Session.detach": {"at"},
     "Session.plan": {"start", "goal"},
     "Session.plan_in_time": {"start", "goal"},
-    "SweepRequest": {"start", "goal"},
+    "SweepRequest": {"start", "goal", "keep"},
     "Trajectory.stop_at": {"checker"},
 }
 REFUSED_ALWAYS = {

@@ -1,4 +1,4 @@
-"""The command line's words before they are read: a goal may be given several times, any other option once."""
+"""The command line's words before they are read: goals and what is kept may be given several times, others once."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from planner.base.errors import OptionError
 from planner.problem.targets import AND
 
-_GOAL = "--goal"
+_SEVERAL = ("--goal", "--keep")
 
 
 def options_in(words: Sequence[str]) -> set[str]:
@@ -16,28 +16,29 @@ def options_in(words: Sequence[str]) -> set[str]:
 
 
 def prepared(words: Sequence[str]) -> list[str]:
-    """The words with all ``--goal`` made one, which stands where the first stood; others twice are refused.
+    """The words with all ``--goal`` made one, which stands where the first stood, and all ``--keep``; others twice are
+    refused.
 
     Of an option given twice the parser would take the last and say nothing. Raises :class:`OptionError`.
     """
     seen: set[str] = set()
     out: list[str] = []
-    goal: int | None = None  # where the first goal's value stands in ``out``
+    first: dict[str, int] = {}  # where the first value of these stands in ``out``
     waiting = iter(words)
     for word in waiting:
         option, equals, value = word.partition("=")
         option = option.replace("_", "-")
         if not option.startswith("--") or option == "--":
             out.append(word)
-        elif option == _GOAL:
+        elif option in _SEVERAL:
             value = value if equals else next(waiting, None)
             if value is None:
-                out.append(_GOAL)
-            elif goal is None:
-                goal = len(out) + 1
-                out += [_GOAL, value]
+                out.append(option)
+            elif option not in first:
+                first[option] = len(out) + 1
+                out += [option, value]
             else:
-                out[goal] += AND + value
+                out[first[option]] += AND + value
         elif option in seen:
             raise OptionError(f"option {option} is given twice: give it once.")
         else:

@@ -13,7 +13,9 @@ from planner.cli.terminal import complain, facts, say, show, watching
 from planner.problem.request import LimitsRequest, WorldRequest
 
 if TYPE_CHECKING:
+    from planner.base.arrays import Floats
     from planner.collision.checker import CollisionChecker
+    from planner.models.robot import Robot
     from planner.trajectory.points import Points
 
 EXIT_NOT_USABLE = 4
@@ -66,7 +68,7 @@ def check(
     from planner.setup.resolve import looks_like_degrees
     from planner.trajectory.points import read_points
 
-    checker = open_world(request)
+    checker = open_world(request, start=lambda robot: _first(path, robot))
     robot, scene = checker.robot, checker.world.scene
     points = read_points(path, robot)
     if points is not None:
@@ -84,6 +86,15 @@ def check(
         show(facts(f"{path}: {robot.name} in {scene.name}", report_rows(report)))
         say(verdict_sentence(report))
     return 0 if report.ok else EXIT_NOT_USABLE
+
+
+def _first(path: Path, robot: Robot) -> Floats:
+    """Where the path or trajectory in a file begins (dof,)."""
+    from planner.paths.file import read_joint_path
+    from planner.trajectory.points import read_points
+
+    points = read_points(path, robot)
+    return read_joint_path(path, robot)[0] if points is None else points.columns[0][0]
 
 
 def _check_trajectory(

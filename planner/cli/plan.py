@@ -33,8 +33,8 @@ def plan(
     """Plan a joint path from a start to a goal that keeps away from obstacles and singular configurations.
 
     A start or goal is a name from the scene file, home, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool
-    position, m) or pose:x,y,z,qx,qy,qz,qw. With no options this is the paper's scenario: a KUKA LBR iiwa 14
-    among obstacles. Examples:
+    position, m), pose:x,y,z,qx,qy,qz,qw, or with tolerance conditions as --keep has them, with & between. With no
+    options this is the paper's scenario: a KUKA LBR iiwa 14 among obstacles. Examples:
 
     planner plan --beta 0 --seed 3
 
@@ -45,6 +45,8 @@ def plan(
     planner plan --goal goal --goal xyz:0.5,-0.4,0.9
 
     planner plan --path-only
+
+    planner plan --robot panda --scene empty --start home --goal "xyz:0.4,0.4,0.5 & axis:z,0,0,-1" --keep turn:0.1
 
     The same command and seed give the same path and roadmap, on any load and on every x86-64 processor with FMA (made
     since 2013), as long as the versions in plan.json are the same.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 from planner.base.errors import OptionError, choices
@@ -9,28 +10,39 @@ from planner.base.kinds import checks_kinds
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import worked_out
 from planner.collision.world import World
+from planner.constraints.keeps import require_bound
 from planner.models.frames import in_world
 from planner.models.robot import Robot
 from planner.models.scene import Scene
+from planner.problem.conditions import Condition, keeps_text, parse_keeps
 from planner.problem.request import require_margin
 
 BACKENDS = ("fcl", "coal")
 
 
 @checks_kinds
-def make_checker(robot: Robot, scene: Scene, backend: str = "fcl", margin: float = 0.0) -> CollisionChecker:
+def make_checker(
+    robot: Robot,
+    scene: Scene,
+    backend: str = "fcl",
+    margin: float = 0.0,
+    keep: str | Condition | Sequence[str | Condition] = (),
+) -> CollisionChecker:
     """A collision checker of ``robot`` among the scene's obstacles.
 
     ``margin`` (m) is a distance to keep from everything: what comes closer counts as a collision. Link pairs that need
     no check come from the robot (its SRDF or robot file), else they are worked out. The ``backend`` says what touches;
-    proofs of whole motions, :class:`planner.collision.edge_prover.EdgeProver`, rest on planes of our own.
+    proofs of whole motions, :class:`planner.collision.edge_prover.EdgeProver`, rest on planes of our own. What motions
+    ``keep`` besides is proven with them; limits of joints are the robot's.
     """
     kind = _backend(backend)
     require_margin(margin)
+    conditions = parse_keeps(keeps_text(keep))
+    require_bound(conditions, robot)
     disabled, made = robot.disabled_pairs, None
     if disabled is None:
         disabled, made = worked_out(robot, kind)
-    return kind(World.of(robot, in_world(scene, robot), disabled | robot.touching, margin), made)
+    return kind(World.of(robot, in_world(scene, robot), disabled | robot.touching, margin, conditions), made)
 
 
 @lru_cache(maxsize=8)

@@ -16,6 +16,7 @@ from planner.collision.containment import Inside
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.models.robot import Robot
+from planner.problem.conditions import Condition
 
 APART = 1e-9  # m: what is proven to be so far apart touches for nobody
 
@@ -117,6 +118,11 @@ def keeping(checker: CollisionChecker, clearance: float) -> CollisionChecker:
         made = checker.roomier[clearance] = type(checker)(checker.world.keeping(clearance), checker)
         made.inside = checker.inside.among(checker.world.moving)
     return checker.roomier[clearance]
+
+
+def with_conditions(checker: CollisionChecker, conditions: tuple[Condition, ...]) -> CollisionChecker:
+    """A checker by the same library of the same world, whose motions keep other ``conditions``."""
+    return type(checker)(replace(checker.world, conditions=conditions), checker)
 
 
 def configurations(checker: CollisionChecker, what: str, values: Floats) -> Floats:

@@ -79,7 +79,9 @@ class EdgeProver:
 
     Planes between the shapes prove; the checker says what touches where they cannot. A motion that is not decided is
     ``Verdict.UNDECIDED``: never treat that as free. Once ``progress`` is asked to stop, everything that is still open
-    is undecided. :class:`PlannerError` for arrays of other shapes, or with what is no finite number.
+    is undecided. What the world's motions keep (:class:`planner.constraints.keeps.Keeps`) is proven of all that is
+    called free; what is not proven to keep it is undecided, with no pair. :class:`PlannerError` for arrays of other
+    shapes, or with what is no finite number.
     """
 
     def __init__(self, checker: CollisionChecker, progress: Progress = QUIET) -> None:
@@ -140,6 +142,9 @@ class EdgeProver:
         if self.static_contact is not None:
             return begin - 1
         coefficients, item = np.stack([start, delta], axis=1), np.repeat(of, motions)
+        kept = self.world.keeps.proven(coefficients)
+        if not kept.all():
+            return self._first_of_kept(start, delta, motions, alternatives, room, allows, kept)
         while True:
             found, clearance, samples = self._native.first_proven(
                 self._bounds, coefficients, motions, alternatives, begin, room
@@ -151,6 +156,34 @@ class EdgeProver:
                 return found
             begin = np.where(found < 0, alternatives, found)
             begin[item[chosen][~allowed]] += 1
+
+    def _first_of_kept(
+        self,
+        start: Floats,
+        delta: Floats,
+        motions: Ints,
+        alternatives: Ints,
+        room: float,
+        allows: MotionTest | None,
+        kept: Bools,
+    ) -> Ints:
+        """As :meth:`first_free`, of the alternatives whose motions are all ``kept`` (m,)."""
+        of, item = np.repeat(np.arange(len(motions)), motions), np.repeat(np.arange(len(alternatives)), alternatives)
+        good = np.bincount(of, ~kept, minlength=len(motions)) == 0
+        rows, left = good[of], np.bincount(item[good], minlength=len(alternatives))
+        found = self.first_free(start[rows], delta[rows], motions[good], left, room, allows)
+        number = (np.arange(len(motions)) - (np.cumsum(alternatives) - alternatives)[item])[good]
+        first = np.cumsum(left) - left
+        return np.array([number[a + k] if k >= 0 else -1 for a, k in zip(first, found, strict=True)], dtype=np.int64)
+
+    def _of_kept(self, points: Floats, price: Floats) -> Floats:
+        """The prices (k, k) of motions between ``points`` (k, dof), infinite for those that may stray."""
+        price = price.copy()
+        if self.world.keeps:
+            i, j = np.nonzero(np.isfinite(price))
+            strays = ~self.world.keeps.proven(np.stack([points[i], points[j] - points[i]], axis=1))
+            price[i[strays], j[strays]] = np.inf
+        return price
 
     def cheapest_chain(
         self, points: Floats, price: Floats, room: float = PROOF, allows: MotionTest | None = None
@@ -165,7 +198,7 @@ class EdgeProver:
         points = configurations(self.checker, "points", points)
         if self.static_contact is not None:
             return np.arange(len(points))
-        price = price.copy()
+        price = self._of_kept(points, price)
         while True:
             rows, clearance, samples = self._native.cheapest_chain(self._bounds, points, price, room)
             fresh = samples >= 0
@@ -196,6 +229,19 @@ class EdgeProver:
         coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", self.robot.dof), most=_LARGEST)
         if self.static_contact is not None:
             return Proofs.alike(len(coefficients), Verdict.COLLIDES)
+        kept = self.world.keeps.proven(coefficients)
+        if kept.all():
+            return self._proven_free(coefficients, room, contacts)
+        rows = np.arange(len(kept)) if contacts else np.flatnonzero(kept)  # what strays is asked for contacts only
+        proofs = Proofs.alike(len(kept), Verdict.UNDECIDED)
+        found = self._proven_free(coefficients[rows], room, contacts)
+        for one in fields(found):
+            getattr(proofs, one.name)[rows] = getattr(found, one.name)
+        proofs.verdict[~kept & proofs.free] = Verdict.UNDECIDED
+        return proofs
+
+    def _proven_free(self, coefficients: Floats, room: float, contacts: bool) -> Proofs:
+        """As :meth:`prove_curves`, whatever motions keep besides."""
         proofs, where = self._prove_batch(coefficients[:_BATCH], room)
         for first in range(_BATCH, len(coefficients), _BATCH):
             if self.progress.stopped:
@@ -221,7 +267,9 @@ class EdgeProver:
         found, _, _ = self._native.first_proven(
             self._bounds, coefficients, len(coefficients) * once, once, 0 * once, room
         )
-        return bool(found[0] >= 0) and not (self.checker.inside.pairs(coefficients[:, 0]) >= 0).any()
+        if found[0] < 0 or (self.checker.inside.pairs(coefficients[:, 0]) >= 0).any():
+            return False
+        return bool(self.world.keeps.proven(coefficients).all())
 
     def _prove_batch(self, coefficients: Floats, room: float) -> tuple[Proofs, Floats]:
         """The proofs, and where those stopped that are undecided."""

@@ -8,10 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.constraints.keeps import Keeps
 from planner.kinematics.reach import Reach, pair_reach
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Body, Mesh, Obstacle
+from planner.problem.conditions import Condition
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class World:
 
     Pairs 0 .. B O - 1 are body b against obstacle o (number b O + o); then the self-collision pairs. ``checked``
     says which scene pairs count. A configuration is free when every checked pair is farther apart than ``margin`` (m).
+    ``conditions`` are what every motion keeps besides, see :class:`planner.constraints.keeps.Keeps`.
     """
 
     robot: Robot
@@ -48,9 +51,16 @@ class World:
     self_pairs: Ints  # (P, 2) indices into bodies
     checked: Bools  # (B, O)
     margin: float = 0.0
+    conditions: tuple[Condition, ...] = ()
 
     @staticmethod
-    def of(robot: Robot, scene: Scene, disabled: frozenset[frozenset[str]], margin: float = 0.0) -> World:
+    def of(
+        robot: Robot,
+        scene: Scene,
+        disabled: frozenset[frozenset[str]],
+        margin: float = 0.0,
+        conditions: tuple[Condition, ...] = (),
+    ) -> World:
         """Every scene pair that the scene does not allow, every pair of moving bodies not ``disabled`` by link."""
         pairs = [
             (i, k)
@@ -64,7 +74,7 @@ class World:
         ]
         self_pairs = frozen(np.array(pairs, dtype=np.int64).reshape(-1, 2), np.int64)
         shape = (len(robot.bodies), len(scene.obstacles))
-        return World(robot, scene, self_pairs, frozen(np.reshape(checked, shape), np.bool_), margin)
+        return World(robot, scene, self_pairs, frozen(np.reshape(checked, shape), np.bool_), margin, conditions)
 
     def only(self, pairs: Bools) -> World:
         """The world with some ``pairs`` (pairs,) alone; obstacles that none of them names are left out."""
@@ -76,6 +86,7 @@ class World:
             frozen(self.self_pairs[pairs[self.checked.size :]], np.int64),
             frozen(scene[:, touched], np.bool_),
             self.margin,
+            self.conditions,
         )
 
     def keeping(self, clearance: float) -> World:
@@ -88,6 +99,11 @@ class World:
             self_pairs=frozen(self.self_pairs[own], np.int64),
             margin=self.margin + clearance,
         )
+
+    @cached_property
+    def keeps(self) -> Keeps:
+        """``conditions`` on this robot."""
+        return Keeps(self.robot, self.conditions)
 
     @property
     def moving(self) -> Bools:

@@ -16,9 +16,9 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, with_conditions
 from planner.collision.edge_prover import EdgeProver
-from planner.problem.reasons import BudgetSpent, Gap, NoWay, Separated
+from planner.problem.reasons import BudgetSpent, Gap, KeptTooNarrow, NoWay, Separated
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.straight_motions import Motions
 from planner.sampling.connections import nearest_of
@@ -52,11 +52,14 @@ def why_apart(roadmap: Roadmap, checker: CollisionChecker, progress: Progress = 
     """What keeps the starts of a roadmap from its goals, which lie in other parts of it, as far as it is found.
 
     The obstacles that are named do suffice: without them every motion of a path from a start to a goal is proven. That
-    fewer would do is not excluded: only some motions between the parts are looked at. Once ``progress`` is asked to
+    fewer would do is not excluded: only some motions between the parts are looked at. What motions keep is named where
+    it is that. Once ``progress`` is asked to
     stop, the answer is of no use.
     """
+    gap, keeps = _gap(roadmap, checker), checker.world.keeps
+    if keeps and _Without(roadmap, with_conditions(checker, ()), progress).joins(()):
+        return KeptTooNarrow(keeps.texts, gap)
     links = _links(roadmap, checker)
-    gap = _gap(roadmap, checker)
     blockers = _blockers(roadmap, checker, links, progress)
     fewest = _fewest(roadmap, links, blockers)
     if (fewest is None or len(fewest) > 1) and not progress.stopped:

@@ -6,7 +6,7 @@ from planner.base.progress import QUIET, Progress
 from planner.construction.connect_endpoints import attach
 from planner.problem.request import SweepRequest
 from planner.roadmap.node_checks import with_checked_nodes
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.roadmap import Roadmap, kept_part
 from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.setup.open import Query
 
@@ -33,5 +33,6 @@ def obtain_roadmap(request: SweepRequest, query: Query, progress: Progress = QUI
         )
     roadmap = load_roadmap(request.roadmap)
     require_same_world(roadmap, query.checker, request.roadmap)
+    roadmap = kept_part(roadmap, query.checker.world.keeps)
     roadmap = with_checked_nodes(roadmap, query.checker)
     return attach(roadmap, query.checker, query.starts, query.goals, request.seed, progress=progress)

@@ -34,11 +34,12 @@ def reopen(request: KeptRequest, roadmap: Roadmap, path: Place) -> CollisionChec
         srdf=request.srdf,
         group=request.group,
         joints=request.joints,
+        keep=request.keep,
         base=request.base,
         collision=request.collision,
         margin=origin.margin if request.margin is None else request.margin,
     )
-    checker = open_world(world, request.motion_plan_request)
+    checker = open_world(world, request.motion_plan_request, lambda _: roadmap.nodes[roadmap.starts[0]])
     robot = checker.robot
     if robot.name != origin.robot:
         raise FileError(
@@ -46,7 +47,8 @@ def reopen(request: KeptRequest, roadmap: Roadmap, path: Place) -> CollisionChec
         )
     if request.widen_limits and robot.joints == origin.joints:
         wide = with_widened_limits(robot, np.array([origin.world.lower, origin.world.upper]))
-        checker = make_checker(wide, checker.world.scene, world.collision, world.margin)
+        keep = checker.world.conditions
+        checker = make_checker(wide, checker.world.scene, world.collision, world.margin, keep)
     return checker
 
 

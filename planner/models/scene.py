@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import pydantic
 
 from planner.base.arrays import Floats
-from planner.base.errors import SceneError, choices
+from planner.base.errors import OptionError, SceneError, choices
 from planner.base.files import is_file
 from planner.base.hashing import content_hash
 from planner.base.kinds import checks_kinds
@@ -33,6 +33,7 @@ from planner.models.files.meshes import read_mesh
 from planner.models.moving import LONGEST, KnownMotion, MovingObstacle, wrong_times
 from planner.models.poses import pose
 from planner.models.shapes import Box, Capsule, Carried, Cylinder, Obstacle, Shape, Sphere
+from planner.problem.conditions import keeps_text
 from planner.problem.targets import TURN
 
 if TYPE_CHECKING:
@@ -183,6 +184,16 @@ class SceneFile(Strict):
     states: dict[str, dict[str, str]] = pydantic.Field(default_factory=dict)
     robots: dict[str, PlacementFile] = pydantic.Field(default_factory=dict)
     allowed: list[tuple[Name, Name]] = pydantic.Field(default_factory=list)  # obstacles and links that may touch
+    keep: list[str] = pydantic.Field(default_factory=list)  # what motions keep all along
+
+    @pydantic.field_validator("keep")
+    @classmethod
+    def _kept(cls, keep: list[str]) -> list[str]:
+        try:
+            keeps_text(keep)
+        except OptionError as error:
+            raise ValueError(str(error)) from None
+        return keep
 
     @pydantic.model_validator(mode="after")
     def _distinct_names(self) -> SceneFile:
@@ -211,6 +222,7 @@ class Scene:
     allowed: frozenset[frozenset[str]] = frozenset()  # pairs of names that may touch
     message: PlanningScene | None = None  # MoveIt's, where it is one: what else it says
     notes: tuple[Note, ...] = ()  # of what was passed over in its file, or in a request
+    keep: str = ""  # what motions keep all along, as ``--keep`` takes it; no part of what stands there
 
     @staticmethod
     def load(name: Place) -> Scene:
@@ -304,5 +316,13 @@ def _build(file: SceneFile, path: Path) -> Scene:
     )
     allowed = frozenset(frozenset(pair) for pair in file.allowed)
     return Scene(
-        file.name or path.stem, obstacles, file.description, file.states, file.robots, moving, carried, allowed
+        file.name or path.stem,
+        obstacles,
+        file.description,
+        file.states,
+        file.robots,
+        moving,
+        carried,
+        allowed,
+        keep=keeps_text(file.keep),
     )

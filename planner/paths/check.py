@@ -15,6 +15,7 @@ from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
+from planner.constraints.keeps import Kept
 from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
@@ -55,7 +56,8 @@ class PathReport:
 
     Where its values look like ``degrees`` nothing else was checked, as the motions between them mean nothing.
     ``clearance`` is the smallest one (m) and ``nearest`` its pair, None where no pair is checked. ``w`` (n,) is sampled
-    densely at ``shares`` (n,) of the joint motion; ``lowest`` is its minimum. Lengths are in rad and m.
+    densely at ``shares`` (n,) of the joint motion; ``lowest`` is its minimum. ``kept`` is what came of each condition,
+    and where it has least to spare. Lengths are in rad and m.
     """
 
     checker: CollisionChecker
@@ -70,13 +72,15 @@ class PathReport:
     shares: Floats
     w: Floats
     lowest: Place
+    kept: tuple[tuple[Kept, Place], ...]
     joint_length: float
     workspace_length: float
 
     @property
     def ok(self) -> bool:
-        """Within limits, free wherever it was sampled, and no segment proven to touch."""
-        return self.excess is None and self.contact is None and self.proven.strikes is None
+        """Within limits, free and keeping what is kept wherever it was sampled, and no segment proven to touch."""
+        kept = not any(each.strays for each, _ in self.kept)
+        return self.excess is None and self.contact is None and self.proven.strikes is None and kept
 
 
 def check_path(
@@ -98,6 +102,7 @@ def check_path(
         contact, clearance, proven = _look(checker, path, step, progress)
     dense = path if degrees else dense_path(path)
     w, tool = manipulability(robot, dense), tool_positions(robot, dense)
+    kept = () if degrees else checker.world.keeps.along(dense, np.stack([path[:-1], np.diff(path, axis=0)], axis=1))
     along = lengths_along(dense)
     return PathReport(
         checker=checker,
@@ -112,6 +117,7 @@ def check_path(
         shares=along / max(float(along[-1]), 1e-300),
         w=w,
         lowest=_place_of(path, dense[w.argmin()], float(w.min())),
+        kept=tuple((each, _place_of(path, dense[each.row], each.spare)) for each in kept),
         joint_length=joint_path_length(path),
         workspace_length=float(np.linalg.norm(np.diff(tool, axis=0), axis=1).sum()),
     )

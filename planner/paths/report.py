@@ -9,6 +9,7 @@ import numpy as np
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import Verdict
 from planner.collision.world import Contact
+from planner.constraints.keeps import Kept
 from planner.models.robot import Robot
 from planner.paths.check import Excess, PathReport
 from planner.paths.clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, Place, clearance_text
@@ -23,8 +24,10 @@ def verdict_sentence(report: PathReport) -> str:
         return f"Not usable: {_limits(report)}: {DEGREES}"
     if report.excess is not None:
         return f"Not usable: {_limits(report)}."
-    if not report.ok:
+    if report.contact is not None or report.proven.strikes is not None:
         return f"Not usable: {_contact(report)}."
+    if not report.ok:
+        return f"Not usable: {next(text for text, kept in kept_texts(report) if kept.strays)}."
     undecided = report.proven.count(Verdict.UNDECIDED)
     if not undecided:
         return "Free and within limits; every segment is proven free as a whole."
@@ -46,7 +49,13 @@ def report_rows(report: PathReport) -> list[tuple[str, str]]:
         *([(TOO_CLOSE, TOO_CLOSE_TEXT)] if report.ok and report.clearance and report.clearance.value < CLOSE else []),
         ("proofs", _proofs(report)),
         ("manipulability w", f"{smallest}, frame {robot.tool}"),
+        *(("kept", text) for text, _ in kept_texts(report)),
     ]
+
+
+def kept_texts(report: PathReport) -> list[tuple[str, Kept]]:
+    """What came of each condition, as part of a sentence."""
+    return [(f"{kept.text}, least in {_where(place.segment, place.share)}", kept) for kept, place in report.kept]
 
 
 def circumstances(checker: CollisionChecker, step: float) -> dict[str, Any]:
@@ -76,6 +85,7 @@ def report_record(report: PathReport) -> dict[str, Any]:
         "contact": _contact_record(report),
         "clearance": _clearance_record(report),
         "segments": {verdict.name.lower(): report.proven.count(verdict) for verdict in Verdict},
+        "kept": [kept_record(kept) | _place_record(place) for kept, place in report.kept],
         "manipulability": {
             "min": float(report.w.min()),
             "mean": float(report.w.mean()),
@@ -85,6 +95,12 @@ def report_record(report: PathReport) -> dict[str, Any]:
             "profile": np.interp(places, report.shares, report.w).tolist(),
         },
     }
+
+
+def kept_record(kept: Kept) -> dict[str, Any]:
+    """What came of a condition, as plain data."""
+    condition = kept.condition
+    return {"condition": condition.text, "unit": condition.unit, "spare": kept.spare, "proven": kept.proven}
 
 
 def counted(number: int, thing: str) -> str:

@@ -105,6 +105,22 @@ class MotionRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
+class KeptRecord(Record):
+    """What came of a condition that is kept all along."""
+
+    condition: str
+    """as --keep takes it"""
+    unit: str
+    """of the least it has to spare, negative where it is broken"""
+    path: float
+    """least to spare along the path, sampled densely"""
+    path_proven: bool
+    motion: float | None
+    """and in motion; null where there is none"""
+    motion_proven: bool | None
+
+
+@dataclass(frozen=True, kw_only=True)
 class CertificateRecord(Record):
     """A bound of the paper, or one of ours, beside the measured value; null where a number overflows."""
 
@@ -235,6 +251,8 @@ class PlanRecord(RunRecord):
     path_length: LengthRecord | None
     clearance: ClearanceRecord | None
     trajectory: MotionRecord | None
+    kept: list[KeptRecord]
+    """what path and motion keep besides limits and clearance"""
     in_time: InTimeRecord | None
     """null where no obstacle moves or may move, or no motion is"""
     roadmap: RoadmapRecord

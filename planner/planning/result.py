@@ -24,7 +24,7 @@ from planner.models.robot import Robot
 from planner.models.run_record import run_record
 from planner.models.scene import Scene
 from planner.paths.clearance import TOO_CLOSE
-from planner.paths.measure import PathMeasures, corners, measure_path, path_manipulability
+from planner.paths.measure import PathMeasures, corners, dense_path, measure_path, path_manipulability
 from planner.planning.conditioning import Conditioning, judge_conditioning
 from planner.planning.followed import FollowedPath
 from planner.planning.lower_bound import cost_lower_bound
@@ -38,6 +38,7 @@ from planner.planning.record import (
     FloorRecord,
     HorizonRecord,
     InTimeRecord,
+    KeptRecord,
     LengthRecord,
     ManipulabilityRecord,
     MotionRecord,
@@ -64,6 +65,7 @@ if TYPE_CHECKING:
     from planner.trajectory.safe_intervals import TimedRoute
 
 _CORNERS = ("corners", "corners_blended", "shortcuts")  # what a trajectory's proof says of a path's corners
+_KEPT_APART = 1e-3  # s between two looks at what is kept in motion
 JSON_NAME, PAGE_NAME, ROADMAP_NAME = "plan.json", "plan.html", "roadmap.npz"
 
 
@@ -296,6 +298,7 @@ def record_of(plan: Plan) -> PlanRecord:
         path_length=_length(plan),
         clearance=plan.nearest,
         trajectory=_motion(plan),
+        kept=_kept(plan),
         in_time=_in_time(plan),
         roadmap=RoadmapRecord(**plan.roadmap.record(plan.edges_removed)),
         gabf=_field_record(plan),
@@ -352,6 +355,29 @@ def _motion(plan: Plan) -> MotionRecord | None:
     known = {key: made.proof[key] for key in _CORNERS if key in made.proof}
     floor = made.proof.get("floor")
     return MotionRecord(law=made.law, duration=made.duration, limits=limits, **known, proven=made.proven, floor=floor)
+
+
+def _kept(plan: Plan) -> list[KeptRecord]:
+    keeps, made = plan.checker.world.keeps, plan.trajectory
+    if not plan.solved or not keeps:
+        return []
+    path = keeps.along(dense_path(plan.path), np.stack([plan.path[:-1], np.diff(plan.path, axis=0)], axis=1))
+    motion = None if made is None else keeps.along(made.at(_kept_times(made)), made.coefficients)
+    return [
+        KeptRecord(
+            condition=on_path.condition.text,
+            unit=on_path.condition.unit,
+            path=on_path.spare,
+            path_proven=on_path.proven,
+            motion=None if motion is None else motion[k].spare,
+            motion_proven=None if motion is None else motion[k].proven,
+        )
+        for k, on_path in enumerate(path)
+    ]
+
+
+def _kept_times(made: Trajectory) -> Floats:
+    return np.linspace(made.times[0], made.times[-1], int(made.duration / _KEPT_APART) + 2)
 
 
 def _in_time(plan: Plan) -> InTimeRecord | None:

@@ -38,6 +38,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows += _tool_path_rows(record["tool_path"])
     if record["trajectory"]:
         rows.append(("motion", _motion_text(record["trajectory"], bool(w and "floor" in w))))
+    rows += [("kept", _kept_text(kept)) for kept in record["kept"]]
     if record["in_time"]:
         rows += _rows_in_time(record["in_time"], record["trajectory"])
     if field:
@@ -86,6 +87,20 @@ def _motion_text(motion: dict[str, Any], floored: bool) -> str:
     proof = "proven free and within limits" if motion["proven"] else "NOT proven as a whole"
     above = f"{floor_text(motion['floor'])}; " if floored and motion["floor"] else ""
     return f"{motion['duration']:.3f} s, {corners}, {proof}; {above}{motion['limits']}"
+
+
+def _kept_text(kept: dict[str, Any]) -> str:
+    """What path and motion have to spare of a condition."""
+
+    def proof(proven: bool) -> str:
+        return "proven" if proven else "NOT proven"
+
+    text = (
+        f"{kept['condition']}: {kept['path']:.3g} {kept['unit']} to spare along the path, {proof(kept['path_proven'])}"
+    )
+    if kept["motion"] is None:
+        return text
+    return f"{text}; {kept['motion']:.3g} {kept['unit']} in motion, {proof(kept['motion_proven'])}"
 
 
 def _rows_in_time(in_time: dict[str, Any], motion: dict[str, Any]) -> list[tuple[str, str]]:

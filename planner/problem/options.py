@@ -13,6 +13,7 @@ from planner.problem.request import (
     Backend,
     Charge,
     File,
+    Kept,
     LawName,
     ManipulabilityCost,
     Metric,
@@ -33,6 +34,7 @@ class SessionOptions(TypedDict, total=False):
     joints: Optional[Names]
     collision: Backend
     margin: float
+    keep: Optional[Kept]
     base: Optional[str]
     ik_solutions: int
     nodes: int

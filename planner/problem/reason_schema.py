@@ -56,6 +56,16 @@ class FloorTooHighRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
+class KeptTooNarrowRecord(Record):
+    """Start and goal are joined, but not by a path that keeps what is to be kept."""
+
+    kind: Literal["kept_too_narrow"]
+    conditions: _Names
+    """as --keep takes them"""
+    gap: GapRecord
+
+
+@dataclass(frozen=True, kw_only=True)
 class BlockedInTimeRecord(Record):
     """Start and goal are joined, but no motion in time keeps clear of what moves along known motions."""
 
@@ -84,6 +94,11 @@ class CannotFollowRecord(Record):
 
 
 ReasonRecord = Annotated[
-    SeparatedRecord | BudgetSpentRecord | FloorTooHighRecord | BlockedInTimeRecord | CannotFollowRecord,
+    SeparatedRecord
+    | BudgetSpentRecord
+    | FloorTooHighRecord
+    | KeptTooNarrowRecord
+    | BlockedInTimeRecord
+    | CannotFollowRecord,
     Field(discriminator="kind"),
 ]

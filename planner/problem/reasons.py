@@ -38,6 +38,16 @@ class BeyondLimit(Reason):
 
 
 @dataclass(frozen=True)
+class BreaksKept(Reason):
+    """``role`` lies outside what is to be kept, the ``condition`` in its text, by so much: rad, or m."""
+
+    role: str
+    condition: str
+    by: float
+    kind = "breaks_kept"
+
+
+@dataclass(frozen=True)
 class OutOfReach(Reason):
     """No configuration brings the tool to ``role``: the nearest found stays ``distance`` (m) away."""
 
@@ -131,6 +141,24 @@ class FloorTooHigh(Reason):
 
 
 @dataclass(frozen=True)
+class KeptTooNarrow(Reason):
+    """Start and goal are joined where nothing is kept, but by no path that was found to keep the ``conditions``."""
+
+    conditions: tuple[str, ...]
+    gap: Gap
+    kind = "kept_too_narrow"
+
+    @property
+    def sentence(self) -> str:
+        """What the user reads."""
+        kept = choices(f"'{text}'" for text in self.conditions)
+        return (
+            f"No path that keeps {kept} was found within the budget; without that start and goal are joined, and with "
+            f"it {self.gap.sentence}: leave more tolerance, raise --nodes, or try another --seed."
+        )
+
+
+@dataclass(frozen=True)
 class BlockedInTime(Reason):
     """Start and goal are joined, but no motion in time keeps clear of ``obstacles``, which move along known motions.
 
@@ -209,7 +237,7 @@ class CannotFollow(Reason):
         )
 
 
-NoWay = Separated | BudgetSpent
+NoWay = Separated | BudgetSpent | KeptTooNarrow
 """Start and goal lie in different parts of the roadmap."""
 
 NoPath = NoWay | FloorTooHigh | BlockedInTime | CannotFollow

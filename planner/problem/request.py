@@ -18,6 +18,7 @@ from planner.base.errors import OptionError, PlannerError, choices, require_numb
 from planner.base.kinds import WIDER, checks_kinds
 from planner.base.places import Place, place, place_text
 from planner.base.shares import require_share
+from planner.problem.conditions import Condition, keeps_text
 from planner.problem.objective import (
     DEFAULT_BETA,
     DEFAULT_CHARGE,
@@ -29,7 +30,7 @@ from planner.problem.objective import (
     Objective,
     require_floor,
 )
-from planner.problem.targets import joints_text, parse_base, parse_target, parse_targets
+from planner.problem.targets import ToolGoal, parse_base, parse_target, parse_targets, state_text
 
 
 class Named(Protocol):
@@ -42,12 +43,13 @@ class Named(Protocol):
 if TYPE_CHECKING:
     Thing: TypeAlias = Place | Named
     File: TypeAlias = Place
-    State: TypeAlias = str | Iterable[float]
+    State: TypeAlias = str | Iterable[float] | ToolGoal
     Names: TypeAlias = str | Iterable[str]
+    Kept: TypeAlias = str | Condition | Iterable[str | Condition]
 else:  # what the command line gives; from Python a robot, a scene, joint values and lists of names will do as well
-    Thing = State = Names = str
+    Thing = State = Names = Kept = str
     File = Path
-    WIDER.update(Thing=Place | Named, File=Place, State=object, Names=str | Iterable[str])
+    WIDER.update(Thing=Place | Named, File=Place, State=object, Names=str | Iterable[str], Kept=object)
 
 LawName = Literal["nominal", "prescribed-time", "fixed-time", "singularity-free"]
 Backend = Literal["fcl", "coal"]
@@ -104,6 +106,11 @@ class KeptWorld(Part):
     separating planes prove the edges, and coal looks at every answer too."""
     margin: Optional[float] = None
     """Distance in metres to keep from every obstacle, and between links; the file's own where left out."""
+    keep: Optional[Kept] = None
+    """What motions keep all along, proven; repeatable, or with ';' between: axis:z,0,0,1,0.1 (the tool's z axis within
+    0.1 rad of the world's direction 0,0,1), box:x0,y0,z0,x1,y1,z1 (its origin within, m), sphere:x,y,z,r,
+    plane:nx,ny,nz,d (n.p >= d), turn:0.1 (its orientation within 0.1 rad of that at the start), joint:NAME,low,high;
+    ' of FRAME' at the end names another frame than the tool. What the scene keeps is kept besides."""
     base: Optional[str] = None
     """Where the robot's base stands in the scene, in place of what the scene file says: x,y,z (m) or
     x,y,z,roll,pitch,yaw (m and rad)."""
@@ -114,6 +121,8 @@ class KeptWorld(Part):
             require_margin(self.margin)
         if self.base is not None:
             parse_base(self.base)
+        if self.keep is not None:
+            object.__setattr__(self, "keep", keeps_text(self.keep) or None)
         if self.joints is not None:
             object.__setattr__(self, "joints", names_text(self.joints))
         require_one_choice(self.group, self.joints)
@@ -151,10 +160,8 @@ class Ends(Part):
         super().__post_init__()
         for role, parse in (("start", parse_target), ("goal", parse_targets)):
             value = getattr(self, role)
-            if not isinstance(value, str):
-                value = joints_text(value, role)
-                object.__setattr__(self, role, value)
-            parse(value)
+            object.__setattr__(self, role, state_text(value, role))
+            parse(getattr(self, role))
 
 
 @dataclass(frozen=True)
@@ -242,7 +249,7 @@ class RoadmapRequest(Growth, Targets, WorldRequest):
     """A roadmap around a start and a goal.
 
     Each is a name from the scene file, home, q:0.1,-0.4,... (joints, rad), xyz:0.92,-0.10,0.42 (tool position, m)
-    or pose:x,y,z,qx,qy,qz,qw.
+    or pose:x,y,z,qx,qy,qz,qw; with tolerance, conditions as --keep has them, with & between.
     """
 
     min_manipulability: float = 0.0

@@ -3,6 +3,10 @@
 A state is a name from the scene, ``q:0.1,-0.4,...`` (joints, rad), ``xyz:0.92,-0.10,0.42`` (tool position, m) or
 ``pose:x,y,z,qx,qy,qz,qw`` (tool position and orientation). :mod:`planner.setup.resolve` finds the configuration.
 
+A goal with tolerance is written as conditions with ``&`` between, see :mod:`planner.problem.conditions`, of which
+``xyz:`` and ``pose:`` may be one: ``xyz:0.5,0.3,0.6 & axis:z,0,0,-1`` has the tool's z axis point down there, turning
+about it is free.
+
 The name ``home`` is always known: the scene's own state of that name, or else the robot's home, which is what its
 robot.yaml says, or where that says nothing (as of a URDF by path) all joints at zero, or at the limit next to zero.
 
@@ -19,12 +23,23 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from planner.base.errors import OptionError, StateError, choices
+from planner.base.kinds import checks_kinds
+from planner.problem.conditions import AND as AND  # between alternative goals too
+from planner.problem.conditions import FORMS as CONDITIONS
+from planner.problem.conditions import (
+    Condition,
+    KeepJoint,
+    KeepSphere,
+    KeepTurn,
+    is_condition,
+    parse_condition,
+)
 
 HOME = "home"
-AND = ";"  # between alternative goals
+BOTH = "&"  # between the conditions of one goal
 _MOST_NAMES = 100  # that a state may lead through, or to
 TURN = 2 * math.pi * (1 + 1e-4)  # rad: a whole turn, however it was rounded
-FORMS = "a name from the scene, q:..., xyz:x,y,z or pose:x,y,z,qx,qy,qz,qw"
+FORMS = "a name from the scene, q:..., xyz:x,y,z, pose:x,y,z,qx,qy,qz,qw or conditions such as axis:z,0,0,-1,0.1"
 
 
 @dataclass(frozen=True)
@@ -51,6 +66,28 @@ class Pose:
     frame: str | None = None
 
 
+@checks_kinds
+@dataclass(frozen=True)
+class ToolGoal:
+    """All that meets ``conditions`` on the tool, or on other frames: a goal with tolerance.
+
+    planner.ToolGoal((planner.KeepSphere((0.5, 0.3, 0.6), 0.01), planner.KeepAxis("z", (0.0, 0.0, -1.0), 0.1)))
+
+    One of a turn without a quaternion means the orientation at the start.
+    """
+
+    conditions: tuple[Condition, ...]
+
+    def __post_init__(self) -> None:
+        if not self.conditions or any(isinstance(each, KeepJoint) for each in self.conditions):
+            raise OptionError("a goal of the tool takes conditions on its pose, at least one, and none on joints.")
+
+    @property
+    def text(self) -> str:
+        """As people write it."""
+        return f" {BOTH} ".join(each.text for each in self.conditions)
+
+
 @dataclass(frozen=True)
 class Named:
     """States that the scene names; more than one are alternatives."""
@@ -58,7 +95,7 @@ class Named:
     names: tuple[str, ...]
 
 
-Target: TypeAlias = Joints | Position | Pose | Named
+Target: TypeAlias = Joints | Position | Pose | ToolGoal | Named
 
 
 FARTHEST_BASE = 1e4  # m: as far as anything may stand in a scene file
@@ -70,6 +107,8 @@ def parse_target(text: str) -> Target:
     What the robot has to judge (how many joints, limits, reach, NaN) is left to :func:`planner.setup.resolve.resolve`.
     """
     kind, colon, rest = text.partition(":")
+    if BOTH in text or is_condition(text):
+        return ToolGoal(tuple(each for part in text.split(BOTH) for each in _conditions(part.strip())))
     if not colon:
         names = tuple(part.strip() for part in text.split(","))
         if not all(names):
@@ -84,6 +123,23 @@ def parse_target(text: str) -> Target:
             values = _numbers(text, rest, 7)
             return Pose(values[:3], values[3:])
     raise OptionError(f"state '{text[:100]}' starts with '{kind[:100]}:': give {FORMS}.")
+
+
+def _conditions(text: str) -> tuple[Condition, ...]:
+    """A part of a goal with tolerance as conditions."""
+    if is_condition(text):
+        return (parse_condition(text),)
+    match parse_target(text):
+        case Position((x, y, z)):
+            return (KeepSphere((x, y, z)),)
+        case Pose((x, y, z), (a, b, c, d)):
+            return KeepSphere((x, y, z)), KeepTurn(0.0, quaternion=(a, b, c, d))
+    raise OptionError(f"'{text[:100]}' is no part of a goal with tolerance: give xyz:, pose:, or {CONDITIONS}.")
+
+
+def state_text(state: str | Iterable[float] | ToolGoal, role: str = "state") -> str:
+    """A state as its text, however it is given; :class:`OptionError` for what is none."""
+    return state if isinstance(state, str) else state.text if isinstance(state, ToolGoal) else joints_text(state, role)
 
 
 def joints_text(values: Iterable[float], role: str = "state") -> str:

@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.base.arrays import Bools, Floats, Ints, as_frozen, frozen
+from planner.base.errors import StateError
 from planner.base.hashing import content_hash
 from planner.base.html import html_table
 from planner.base.resolutions import W_STATES_PER_EDGE
+from planner.constraints.keeps import Keeps
 from planner.models.robot import Robot
 from planner.objective.scale import COSTS, CostScale
 from planner.roadmap.record_text import roadmap_text
@@ -188,6 +190,19 @@ def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
     if not len(nodes):
         return np.zeros((0, robot.dof))
     return frozen(robot.unwound(roadmap.nodes[nodes]))
+
+
+def kept_part(roadmap: Roadmap, keeps: Keeps) -> Roadmap:
+    """The part of a roadmap that is proven to keep what motions keep, whatever was kept when it grew."""
+    if not keeps:
+        return roadmap
+    nodes = keeps.holds(roadmap.nodes)
+    edges = np.all(nodes[roadmap.edges], axis=1)
+    start, delta = segments(roadmap, keeps.robot, np.flatnonzero(edges))
+    edges[edges] = keeps.proven(np.stack([start, delta], axis=1))
+    if not nodes.any():
+        raise StateError("the roadmap has no node that keeps what is to be kept: build one that does, or keep less.")
+    return roadmap.part(nodes, edges)
 
 
 def segments(roadmap: Roadmap, robot: Robot, rows: Ints) -> tuple[Floats, Floats]:

@@ -19,12 +19,14 @@ MotionCheck = Callable[[Floats, Floats], bool]
 class Motions:
     """Motion checks in one world, for one thread; counts nothing, remembers nothing.
 
-    With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``W_IN_GROWTH`` apart.
+    With a ``floor`` > 0 a motion must also keep manipulability above it, in states ``W_IN_GROWTH`` apart. What the
+    world's motions keep is looked at in the same states, and proven where a motion is.
     ``room`` (m): how much a proof must leave, see :meth:`planner.collision.edge_prover.EdgeProver.prove`.
     """
 
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
         self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
+        self.keeps = prover.world.keeps
         self._ends_look_free = prover.checker.bound.look_along(np.inf)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
@@ -35,13 +37,18 @@ class Motions:
     def looks_free(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""
         look = self.prover.checker.bound.look_along(step)
-        if self.floor <= 0:
+        if self.floor <= 0 and not self.keeps:
             return look
         return lambda first, delta: look(first, delta) and self._well_conditioned(first, delta)
 
+    def step(self, longest: float) -> float:
+        """How far (rad) trees step, ``longest`` at most: as far as a chord keeps to what is narrow."""
+        return min(longest, self.keeps.stride)
+
     def _well_conditioned(self, first: Floats, delta: Floats) -> bool:
-        if self.floor <= 0:
+        if self.floor <= 0 and not self.keeps:
             return True
         count = max(1, int(np.ceil(length(delta) / W_IN_GROWTH)))
         states = first + (np.arange(count + 1) / count)[:, None] * delta
-        return bool((manipulability(self.robot, states) >= self.floor).all())
+        kept = bool(self.keeps.holds(states).all())
+        return kept and (self.floor <= 0 or bool((manipulability(self.robot, states) >= self.floor).all()))

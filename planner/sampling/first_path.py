@@ -34,8 +34,8 @@ _TRIES: _Tries = (
     (TreePlanners.lazy_kpiece, 2.0, 8000),
     (TreePlanners.rrt_connect, 1.0, 10_000),
 )
-# where a short path is wanted, and where joints wrap: LBKPIECE sees states in a plane, OMPL has none for these, and one
-# that Python computes takes ten times as long as the search
+# where a short path is wanted, where a lazy planner would grow off what motions keep, and where joints wrap: LBKPIECE
+# sees states in a plane, OMPL has none for these, and one that Python computes takes ten times as long as the search
 _STRAIGHTER: _Tries = tuple((TreePlanners.rrt_connect, step, 10_000) for step in (2.0, 4.0, 1.0))
 _REPAIR_MOTIONS = 300
 _REPAIR_BOX = (0.3, 1.0)  # rad beyond the ends of a refused motion in which a detour is searched, one after the other
@@ -92,7 +92,8 @@ class FirstPathSearch:
             return None
         end, sample = self._settings.motions, MOTION_IN_FIRST_PATH
         space = JointSpace.of(self._robot) if self._within is None else self._within.space
-        for planner, factor, most in itertools.cycle(_STRAIGHTER if self._within or space.wrap.any() else _TRIES):
+        plain = self._within is None and not self._motions.keeps and not space.wrap.any()
+        for planner, factor, most in itertools.cycle(_TRIES if plain else _STRAIGHTER):
             left = end - self.checked
             if left <= 0 or self._progress.stopped:
                 return None
@@ -151,8 +152,8 @@ class FirstPathSearch:
                 self._progress(FIRST_PATH, self.checked, self._settings.motions)
             return (within is None or within.holds(first + delta)) and look(first, delta)
 
-        with TreePlanners(space, check, self._rng, self._progress) as planners:
-            path = planner(planners, starts, goals, step, limit)
+        with TreePlanners(space, check, self._rng, self._progress, self._motions.keeps) as planners:
+            path = planner(planners, starts, goals, self._motions.step(step), limit)
         self.checked = max(self.checked, before + 1)  # a try that could not even begin counts, so that tries end
         return path
 
@@ -173,8 +174,8 @@ class FirstPathSearch:
         robot, last = self._robot, first + delta
         for beyond in _REPAIR_BOX:
             box = self._box(first, last, beyond)
-            with TreePlanners(box, self._motions.proven, self._rng, self._progress) as planners:
-                step = max(0.5 * length(delta), 0.1)
+            with TreePlanners(box, self._motions.proven, self._rng, self._progress, self._motions.keeps) as planners:
+                step = self._motions.step(max(0.5 * length(delta), 0.1))
                 path = planners.rrt_connect(first[None], last[None], step, _REPAIR_MOTIONS)
             self.checked += planners.checked
             if path is not None:

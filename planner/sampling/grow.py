@@ -139,10 +139,10 @@ def grow_tree(
     while len(forest) < full and checked < limit and not progress.stopped:
         before = len(forest)
         check = motions.looks_free(MOTION_IN_GROWTH)
-        with TreePlanners(JointSpace.of(motions.robot), check, rng, progress) as planners:
+        with TreePlanners(JointSpace.of(motions.robot), check, rng, progress, motions.keeps) as planners:
             planners.on_accept = lambda accepted, before=before: progress(ROADMAP, before + accepted, full)
             part = min(full - before, max(_PART, before // 4))  # every part begins with all there is
-            tree = planners.rrt(forest.nodes(), settings.range, part, limit - checked)
+            tree = planners.rrt(forest.nodes(), motions.step(settings.range), part, limit - checked)
         checked += max(planners.checked, 1)  # a tree that could not even begin counts, so that growing ends
         _add_proven(motions, forest, tree)
     return checked

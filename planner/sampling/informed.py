@@ -43,6 +43,9 @@ class LazyRoadmap:
     def add(self, samples: Floats) -> None:
         """Take up the ``samples`` (k, dof) that are free, each with links to its nearest nodes."""
         samples = samples[manipulability(self._robot, samples) >= self._refiner.cost.objective.floor]
+        if keeps := self._refiner.prover.world.keeps:
+            samples, kept = keeps.projected(samples)
+            samples = self._robot.normalise(samples[kept])
         free = samples[[self._bound.looks_free(q[None]) for q in samples]] if len(samples) else samples
         first = len(self.nodes)
         self.nodes = np.vstack([self.nodes, free])

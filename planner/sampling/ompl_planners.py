@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,12 +17,15 @@ from ompl import util as ou
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.process_lock import PROCESS
+from planner.base.products import length
 from planner.base.progress import QUIET, Progress
+from planner.constraints.keeps import Keeps
 from planner.models.robot import Robot, shorter_way
 from planner.roadmap.forest import Forest
 from planner.roadmap.straight_motions import MotionCheck
 
 _ROUNDS = 100  # of a planner, for each motion that it may check: a lazy one may grow on without checking any
+_ADVANCE = 0.1  # of a step: a projected one that is shorter is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +64,21 @@ class TreePlanners:
             path = planners.rrt_connect(starts, goals, step=0.8, limit=5000)
 
     ``checked`` counts the motions that were checked, ``accepted`` those that passed. Each planner draws its seed from
-    ``rng``, so that the same generator gives the same paths, whatever other threads plan meanwhile.
+    ``rng``, so that the same generator gives the same paths, whatever other threads plan meanwhile. Where motions keep
+    something trees grow on what is allowed: a state off it is projected there before its motion is checked (as Berenson
+    et al., 2009; the states of OMPL's own constrained spaces cannot be read from Python).
     """
 
     def __init__(
-        self, space: JointSpace, check: MotionCheck, rng: np.random.Generator, progress: Progress = QUIET
+        self,
+        space: JointSpace,
+        check: MotionCheck,
+        rng: np.random.Generator,
+        progress: Progress = QUIET,
+        keeps: Keeps | None = None,
     ) -> None:
         self.checked = self.accepted = 0
+        self._keeps, self._limit = keeps or None, math.inf
         self.on_accept: Callable[[int], None] = lambda accepted: None
         self._grown: Forest | None = None
         self._space, self._check, self._rng, self._progress = space, check, rng, progress
@@ -175,6 +187,11 @@ class TreePlanners:
         else:
             first, second = self._read(a), self._read(b)
             delta = self._space.difference(first, second)
+        if self._keeps is not None:
+            if not self._brought(first, second, delta, a, b):
+                return False
+            first, second = self._read(a), self._read(b)
+            delta = self._space.difference(first, second)
         free = bool(self._check(first, delta))  # a numpy.bool_ ends in bad_cast
         if free:
             self.accepted += 1
@@ -183,6 +200,27 @@ class TreePlanners:
             self.on_accept(self.accepted)
         return free
 
+    def _brought(self, first: Floats, second: Floats, delta: Floats, a: Any, b: Any) -> bool:
+        """Whether both states keep what is kept, after the one that does not was written anew.
+
+        OMPL adds the state of its own that it asks about, so what is written there is what its tree has. It goes on
+        towards a state for as long as it advances: a step that does not come nearer to it is none.
+        """
+        assert self._keeps is not None
+        good = self._keeps.holds(np.stack([first, second]))
+        if good.all():
+            return True
+        known, new, state = (first, first + delta, b) if good[0] else (second, second - delta, a)
+        if not good.any() or self.checked >= self._limit:
+            return False
+        (there,), (found,) = self._keeps.projected(new[None])
+        step, wanted = there - known, new - known
+        nearer = length(step) ** 2 < 2.0 * float(step @ wanted) and length(step) > _ADVANCE * length(wanted)
+        if not (found and nearer and self._space.holds(there[None])[0]):
+            return False
+        self._write(state, shorter_way(there, self._space.wrap))
+        return True
+
     def _read(self, state: Any) -> Floats:
         if self._wraps is None:
             return np.array([state[k] for k in self._joints])
@@ -190,6 +228,10 @@ class TreePlanners:
 
     def _state(self, q: Floats) -> Any:
         state = self._info.allocState()
+        self._write(state, q)
+        return state
+
+    def _write(self, state: Any, q: Floats) -> None:
         for k, value in enumerate(q.tolist()):
             if self._wraps is None:
                 state[k] = value
@@ -197,7 +239,6 @@ class TreePlanners:
                 state[k].value = value
             else:
                 state[k][0] = value
-        return state
 
     def _configurations(self, path: Any) -> Floats:
         return np.array([self._read(path.getState(k)) for k in range(path.getStateCount())])
@@ -212,6 +253,7 @@ class TreePlanners:
     def _until(self, limit: int, accepted: int | None = None) -> Any:
         """A termination condition that counts motions; OMPL's own depends on the clock."""
         rounds, most = itertools.count(), _ROUNDS * (limit - self.checked)
+        self._limit = limit
         return ob.PlannerTerminationCondition(
             lambda: (
                 self.checked >= limit

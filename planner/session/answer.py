@@ -20,7 +20,7 @@ from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import PlanRequest
 from planner.roadmap.node_checks import with_checked_nodes
-from planner.roadmap.roadmap import Roadmap, path_waypoints
+from planner.roadmap.roadmap import Roadmap, kept_part, path_waypoints
 from planner.roadmap.storage import same_world
 from planner.sampling.growth_settings import GrowthSettings
 from planner.session.live_world import LiveWorld
@@ -57,7 +57,7 @@ def adopted(live: LiveWorld, roadmap: Roadmap) -> LiveWorld:
         repaired = repair(roadmap, live.checker)
         assert repaired is not None  # nobody has asked to stop
         roadmap = repaired.roadmap
-    return live.with_roadmap(with_checked_nodes(roadmap, live.checker))
+    return live.with_roadmap(with_checked_nodes(kept_part(roadmap, live.checker.world.keeps), live.checker))
 
 
 def answered(moment: Moment, query: Query, planning: Planning) -> tuple[Moment, Plan]:

@@ -199,7 +199,7 @@ class LiveWorld:
         robot = self.checker.robot
         if scene.carried != self.scene.carried:
             robot = with_carried(self.bare, scene.carried)
-        world = World.of(robot, scene, self.disabled | robot.touching, self.world.margin)
+        world = World.of(robot, scene, self.disabled | robot.touching, self.world.margin, self.world.conditions)
         checker = type(self.checker)(world, self.checker)
         kept = self.kept and replace(self.kept, checked_by=nobody(len(self.kept.nodes)))  # that was another world
         after = replace(self, checker=checker, proofs=self.proofs.in_world(world, other), kept=kept)

@@ -29,7 +29,7 @@ from planner.planning.why_no_path import why_no_path
 from planner.problem.objective import Objective
 from planner.problem.options import SessionOptions, plan_request
 from planner.problem.request import PlanRequest, State, Thing
-from planner.problem.targets import joints_text, parse_target, parse_targets
+from planner.problem.targets import parse_target, parse_targets, state_text
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
 from planner.sampling.growth_settings import GrowthSettings
@@ -271,7 +271,7 @@ class Session:
 
     def _held_at(self, live: LiveWorld, at: State | None) -> Floats:
         if at is not None:
-            target = parse_target(at if isinstance(at, str) else joints_text(at))
+            target = parse_target(state_text(at))
             return resolve_as_is(target, live.checker, states_of(live.bare, live.scene), "at")
         if self._end is None:
             raise StateError("no path has been planned at whose end the arm stands: say where it is with at=.")

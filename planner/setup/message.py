@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,10 +17,19 @@ from planner.models.frames import placement_of
 from planner.models.poses import pose, quaternion_of
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.problem.targets import Joints, Pose, Position, Target
+from planner.problem.conditions import (
+    Condition,
+    KeepBox,
+    KeepEuler,
+    KeepJoint,
+    KeepPlane,
+    KeepRotationVector,
+    KeepSphere,
+)
+from planner.problem.targets import Joints, Pose, Position, Target, ToolGoal
 
 if TYPE_CHECKING:
-    from planner.models.files.moveit.requests import JointGoal, LinkGoal, MotionPlanRequest
+    from planner.models.files.moveit.requests import JointGoal, LinkGoal, MotionPlanRequest, Place, RegionGoal
 
 _SAME = 1e-6  # rad, m: a joint that is held where a goal wants it
 
@@ -42,7 +51,7 @@ def in_request(scene: Scene, message: MotionPlanRequest) -> Scene:
             f"{message.where}: {shown(both[0])} is attached, and stands in scene {shown(scene.name)} too; take it out "
             "of one of them."
         )
-    return _noting(replace(scene, carried=(*kept, *message.carried)), *notes)
+    return noting(replace(scene, carried=(*kept, *message.carried)), *notes)
 
 
 def choice_of(message: MotionPlanRequest, given: JointChoice, files: RobotFiles) -> JointChoice:
@@ -64,10 +73,10 @@ def unasked(scene: Scene) -> Scene:
     if scene.message is None or not scene.message.state:
         return scene
     text = f"robot_state.joint_state of scene '{scene.name}' counts with a request only, and is passed over."
-    return _noting(scene, Note(text, grave=False))
+    return noting(scene, Note(text, grave=False))
 
 
-def _noting(scene: Scene, *notes: Note) -> Scene:
+def noting(scene: Scene, *notes: Note) -> Scene:
     """The scene with further notes, each once."""
     return replace(scene, notes=tuple(dict.fromkeys((*scene.notes, *notes))))
 
@@ -104,15 +113,61 @@ def joints_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> Joints:
 
 def goals_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> list[tuple[str, Target]]:
     """The goals with their names: a link's pose as its text, joints by the number of their goal."""
-    from planner.models.files.moveit.requests import JointGoal
+    from planner.models.files.moveit.requests import JointGoal, RegionGoal
 
     start = start_of(message, scene)
     return [
         (f"number {k}", _joint_target(goal, robot, start))
         if isinstance(goal, JointGoal)
+        else _region_target(goal, robot, scene, f"{message.where}: goal {k}")
+        if isinstance(goal, RegionGoal)
         else _link_target(goal, robot, scene, f"{message.where}: goal {k}")
         for k, goal in enumerate(message.goals, start=1)
     ]
+
+
+def kept_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> tuple[tuple[Condition, ...], tuple[Note, ...]]:
+    """What the request's path constraints keep, and notes where a part of that is kept instead of all."""
+    where, start = f"{message.where}: path_constraints", start_of(message, scene)
+    found = list(_region(message.path, robot, scene, where))
+    for each in message.path_joints:
+        lower, upper = each.position - each.tolerance_below, each.position + each.tolerance_above
+        if each.joint_name in robot.joints:
+            found.append(KeepJoint(each.joint_name, lower, upper))
+        else:
+            _require_held(each.joint_name, each.position, (lower, upper), robot, start, where)
+    parts = [each.text for each in found if isinstance(each, KeepEuler) and each.narrowed]
+    text = f"{where}: of tolerances that are not convex a convex part is kept: {choices(parts)}."
+    return tuple(found), ((Note(text),) if parts else ())
+
+
+def _region(goal: RegionGoal, robot: Robot, scene: Scene, where: str) -> Iterator[Condition]:
+    """Position and orientation constraints as conditions in the scene's own frame."""
+    for place in goal.places:
+        frame = _moving_frame(place.link, robot, where)
+        at = placement_of(place.frame, robot, scene, where) @ place.placement
+        yield from _solid(place, at, {"frame": frame, "point": place.offset})
+    for turn in goal.turns:
+        frame = _moving_frame(turn.link_name, robot, where)
+        matrix = placement_of(turn.header.frame_id.removeprefix("/"), robot, scene, where) @ turn.matrix()
+        x, y, z, w = quaternion_of(matrix[:3, :3])
+        kind = KeepRotationVector if turn.parameterization else KeepEuler
+        yield kind(turn.tolerances, quaternion=(x, y, z, w), frame=frame)
+
+
+def _solid(place: Place, at: Floats, of: dict[str, Any]) -> Iterator[Condition]:
+    """A point within a solid that is placed ``at`` (4, 4); at the centre of what is neither box nor sphere."""
+    x, y, z = at[:3, 3].tolist()
+    if place.kind != "box":
+        yield KeepSphere((x, y, z), place.dimensions[0] if place.kind == "sphere" else 0.0, **of)
+        return
+    half = 0.5 * np.array(place.dimensions[:3])
+    if np.array_equal(at[:3, :3], np.eye(3)):
+        yield KeepBox(tuple(at[:3, 3] - half), tuple(at[:3, 3] + half), **of)
+        return
+    for axis, size in zip(at[:3, :3].T, half.tolist(), strict=True):
+        for normal in (axis, -axis):
+            yield KeepPlane(tuple(normal), float(normal @ at[:3, 3]) - size, **of)
 
 
 def _planned(values: Mapping[str, float], robot: Robot, role: str) -> Joints:
@@ -131,18 +186,25 @@ def _joint_target(goal: JointGoal, robot: Robot, start: Mapping[str, float]) -> 
         below, above = (max(tolerance, _SAME) for tolerance in goal.tolerances[name])
         if name in robot.joints:
             continue
-        held = robot.fixed_joints.get(name, 0.0) if name in robot.source.joints else start.get(name)
-        if held is None:
-            raise StateError(
-                f"the request's goal names joint '{name}'{nearest(name, robot.joints)}, which the robot lacks; choose "
-                "--robot, or take the constraint out."
-            )
-        if not value - below <= held <= value + above:
-            raise StateError(
-                f"the request's goal wants joint '{name}' at {value:g}, but it is not planned, and held at {held:g}; "
-                "plan it too (--group or --joints), or take the constraint out."
-            )
+        _require_held(name, value, (value - below, value + above), robot, start, "the request's goal")
     return planned
+
+
+def _require_held(
+    name: str, value: float, within: tuple[float, float], robot: Robot, start: Mapping[str, float], what: str
+) -> None:
+    """Raise :class:`StateError` where a joint that is not planned is not held ``within`` what a constraint asks."""
+    held = robot.fixed_joints.get(name, 0.0) if name in robot.source.joints else start.get(name)
+    if held is None:
+        raise StateError(
+            f"{what} names joint '{name}'{nearest(name, robot.joints)}, which the robot lacks; choose "
+            "--robot, or take the constraint out."
+        )
+    if not within[0] <= held <= within[1]:
+        raise StateError(
+            f"{what} wants joint '{name}' at {value:g}, but it is not planned, and held at {held:g}; "
+            "plan it too (--group or --joints), or take the constraint out."
+        )
 
 
 def _link_target(goal: LinkGoal, robot: Robot, scene: Scene, where: str) -> tuple[str, Target]:
@@ -160,6 +222,11 @@ def _link_target(goal: LinkGoal, robot: Robot, scene: Scene, where: str) -> tupl
     if any(goal.offset):
         place = tuple((np.array(place) - turn[:3, :3] @ goal.offset).tolist())
     return f"pose:{_text((*place, *quaternion))}{of}", Pose(place, quaternion, frame)
+
+
+def _region_target(goal: RegionGoal, robot: Robot, scene: Scene, where: str) -> tuple[str, Target]:
+    target = ToolGoal(tuple(_region(goal, robot, scene, where)))
+    return target.text, target
 
 
 def _moving_frame(link: str, robot: Robot, where: str) -> str | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,13 +12,15 @@ from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
 from planner.base.places import Place
 from planner.collision import make_checker
-from planner.collision.checker import CollisionChecker
+from planner.collision.checker import CollisionChecker, with_conditions
+from planner.constraints.keeps import bound_to, narrowed, unbound
 from planner.models.model_checks import require_bodies, tell
 from planner.models.robot import Robot
 from planner.models.scene import Scene
+from planner.problem.conditions import AND, Condition, parse_keeps, require_thick
 from planner.problem.request import RoadmapRequest, WorldRequest
 from planner.problem.targets import HOME, Target, joints_text, parse_target, parse_targets
-from planner.setup.message import goals_of, in_request, joints_of, unasked
+from planner.setup.message import goals_of, in_request, joints_of, kept_of, noting, unasked
 from planner.setup.resolve import resolve
 from planner.setup.robots import robot_of, widened_for
 
@@ -45,14 +48,22 @@ class Query:
         return self.goal_names[int(away.argmin())]
 
 
-def open_world(request: WorldRequest, message: Place | None = None) -> CollisionChecker:
+def open_world(
+    request: WorldRequest, message: Place | None = None, start: Callable[[Robot], Floats] | None = None
+) -> CollisionChecker:
     """A checker of the robot in the scene that ``request`` names, without start and goal.
 
-    Joints that are not planned are held as the MoveIt request in the file ``message`` has them.
+    Joints that are not planned are held as the MoveIt request in the file ``message`` has them. ``start`` gives the
+    configuration (dof,) whose orientation is meant where what is kept names none.
     """
-    scene, robot = _set_up(request, _message(message))
+    said = _message(message)
+    scene, robot = _set_up(request, said)
+    scene, keep = conditions_of(request, robot, scene, said)
+    robot, keep = narrowed(robot, keep)
+    if start is not None and unbound(keep):
+        keep = bound_to(keep, robot, start(robot))
     _judge(robot, scene)
-    return make_checker(robot, scene, request.collision, request.margin)
+    return make_checker(robot, scene, request.collision, request.margin, keep)
 
 
 def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool = False) -> Query:
@@ -73,9 +84,13 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
     start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
         robot = widened_for(robot, [start, *(goal for _, goal in goals)])
+    scene, keep = conditions_of(request, robot, scene, message)
+    robot, keep = narrowed(robot, keep)
     _judge(robot, scene)
-    checker = make_checker(robot, scene, request.collision, request.margin)
-    return resolve_query(checker, start, goals, request.ik_solutions, near_start)
+    turns = unbound(keep)
+    bound = [each for each in keep if each not in turns]
+    checker = make_checker(robot, scene, request.collision, request.margin, bound)
+    return resolve_query(checker, start, goals, request.ik_solutions, near_start, turns)
 
 
 def resolve_query(
@@ -84,14 +99,18 @@ def resolve_query(
     goals: list[tuple[str, Target]],
     ik_solutions: int,
     near_start: bool = True,
+    turns: tuple[Condition, ...] = (),
 ) -> Query:
     """The configurations of a start and of goals with their texts; raises :class:`StateError` for unusable ones.
 
-    ``near_start`` as in :func:`make_query`.
+    ``near_start`` as in :func:`make_query`; ``turns`` are conditions that mean the orientation at the start.
     """
     robot, scene = checker.robot, checker.world.scene
     states = states_of(robot, scene)
     starts = resolve(start, checker, states, "start")
+    if turns:
+        more = bound_to(turns, robot, starts[0])
+        checker = with_conditions(checker, (*checker.world.conditions, *more))
     ends, names = [], []
     for name, goal in goals:
         role = "goal" if len(goals) == 1 else f"goal '{name}'"
@@ -100,6 +119,17 @@ def resolve_query(
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()
     return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows))
+
+
+def conditions_of(
+    request: WorldRequest, robot: Robot, scene: Scene, message: MotionPlanRequest | None
+) -> tuple[Scene, tuple[Condition, ...]]:
+    """What motions keep, by the request, the scene and a message; with the scene that notes what is left aside."""
+    keep = parse_keeps(AND.join((str(request.keep or ""), scene.keep)))
+    if message is not None:
+        more, notes = kept_of(message, robot, scene)
+        keep, scene = (*keep, *require_thick(more)), noting(scene, *notes)
+    return scene, tuple(dict.fromkeys(keep))
 
 
 def _message(path: Place | None) -> MotionPlanRequest | None:

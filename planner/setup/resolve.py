@@ -13,12 +13,26 @@ from planner.base.errors import StateError, choices
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.world import Contact
+from planner.constraints.keeps import Keeps, bound_to, require_bound
 from planner.kinematics import inverse
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose, se3
 from planner.models.robot import Robot, with_tool
-from planner.problem.reasons import BeyondLimit, OutOfReach, Touching
-from planner.problem.targets import FORMS, HOME, TURN, Joints, Named, Pose, Position, Target, follow, parse_target
+from planner.problem.conditions import Condition, KeepSphere
+from planner.problem.reasons import BeyondLimit, BreaksKept, OutOfReach, Touching
+from planner.problem.targets import (
+    FORMS,
+    HOME,
+    TURN,
+    Joints,
+    Named,
+    Pose,
+    Position,
+    Target,
+    ToolGoal,
+    follow,
+    parse_target,
+)
 
 IK_STARTS = 100
 NEAR_LIMIT = 0.05  # rad (m): a solution this near a joint limit is taken only if there is no other
@@ -27,6 +41,7 @@ IK_SEED = 0  # its own, so that the same target gives the same configuration wha
 _AROUND = 15  # seeds around every configuration to come from: other solutions near it, where the nearest is blocked
 _SPREAD = 0.4  # rad (m), of these seeds
 _FORGIVEN = 1e-9  # rad (m): beyond a limit that was printed and read back
+_SEEDS, _BRANCH = 300, 0.3  # of goals with tolerance; rad (m): configurations nearer to each other are one branch
 _GLANCE = 0.1  # rad (m) of the largest joint motion between the states in which a straight motion is looked at
 
 
@@ -54,12 +69,18 @@ def resolve(
             return np.vstack([resolve(each, checker, states, role, count, starts) for each in inner])
         case Joints(values):
             return free_configuration(np.array(values), checker, role)[None]
+        case ToolGoal(conditions):
+            found = _spread(within(conditions, checker, role, starts), checker.robot)
+            return _choose(found, checker, role, count, starts)
+        case Position((x, y, z)) if checker.world.keeps:
+            here = ToolGoal((KeepSphere((x, y, z), frame=target.frame),))
+            return resolve(here, checker, states, role, count, starts)
         case Position(xyz) | Pose(xyz):
             robot = with_tool(checker.robot, target.frame)
             solutions = _reach(target, robot, role, starts)
             if not len(solutions.configurations):
                 raise _out_of_reach(solutions, robot, np.array(xyz), role)
-            return _choose(solutions.configurations, checker, role, count, starts)
+            return _choose(_kept(solutions.configurations, checker, role), checker, role, count, starts)
 
 
 def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str, str], role: str) -> Floats:
@@ -82,8 +103,55 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
             found = solutions.configurations
             if not len(found):
                 raise _out_of_reach(solutions, robot, np.array(xyz), role)
-            touching = np.array([contact_of(checker, q) is not None for q in found])
-            return frozen(found[np.lexsort((-manipulability(checker.robot, found), touching))[0]])
+            return _best_as_is(found, checker)
+        case ToolGoal(conditions):
+            return _best_as_is(within(conditions, checker, role), checker)
+
+
+def _best_as_is(found: Floats, checker: CollisionChecker) -> Floats:
+    """The best (dof,) of configurations (k, dof): free ones first, then the highest manipulability."""
+    touching = np.array([contact_of(checker, q) is not None for q in found])
+    return frozen(found[np.lexsort((-manipulability(checker.robot, found), touching))[0]])
+
+
+def within(
+    conditions: tuple[Condition, ...], checker: CollisionChecker, role: str, starts: Floats | None = None
+) -> Floats:
+    """Configurations (k, dof) that meet ``conditions``, and what motions keep, all over what they leave free.
+
+    Projected from ``IK_STARTS`` seeds, and seeds around ``starts``, each to a depth of its own. :class:`StateError`
+    where none is found.
+    """
+    robot, rng = checker.robot, np.random.default_rng(IK_SEED)
+    if starts is not None:
+        conditions = bound_to(conditions, robot, starts[0])
+    require_bound(conditions, robot)
+    asked = Keeps(robot, (*conditions, *checker.world.conditions))
+    seeds = np.vstack([robot.home, rng.uniform(robot.lower, robot.upper, size=(_SEEDS - 1, robot.dof))])
+    if starts is not None:
+        seeds = np.vstack([seeds, _seeds(robot, starts)])
+    found, good = asked.projected(seeds, rng.random(len(seeds)), inverse.POSITION_TOLERANCE)
+    good &= checker.world.keeps.holds(found)
+    if good.any():
+        return robot.normalise(found[good])
+    spare = asked.spare(found)
+    nearest = int(spare.min(axis=1).argmax())
+    missed = asked.conditions[int(spare[nearest].argmin())]
+    raise StateError(
+        f"{role} cannot be reached by frame '{robot.tool}': the nearest configuration of {len(seeds)} tries misses "
+        f"'{missed.text}' by {-spare[nearest].min():.3g} {missed.unit}; choose a nearer one, or more tolerance.",
+        BreaksKept(role, missed.text, float(-spare[nearest].min())),
+    )
+
+
+def _spread(found: Floats, robot: Robot) -> Floats:
+    """Those of ``found`` (k, dof), best first, that are no neighbours of a better one: branches of the inverse."""
+    order = np.argsort(-manipulability(robot, found), kind="stable")
+    kept = np.zeros((0, robot.dof))
+    for q in found[order]:
+        if (np.abs(robot.difference(q, kept)).max(axis=1, initial=0.0) > _BRANCH).all():
+            kept = np.vstack([kept, q])
+    return kept
 
 
 def _reach(target: Position | Pose, robot: Robot, role: str, starts: Floats | None = None) -> inverse.Solutions:
@@ -153,6 +221,7 @@ def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionCh
         check_limits(robot, _joint_values(values, robot, role), role)
     values = np.array([values for _, values in rows]).reshape(-1, robot.dof)
     values = np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
+    _require_kept([(role, q) for (role, _), q in zip(rows, values, strict=True)], checker)
     found = checker.first_contact(values) if len(values) else None
     if found is not None:
         (role, _), contact = rows[found[0]], found[1]
@@ -160,6 +229,19 @@ def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionCh
             f"{role} is in collision: {_describe(contact, checker)}; move it or the obstacle.", touching(role, contact)
         )
     return frozen(robot.normalise(values))
+
+
+def _require_kept(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker) -> None:
+    """Raise :class:`StateError` for the first of ``rows`` that breaks what motions keep, with by how much."""
+    keeps, values = checker.world.keeps, np.array([q for _, q in rows]).reshape(-1, checker.robot.dof)
+    for row in np.flatnonzero(~keeps.holds(values)).tolist():
+        spare = keeps.spare(values[row : row + 1])[0]
+        role, kept, by = rows[row][0], keeps.conditions[spare.argmin()], float(-spare.min())
+        raise StateError(
+            f"{role} lies outside '{kept.text}', which is to be kept, by {by:.3g} {kept.unit}: choose "
+            "another one, or keep less.",
+            BreaksKept(role, kept.text, by),
+        )
 
 
 def _joint_values(values: Floats, robot: Robot, role: str) -> Floats:
@@ -230,6 +312,14 @@ def _choose(found: Floats, checker: CollisionChecker, role: str, count: int, sta
     nearest = _nearest(found, free, at_limit, checker, starts)
     alternately = itertools.chain.from_iterable(zip(best, nearest, strict=True))
     return frozen(found[_distinct(alternately, count)])
+
+
+def _kept(found: Floats, checker: CollisionChecker, role: str) -> Floats:
+    """Those of ``found`` (k, dof) that keep what motions keep; :class:`StateError` where none does."""
+    good = checker.world.keeps.holds(found)
+    if not good.any():
+        _require_kept([(role, found[int(checker.world.keeps.slack(found).argmax())])], checker)
+    return found[good]
 
 
 def _distinct(numbers: Iterable[int], count: int) -> list[int]:

@@ -19,6 +19,7 @@ from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact
+from planner.constraints.keeps import Kept
 from planner.kinematics.manipulability import manipulability
 from planner.paths.check import PathReport, check_path, require_step
 from planner.setup.resolve import looks_like_degrees
@@ -49,7 +50,8 @@ class TrajectoryReport:
     """What was found on a trajectory; where its times are at ``fault`` or it looks like ``degrees`` nothing else.
 
     ``contact`` is the first one, seen by coal every ``step`` metres of motion, by the checker at fewer states, or by a
-    proof. ``w`` (n,) is sampled at ``w_times`` (n,). ``nearest`` is the smallest clearance, None where there is none.
+    proof. ``w`` (n,) and what is ``kept`` are sampled at ``w_times`` (n,). ``nearest`` is the smallest clearance, None
+    where there is none.
     """
 
     checker: CollisionChecker
@@ -64,13 +66,14 @@ class TrajectoryReport:
     w: Floats | None = None
     w_times: Floats | None = None
     nearest: Nearest | None = None
+    kept: tuple[Kept, ...] = ()
 
     @property
     def ok(self) -> bool:
         """A controller runs it, within all limits, and no contact was found."""
         if self.fault or self.degrees or self.proof is None:
             return False
-        return not self.proof.excesses and self.contact is None
+        return not self.proof.excesses and self.contact is None and not any(each.strays for each in self.kept)
 
 
 @checks_kinds
@@ -121,10 +124,13 @@ def check_trajectory(
     proof = prove_motion(trajectory, EdgeProver(checker), limits, room=PROOF_OF_CHECK)
     progress("proofs", pieces, pieces)
     times = np.linspace(trajectory.times[0], trajectory.times[-1], min(int(trajectory.duration / _W_APART), _LOOKS) + 2)
-    w = manipulability(checker.robot, trajectory.at(times))
+    states = trajectory.at(times)
+    w, kept = manipulability(checker.robot, states), checker.world.keeps.along(states, trajectory.coefficients)
     contact = seen or _proven_contact(trajectory, proof, checker)
     nearest = nearest_in_motion(trajectory, checker)
-    return TrajectoryReport(checker, points, limits, step, None, False, trajectory, proof, contact, w, times, nearest)
+    return TrajectoryReport(
+        checker, points, limits, step, None, False, trajectory, proof, contact, w, times, nearest, kept
+    )
 
 
 def _require_within_reason(trajectory: Trajectory) -> None:

@@ -60,6 +60,7 @@ class MotionProof:
     in_time: TimeProof
     jump: Jump | None = None
     unjudged: tuple[str, ...] = ()
+    kept: tuple[str, ...] = ()  # what the pieces that are free are proven to keep besides
 
     @property
     def free(self) -> bool:
@@ -85,6 +86,8 @@ class MotionProof:
         }
         if self.floor > 0:
             found["floor"] = self._floor()
+        if self.kept:
+            found["kept"] = list(self.kept)
         return found | self.in_time.to_dict()
 
     def _floor(self) -> dict[str, Any]:
@@ -118,7 +121,7 @@ def prove_motion(
     in_time = in_time or prove_in_time(trajectory, prover.checker)
     jump = largest_jump(trajectory, limits)
     unjudged = tuple(kind for kind in kinds if jump and kind in jump.infinite and not limits.given(kind))
-    return MotionProof(verdict, pair, excesses, floor, asked, holds, in_time, jump, unjudged)
+    return MotionProof(verdict, pair, excesses, floor, asked, holds, in_time, jump, unjudged, prover.world.keeps.texts)
 
 
 def _free(trajectory: Trajectory, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:

@@ -9,7 +9,8 @@ import numpy as np
 
 from planner.base.errors import choices
 from planner.collision.edge_prover import Verdict
-from planner.paths.report import circumstances, counted
+from planner.constraints.keeps import Kept
+from planner.paths.report import circumstances, counted, kept_record
 from planner.setup.resolve import DEGREES
 from planner.trajectory.check import TrajectoryReport
 from planner.trajectory.clearance import check_rows
@@ -30,6 +31,8 @@ def verdict_sentence(report: TrajectoryReport) -> str:
         return f"Not usable: {excess_text(report, report.proof.excesses[0])}."
     if report.contact is not None:
         return f"Not usable: {_contact(report)}."
+    if not report.ok:
+        return f"Not usable: {next(text for text, kept in _kept(report) if kept.strays)}."
     undecided = int(((report.proof.verdict == Verdict.UNDECIDED) | ~report.proof.in_time.free).sum())
     horizon = f" With what may move: {_horizon(report.proof.in_time)}." if report.proof.in_time.limits else ""
     limits, unjudged = "all limits", ""
@@ -74,7 +77,15 @@ def report_rows(report: TrajectoryReport) -> list[tuple[str, str]]:
         at = report.w_times[report.w.argmin()]
         text = f"min {report.w.min():.3g} (at {at:.3f} s), mean {report.w.mean():.3g}"
         rows.append(("manipulability w", f"{text}, frame {report.checker.robot.tool}"))
-    return rows
+    return rows + [("kept", text) for text, _ in _kept(report)]
+
+
+def _kept(report: TrajectoryReport) -> list[tuple[str, Kept]]:
+    """What came of each condition, as part of a sentence."""
+    times = report.w_times
+    return (
+        [(f"{each.text}, least at {times[each.row]:.3f} s", each) for each in report.kept] if times is not None else []
+    )
 
 
 def _rows_in_time(proof: TimeProof) -> list[tuple[str, str]]:
@@ -123,6 +134,7 @@ def report_record(report: TrajectoryReport) -> dict[str, Any]:
         "contact": _contact_record(report),
         "clearance": None if report.nearest is None else report.nearest.to_dict(),
         "pieces": {verdict.name.lower(): int((proof.verdict == verdict).sum()) for verdict in Verdict},
+        "kept": [kept_record(each) for each in report.kept],
         "manipulability": {"min": float(report.w.min()), "mean": float(report.w.mean())},
         **proof.in_time.to_dict(),
     }

@@ -9,7 +9,16 @@ import pydantic
 import pytest
 
 from planner.problem.reason_schema import ReasonRecord
-from planner.problem.reasons import BlockedInTime, BudgetSpent, CannotFollow, FloorTooHigh, Gap, NoPath, Separated
+from planner.problem.reasons import (
+    BlockedInTime,
+    BudgetSpent,
+    CannotFollow,
+    FloorTooHigh,
+    Gap,
+    KeptTooNarrow,
+    NoPath,
+    Separated,
+)
 
 RECORD: pydantic.TypeAdapter[Any] = pydantic.TypeAdapter(ReasonRecord)
 NEAR = Gap(0.1, (0.0, 1.0), (0.1, 1.0), ("hand", "shelf"))
@@ -18,6 +27,7 @@ REASONS: list[NoPath] = [
     Separated(("wall",), NEAR),
     BudgetSpent(300, UNSTOPPED),
     FloorTooHigh(0.3, 0.2),
+    KeptTooNarrow(("axis:z,0,0,1,0.1",), Gap(0.5, (0.0,), (0.5,), None)),
     BlockedInTime("goal", ("cart",)),
     CannotFollow(3, 0.25, "touching", between=("hand", "shelf")),
 ]

@@ -11,10 +11,12 @@ from planner.problem import reasons
 from planner.problem.reasons import (
     BeyondLimit,
     BlockedInTime,
+    BreaksKept,
     BudgetSpent,
     CannotFollow,
     FloorTooHigh,
     Gap,
+    KeptTooNarrow,
     OutOfReach,
     Separated,
     Touching,
@@ -26,10 +28,12 @@ TOUCHING = Touching("goal", "hand", "shelf", enclosed=False)
 EVERY = [
     TOUCHING,
     BeyondLimit("start", "elbow", 3.0, -2.0, 2.0),
+    BreaksKept("goal", "axis:z,0,0,1,0.1", 0.25),
     OutOfReach("goal", 0.25),
     Separated(("wall", "door"), NEAR),
     BudgetSpent(300, NEAR),
     FloorTooHigh(0.3, 0.2),
+    KeptTooNarrow(("axis:z,0,0,1,0.1",), NEAR),
     BlockedInTime("route", ("cart", "lorry")),
     CannotFollow(3, 0.25, "touching", between=("hand", "shelf")),
 ]
@@ -41,7 +45,7 @@ def test_every_reason_is_plain_data_under_a_kind_of_its_own() -> None:
     written = [json.loads(json.dumps(reason.to_dict())) for reason in EVERY]
     assert len({record["kind"] for record in written}) == len(EVERY)
     assert written[0] == {"kind": "touching", "role": "goal", "first": "hand", "second": "shelf", "enclosed": False}
-    assert written[3]["gap"] == {
+    assert written[4]["gap"] == {
         "joint_distance": 0.12345,
         "start_side": [0.0, 1.0],
         "goal_side": [0.1, 1.0],

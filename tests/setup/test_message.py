@@ -226,3 +226,81 @@ def test_the_state_of_a_scene_counts_with_a_request_only(tmp_path: Path) -> None
     state = "q:-0.6,0.25,0,-2.1,0,2.35,0.2"
     query = make_query(PlanRequest(robot="panda", scene=str(tmp_path / "s.yaml"), start=state, goal="home"))
     assert "robot_state.joint_state of scene 'example' counts with a request only" in told(query)
+
+
+def kept(**constraints: Any) -> dict:
+    return changed(REQUEST, "path_constraints", constraints)
+
+
+TILT = {"link_name": "panda_hand", "orientation": [1, 0, 0, 0], "weight": 1.0}
+
+
+def tolerances(x: float, y: float, z: float, **more: Any) -> dict:
+    given = {f"absolute_{axis}_axis_tolerance": value for axis, value in (("x", x), ("y", y), ("z", z))}
+    return {"orientation_constraints": [TILT | given | more]}
+
+
+def conditions(folder: Path, message: dict) -> list[str]:
+    return list(asked(folder, message).checker.world.keeps.texts)
+
+
+def test_path_constraints_are_what_is_kept(tmp_path: Path) -> None:
+    """The hand of the panda points down at the request's start, and its goal allows no tilt of 0.2 rad either."""
+    (text,) = conditions(tmp_path, kept(**tolerances(3.0, 3.0, 3.2)))
+    assert text == "euler:3,3,3.2,1,0,0,0 of panda_hand"
+    box = {"primitives": [{"type": 1, "dimensions": [4, 4, 6]}], "primitive_poses": [{"position": [0, 0, 1]}]}
+    place = {"link_name": "panda_hand", "constraint_region": box, "target_point_offset": [0, 0, 0.1]}
+    (text,) = conditions(tmp_path, kept(position_constraints=[place]))
+    assert text == "box:-2,-2,-2,2,2,4 of panda_hand at 0,0,0.1"
+    box["primitive_poses"][0]["orientation"] = [0, 0, 0.5**0.5, 0.5**0.5]
+    texts = conditions(tmp_path, kept(position_constraints=[place]))
+    assert len(texts) == 6
+    assert all(text.startswith("plane:") for text in texts)
+
+
+def test_a_range_of_a_joint_narrows_its_limits(tmp_path: Path) -> None:
+    around = {"joint_name": "panda_joint1", "position": 0.5, "tolerance_above": 2.0, "tolerance_below": 1.5}
+    query = asked(tmp_path, kept(joint_constraints=[around]))
+    assert (query.robot.lower[0], query.robot.upper[0]) == (-1.0, 2.5)
+    held = {"joint_name": "panda_finger_joint1", "position": 0.5, "tolerance_above": 0.1}
+    assert "but it is not planned, and held at" in refusal_of(lambda: asked(tmp_path, kept(joint_constraints=[held])))
+
+
+def test_what_strays_at_the_start_is_refused_with_by_how_much(tmp_path: Path) -> None:
+    text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.1, 0.1, 0.1, orientation=[0, 0, 0, 1]))))
+    assert text.startswith("start lies outside 'euler:0.1,0.1,0.1,0,0,0,1 of panda_hand'")
+    assert " rad: choose another one" in text
+
+
+@pytest.mark.parametrize(("axes", "more"), [((3.0, 3.2, 3.2), {}), ((2.5, 3.2, 3.2), {"parameterization": 1})])
+def test_where_a_part_is_kept_that_is_said(axes: tuple[float, ...], more: dict, tmp_path: Path) -> None:
+    assert "a convex part is kept: " in told(asked(tmp_path, kept(**tolerances(*axes, **more))))
+
+
+def test_tolerances_of_a_goal_are_met_and_used(tmp_path: Path) -> None:
+    """Within them, but all over them: a goal that may turn about its axis is reached in many turns."""
+    turn = {**TILT, "absolute_x_axis_tolerance": 0.05, "absolute_y_axis_tolerance": 0.1, "absolute_z_axis_tolerance": 4}
+    query = asked(tmp_path, link_goal("panda_hand", orientation_constraints=[turn]), ik_solutions=8)
+    assert query.goal_names[0].startswith("sphere:0.45,0.25,0.5,0.001 of panda_hand & euler:0.05,0.1,4,1,0,0,0")
+    turns = []
+    for q in query.goals:
+        reached = placement(query.robot, "panda_hand", q)
+        off = np.diag([1.0, -1.0, -1.0]) @ reached[:3, :3]
+        assert np.linalg.norm(reached[:3, 3] - [0.45, 0.25, 0.5]) <= 1e-3 + 1e-6
+        assert abs(np.arctan2(-off[1, 2], off[2, 2])) <= 0.05 + 1e-6
+        assert abs(np.arcsin(off[0, 2])) <= 0.1 + 1e-6
+        turns.append(np.arctan2(-off[0, 1], off[0, 0]))
+    assert np.ptp(turns) > 1.0
+
+
+def test_goals_that_were_refused_are_met(tmp_path: Path) -> None:
+    """Two places at once, an orientation alone, a point of a link without an orientation."""
+    offset = link_goal("panda_hand", place={"target_point_offset": [0, 0, 0.1]})
+    query = asked(tmp_path, offset)
+    for q in query.goals:
+        point = placement(query.robot, "panda_hand", q) @ [0, 0, 0.1, 1]
+        assert np.linalg.norm(point[:3] - [0.45, 0.25, 0.5]) <= 1e-3 + 1e-6
+    alone = changed(REQUEST, GOAL, {"orientation_constraints": [TILT]})
+    for q in asked(tmp_path, alone).goals:
+        reached = placement(query.robot, "panda_hand", q)
+        np.testing.assert_allclose(reached[:3, :3], np.diag([1, -1, -1]), atol=1e-5)

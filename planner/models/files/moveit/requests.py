@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import pydantic
 
+from planner.base import places
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
 from planner.base.notes import Note
-from planner.base.places import Place, place
-from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, shown, validate
+from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, validate
 from planner.models.files.moveit.fields import Label, Noted, Refused, none, notes_of
 from planner.models.files.moveit.messages import (
     Header,
@@ -22,7 +23,6 @@ from planner.models.files.moveit.messages import (
     Quaternion,
     RobotState,
     Solid,
-    Tag,
     Text,
     Triple,
     fits,
@@ -31,8 +31,8 @@ from planner.models.files.moveit.objects import carried
 from planner.models.poses import pose
 from planner.models.shapes import Carried
 
-_CENTRE = Noted("goals are reached at the centre of their tolerances")
-_Tolerance = Annotated[float, pydantic.Field(ge=0), _CENTRE]
+_FINE = 0.01  # rad (m): a goal whose tolerances are no larger is reached at their centre
+_Tolerance = Annotated[float, pydantic.Field(ge=0)]
 _KNOWN_FACTORS = (0.0, 1.0)
 _Weight = Annotated[
     float, Noted("all constraints are kept, whatever their weights", when=lambda value: value not in _KNOWN_FACTORS)
@@ -42,15 +42,20 @@ _LATER = "is not kept by this planner: take it out, and look at the motion that 
 
 
 class _Region(Solid):
-    """A primitive as a goal's tolerance: it may have no size."""
+    """A primitive as a tolerance: it may have no size."""
 
-    dimensions: Annotated[list[Annotated[float, pydantic.Field(ge=0)]], _CENTRE]
+    dimensions: list[Annotated[float, pydantic.Field(ge=0)]]
 
     @pydantic.model_validator(mode="after")
     def _around_its_origin(self) -> _Region:
         if self.kind not in ("box", "sphere", "cylinder", "cone"):
             raise ValueError(f"a goal region of type '{self.kind}' is not supported; use box, sphere, cylinder or cone")
+        if len(self.dimensions) < _SIZES.get(self.kind, 0):
+            raise ValueError(f"a {self.kind} has {_SIZES[self.kind]} dimensions, this one {len(self.dimensions)}")
         return self
+
+
+_SIZES = {"box": 3, "sphere": 1}  # those whose tolerance is honoured
 
 
 class BoundingVolume(Strict):
@@ -91,7 +96,7 @@ class OrientationConstraint(Strict):
     absolute_x_axis_tolerance: _Tolerance = 0.0
     absolute_y_axis_tolerance: _Tolerance = 0.0
     absolute_z_axis_tolerance: _Tolerance = 0.0
-    parameterization: Tag = 0
+    parameterization: Literal[0, 1] = 0  # angles about x, y and z, or a rotation vector
     weight: _Weight = 0.0
 
     @pydantic.model_validator(mode="after")
@@ -101,6 +106,10 @@ class OrientationConstraint(Strict):
 
     def matrix(self) -> Floats:
         return pose(quaternion=self.orientation)
+
+    @property
+    def tolerances(self) -> tuple[float, float, float]:
+        return self.absolute_x_axis_tolerance, self.absolute_y_axis_tolerance, self.absolute_z_axis_tolerance
 
 
 class VisibilityConstraint(Strict):
@@ -153,7 +162,7 @@ class MotionPlanRequestMessage(Strict):
     workspace_parameters: Annotated[WorkspaceParameters, _SETTINGS] = WorkspaceParameters()
     start_state: RobotState
     goal_constraints: list[Constraints] = pydantic.Field(min_length=1)
-    path_constraints: Annotated[Constraints, Refused(_LATER, when=lambda value: not value.empty)] = Constraints()
+    path_constraints: Constraints = Constraints()
     trajectory_constraints: Annotated[
         TrajectoryConstraints, Refused(_LATER, when=lambda value: not all(each.empty for each in value.constraints))
     ] = TrajectoryConstraints()
@@ -201,26 +210,52 @@ class LinkGoal:
 
 
 @dataclass(frozen=True)
+class RegionGoal:
+    """All that meets position and orientation constraints, with their tolerances."""
+
+    places: tuple[Place, ...]
+    turns: tuple[OrientationConstraint, ...]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A position constraint with one region: the point ``offset`` of ``link`` in a solid, None for its centre.
+
+    ``placement`` (4, 4) is that of the solid in ``frame``.
+    """
+
+    link: str
+    frame: str
+    offset: tuple[float, float, float]
+    placement: Floats
+    kind: str
+    dimensions: tuple[float, ...]
+
+
+@dataclass(frozen=True)
 class MotionPlanRequest:
     """What a request asks: a start by joint names, what is carried, alternative goals, shares of the limits.
 
     ``group`` is empty where the request names none. ``shares``, of velocity and of acceleration, are there where the
-    request says one. A start that ``replaces`` the scene's is no difference to it.
+    request says one. A start that ``replaces`` the scene's is no difference to it. ``path`` is what links are to keep,
+    and ``path_joints`` what joints are.
     """
 
     where: str
     start: Mapping[str, float]
-    goals: tuple[JointGoal | LinkGoal, ...]
+    goals: tuple[JointGoal | LinkGoal | RegionGoal, ...]
     group: str
     carried: tuple[Carried, ...]
     replaces: bool
     shares: Mapping[str, float]
     notes: tuple[Note, ...]
+    path: RegionGoal
+    path_joints: tuple[JointConstraint, ...]
 
 
-def read_motion_plan_request(path: Place) -> MotionPlanRequest:
+def read_motion_plan_request(path: places.Place) -> MotionPlanRequest:
     """The request at ``path``; :class:`SceneError` for what cannot be read, or a field that changes what is asked."""
-    path = place(path)
+    path = places.place(path)
     where = f"MotionPlanRequest {path}"
     data = parse_yaml(read_text(path, "MotionPlanRequest"), where)
     message = validate(MotionPlanRequestMessage, data, where, SceneError)
@@ -236,11 +271,71 @@ def read_motion_plan_request(path: Place) -> MotionPlanRequest:
         carried(start.attached_collision_objects, where),
         not start.is_diff,
         {kind: min(factor, 1.0) for kind, factor in factors.items() if factor > 0.0},
-        notes,
+        (*notes, *_centred(message.goal_constraints, where)),
+        _kept(message.path_constraints, f"{where}: path_constraints"),
+        tuple(message.path_constraints.joint_constraints),
     )
 
 
-def _goals(item: Constraints, where: str) -> list[JointGoal | LinkGoal]:
+def _kept(item: Constraints, where: str) -> RegionGoal:
+    """What is to be kept on the way, of links."""
+    places = []
+    for each in item.position_constraints:
+        found = _places(each)
+        if len(found) != 1 or found[0].kind not in _SIZES:
+            raise SceneError(
+                f"{where} has a position constraint on a region that is no single box or sphere, which is not "
+                "supported: give one of these."
+            )
+        places += found
+    return RegionGoal(tuple(places), tuple(item.orientation_constraints))
+
+
+def _places(item: PositionConstraint) -> list[Place]:
+    """The alternatives of a position constraint."""
+    region, frame = item.constraint_region, item.header.frame_id.removeprefix("/")
+    solids: list[_Region | None] = list(region.primitives) or [None] * len(region.primitive_poses)
+    return [
+        Place(
+            item.link_name,
+            frame,
+            item.target_point_offset,
+            each.matrix(),
+            *(("point", ()) if solid is None else (solid.kind, tuple(solid.dimensions))),
+        )
+        for solid, each in zip(solids, region.primitive_poses, strict=True)
+    ]
+
+
+def _centred(items: list[Constraints], where: str) -> tuple[Note, ...]:
+    """A note where tolerances of goals are passed over, as goals are reached at their centre."""
+    joints = any(each.tolerance_above or each.tolerance_below for item in items for each in item.joint_constraints)
+    links = any(
+        any(solid.dimensions) and (solid.kind not in _SIZES or not _is_wide(item))
+        for item in items
+        for each in item.position_constraints
+        for solid in each.constraint_region.primitives
+    ) or any(any(each.tolerances) and not _is_wide(item) for item in items for each in item.orientation_constraints)
+    if not (joints or links):
+        return ()
+    of = " and ".join(name for name, said in (("joints", joints), ("links", links)) if said)
+    return (Note(f"{where}: goals are reached at the centre of their tolerances, here of {of}.", grave=False),)
+
+
+def _is_wide(item: Constraints) -> bool:
+    """Whether a goal of links has tolerances, or is of a kind, that a pose would not do for."""
+    places, turns = item.position_constraints, item.orientation_constraints
+    if (len(places), len(turns)) not in ((1, 0), (1, 1)):
+        return True
+    region = places[0].constraint_region
+    sizes = [solid.dimensions for solid in region.primitives if solid.kind in _SIZES]
+    offset = not turns and any(places[0].target_point_offset)
+    two = bool(turns) and turns[0].link_name != places[0].link_name
+    widths = [*(max(size, default=0.0) for size in sizes), *(max(turn.tolerances) for turn in turns)]
+    return offset or two or max(widths, default=0.0) > _FINE
+
+
+def _goals(item: Constraints, where: str) -> Sequence[JointGoal | LinkGoal | RegionGoal]:
     """The goals that reach all constraints: one in joints, or one for each place of the region of a position."""
     joints, positions, turns = item.joint_constraints, item.position_constraints, item.orientation_constraints
     if joints and (positions or turns):
@@ -252,27 +347,15 @@ def _goals(item: Constraints, where: str) -> list[JointGoal | LinkGoal]:
                 f"{where} constrains a joint twice, one of {choices(values)}; give one constraint a joint."
             )
         return [JointGoal(values, {each.joint_name: (each.tolerance_below, each.tolerance_above) for each in joints})]
-    for what, found in (("position_constraints", positions), ("orientation_constraints", turns)):
-        if len(found) > 1:
-            raise SceneError(f"{where} has {len(found)} {what} to keep at once, which is not supported; give one.")
-    if not positions or not positions[0].constraint_region.primitive_poses:
-        raise SceneError(f"{where} has neither joint nor position constraints; add one of them.")
-    return _link_goals(positions[0], turns[0] if turns else None, where)
+    regions = [_places(each) for each in positions]
+    if not (turns or any(regions)) or not all(regions):
+        raise SceneError(f"{where} has neither joint nor position nor orientation constraints; add one of them.")
+    if _is_wide(item):
+        return [RegionGoal(places, tuple(turns)) for places in itertools.product(*regions)]
+    return _link_goals(positions[0], turns[0] if turns else None)
 
 
-def _link_goals(
-    place: PositionConstraint, turn: OrientationConstraint | None, where: str
-) -> list[JointGoal | LinkGoal]:
-    if turn is not None and turn.link_name != place.link_name:
-        raise SceneError(
-            f"{where} has a position for link {shown(place.link_name)} and an orientation for link "
-            f"{shown(turn.link_name)}, which is not supported; give both for one link."
-        )
-    if turn is None and any(place.target_point_offset):
-        raise SceneError(
-            f"{where} has a 'target_point_offset' and no orientation, which is not supported; add an orientation "
-            "constraint, or name a link whose origin is that point."
-        )
+def _link_goals(place: PositionConstraint, turn: OrientationConstraint | None) -> list[LinkGoal]:
     region, frame = place.constraint_region, place.header.frame_id.removeprefix("/")
     turned = (None, "") if turn is None else (turn.orientation, turn.header.frame_id.removeprefix("/"))
     return [

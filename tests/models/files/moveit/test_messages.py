@@ -107,15 +107,29 @@ REFUSED_IN_REQUEST = {
         {"orientation_constraint": [TURN]},
         "unknown key 'path_constraints.orientation_constraint'",
     ),
-    "joint_constraints on the path": (
+    "a cylinder on the path": (
         "path_constraints",
-        {"joint_constraints": [JOINT]},
-        "'path_constraints' is not kept",
+        {
+            "position_constraints": [
+                {**PLACE, "constraint_region": {**REGION, "primitives": [{"type": 3, "dimensions": [1, 1]}]}}
+            ]
+        },
+        "path_constraints has a position constraint on a region that is no single box or sphere",
     ),
-    "orientation_constraints on the path": (
+    "a box with one size": (
+        GOAL,
+        {"position_constraints": [{"constraint_region": {**REGION, "primitives": [{"type": 1, "dimensions": [1]}]}}]},
+        "a box has 3 dimensions, this one 1",
+    ),
+    "visibility on the path": (
         "path_constraints",
-        {"orientation_constraints": [TURN]},
-        "'path_constraints' is not kept",
+        {"visibility_constraints": [{"target_radius": 0.1}]},
+        "'path_constraints.visibility_constraints' is not kept",
+    ),
+    "another parameterization": (
+        "path_constraints",
+        {"orientation_constraints": [{**TURN, "parameterization": 2}]},
+        "'path_constraints.orientation_constraints.0.parameterization' is wrong",
     ),
     "trajectory_constraints": (
         "trajectory_constraints",
@@ -142,17 +156,6 @@ REFUSED_IN_REQUEST = {
     ),
     "joints and a place at once": (f"{GOAL}.position_constraints", [PLACE], "constrains joints and a link at once"),
     "a joint constrained twice": (f"{GOAL}.joint_constraints", [JOINT, JOINT], "constrains a joint twice"),
-    "two places at once": (GOAL, {"position_constraints": [PLACE, PLACE]}, "2 position_constraints to keep at once"),
-    "two links": (
-        GOAL,
-        {"position_constraints": [PLACE], "orientation_constraints": [{**TURN, "link_name": "panda_link7"}]},
-        "a position for link 'panda_hand' and an orientation for link 'panda_link7'",
-    ),
-    "an offset without orientation": (
-        GOAL,
-        {"position_constraints": [{**PLACE, "target_point_offset": [0, 0, 0.1]}]},
-        "'target_point_offset' and no orientation",
-    ),
     "a mesh as goal region": (
         GOAL,
         {"position_constraints": [{"constraint_region": {**REGION, "meshes": [{"vertices": [], "triangles": []}]}}]},
@@ -167,7 +170,6 @@ REFUSED_IN_REQUEST = {
         },
         "a goal region of type 'prism' is not supported",
     ),
-    "an orientation alone": (GOAL, {"orientation_constraints": [TURN]}, "neither joint nor position constraints"),
     "a negative tolerance": (f"{GOAL}.joint_constraints.0.tolerance_below", -0.1, "tolerance_below' is wrong"),
 }
 

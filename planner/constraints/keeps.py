@@ -1,0 +1,295 @@
+"""All that the motions of one robot keep: seen in states, proven on whole curves, and states brought to keep it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import Bools, Floats, Ints, frozen
+from planner.base.errors import OptionError, choices
+from planner.base.yamlfile import nearest
+from planner.constraints.pieces import Half, Piece, pieces_of
+from planner.kinematics.forward import Chain, joint_placements
+from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
+from planner.models.poses import quaternion_of
+from planner.models.robot import Robot, with_tool
+from planner.problem.conditions import Condition, KeepJoint, OfPoint, OfTurn, Quaternion
+
+FORGIVEN = 1e-9  # rad (m): beyond a condition by what was printed and read back
+_STEPS, _LARGEST = 30, 0.5  # of a projection, and the largest of a joint, rad (m)
+_DAMPING = 1e-9  # of the squares of what is off
+_AT_ONCE = 512  # curves
+_CROSS = frozen([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]])  # a to [a]x
+_FINEST = 2e-5  # rad (m): on so short a motion no pose leaves its chord by what is forgiven
+
+
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Pieces on one frame, and the number of the condition that each belongs to."""
+
+    frame: Frame
+    pieces: tuple[Piece, ...]
+    of: Ints
+    bound: ToolBound
+
+    @cached_property
+    def weights(self) -> tuple[Floats, Floats]:
+        """How fast the slack of each piece changes at most with position and rotation, (k,) each."""
+        return np.array([p.per_metre for p in self.pieces]), np.array([p.per_turn for p in self.pieces])
+
+    def slack(self, rotation: Floats, position: Floats) -> Floats:
+        """(n, k) what each piece has to spare at poses; negative where it is broken."""
+        y = np.concatenate([position, rotation.reshape(-1, 9)], axis=1)
+        return np.stack([piece.slack(y) for piece in self.pieces], axis=1)
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What came of a condition on curves: the least it had to ``spare`` (rad, m), at state ``row``, and its proof."""
+
+    condition: Condition
+    spare: float
+    row: int
+    proven: bool
+
+    @property
+    def strays(self) -> bool:
+        """Whether it is broken in a state that was looked at."""
+        return self.spare < -FORGIVEN
+
+    @property
+    def text(self) -> str:
+        """As part of a sentence."""
+        if self.strays:
+            return f"'{self.condition.text}' is broken by {-self.spare:.3g} {self.condition.unit}"
+        proof = "proven all along" if self.proven else "NOT proven between what was sampled"
+        return f"'{self.condition.text}' with {self.spare:.3g} {self.condition.unit} to spare, {proof}"
+
+
+@dataclass(frozen=True, eq=False)
+class Keeps:
+    """Bound ``conditions`` on frames of a ``robot``, of which none may be broken.
+
+        keeps = Keeps(robot, parse_keeps("axis:z,0,0,1,0.1"))
+        keeps.holds(q)                          # (n,) in states (n, dof)
+        keeps.proven(coefficients)              # (m,) on whole curves (m, degree + 1, dof)
+
+    Of none all of it is True, at no cost. Raises :class:`OptionError` for frames that the robot lacks.
+    """
+
+    robot: Robot
+    conditions: tuple[Condition, ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.conditions)
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        return tuple(condition.text for condition in self.conditions)
+
+    @property
+    def stride(self) -> float:
+        """The joint motion (rad) from one middle of the narrowest condition to another whose chord about keeps it."""
+        return min((2.0 * math.sqrt(each.thickness) for each in self.conditions), default=math.inf)
+
+    @cached_property
+    def _groups(self) -> tuple[_Group, ...]:
+        found: dict[Any, list[tuple[int, Piece]]] = {}
+        frames: dict[Any, Frame] = {}
+        for number, condition in enumerate(self.conditions):
+            point = condition.point if isinstance(condition, OfPoint) else (0.0, 0.0, 0.0)
+            key = condition.frame, point
+            frames[key] = frame_of(self.robot, *key)
+            found.setdefault(key, []).extend((number, piece) for piece in pieces_of(condition))
+        return tuple(
+            _Group(
+                frames[key],
+                tuple(piece for _, piece in rows),
+                np.array([number for number, _ in rows]),
+                ToolBound(self.robot, frames[key]),
+            )
+            for key, rows in found.items()
+            if rows
+        )
+
+    def spare(self, q: Floats) -> Floats:
+        """(n, conditions) what each has to spare in states (n, dof), m or rad; negative where it is broken."""
+        least = np.full((len(q), len(self.conditions)), np.inf)
+        for group in self._groups:
+            slack = group.slack(*group.frame.poses(self.robot, q))
+            for k, number in enumerate(group.of.tolist()):
+                least[:, number] = np.minimum(least[:, number], group.pieces[k].spare(slack[:, k]))
+        return least
+
+    def slack(self, q: Floats) -> Floats:
+        """(n,) the least that a piece has to spare in states (n, dof)."""
+        found = [group.slack(*group.frame.poses(self.robot, q)).min(axis=1) for group in self._groups]
+        return np.min(found, axis=0) if found else np.full(len(q), np.inf)
+
+    def holds(self, q: Floats) -> Bools:
+        """(n,) in which states (n, dof) all are kept."""
+        return np.asarray(self.slack(q) >= -FORGIVEN) if self else np.ones(len(q), dtype=bool)
+
+    def proven(self, coefficients: Floats) -> Bools:
+        """(m,) on which curves sum_k c_k s^k, s in [0, 1], (m, degree + 1, dof), all are proven to be kept."""
+        proven = np.ones(len(coefficients), dtype=bool)
+        for group in self._groups:
+            rows = np.flatnonzero(proven)
+            for first in range(0, len(rows), _AT_ONCE):
+                part = rows[first : first + _AT_ONCE]
+                proven[part] = _proven(group, coefficients[part])
+        return proven
+
+    def along(self, q: Floats, coefficients: Floats) -> tuple[Kept, ...]:
+        """What came of each condition on curves (m, degree + 1, dof), and on states of them (n, dof)."""
+        alone = [replace(self, conditions=(each,)) for each in self.conditions]
+        spare = self.spare(q)
+        return tuple(
+            Kept(each, float(spare[:, k].min()), int(spare[:, k].argmin()), bool(alone[k].proven(coefficients).all()))
+            for k, each in enumerate(self.conditions)
+        )
+
+    def projected(self, q: Floats, depth: Floats | float = 0.5, exact: float = FORGIVEN) -> tuple[Floats, Bools]:
+        """States near ``q`` (n, dof), within joint limits, that keep all, and which do (n,), forgiving ``exact``.
+
+        By Gauss-Newton steps into what is allowed, a share ``depth`` (n,) of the way to its middle; those that keep all
+        already stay as they are. Continuous joints may turn beyond half a turn.
+        """
+        q, depth, robot = np.array(q, dtype=float), np.broadcast_to(depth, len(q)), self.robot
+        good = self.slack(q) >= -exact
+        for _ in range(_STEPS):
+            open_ = np.flatnonzero(~good)
+            if not len(open_):
+                break
+            step = self._step(q[open_], depth[open_])
+            size = np.abs(step).max(axis=1, keepdims=True)
+            there = q[open_] + step * np.minimum(1.0, _LARGEST / np.maximum(size, 1e-300))
+            q[open_] = np.where(robot.continuous, there, np.clip(there, robot.lower, robot.upper))
+            good[open_] = self.slack(q[open_]) >= -exact
+        return q, good
+
+    def _step(self, q: Floats, depth: Floats) -> Floats:
+        """(n, dof) the least joint motion that removes what is off, as far as that is linear."""
+        off, rates = zip(*(_off(group, self.robot, q, depth) for group in self._groups), strict=True)
+        error, matrix = np.concatenate(off, axis=1), np.concatenate(rates, axis=1)
+        damping = _DAMPING + 1e-3 * (error * error).sum(axis=1)
+        square = matrix.swapaxes(1, 2) @ matrix + damping[:, None, None] * np.eye(q.shape[1])
+        return -np.linalg.solve(square, (matrix.swapaxes(1, 2) @ error[:, :, None]))[:, :, 0]
+
+
+def frame_of(robot: Robot, name: str | None, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Frame:
+    """A frame of the robot, its tool where no name is given, moved to a point of it (m)."""
+    known = [frame.name for frame in robot.model.frames]
+    if name is not None and name not in known:
+        raise OptionError(f"frame '{name}'{nearest(name, known)} is none of robot '{robot.name}': name a link of it.")
+    return Frame.tool(with_tool(robot, name), np.array(point))
+
+
+def bound_to(conditions: Iterable[Condition], robot: Robot, start: Floats) -> tuple[Condition, ...]:
+    """Conditions with the orientation that their frames have at the ``start`` (dof,), where they name none."""
+    return tuple(
+        replace(each, quaternion=_orientation(robot, each.frame, start)) if each in unbound([each]) else each
+        for each in conditions
+    )
+
+
+def _orientation(robot: Robot, frame: str | None, q: Floats) -> Quaternion:
+    rotation, _ = frame_of(robot, frame).poses(robot, q[None])
+    x, y, z, w = (float(value) for value in quaternion_of(rotation[0]))
+    return x, y, z, w
+
+
+def unbound(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
+    """Those that mean the orientation at the start."""
+    return tuple(each for each in conditions if isinstance(each, OfTurn) and each.quaternion is None)
+
+
+def require_bound(conditions: tuple[Condition, ...], robot: Robot) -> None:
+    """Raise :class:`OptionError` for what means a start where there is none, or a frame or joint that is not there."""
+    for each in unbound(conditions):
+        raise OptionError(f"'{each.text}' means the orientation at a start, and here is none: add qx,qy,qz,qw to it.")
+    for each in conditions:
+        if isinstance(each, KeepJoint):
+            raise OptionError(f"'{each.text}' is for planner.plan: here give the robot narrower limits.")
+        frame_of(robot, each.frame)
+
+
+def narrowed(robot: Robot, conditions: Iterable[Condition]) -> tuple[Robot, tuple[Condition, ...]]:
+    """The robot with limits within the ranges that conditions keep joints to, and the other conditions."""
+    lower, upper, rest = robot.lower.copy(), robot.upper.copy(), []
+    for each in conditions:
+        if not isinstance(each, KeepJoint):
+            rest.append(each)
+            continue
+        if each.joint not in robot.joints:
+            raise OptionError(
+                f"'{each.text}' is for a joint that is not planned{nearest(each.joint, robot.joints)}: planned are "
+                f"{choices(robot.joints)}."
+            )
+        k = robot.joints.index(each.joint)
+        if robot.continuous[k]:
+            raise OptionError(f"'{each.text}' is for a joint that turns without end, whose range cannot be kept.")
+        lower[k], upper[k] = max(lower[k], each.lower), min(upper[k], each.upper)
+        if not lower[k] < upper[k]:
+            raise OptionError(f"'{each.text}' leaves nothing of the joint's range.")
+    if len(rest) == len(tuple(conditions)):
+        return robot, tuple(rest)
+    home = np.clip(robot.home, lower, upper)
+    return replace(robot, lower=frozen(lower), upper=frozen(upper), home=frozen(home)), tuple(rest)
+
+
+def _proven(group: _Group, coefficients: Floats) -> Bools:
+    def slack(_curve: Ints, _s: Floats, rotation: Floats, position: Floats) -> Floats:
+        return group.slack(rotation, position)[:, None, :] + FORGIVEN
+
+    return prove_along(group.bound, coefficients, slack, *group.weights, _FINEST).holds
+
+
+def _off(group: _Group, robot: Robot, q: Floats, depth: Floats) -> tuple[Floats, Floats]:
+    """What is off (n, k) at states, from ``depth`` (n,) of the way to the middle, and its rates (n, k, dof)."""
+    y, rates = _pose_rates(group.frame, robot, q)
+    errors, matrices = [], []
+    for piece in group.pieces:
+        if isinstance(piece, Half):
+            off = np.minimum(y @ piece.row - piece.least - depth * piece.depth, 0.0)[:, None]
+            errors.append(off)
+            matrices.append((off < 0)[:, :, None] * (piece.row @ rates)[:, None])
+        else:
+            away = y @ piece.rows.T - piece.centre
+            far = np.linalg.norm(away, axis=1, keepdims=True)
+            share = np.maximum(1.0 - (1.0 - depth[:, None]) * piece.radius / np.maximum(far, 1e-300), 0.0)
+            errors.append(share * away)
+            matrices.append((share > 0)[:, :, None] * (piece.rows @ rates))
+    return np.concatenate(errors, axis=1), np.concatenate(matrices, axis=1)
+
+
+def _pose_rates(frame: Frame, robot: Robot, q: Floats) -> tuple[Floats, Floats]:
+    """The pose (n, 12) of a frame, position and rows of its rotation, and its rates (n, 12, dof) by the joints."""
+    chain = Chain.of(robot)
+    rotation, position = joint_placements(chain, q)
+    turned = rotation[frame.joint] @ frame.placement[:3, :3]
+    x = position[frame.joint] + rotation[frame.joint] @ frame.placement[:3, 3]
+    carrying = _carriers(chain, frame.joint)
+    k = carrying - 1
+    axes = (rotation[carrying] @ chain.axis[k][:, None, :, None])[..., 0].swapaxes(0, 1)  # (n, k, 3)
+    across = (axes @ _CROSS).reshape(*axes.shape, 3)
+    arm = (x - position[carrying]).swapaxes(0, 1)[..., None]
+    rates, slides = np.zeros((len(q), 12, robot.dof)), chain.prismatic[k]
+    rates[:, :3, k] = np.where(slides[:, None], axes, (across @ arm)[..., 0]).swapaxes(1, 2)
+    turns = (across @ turned[:, None]).reshape(*axes.shape[:2], 9)
+    rates[:, 3:, k] = np.where(slides[:, None], 0.0, turns).swapaxes(1, 2)
+    return np.concatenate([x, turned.reshape(-1, 9)], axis=1), rates
+
+
+def _carriers(chain: Chain, joint: int) -> Ints:
+    """The numbers of a joint and of those that carry it."""
+    found = []
+    while joint:
+        found.append(joint)
+        joint = int(chain.parent[joint - 1])
+    return np.array(found, dtype=np.int64)

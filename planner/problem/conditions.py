@@ -1,0 +1,394 @@
+"""Conditions on a frame of the arm, as people write them: what a motion keeps all along, or a goal asks of its end.
+
+``axis:z,0,0,1,0.1`` (the tool's z axis within 0.1 rad of a direction of the world), ``box:x0,y0,z0,x1,y1,z1`` (its
+origin within, m), ``sphere:x,y,z,r``, ``plane:nx,ny,nz,d`` (n.p >= d), ``turn:0.1`` (its orientation within 0.1 rad of
+that at the start, or of a quaternion: ``turn:0.1,qx,qy,qz,qw``), ``euler:tx,ty,tz`` and ``rotvec:tx,ty,tz`` (as turn,
+with three tolerances) and ``joint:NAME,low,high``. `` of FRAME`` at the end speaks of another frame than the tool, and
+`` at x,y,z`` after that of a point of it. Several are written with ``;`` between.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from planner.base.errors import OptionError, choices
+from planner.base.kinds import checks_kinds
+
+_FARTHEST = 1e4  # rad (m): what is written beyond is no condition on an arm
+THINNEST = 1e-4  # rad (m): no straight joint motion of any length keeps to less
+_AXES = ("x", "y", "z")
+_TURNS = 2.0 * math.pi * (1.0 + 1e-4)  # rad: a tolerance of more is taken for degrees
+_UNIT = 1e-3  # by how much a quaternion's length may differ from 1
+_SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+at\s+(\S+))?")
+FORMS = "axis:, box:, sphere:, plane:, turn:, euler:, rotvec: or joint:"
+AND = ";"  # between conditions
+
+Three = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """On one ``frame`` of the robot, the tool where None; made and written by its numbers, in ``unit``."""
+
+    frame: str | None = None
+    kind: ClassVar[str]
+    unit: ClassVar[str] = "rad"
+
+    def __post_init__(self) -> None:
+        for name, value in list(vars(self).items()):
+            if value is None or isinstance(value, str | float | int):
+                continue
+            if len(value) != (wanted := 4 if name == "quaternion" else 3):
+                raise OptionError(f"a condition's {name} has {len(value)} numbers: give {wanted}.")
+            object.__setattr__(self, name, tuple(float(number) for number in value))
+        if not all(map(math.isfinite, (*self.values, *getattr(self, "point", ())))):
+            raise self._unusable("it holds what is no finite number: give plain numbers")
+        if max(map(abs, self.values), default=0.0) > _FARTHEST:
+            raise self._unusable(f"it holds a value beyond {_FARTHEST:g}: give rad and metres")
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Its numbers in the order of its text."""
+        raise NotImplementedError
+
+    @property
+    def thickness(self) -> float:
+        """How far (rad, m) it is from one side of what it allows to the other; inf where that has no end."""
+        return math.inf
+
+    @property
+    def text(self) -> str:
+        """As people write it, exact to the last bit."""
+        return f"{self.kind}:{_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
+
+    def _unusable(self, why: str) -> OptionError:
+        return OptionError(f"'{self.text[:100]}' is not usable: {why}.")
+
+    def _require_tolerance(self, *angles: float) -> None:
+        if min(angles) < 0:
+            raise self._unusable("an angle is negative: give 0 or more")
+        if max(angles) > _TURNS:
+            raise self._unusable(f"{max(angles):g} rad is more than a turn: degrees? 5 degrees are 0.0873")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfPoint(Condition):
+    """On the ``point`` (m) of a frame, its origin where left out."""
+
+    point: Three = (0.0, 0.0, 0.0)
+    unit: ClassVar[str] = "m"
+
+    @property
+    def text(self) -> str:
+        return super().text + (f" at {_text(self.point)}" if any(self.point) else "")
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfTurn(Condition):
+    """On an orientation, as it differs from that of ``quaternion`` (x, y, z, w), or of the start where None."""
+
+    quaternion: Quaternion | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.quaternion is not None and abs(math.hypot(*self.quaternion) - 1.0) > _UNIT:
+            raise self._unusable("its quaternion is not of length 1: give qx,qy,qz,qw")
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class KeepAxis(Condition):
+    """A frame's ``axis``, x, y or z, within ``angle`` (rad) of a ``direction`` of the world; it may turn about it."""
+
+    axis: str
+    direction: Three
+    angle: float = 0.0
+    kind = "axis"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.axis not in _AXES:
+            raise self._unusable(f"axis '{self.axis[:20]}' is none of {choices(_AXES)}")
+        if not math.hypot(*self.direction) > 1e-9:
+            raise self._unusable("its direction has no length: give one such as 0,0,1")
+        self._require_tolerance(self.angle)
+        if self.angle > math.pi:
+            raise self._unusable("no two directions are further apart than 3.1416 rad")
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        return (*self.direction, self.angle)
+
+    @property
+    def thickness(self) -> float:
+        return self.angle
+
+    @property
+    def text(self) -> str:
+        return super().text.replace(":", f":{self.axis},", 1)
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class KeepBox(OfPoint):
+    """A frame's origin, or ``point``, between ``lower`` and ``upper`` (m)."""
+
+    lower: Three
+    upper: Three
+    kind = "box"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
+            raise self._unusable("a lower corner lies above an upper one: give x0,y0,z0,x1,y1,z1")
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        return (*self.lower, *self.upper)
+
+    @property
+    def thickness(self) -> float:
+        return min(high - low for low, high in zip(self.lower, self.upper, strict=True))
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class KeepSphere(OfPoint):
+    """A frame's origin, or ``point``, within ``radius`` (m) of ``centre``."""
+
+    centre: Three
+    radius: float = 0.0
+    kind = "sphere"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.radius < 0:
+            raise self._unusable("its radius is negative")
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        return (*self.centre, self.radius)
+
+    @property
+    def thickness(self) -> float:
+        return self.radius
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class KeepPlane(OfPoint):
+    """A frame's origin, or ``point``, p on one side of a plane: ``normal`` . p >= ``distance`` (m)."""
+
+    normal: Three
+    distance: float
+    kind = "plane"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not math.hypot(*self.normal) > 1e-9:
+            raise self._unusable("its normal has no length: give one such as 0,0,1")
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        return (*self.normal, self.distance)
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class KeepTurn(OfTurn):
+    """A frame's orientation within ``angle`` (rad) of that at the start, or of ``quaternion``."""
+
+    angle: float
+    kind = "turn"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._require_tolerance(self.angle)
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        return (self.angle, *(self.quaternion or ()))
+
+    @property
+    def thickness(self) -> float:
+        return self.angle
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class KeepEuler(OfTurn):
+    """The angles about x, then y, then z (intrinsic) by which an orientation differs, each within a tolerance (rad).
+
+    From pi on (for y from pi / 2 on) an angle is free; between pi / 2 and pi the others are kept to pi / 2.
+    """
+
+    tolerances: Three
+    kind = "euler"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._require_tolerance(*self.tolerances)
+
+    @property
+    def narrowed(self) -> bool:
+        """Whether a part of it is kept, and not all."""
+        return any(0.5 * math.pi < self.tolerances[k] < math.pi for k in (0, 2))
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        return (*self.tolerances, *(self.quaternion or ()))
+
+    @property
+    def thickness(self) -> float:
+        return min(self.tolerances)
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class KeepRotationVector(KeepEuler):
+    """The components of the rotation vector by which an orientation differs, each within a tolerance (rad).
+
+    Kept is a convex part of that: see :func:`planner.constraints.pieces.pieces_of`.
+    """
+
+    kind = "rotvec"
+
+    @property
+    def narrowed(self) -> bool:
+        return min(self.tolerances) < math.pi
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class KeepJoint(Condition):
+    """A planned ``joint`` between ``lower`` and ``upper`` (rad, m where it slides): narrower limits for it."""
+
+    joint: str
+    lower: float
+    upper: float
+    kind = "joint"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.lower < self.upper:
+            raise self._unusable("its lower value is not below the upper one")
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        return (self.lower, self.upper)
+
+    @property
+    def thickness(self) -> float:
+        return self.upper - self.lower
+
+    @property
+    def text(self) -> str:
+        return super().text.replace(":", f":{self.joint},", 1)
+
+
+_Make = Callable[..., Condition]
+_KINDS: dict[str, tuple[tuple[int, ...], str, _Make]] = {
+    # how many numbers, what they are, and what is made of them
+    "axis": ((3, 4), "x, y or z, then nx,ny,nz,angle", lambda name, v, **of: KeepAxis(name, _three(v), *v[3:], **of)),
+    "box": ((6,), "x0,y0,z0,x1,y1,z1", lambda _, v, **of: KeepBox(_three(v), _three(v[3:]), **of)),
+    "sphere": ((3, 4), "x,y,z,r", lambda _, v, **of: KeepSphere(_three(v), *v[3:], **of)),
+    "plane": ((4,), "nx,ny,nz,d", lambda _, v, **of: KeepPlane(_three(v), v[3], **of)),
+    "turn": (
+        (1, 5),
+        "angle or angle,qx,qy,qz,qw",
+        lambda _, v, **of: KeepTurn(v[0], quaternion=_quaternion(v[1:]), **of),
+    ),
+    "euler": (
+        (3, 7),
+        "tx,ty,tz or tx,ty,tz,qx,qy,qz,qw",
+        lambda _, v, **of: KeepEuler(_three(v), quaternion=_quaternion(v[3:]), **of),
+    ),
+    "rotvec": (
+        (3, 7),
+        "tx,ty,tz or tx,ty,tz,qx,qy,qz,qw",
+        lambda _, v, **of: KeepRotationVector(_three(v), quaternion=_quaternion(v[3:]), **of),
+    ),
+    "joint": ((2,), "NAME,low,high", lambda name, v, **of: KeepJoint(name, *v, **of)),
+}
+_NAMED = ("axis", "joint")  # begin with a name
+
+
+def is_condition(text: str) -> bool:
+    """Whether a text begins as a condition does."""
+    return text.strip().partition(":")[0] in _KINDS
+
+
+def parse_condition(text: str) -> Condition:
+    """A condition out of its text; :class:`OptionError` where the text has no meaning."""
+    found = _SYNTAX.fullmatch(text.strip())
+    if found is None or found[1] not in _KINDS:
+        raise OptionError(f"condition '{text[:100]}' is not usable: give {FORMS}")
+    kind, rest, frame, at = found.groups()
+    counts, form, make = _KINDS[kind]
+    words = rest.split(",")
+    name = words.pop(0).strip() if kind in _NAMED else ""
+    values = _numbers(text, words)
+    if len(values) not in counts:
+        raise OptionError(f"condition '{text[:100]}' has {len(values)} numbers: give {kind}: {form}.")
+    of: dict[str, Any] = {} if frame is None else {"frame": frame}
+    if at is not None:
+        point = _numbers(text, at.split(","))
+        if len(point) != 3 or kind not in ("box", "sphere", "plane"):
+            raise OptionError(f"condition '{text[:100]}' is not usable: ' at x,y,z' goes with box, sphere and plane.")
+        of["point"] = _three(point)
+    return make(name, values, **of)
+
+
+def parse_keeps(text: str) -> tuple[Condition, ...]:
+    """What a motion is to keep out of its text; :class:`OptionError` where it has no meaning, or is too thin."""
+    return require_thick(tuple(parse_condition(part) for part in text.split(AND) if part.strip()))
+
+
+def require_thick(conditions: tuple[Condition, ...]) -> tuple[Condition, ...]:
+    """The conditions; :class:`OptionError` for one that leaves so little that no motion keeps it."""
+    for condition in conditions:
+        if condition.thickness < THINNEST:
+            raise OptionError(
+                f"'{condition.text[:100]}' leaves {condition.thickness:g} {condition.unit} and no motion straight in "
+                f"joints keeps to that: leave {THINNEST:g} or more."
+            )
+    return conditions
+
+
+def keeps_text(keep: object) -> str:
+    """Conditions, one or several of them, or texts of them, as one text; :class:`OptionError` for anything else."""
+    if isinstance(keep, str):
+        return AND.join(condition.text for condition in parse_keeps(keep))
+    if isinstance(keep, Condition):
+        return keeps_text(keep.text)
+    items = list(keep) if isinstance(keep, Iterable) else [None]
+    if all(isinstance(item, str | Condition) for item in items):
+        return AND.join(keeps_text(item) for item in items)
+    given = " ".join(repr(keep).split())[:100]
+    raise OptionError(f"keep {given} is not usable: give {FORMS}, or planner.KeepAxis(...) and its like.")
+
+
+def _text(values: Sequence[float]) -> str:
+    return ",".join(repr(float(value)).removesuffix(".0") for value in values)
+
+
+def _numbers(text: str, words: Sequence[str]) -> tuple[float, ...]:
+    try:
+        return tuple(float(word) for word in words)
+    except ValueError:
+        raise OptionError(
+            f"condition '{text[:100]}' holds something that is no number: give numbers with commas between."
+        ) from None
+
+
+def _three(values: Sequence[float]) -> Three:
+    return values[0], values[1], values[2]
+
+
+def _quaternion(values: Sequence[float]) -> Quaternion | None:
+    return (values[0], values[1], values[2], values[3]) if values else None

@@ -1,0 +1,179 @@
+"""Plans that keep something all along: path and motion hold it by another judge; bad ends get one sentence."""
+
+import itertools
+import json
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import planner
+from planner.base.errors import OptionError, PlannerError, StateError
+from planner.cli.app import run
+
+UPRIGHT = 0.0872664626  # rad: 5 degrees
+DOWN = f"axis:z,0,0,-1,{UPRIGHT}"
+
+
+def tilt(robot, q, axis=2, down=(0.0, 0.0, -1.0)):
+    """Degrees between an axis of the tool and a direction, by Pinocchio."""
+    data, worst = robot.model.createData(), 0.0
+    for row in q:
+        pin.framesForwardKinematics(robot.model, data, row)
+        z = data.oMf[robot.tool_id].rotation[:, axis]
+        worst = max(worst, float(np.degrees(np.arctan2(np.linalg.norm(np.cross(z, down)), z @ np.array(down)))))
+    return worst
+
+
+def dense(path, count=400):
+    s = np.linspace(0.0, 1.0, count)[:, None]
+    return np.concatenate([a + s * (b - a) for a, b in itertools.pairwise(path)])
+
+
+@pytest.fixture(scope="module")
+def upright():
+    return planner.plan(
+        robot="panda", scene="shelf", start="home", goal="xyz:-0.4,-0.4,0.5", keep=DOWN, path_only=True,
+        timing=planner.TimingRequest(),
+    )  # fmt: skip
+
+
+def test_the_cup_stays_upright_on_path_and_in_motion(upright):
+    free = planner.plan(robot="panda", scene="shelf", start="home", goal="xyz:-0.4,-0.4,0.5", path_only=True)
+    assert tilt(free.robot, dense(free.path)) > 10.0  # without being asked it does not
+    assert tilt(upright.robot, dense(upright.path)) <= 5.0 + 1e-6
+    made = upright.trajectory
+    assert made.proven
+    assert made.proof["kept"] == [DOWN]
+    assert tilt(upright.robot, made.at(np.linspace(0.0, made.duration, 4000))) <= 5.0 + 1e-6
+
+
+def test_the_record_says_what_is_kept(upright, tmp_path):
+    upright.save(tmp_path)
+    (kept,) = json.loads((tmp_path / "plan.json").read_text())["kept"]
+    assert kept["condition"] == DOWN
+    assert kept["path_proven"] and kept["motion_proven"]  # noqa: PT018
+    assert np.radians(5.0 - tilt(upright.robot, dense(upright.path))) == pytest.approx(kept["path"], abs=2e-4)
+    assert "to spare along the path, proven" in upright._repr_html_()
+
+
+def test_a_roadmap_keeps_it_everywhere():
+    plan = planner.plan(
+        robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", keep=DOWN, nodes=60, effort=2
+    )
+    assert plan.solved
+    roadmap = plan.roadmap
+    assert len(roadmap.nodes) == 60
+    a, b = roadmap.nodes[roadmap.edges.T]
+    assert max(tilt(plan.robot, dense(np.array(pair), 20)) for pair in zip(a, b, strict=True)) <= 5.0 + 1e-6
+
+
+def test_a_kept_roadmap_is_held_to_what_is_kept_now(tmp_path):
+    free = planner.plan(robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", nodes=60, effort=0)
+    free.save(tmp_path)
+    how = {"robot": "panda", "scene": "empty", "start": "home", "goal": "xyz:-0.4,-0.4,0.5"}
+    plan = planner.plan(**how, roadmap=tmp_path / "roadmap.npz", keep=DOWN)
+    assert plan.solved
+    assert tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
+
+
+def test_the_same_seed_gives_the_same_path(upright):
+    again = planner.plan(
+        robot="panda", scene="shelf", start="home", goal="xyz:-0.4,-0.4,0.5", keep=DOWN, path_only=True
+    )
+    assert np.array_equal(again.path, upright.path)
+
+
+@pytest.mark.parametrize("keep", ["turn:0.02", "box:-0.7,-0.7,0.48,0.7,0.7,0.5", "axis:z,0,0,-1,0.005"])
+def test_thin_conditions_are_kept_by_projection(keep):
+    start = "sphere:0.4,0.4,0.49,0 & turn:0,1,0,0,0"
+    plan = planner.plan(
+        robot="panda", scene="empty", start=start, goal="sphere:0.4,-0.4,0.49,0.005", keep=keep, path_only=True
+    )
+    assert plan.solved
+    (kept,) = plan.to_dict()["kept"]
+    assert kept["path_proven"]
+    assert kept["path"] >= 0
+
+
+def test_where_a_start_or_a_goal_strays_one_sentence_says_by_how_much():
+    how = {"robot": "panda", "scene": "empty", "start": "home"}
+    with pytest.raises(StateError, match=r"^start lies outside 'plane:0,0,1,0.9', .* kept, by 0.\d+ m: c"):
+        planner.plan(**how, keep="plane:0,0,1,0.9")
+    with pytest.raises(StateError, match=r"^goal lies outside .* by 3\.\d+ rad"):
+        planner.plan(**how, goal="pose:0.4,0,0.5,0,0,0,1", keep=DOWN)
+    with pytest.raises(StateError, match=r"goal cannot be reached .* misses '(axis|sphere).*more tolerance"):
+        planner.plan(**how, goal="xyz:0.3,0,1.1", keep=DOWN)
+
+
+def test_a_goal_may_leave_an_axis_free():
+    goal = planner.ToolGoal((planner.KeepSphere((0.4, 0.4, 0.5)), planner.KeepAxis("z", (0.0, 0.0, -1.0), 0.05)))
+    plan = planner.plan(robot="panda", scene="empty", start="home", goal=goal, path_only=True, ik_solutions=8)
+    assert plan.goal == "sphere:0.4,0.4,0.5,0 & axis:z,0,0,-1,0.05"
+    goals = plan.roadmap.nodes[plan.roadmap.goals]
+    assert len(goals) == 8
+    assert tilt(plan.robot, goals) <= np.degrees(0.05) + 1e-6
+    data = plan.robot.model.createData()
+    turns = []
+    for q in goals:
+        pin.framesForwardKinematics(plan.robot.model, data, q)
+        placed = data.oMf[plan.robot.tool_id]
+        assert np.linalg.norm(placed.translation - [0.4, 0.4, 0.5]) <= 2e-6
+        turns.append(np.degrees(np.arctan2(placed.rotation[1, 0], placed.rotation[0, 0])))
+    assert np.ptp(turns) > 30.0  # spread over what is free
+
+
+def test_joint_ranges_are_kept_as_limits():
+    plan = planner.plan(
+        robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", path_only=True,
+        keep=planner.KeepJoint("panda_joint2", -1.0, 0.5), timing=planner.TimingRequest(),
+    )  # fmt: skip
+    assert plan.robot.upper[1] == 0.5
+    assert plan.trajectory.proven
+    assert plan.trajectory.extrema()[1][:, 1].max() <= 0.5 + 1e-9
+
+
+def test_a_scene_keeps_too_and_check_judges_it(tmp_path, capsys, upright):
+    (tmp_path / "bar.yaml").write_text(f'name: bar\nobstacles: []\nkeep: ["{DOWN}"]\n')
+    path = tmp_path / "path.csv"
+    np.savetxt(path, upright.path, delimiter=",")
+    assert run(["check", str(path), "--robot", "panda", "--scene", str(tmp_path / "bar.yaml"), "--json"]) == 0
+    (kept,) = json.loads(capsys.readouterr().out)["kept"]
+    assert kept["proven"]
+    tipped = upright.path.copy()
+    tipped[1, 5] += 0.3
+    np.savetxt(path, tipped, delimiter=",")
+    code = run(["check", str(path), "--robot", "panda", "--scene", "empty", "--keep", "turn:3", "--keep", DOWN])
+    assert code == 4
+    assert "is broken by" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    "keep", ["axis:z,0,0,0,0.1", "turn:0", "cone:1,2,3", "box:0,0,0,1,1,-1", 7, ["axis:z,0,0,1,x"]]
+)
+def test_what_cannot_be_kept_is_refused(keep):
+    with pytest.raises(OptionError):
+        planner.plan(robot="panda", scene="empty", keep=keep)
+
+
+def test_a_session_keeps_it(upright):
+    session = planner.Session("panda", "empty", keep=DOWN, nodes=40)
+    plan = session.plan("home", "xyz:-0.4,-0.4,0.5")
+    assert plan.solved
+    assert tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
+    session.add(planner.Obstacle("ball", planner.Sphere(0.05), planner.pose([0.0, -0.6, 0.5])))
+    plan = session.replan()
+    assert not plan.solved or tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
+    with pytest.raises(PlannerError, match="orientation at a start"):
+        planner.Session("panda", "empty", keep="turn:0.1")
+
+
+def test_what_is_kept_is_named_where_nothing_else_separates():
+    """The tool may turn from 0.5 to 3 rad through what is to be left out: the joints cannot turn the other way."""
+    plan = planner.plan(
+        robot="planar_2r", scene="empty", start="q:0.3,0.2", goal="q:2.8,0.2", nodes=30, effort=0,
+        keep="axis:x,0.1767,-0.9843,0,1.95",
+    )  # fmt: skip
+    assert not plan.solved
+    assert plan.reason.kind == "kept_too_narrow"
+    assert "without that start and goal are joined" in plan.message
