@@ -28,7 +28,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("view",),
     ("planning",),
     ("tradeoff", "session", "learning"),
-    ("live", "figures"),
+    ("live", "figures", "gate"),
     ("batch", "reproduce"),
     ("cli",),
     ("", "__main__"),  # the package's lazy list of public names

@@ -134,3 +134,23 @@ def curve_next_ramp(
         return None
     (first, low), (last, high) = zip(found[1:].tolist(), s.tolist(), strict=True)
     return int(found[0]), (first, low), (last, high), pieces[:count]
+
+
+def stops_quickest(
+    states: Floats, times: Floats, limits: Floats, positions: tuple[Floats, Floats]
+) -> tuple[Floats, Floats, Ints]:
+    """Stops (n, 5, dof), pieces c0 + c1 u + ... from ``states`` (n, 3, dof), positions, velocities and accelerations.
+
+    v (1 - 3 u^2 + 2 u^3) + a T (u - 2 u^2 + u^3) is the velocity: it ends at rest, without acceleration. T is the first
+    of ascending ``times`` (k,) in which no joint exceeds ``limits`` (3, dof) on velocity, acceleration and jerk,
+    infinite where there is none, nor ``positions``, lowest and highest (dof,). With the seconds (n,) of each, 0 where
+    there is none: then (n, 2) says which kind of limit is in the way, 3 for positions, and of which joint.
+    """
+    n, _, dof = states.shape
+    states, times, limits = _floats(states, n, 3, dof), _floats(times, len(times)), _floats(limits, 3, dof)
+    lower, upper = (_floats(bound, dof) for bound in positions)
+    pieces, seconds, broken = np.empty((n, 5, dof)), np.empty(n), np.empty((n, 2), dtype=np.int64)
+    _library.stops_quickest(
+        n, dof, _at(states), len(times), *map(_at, (times, limits, lower, upper, pieces, seconds, broken))
+    )
+    return pieces, seconds, broken

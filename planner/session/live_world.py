@@ -100,6 +100,11 @@ class LiveWorld:
             placement[:3, 3] = old.placement[:3, 3]
         if found.rpy is None and found.quaternion is None:
             placement[:3, :3] = old.placement[:3, :3]
+        return self.put(name, placement)
+
+    def put(self, name: str, placement: Floats) -> LiveWorld:
+        """With the obstacle ``name`` placed (4, 4) anew in the world."""
+        old = self._obstacle(name)
         new = replace(old, placement=placement)
         by = displacement(old.shape, old.placement, placement)
         if by == 0:

@@ -1,0 +1,199 @@
+"""The judgement on a chunk: limits, a stop from every point, and one proof of all curves together.
+
+At every point of the safe part its own stop is proven. Between two points the robot runs on along the proven piece to
+the next one and stops there: so from any moment of the safe part on there is a proven motion to rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.polynomials import bernstein, derivative
+from planner.gate.chunk import Chunk
+from planner.gate.guard import Guard
+from planner.gate.verdict import Unsafe, Verdict, Where
+from planner.kinematics.manipulability_proof import prove_floor
+from planner.native.motions import polynomial_extrema, polynomial_worst, stops_quickest
+from planner.setup.resolve import beyond_limits, position_bounds
+from planner.trajectory.clearance import nearest_on_pieces
+from planner.trajectory.limits import KINDS
+from planner.trajectory.proof import ROUNDING
+from planner.trajectory.trajectory import Trajectory
+
+RUNGS = np.round(0.02 * 1.2 ** np.arange(32) * 1e9) / 1e9  # s that a stop may take, to the nanosecond: up to 5.7
+POSITION = "position"
+_JUDGED = {1: 1, 3: 2, 5: 3}  # kinds of limits, by the degree of the pieces: the next derivative jumps at the points
+_LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
+_CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not judged; that of stops is"
+_ROUGH = "the state has no acceleration: the first piece is a cubic, and the jerk is not judged where it ends"
+_NOTES = {1: (_LINES,), 3: (_CUBICS,), 5: ()}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rules:
+    """What is asked beside clearance: limits ``most`` (3, dof), infinite ones ask for nothing; whether on positions.
+
+    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad): how far from the robot a point at 0 s is.
+    """
+
+    most: Floats
+    positions: bool
+    floor: float
+    apart: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Bad:
+    """The first bad piece or stop: ``piece``, when (s), and why; ``free`` counts the curves that are left to prove."""
+
+    piece: int
+    time: float
+    why: Unsafe
+
+
+def judge(guard: Guard, rules: Rules, chunk: Chunk, stop: bool) -> Verdict:
+    """The verdict on a chunk, with or without stops."""
+    judged = Judged(guard, rules, chunk)
+    bad = judged.broken_limit() or None
+    if chunk.approach is not None and (away := np.abs(chunk.approach[1])).max() > rules.apart:
+        joint = guard.live.checker.robot.joints[int(away.argmax())]
+        bad = _Bad(0, float(chunk.times[0]), Unsafe("start", "start", joint=joint))
+    bad = judged.unproven(stop, bad) or bad
+    notes = (*_NOTES[chunk.degree], _ROUGH) if chunk.rough else _NOTES[chunk.degree]
+    if bad is None:
+        return Verdict(True, float(chunk.times[-1]), None, None, notes, judged)
+    return Verdict(False, float(chunk.times[bad.piece]), bad.why, bad.time, notes, judged)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A chunk in the world, and by the rules, of its check."""
+
+    guard: Guard
+    rules: Rules
+    chunk: Chunk
+
+    def broken_limit(self) -> _Bad | None:
+        """The first piece that is beyond a limit, by its exact extrema."""
+        found = [self._beyond_position(), *map(self._beyond, range(1, _JUDGED[self.chunk.degree] + 1))]
+        return min((bad for bad in found if bad is not None), key=lambda bad: bad.piece, default=None)
+
+    def _beyond(self, order: int) -> _Bad | None:
+        chunk, most = self.chunk, self.rules.most[order - 1]
+        known = np.isfinite(most)
+        if not known.any() or polynomial_worst(chunk.coefficients, chunk.seconds, order, _finite(most), 1.0)[0] <= (
+            1.0 + ROUNDING
+        ):
+            return None
+        limit = most * (1.0 + ROUNDING)
+        slopes, unit = derivative(chunk.coefficients, order), chunk.seconds[:, None] ** order
+        rows = np.flatnonzero((np.abs(bernstein(slopes)).max(axis=1) / unit > limit).any(axis=1))
+        values = np.max(np.abs(polynomial_extrema(slopes[rows])), axis=0) / unit[rows]
+        return self._first(rows, np.where(values > limit, values / most, 0.0), KINDS[order - 1])
+
+    def _beyond_position(self) -> _Bad | None:
+        robot, hull = self.guard.live.checker.robot, bernstein(self.chunk.coefficients)
+        low, high = hull.min(axis=1), hull.max(axis=1)
+        least, largest = position_bounds(robot)
+        rows = np.flatnonzero(((low < least) | (high > largest)).any(axis=1))
+        if not self.rules.positions or not len(rows):
+            return None
+        beyond = [beyond_limits(robot, values) for values in polynomial_extrema(self.chunk.coefficients[rows])]
+        return self._first(rows, np.max(beyond, axis=0), POSITION)
+
+    def _first(self, rows: np.ndarray, excess: Floats, kind: str) -> _Bad | None:
+        """The first of pieces ``rows`` (k,) with an ``excess`` (k, dof) above 0."""
+        over = np.flatnonzero(excess.max(axis=1) > 0) if len(rows) else rows
+        if not len(over):
+            return None
+        piece, joint = int(rows[over[0]]), self.guard.live.checker.robot.joints[int(excess[over[0]].argmax())]
+        return _Bad(piece, float(self.chunk.times[piece]), Unsafe("limit", "motion", limit=kind, joint=joint))
+
+    def unproven(self, stop: bool, bad: _Bad | None) -> _Bad | None:
+        """The first piece or stop before ``bad`` that is not within limits, free and above the floor."""
+        chunk = self.chunk
+        count = len(chunk.seconds) if bad is None else bad.piece
+        stops, seconds, first = None, None, bad
+        if stop:
+            stops, seconds, broken = self._stops(chunk.knots[1 : count + 1])
+            without = np.flatnonzero(seconds == 0.0)
+            if len(without):
+                count = int(without[0])
+                first = self._no_stop(count, broken[count])
+        curves, spans, on = self._curves(count, stops, seconds)
+        found = self.guard.first_unproven(curves, spans, on) if len(curves) else None
+        if found is not None:
+            curves = curves[: found[0]]
+            first = self._at(found[0], spans, on, found[1], found[2])
+        if self.rules.floor > 0 and len(curves):
+            holds = prove_floor(self.guard.live.checker.robot, curves, self.rules.floor).holds
+            if not holds.all():
+                k = int(holds.argmin())
+                first = self._at(k, spans, on, 0.0, Unsafe("floor", on[k]))
+        return first
+
+    def _stops(self, knots: Floats) -> tuple[Floats, Floats, np.ndarray]:
+        robot, wide = self.guard.live.checker.robot, (np.full(knots.shape[2], s * np.inf) for s in (-1, 1))
+        bounds = position_bounds(robot) if self.rules.positions else tuple(wide)
+        return stops_quickest(knots, RUNGS, self.rules.most * (1.0 + ROUNDING), bounds)
+
+    def _no_stop(self, piece: int, broken: np.ndarray) -> _Bad:
+        kind, joint = (*KINDS, POSITION)[int(broken[0])], self.guard.live.checker.robot.joints[int(broken[1])]
+        return _Bad(piece, float(self.chunk.times[piece + 1]), Unsafe("limit", "stop", limit=kind, joint=joint))
+
+    def _curves(self, count: int, stops: Floats | None, seconds: Floats | None) -> tuple[Floats, Floats, list[Where]]:
+        """The first ``count`` pieces, each with the stop behind it, as curves of one degree with their spans.
+
+        What leads from the robot to a first point at 0 s comes first.
+        """
+        chunk = self.chunk
+        lead, each = int(chunk.approach is not None), 1 if stops is None else 2
+        degree = chunk.degree if stops is None else max(chunk.degree, 4)
+        curves = np.zeros((lead + each * count, degree + 1, chunk.knots.shape[2]))
+        spans = np.zeros((len(curves), 3))
+        curves[lead::each, : chunk.degree + 1] = chunk.coefficients[:count]
+        spans[lead::each, 0], spans[lead::each, 1] = chunk.times[:count], chunk.seconds[:count]
+        if stops is not None and seconds is not None:
+            curves[lead + 1 :: 2, :5] = stops[:count]
+            spans[lead + 1 :: 2, 0], spans[lead + 1 :: 2, 1] = chunk.times[1 : count + 1], seconds[:count]
+        if chunk.approach is not None:
+            curves[0, :2] = chunk.approach
+        on: list[Where] = [*["start"] * lead, *(["motion"] if each == 1 else ["motion", "stop"]) * count]
+        return curves, spans, on
+
+    def _at(self, curve: int, spans: Floats, on: list[Where], u: float, why: Unsafe) -> _Bad:
+        lead = int(self.chunk.approach is not None)
+        each = 2 if on[-1] == "stop" else 1
+        time = spans[curve, 0] + (u * spans[curve, 1] if on[curve] == "motion" else 0.0)
+        return _Bad(max(curve - lead, 0) // each, float(time), why)
+
+    def stop(self, at: float) -> Trajectory | None:
+        """The proven motion to rest from a point's time (s) on, if there is one."""
+        k, robot = int(np.searchsorted(self.chunk.times, at)), self.guard.live.checker.robot
+        stops, seconds, _ = self._stops(self.chunk.knots[k : k + 1])
+        if seconds[0] == 0.0:
+            return None
+        if self.guard.first_unproven(stops, np.array([[at, seconds[0], 0.0]]), ["stop"]) is not None:
+            return None
+        if self.rules.floor > 0 and not prove_floor(robot, stops, self.rules.floor).holds[0]:
+            return None
+        (q, qd, qdd), rest = self.chunk.knots[k], np.zeros(robot.dof)
+        ends = np.stack([q, stops[0].sum(axis=0)]), np.stack([qd, rest]), np.stack([qdd, rest])
+        return Trajectory.through(robot.joints, np.array([0.0, seconds[0]]), *ends, law="stop")
+
+    def clearance(self, until: float) -> float | None:
+        """The smallest distance (m) along the chunk until a point's time (s)."""
+        count = int(np.searchsorted(self.chunk.times, until))
+        if count == 0:
+            return None
+        found = nearest_on_pieces(
+            self.chunk.coefficients[:count], self.chunk.times[: count + 1], self.guard.live.checker
+        )
+        return None if found is None else found.min
+
+
+def _finite(most: Floats) -> Floats:
+    return np.where(np.isfinite(most), most, 1e300)
