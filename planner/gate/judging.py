@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats
+from planner.base.arrays import Floats, Ints
 from planner.base.polynomials import bernstein, derivative
 from planner.gate.chunk import Chunk
 from planner.gate.guard import Guard
@@ -47,7 +47,7 @@ class Rules:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Bad:
-    """The first bad piece or stop: ``piece``, when (s), and why; ``free`` counts the curves that are left to prove."""
+    """The first bad piece, or the piece before the first bad stop, when (s), and why."""
 
     piece: int
     time: float
@@ -57,15 +57,15 @@ class _Bad:
 def judge(guard: Guard, rules: Rules, chunk: Chunk, stop: bool) -> Verdict:
     """The verdict on a chunk, with or without stops."""
     judged = Judged(guard, rules, chunk)
-    bad = judged.broken_limit() or None
+    bad = judged.broken_limit()
     if chunk.approach is not None and (away := np.abs(chunk.approach[1])).max() > rules.apart:
         joint = guard.live.checker.robot.joints[int(away.argmax())]
         bad = _Bad(0, float(chunk.times[0]), Unsafe("start", "start", joint=joint))
     bad = judged.unproven(stop, bad) or bad
     notes = (*_NOTES[chunk.degree], _ROUGH) if chunk.rough else _NOTES[chunk.degree]
     if bad is None:
-        return Verdict(True, float(chunk.times[-1]), None, None, notes, judged)
-    return Verdict(False, float(chunk.times[bad.piece]), bad.why, bad.time, notes, judged)
+        return Verdict(True, float(chunk.times[-1]), None, None, notes, judged, len(chunk.seconds))
+    return Verdict(False, float(chunk.times[bad.piece]), bad.why, bad.time, notes, judged, bad.piece)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,7 +104,7 @@ class Judged:
         beyond = [beyond_limits(robot, values) for values in polynomial_extrema(self.chunk.coefficients[rows])]
         return self._first(rows, np.max(beyond, axis=0), POSITION)
 
-    def _first(self, rows: np.ndarray, excess: Floats, kind: str) -> _Bad | None:
+    def _first(self, rows: Ints, excess: Floats, kind: str) -> _Bad | None:
         """The first of pieces ``rows`` (k,) with an ``excess`` (k, dof) above 0."""
         over = np.flatnonzero(excess.max(axis=1) > 0) if len(rows) else rows
         if not len(over):
@@ -118,7 +118,7 @@ class Judged:
         count = len(chunk.seconds) if bad is None else bad.piece
         stops, seconds, first = None, None, bad
         if stop:
-            stops, seconds, broken = self._stops(chunk.knots[1 : count + 1])
+            stops, seconds, broken = self.stops_from(chunk.knots[1 : count + 1])
             without = np.flatnonzero(seconds == 0.0)
             if len(without):
                 count = int(without[0])
@@ -135,12 +135,13 @@ class Judged:
                 first = self._at(k, spans, on, 0.0, Unsafe("floor", on[k]))
         return first
 
-    def _stops(self, knots: Floats) -> tuple[Floats, Floats, np.ndarray]:
+    def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
+        """Stops (n, 5, dof) from knots (n, 3, dof), their seconds (n,), and what is in the way where these are 0."""
         robot, wide = self.guard.live.checker.robot, (np.full(knots.shape[2], s * np.inf) for s in (-1, 1))
         bounds = position_bounds(robot) if self.rules.positions else tuple(wide)
         return stops_quickest(knots, RUNGS, self.rules.most * (1.0 + ROUNDING), bounds)
 
-    def _no_stop(self, piece: int, broken: np.ndarray) -> _Bad:
+    def _no_stop(self, piece: int, broken: Ints) -> _Bad:
         kind, joint = (*KINDS, POSITION)[int(broken[0])], self.guard.live.checker.robot.joints[int(broken[1])]
         return _Bad(piece, float(self.chunk.times[piece + 1]), Unsafe("limit", "stop", limit=kind, joint=joint))
 
@@ -170,10 +171,10 @@ class Judged:
         time = spans[curve, 0] + (u * spans[curve, 1] if on[curve] == "motion" else 0.0)
         return _Bad(max(curve - lead, 0) // each, float(time), why)
 
-    def stop(self, at: float) -> Trajectory | None:
-        """The proven motion to rest from a point's time (s) on, if there is one."""
-        k, robot = int(np.searchsorted(self.chunk.times, at)), self.guard.live.checker.robot
-        stops, seconds, _ = self._stops(self.chunk.knots[k : k + 1])
+    def stop(self, k: int) -> Trajectory | None:
+        """The proven motion to rest from the end of the first ``k`` pieces on, if there is one."""
+        robot, at = self.guard.live.checker.robot, self.chunk.times[k]
+        stops, seconds, _ = self.stops_from(self.chunk.knots[k : k + 1])
         if seconds[0] == 0.0:
             return None
         if self.guard.first_unproven(stops, np.array([[at, seconds[0], 0.0]]), ["stop"]) is not None:
@@ -184,9 +185,8 @@ class Judged:
         ends = np.stack([q, stops[0].sum(axis=0)]), np.stack([qd, rest]), np.stack([qdd, rest])
         return Trajectory.through(robot.joints, np.array([0.0, seconds[0]]), *ends, law="stop")
 
-    def clearance(self, until: float) -> float | None:
-        """The smallest distance (m) along the chunk until a point's time (s)."""
-        count = int(np.searchsorted(self.chunk.times, until))
+    def clearance(self, count: int) -> float | None:
+        """The smallest distance (m) along the first ``count`` pieces."""
         if count == 0:
             return None
         found = nearest_on_pieces(

@@ -67,6 +67,7 @@ class Verdict:
     first_bad: float | None
     notes: tuple[str, ...]
     _judged: Judged
+    _pieces: int
 
     def __str__(self) -> str:
         if self.safe:
@@ -79,9 +80,9 @@ class Verdict:
 
         That can be only at 0 s, of a robot that is too fast or too near already, or where no stops were asked for.
         """
-        return self._judged.stop(self.safe_until)
+        return self._judged.stop(self._pieces)
 
     @property
     def clearance(self) -> float | None:
         """The smallest distance (m) along the safe part, to a tenth; None where nothing moves or can come near."""
-        return self._judged.clearance(self.safe_until)
+        return self._judged.clearance(self._pieces)
