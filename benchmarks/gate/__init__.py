@@ -1,1 +1,1 @@
-"""``benchmarks gate``: verdicts on chunks, how long they take, which are refused without need, and none that is wrong."""
+"""``benchmarks gate``: how long verdicts take, which are refused without need, and that none is wrong."""

@@ -65,7 +65,7 @@ class Attack:
     def _step(self, case: Case, size: float, rng: Rng) -> Case:
         chunk, placement = case.chunk, case.obstacle.placement.copy()
         if rng.random() < 0.5:
-            turn = pose([0.0, 0.0, 0.0], rpy=rng.normal(0.0, 0.3 * size, 3))[:3, :3]
+            turn = pose([0.0, 0.0, 0.0], rpy=rng.normal(0.0, 0.3 * size, 3).tolist())[:3, :3]
             placement[:3, 3] += rng.normal(0.0, 0.1 * size, 3)
             placement[:3, :3] = turn @ placement[:3, :3]
             return replace(case, obstacle=replace(case.obstacle, placement=placement))

@@ -38,7 +38,11 @@ def random_chunk(robot: Robot, kind: str, steps: int, seconds: float, rng: Rng, 
     speed = rng.uniform(1.0, 4.0, (3, robot.dof))
     height, phase = rng.normal(0.0, 2.0 * size, (3, robot.dof)) / speed, rng.uniform(0.0, 2.0 * np.pi, (3, robot.dof))
     angle = speed[:, None] * times[:, None] + phase[:, None]
-    waves = np.sin(angle) - np.sin(phase)[:, None], speed[:, None] * np.cos(angle), -(speed[:, None] ** 2) * np.sin(angle)
+    waves = (
+        np.sin(angle) - np.sin(phase)[:, None],
+        speed[:, None] * np.cos(angle),
+        -(speed[:, None] ** 2) * np.sin(angle),
+    )
     knots = np.stack([(height[:, None] * wave).sum(axis=0) for wave in waves], axis=1)
     knots[:, 0] += start
     return Chunk(kind, times, knots)
@@ -49,7 +53,7 @@ def clutter(count: int, rng: Rng) -> tuple[Obstacle, ...]:
     made = []
     for k in range(count):
         radius, angle, height = rng.uniform(0.35, 0.75), rng.uniform(-np.pi, np.pi), rng.uniform(0.1, 0.9)
-        place = pose([radius * np.cos(angle), radius * np.sin(angle), height], rpy=rng.uniform(-1.0, 1.0, 3))
+        place = pose([radius * np.cos(angle), radius * np.sin(angle), height], rpy=rng.uniform(-1.0, 1.0, 3).tolist())
         made.append(Obstacle(f"box{k}", Box(tuple(rng.uniform(0.04, 0.2, 3))), place))
     return tuple(made)
 
@@ -62,4 +66,6 @@ def thin_obstacle(robot: Robot, near: Floats, rng: Rng) -> Obstacle:
     thin, long = rng.uniform(5e-4, 5e-3), rng.uniform(0.05, 0.2)
     shapes: list[Shape] = [Box((thin, long, long)), Cylinder(thin, long), Sphere(thin)]
     offset = rng.normal(0.0, rng.choice([0.01, 0.08]), 3)
-    return Obstacle("thin", shapes[int(rng.integers(3))], pose(at + offset, rpy=rng.uniform(-np.pi, np.pi, 3)))
+    return Obstacle(
+        "thin", shapes[int(rng.integers(3))], pose((at + offset).tolist(), rpy=rng.uniform(-np.pi, np.pi, 3).tolist())
+    )

@@ -41,7 +41,8 @@ class Spline:
         for j in range(self.powers.shape[1]):
             slope = np.polynomial.Polynomial(self.powers[:, j]).deriv(order + 1)
             roots = np.atleast_1d(slope.roots()) if slope.degree() else np.zeros(0)
-            inner = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0) & (roots.real < self.seconds)]
+            real = np.asarray(roots.real, dtype=np.float64)
+            inner = real[(np.abs(roots.imag) < 1e-9) & (real > 0) & (real < self.seconds)]
             if len(inner):
                 found[j] = max(found[j], np.abs(self.at(inner, order)[:, j]).max())
         return found
@@ -54,7 +55,8 @@ def spline(begin: float, seconds: float, first: Floats, last: Floats) -> Spline:
     for t in (0.0, seconds):
         for order in range(rows):
             conditions.append([_slope(power, order) * t ** max(power - order, 0) for power in range(2 * rows)])
-    return Spline(begin, seconds, np.linalg.solve(np.array(conditions), np.concatenate([first, last])))
+    powers = np.linalg.solve(np.array(conditions), np.concatenate([first, last]))
+    return Spline(begin, seconds, np.asarray(powers, dtype=np.float64))
 
 
 def _slope(power: int, order: int) -> float:

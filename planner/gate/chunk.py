@@ -14,7 +14,9 @@ from planner.models.robot import Robot
 from planner.setup.resolve import beyond_limits
 from planner.trajectory.trajectory import pieces_through, whole_nanoseconds
 
-State = Sequence[Floats]
+Row = Floats | Sequence[float]
+Rows = Floats | Sequence[Sequence[float]]
+RobotState = Sequence[Row]
 """Where the robot is: positions, velocities and perhaps accelerations (dof,)."""
 
 
@@ -39,11 +41,11 @@ class Chunk:
     @staticmethod
     def of(
         robot: Robot,
-        positions: Floats,
-        velocities: Floats | None,
-        accelerations: Floats | None,
-        times: Floats,
-        state: State | None,
+        positions: Rows,
+        velocities: Rows | None,
+        accelerations: Rows | None,
+        times: Row,
+        state: RobotState | None,
     ) -> Chunk:
         """What is run of points (k, dof) at ``times`` (k,) s, by a robot in ``state``.
 
@@ -72,20 +74,20 @@ class Chunk:
         return Chunk(clock / 1e9, seconds, pieces, knots, 2 * len(columns) - 1, approach, bool(rough))
 
 
-def _columns(dof: int, *given: Floats | None) -> list[Floats]:
+def _columns(dof: int, positions: Rows, velocities: Rows | None, accelerations: Rows | None) -> list[Floats]:
     """Positions, and what else is given, as numbers of one shape."""
-    if np.shape(given[0])[:1] == (0,):
+    if np.shape(np.asarray(positions))[:1] == (0,):
         raise ArrayError("the chunk is empty: give at least one point.")
-    if given[1] is None and given[2] is not None:
+    if velocities is None and accelerations is not None:
         raise ArrayError("accelerations say nothing without velocities: give velocities too.")
-    found = [numbers("positions", given[0], ("k", dof), most=FARTHEST)]
-    for what, column in zip(("velocities", "accelerations"), given[1:], strict=True):
+    found = [numbers("positions", positions, ("k", dof), most=FARTHEST)]
+    for what, column in (("velocities", velocities), ("accelerations", accelerations)):
         if column is not None:
             found.append(numbers(what, column, found[0].shape, most=FARTHEST))
     return found
 
 
-def _clock(times: Floats, count: int) -> Ints:
+def _clock(times: Row, count: int) -> Ints:
     clock = whole_nanoseconds(numbers("times", times, (count,)))
     late = np.flatnonzero(np.diff(clock) <= 0)
     if len(late) or clock[0] < 0:
@@ -94,7 +96,7 @@ def _clock(times: Floats, count: int) -> Ints:
     return clock
 
 
-def _state(robot: Robot, state: State) -> Floats:
+def _state(robot: Robot, state: RobotState) -> Floats:
     """(3, dof) position, velocity and acceleration, 0 where that is not given."""
     if not 2 <= len(state) <= 3:
         raise StateError(f"state holds {len(state)} rows: give (q, qd), or (q, qd, qdd).")
@@ -126,5 +128,3 @@ def _knots(pieces: Floats, seconds: Floats, columns: list[Floats], here: Floats 
     if here is not None:
         knots[0] = here
     return knots
-
-

@@ -5,25 +5,21 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from planner.base.arrays import Floats, numbers, placement
 from planner.base.errors import OptionError, SceneError, StateError, choices
 from planner.base.kinds import checks_kinds
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
-from planner.gate.chunk import Chunk
+from planner.gate.chunk import Chunk, RobotState, Row, Rows
 from planner.gate.guard import Guard
-from planner.gate.judging import POSITION, Rules, judge
+from planner.gate.judging import JUDGED, Rules, judge
 from planner.gate.verdict import Verdict
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Obstacle
 from planner.problem.request import Backend, LimitsRequest, Thing, WorldRequest
 from planner.session.live_world import LiveWorld
-from planner.trajectory.limits import KINDS, MotionLimits
-
-JUDGED = (POSITION, *KINDS)
+from planner.trajectory.limits import MotionLimits
 
 
 @checks_kinds
@@ -57,10 +53,11 @@ class Gate:
     ) -> None:
         self._changing = threading.Lock()
         request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision)
-        self._guard = Guard.of(LiveWorld.of(request))
+        self._live = LiveWorld.of(request)
+        self._guard = Guard.of(self._live.checker)
         kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.robot, limits)
         self._limits = _require_own(kept, self.robot)
-        self._rules = _rules(kept, judged, min_manipulability, start_tolerance)
+        self._rules = Rules.of(kept, judged, min_manipulability, start_tolerance)
 
     def __repr__(self) -> str:
         return f"<Gate: {self.robot.name} in {self.scene.name}>"
@@ -68,17 +65,17 @@ class Gate:
     @property
     def robot(self) -> Robot:
         """The robot with what it carries now."""
-        return self._guard.live.checker.robot
+        return self._guard.checker.robot
 
     @property
     def scene(self) -> Scene:
         """The scene as it is now, with what the arm carries."""
-        return self._guard.live.scene
+        return self._guard.checker.world.scene
 
     @property
     def checker(self) -> CollisionChecker:
         """The checker of the world as it is now."""
-        return self._guard.live.checker
+        return self._guard.checker
 
     @property
     def limits(self) -> MotionLimits:
@@ -87,12 +84,12 @@ class Gate:
 
     def check(
         self,
-        positions: Floats,
-        velocities: Floats | None = None,
-        accelerations: Floats | None = None,
+        positions: Rows,
+        velocities: Rows | None = None,
+        accelerations: Rows | None = None,
         *,
-        times: Floats,
-        state: Sequence[Floats] | None = None,
+        times: Row,
+        state: RobotState | None = None,
         stop: bool = True,
     ) -> Verdict:
         """Whether targets (k, dof), rad (m) in the robot's order of joints, at ``times`` (k,) s after now, are safe.
@@ -103,8 +100,9 @@ class Gate:
         safe. Raises :class:`ArrayError` for other shapes, NaN, times that do not increase, and no points,
         :class:`StateError` for a state outside limits; the gate goes on.
         """
-        chunk = Chunk.of(self.robot, positions, velocities, accelerations, times, state)
-        return judge(self._guard, self._rules, chunk, stop)
+        guard = self._guard  # the world may change meanwhile
+        chunk = Chunk.of(guard.checker.robot, positions, velocities, accelerations, times, state)
+        return judge(guard, self._rules, chunk, stop)
 
     def move(self, name: str, pose: Floats) -> None:
         """Put the obstacle ``name`` to another ``pose`` (4, 4), as :func:`planner.pose` makes it."""
@@ -119,7 +117,7 @@ class Gate:
         """Take the obstacle ``name`` out of the world."""
         self._change(lambda live: live.remove(name))
 
-    def attach(self, name: str, frame: str, at: Floats, touch_links: Sequence[str] = ()) -> None:
+    def attach(self, name: str, frame: str, at: Row, touch_links: Sequence[str] = ()) -> None:
         """Let ``frame`` carry the obstacle ``name`` as it stands to it in the configuration ``at`` (dof,).
 
         It may touch ``touch_links`` and the link itself.
@@ -127,18 +125,19 @@ class Gate:
         q = self._configuration(at)
         self._change(lambda live: live.attach(name, frame, tuple(touch_links), q))
 
-    def detach(self, name: str, at: Floats) -> None:
+    def detach(self, name: str, at: Row) -> None:
         """Put down what the arm carries where it holds it in the configuration ``at`` (dof,)."""
         q = self._configuration(at)
         self._change(lambda live: live.detach(name, q))
 
-    def _configuration(self, at: Floats) -> Floats:
+    def _configuration(self, at: Row) -> Floats:
         return numbers("at", at, (self.robot.dof,), StateError, FARTHEST)
 
     def _change(self, apply: Callable[[LiveWorld], LiveWorld]) -> None:
         """A new world, or an error and the old one."""
         with self._changing:
-            self._guard = Guard.of(apply(self._guard.live))
+            live = apply(self._live)
+            self._guard, self._live = Guard.of(live.checker), live
 
 
 def _require_own(limits: MotionLimits, robot: Robot) -> MotionLimits:
@@ -148,14 +147,3 @@ def _require_own(limits: MotionLimits, robot: Robot) -> MotionLimits:
             "planner.MotionLimits.of(robot)."
         )
     return limits
-
-
-def _rules(limits: MotionLimits, judged: Sequence[str], floor: float, apart: float) -> Rules:
-    unknown = sorted(set(judged) - set(JUDGED))
-    if isinstance(judged, str) or unknown:
-        raise OptionError(f"judged names {choices(unknown) or judged!r}: give a list out of {choices(JUDGED)}.")
-    for name, value in (("min_manipulability", floor), ("start_tolerance", apart)):
-        if not 0.0 <= value < np.inf:
-            raise OptionError(f"{name} is {value:g}: give a number from 0 on.")
-    most = np.array([getattr(limits, kind) if kind in judged else np.full(len(limits.joints), np.inf) for kind in KINDS])
-    return Rules(most, POSITION in judged, float(floor), float(apart))

@@ -9,28 +9,28 @@ import numpy as np
 from planner.base.arrays import Bools, Floats
 from planner.base.errors import SceneError, choices
 from planner.base.resolutions import PROOF
-from planner.gate.verdict import Unsafe, Where
+from planner.collision.checker import CollisionChecker
+from planner.gate.verdict import Kind, Unsafe, Where
 from planner.kinematics.forward import joint_placements
 from planner.native.library import NativeBounds
-from planner.session.live_world import LiveWorld
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guard:
-    """``live`` with what proofs need: ``bounds`` on motions, and which obstacles (o,) are ``limited``, by a speed."""
+    """A ``checker`` with what proofs need: ``bounds`` on motions, and which obstacles (o,) have speed limits."""
 
-    live: LiveWorld
+    checker: CollisionChecker
     bounds: NativeBounds
     limited: Bools
 
     @staticmethod
-    def of(live: LiveWorld) -> Guard:
+    def of(checker: CollisionChecker) -> Guard:
         """The guard of a world; :class:`SceneError` for obstacles of known motions, whose clock nobody gives."""
-        world, checker = live.world, live.checker
+        world = checker.world
         if world.scene.moving:
             raise SceneError(
-                f"in scene '{world.scene.name}' {choices(item.name for item in world.scene.moving)} moves along a known "
-                "motion, and a gate cannot know since when: give it a speed_limit instead, and move it."
+                f"in scene '{world.scene.name}' {choices(item.name for item in world.scene.moving)} moves along a "
+                "known motion, and a gate cannot know since when: give it a speed_limit instead, and move it."
             )
         limited = np.array([item.speed_limit > 0 for item in world.obstacles], dtype=bool)
         bounds = checker.bound.of_all
@@ -38,8 +38,8 @@ class Guard:
             still = ~world.moving
             still[: world.checked.size] &= ~np.tile(limited, len(world.bodies))
             bounds = checker.bound.native.bounds(world.pair_reach, world.reach.bodies, still)
-        _ = checker.inside  # made now: no check waits for it
-        return Guard(live, bounds, limited)
+        _ = checker.inside, checker.static_contact  # found now: no check waits for them
+        return Guard(checker, bounds, limited)
 
     def first_unproven(self, curves: Floats, spans: Floats | None, on: list[Where]) -> tuple[int, float, Unsafe] | None:
         """The first of curves (m, degree + 1, dof) that is not proven free, where on it, in [0, 1], and why.
@@ -47,7 +47,9 @@ class Guard:
         Each lies near the ones before and behind it, the first begins where the robot is. ``spans`` (m, 3): when each
         begins, how long it takes, 0, s; needed where obstacles have speed limits. ``on`` (m,) what each curve is.
         """
-        checker = self.live.checker
+        checker, contact = self.checker, self.checker.static_contact
+        if contact is not None:
+            return 0, 0.0, Unsafe("contact", on[0], (contact.first, contact.second))
         spans = spans if self.limited.any() else None
         enclosed = int(checker.inside.pairs(curves[:1, 0])[0])
         if enclosed >= 0:
@@ -59,8 +61,8 @@ class Guard:
         return k, float(where[k]), self._why(curves[k], float(where[k]), int(pair[k]), on[k])
 
     def _why(self, curve: Floats, u: float, pair: int, on: Where) -> Unsafe:
-        checker = self.live.checker
-        q = np.polynomial.polynomial.polyval(u, curve)
+        checker = self.checker
+        q = u ** np.arange(len(curve)) @ curve
         rotation, position = joint_placements(checker.chain, q[None])
         gap = checker.distances(rotation[:, 0], position[:, 0], np.array([pair]))[0]
         if gap <= checker.world.margin:
@@ -68,6 +70,6 @@ class Guard:
         limited = checker.world.is_scene_pair(pair) and self.limited[checker.world.members(pair)[1]]
         return self._unsafe("reach" if limited else "undecided", on, pair)
 
-    def _unsafe(self, kind: str, on: Where, pair: int) -> Unsafe:
-        contact = self.live.world.contact(pair)
-        return Unsafe(kind, on, (contact.first, contact.second))  # pyright: ignore[reportArgumentType]
+    def _unsafe(self, kind: Kind, on: Where, pair: int) -> Unsafe:
+        contact = self.checker.world.contact(pair)
+        return Unsafe(kind, on, (contact.first, contact.second))

@@ -6,11 +6,14 @@ the next one and stops there: so from any moment of the safe part on there is a 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Floats, Ints, frozen
+from planner.base.errors import OptionError, choices
 from planner.base.polynomials import bernstein, derivative
 from planner.gate.chunk import Chunk
 from planner.gate.guard import Guard
@@ -19,12 +22,13 @@ from planner.kinematics.manipulability_proof import prove_floor
 from planner.native.motions import polynomial_extrema, polynomial_worst, stops_quickest
 from planner.setup.resolve import beyond_limits, position_bounds
 from planner.trajectory.clearance import nearest_on_pieces
-from planner.trajectory.limits import KINDS
+from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.proof import ROUNDING
 from planner.trajectory.trajectory import Trajectory
 
-RUNGS = np.round(0.02 * 1.2 ** np.arange(32) * 1e9) / 1e9  # s that a stop may take, to the nanosecond: up to 5.7
+RUNGS = frozen(np.round(2e7 * 1.2 ** np.arange(32)) / 1e9)  # s that a stop may take, to the nanosecond: up to 5.7
 POSITION = "position"
+JUDGED = (POSITION, *KINDS)
 _JUDGED = {1: 1, 3: 2, 5: 3}  # kinds of limits, by the degree of the pieces: the next derivative jumps at the points
 _LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
 _CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not judged; that of stops is"
@@ -44,6 +48,19 @@ class Rules:
     floor: float
     apart: float
 
+    @staticmethod
+    def of(limits: MotionLimits, judged: Sequence[str] = JUDGED, floor: float = 0.0, apart: float = 0.0) -> Rules:
+        """The rules that ask for those limits that are ``judged``; :class:`OptionError` for what makes no sense."""
+        unknown = sorted({str(kind) for kind in judged} - set(JUDGED))
+        if isinstance(judged, str) or unknown:
+            raise OptionError(f"judged names {choices(unknown) or repr(judged)}: give a list out of {choices(JUDGED)}.")
+        for name, value in (("min_manipulability", floor), ("start_tolerance", apart)):
+            if not 0.0 <= value < np.inf:
+                raise OptionError(f"{name} is {value:g}: give a number from 0 on.")
+        none = np.full(len(limits.joints), np.inf)
+        most = np.array([getattr(limits, kind) if kind in judged else none for kind in KINDS])
+        return Rules(most, POSITION in judged, float(floor), float(apart))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Bad:
@@ -59,7 +76,7 @@ def judge(guard: Guard, rules: Rules, chunk: Chunk, stop: bool) -> Verdict:
     judged = Judged(guard, rules, chunk)
     bad = judged.broken_limit()
     if chunk.approach is not None and (away := np.abs(chunk.approach[1])).max() > rules.apart:
-        joint = guard.live.checker.robot.joints[int(away.argmax())]
+        joint = guard.checker.robot.joints[int(away.argmax())]
         bad = _Bad(0, float(chunk.times[0]), Unsafe("start", "start", joint=joint))
     bad = judged.unproven(stop, bad) or bad
     notes = (*_NOTES[chunk.degree], _ROUGH) if chunk.rough else _NOTES[chunk.degree]
@@ -95,7 +112,7 @@ class Judged:
         return self._first(rows, np.where(values > limit, values / most, 0.0), KINDS[order - 1])
 
     def _beyond_position(self) -> _Bad | None:
-        robot, hull = self.guard.live.checker.robot, bernstein(self.chunk.coefficients)
+        robot, hull = self.guard.checker.robot, bernstein(self.chunk.coefficients)
         low, high = hull.min(axis=1), hull.max(axis=1)
         least, largest = position_bounds(robot)
         rows = np.flatnonzero(((low < least) | (high > largest)).any(axis=1))
@@ -109,7 +126,7 @@ class Judged:
         over = np.flatnonzero(excess.max(axis=1) > 0) if len(rows) else rows
         if not len(over):
             return None
-        piece, joint = int(rows[over[0]]), self.guard.live.checker.robot.joints[int(excess[over[0]].argmax())]
+        piece, joint = int(rows[over[0]]), self.guard.checker.robot.joints[int(excess[over[0]].argmax())]
         return _Bad(piece, float(self.chunk.times[piece]), Unsafe("limit", "motion", limit=kind, joint=joint))
 
     def unproven(self, stop: bool, bad: _Bad | None) -> _Bad | None:
@@ -129,7 +146,7 @@ class Judged:
             curves = curves[: found[0]]
             first = self._at(found[0], spans, on, found[1], found[2])
         if self.rules.floor > 0 and len(curves):
-            holds = prove_floor(self.guard.live.checker.robot, curves, self.rules.floor).holds
+            holds = prove_floor(self.guard.checker.robot, curves, self.rules.floor).holds
             if not holds.all():
                 k = int(holds.argmin())
                 first = self._at(k, spans, on, 0.0, Unsafe("floor", on[k]))
@@ -137,12 +154,13 @@ class Judged:
 
     def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
         """Stops (n, 5, dof) from knots (n, 3, dof), their seconds (n,), and what is in the way where these are 0."""
-        robot, wide = self.guard.live.checker.robot, (np.full(knots.shape[2], s * np.inf) for s in (-1, 1))
-        bounds = position_bounds(robot) if self.rules.positions else tuple(wide)
+        bounds = position_bounds(self.guard.checker.robot)
+        if not self.rules.positions:
+            bounds = np.full(knots.shape[2], -np.inf), np.full(knots.shape[2], np.inf)
         return stops_quickest(knots, RUNGS, self.rules.most * (1.0 + ROUNDING), bounds)
 
     def _no_stop(self, piece: int, broken: Ints) -> _Bad:
-        kind, joint = (*KINDS, POSITION)[int(broken[0])], self.guard.live.checker.robot.joints[int(broken[1])]
+        kind, joint = (*KINDS, POSITION)[int(broken[0])], self.guard.checker.robot.joints[int(broken[1])]
         return _Bad(piece, float(self.chunk.times[piece + 1]), Unsafe("limit", "stop", limit=kind, joint=joint))
 
     def _curves(self, count: int, stops: Floats | None, seconds: Floats | None) -> tuple[Floats, Floats, list[Where]]:
@@ -162,7 +180,8 @@ class Judged:
             spans[lead + 1 :: 2, 0], spans[lead + 1 :: 2, 1] = chunk.times[1 : count + 1], seconds[:count]
         if chunk.approach is not None:
             curves[0, :2] = chunk.approach
-        on: list[Where] = [*["start"] * lead, *(["motion"] if each == 1 else ["motion", "stop"]) * count]
+        pair: list[Where] = ["motion", "stop"]
+        on: list[Where] = [*cast("list[Where]", ["start"] * lead), *pair[:each] * count]
         return curves, spans, on
 
     def _at(self, curve: int, spans: Floats, on: list[Where], u: float, why: Unsafe) -> _Bad:
@@ -171,27 +190,25 @@ class Judged:
         time = spans[curve, 0] + (u * spans[curve, 1] if on[curve] == "motion" else 0.0)
         return _Bad(max(curve - lead, 0) // each, float(time), why)
 
-    def stop(self, k: int) -> Trajectory | None:
-        """The proven motion to rest from the end of the first ``k`` pieces on, if there is one."""
-        robot, at = self.guard.live.checker.robot, self.chunk.times[k]
-        stops, seconds, _ = self.stops_from(self.chunk.knots[k : k + 1])
+    def stop(self, pieces: int) -> Trajectory | None:
+        """The proven motion to rest from the end of the first ``pieces`` on, if there is one."""
+        robot, at = self.guard.checker.robot, self.chunk.times[pieces]
+        stops, seconds, _ = self.stops_from(self.chunk.knots[pieces : pieces + 1])
         if seconds[0] == 0.0:
             return None
         if self.guard.first_unproven(stops, np.array([[at, seconds[0], 0.0]]), ["stop"]) is not None:
             return None
         if self.rules.floor > 0 and not prove_floor(robot, stops, self.rules.floor).holds[0]:
             return None
-        (q, qd, qdd), rest = self.chunk.knots[k], np.zeros(robot.dof)
+        (q, qd, qdd), rest = self.chunk.knots[pieces], np.zeros(robot.dof)
         ends = np.stack([q, stops[0].sum(axis=0)]), np.stack([qd, rest]), np.stack([qdd, rest])
         return Trajectory.through(robot.joints, np.array([0.0, seconds[0]]), *ends, law="stop")
 
-    def clearance(self, count: int) -> float | None:
-        """The smallest distance (m) along the first ``count`` pieces."""
-        if count == 0:
+    def clearance(self, pieces: int) -> float | None:
+        """The smallest distance (m) along the first ``pieces``."""
+        if pieces == 0:
             return None
-        found = nearest_on_pieces(
-            self.chunk.coefficients[:count], self.chunk.times[: count + 1], self.guard.live.checker
-        )
+        found = nearest_on_pieces(self.chunk.coefficients[:pieces], self.chunk.times[: pieces + 1], self.guard.checker)
         return None if found is None else found.min
 
 

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, Protocol
 
 from planner.trajectory.trajectory import Trajectory
-
-if TYPE_CHECKING:
-    from planner.gate.judging import Judged
 
 Kind = Literal["contact", "undecided", "reach", "limit", "floor", "start"]
 Where = Literal["motion", "stop", "start"]
@@ -51,6 +48,13 @@ class Unsafe:
         return asdict(self)
 
 
+class Later(Protocol):
+    """What is worked out of a judged chunk when it is asked for: of its first ``pieces``."""
+
+    def stop(self, pieces: int) -> Trajectory | None: ...
+    def clearance(self, pieces: int) -> float | None: ...
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
     """Whether a chunk is ``safe``, and until when it is.
@@ -66,7 +70,7 @@ class Verdict:
     reason: Unsafe | None
     first_bad: float | None
     notes: tuple[str, ...]
-    _judged: Judged
+    _judged: Later
     _pieces: int
 
     def __str__(self) -> str:

@@ -45,7 +45,7 @@ def nearest_in_motion(trajectory: Trajectory, checker: CollisionChecker) -> Near
 
 
 def nearest_on_pieces(coefficients: Floats, times: Floats, checker: CollisionChecker) -> Nearest | None:
-    """The same along pieces (k, degree + 1, dof) between ``times`` (k + 1,) s, along chords within 0.01 mrad of them."""
+    """The same along pieces (k, degree + 1, dof) between ``times`` (k + 1,) s, along chords within 0.01 mrad."""
     h = np.diff(times)
     bend = np.abs(bernstein(derivative(coefficients, 2))).max(axis=(1, 2), initial=0.0)
     counts = np.maximum(1, np.ceil(np.sqrt(bend / (8.0 * _CHORD)))).astype(int)

@@ -77,7 +77,7 @@ class Trajectory:
     ) -> Trajectory:
         """The trajectory through points (k, dof) at ``times`` (k,) s, to the nanosecond.
 
-        Lines between positions only, cubics where velocities ``qd`` are given, quintics with accelerations ``qdd``.
+        Lines between positions only, cubics where velocities ``qd`` are given, quintics with accelerations too.
         Raises :class:`ArrayError` for other shapes, what is no finite number, and times that do not increase, and
         :class:`LimitError` where two times are the same to the nanosecond.
         """
@@ -198,8 +198,8 @@ def whole_nanoseconds(times: Floats) -> Ints:
 def pieces_through(h: Floats, q: Floats, qd: Floats | None = None, qdd: Floats | None = None) -> Floats:
     """The coefficients (k, degree + 1, dof) of pieces that take ``h`` (k, 1) s, through what is given at their ends.
 
-    As a ROS 2 joint trajectory controller has them: lines between positions (k + 1, dof), cubics with velocities ``qd``,
-    quintics with accelerations ``qdd``.
+    As a ROS 2 joint trajectory controller has them: lines between positions (k + 1, dof), cubics with velocities,
+    quintics with accelerations too.
     """
     if qd is None:
         found = [q[:-1], np.diff(q, axis=0)]

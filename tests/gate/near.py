@@ -22,7 +22,5 @@ def beside(gap: float) -> Gate:
     rotation, position = judge.chain.native.placements(np.array([[0.3, 0.4]]))
     away = judge.distances(rotation[:, 0], position[:, 0], moving).min()
     plate = Obstacle("plate", Box((3.0, 3.0, 0.02)), pose([0.0, 0.0, high - float(away) + gap]))
-    allowed = frozenset(
-        frozenset((body.link, "plate")) for body in robot.bodies if body.joint == 0
-    )
+    allowed = frozenset(frozenset((body.link, "plate")) for body in robot.bodies if body.joint == 0)
     return Gate(robot, Scene("x", (plate,), allowed=allowed))

@@ -1,5 +1,6 @@
 """Verdicts: what a controller runs, limits, stops, bad input, threads."""
 
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false
 from __future__ import annotations
 
 import threading
@@ -13,7 +14,7 @@ import pytest
 import planner
 from benchmarks.gate.chunks import KINDS, clutter, random_chunk
 from benchmarks.gate.judge import motion_of
-from planner.base.errors import ArrayError, OptionError, PlannerError, SceneError, StateError
+from planner.base.errors import ArrayError, KindError, OptionError, PlannerError, SceneError, StateError
 from planner.collision import make_checker
 from planner.gate.gate import Gate
 from planner.gate.verdict import Verdict
@@ -69,7 +70,7 @@ def test_a_curve_between_its_points_is_seen_where_the_polyline_is_free() -> None
     swing = np.array([0.0, 6.0])
     middle = HERE + np.array([0.0, 0.25 * 1.0 * 6.0 / 4.0])
     ball = Obstacle("ball", Sphere(0.02), pose(tip(middle)))
-    at, times = np.array([HERE, HERE + [0.0, 1e-6]]), np.array([0.0, 1.0])
+    at, times = np.array([HERE, HERE + 1e-6 * np.array([0.0, 1.0])]), np.array([0.0, 1.0])
     found = gate_of(ball, judged=()).check(at, np.array([swing, -swing]), times=times, stop=False)
     straight = gate_of(ball, judged=()).check(at, times=times, stop=False)
     assert straight.safe
@@ -245,7 +246,7 @@ def test_the_floor_is_kept_by_motion_and_stops() -> None:
 
 
 def test_clearance_is_that_of_the_safe_part() -> None:
-    ball = Obstacle("ball", Sphere(0.05), pose(tip(HERE) + [0.3, 0.0, 0.0]))
+    ball = Obstacle("ball", Sphere(0.05), pose(tip(HERE) + np.array([0.3, 0.0, 0.0])))
     found = gate_of(ball).check(steps(), times=TIMES, state=STATE)
     judge = make_checker(load("planar_2r"), Scene("x", (ball,)), "coal")
     q = np.linspace(HERE, steps()[-1], 200)
@@ -259,7 +260,7 @@ BAD: dict[str, tuple[type[PlannerError], dict[str, Any], str]] = {
     "empty": (ArrayError, {"positions": np.zeros((0, 2)), "times": []}, "empty"),
     "columns": (ArrayError, {"positions": np.zeros((3, 3))}, "shape"),
     "a NaN": (ArrayError, {"positions": np.full((3, 2), np.nan)}, "finite"),
-    "text": (ArrayError, {"positions": "x"}, "array"),
+    "text": (KindError, {"positions": "x"}, "array"),
     "velocities": (ArrayError, {"velocities": np.zeros((2, 2))}, "velocities has shape"),
     "a NaN velocity": (ArrayError, {"velocities": np.full((3, 2), np.nan)}, "velocities"),
     "no velocities": (ArrayError, {"accelerations": np.zeros((3, 2))}, "give velocities too"),
@@ -290,7 +291,7 @@ def test_bad_input_gets_one_sentence_and_the_gate_goes_on(case: str) -> None:
 
 def test_what_a_gate_cannot_be_made_of() -> None:
     motion = MovingObstacle("swing", Sphere(0.1), KnownMotion([0, 1], [pose([2, 0, 0]), pose([2, 1, 0])]))
-    with pytest.raises(SceneError, match="'?swing'? moves along a known motion"):
+    with pytest.raises(SceneError, match="moves along a known motion"):
         Gate(load("planar_2r"), Scene("x", (), moving=(motion,)))
     with pytest.raises(OptionError, match="judged"):
         gate_of(judged=["force"])

@@ -454,7 +454,7 @@ def of_flows(rng: Rng, size: Size) -> list[Any]:
 CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
-        of_a_chain, of_inverse, of_boxes, of_distances, of_glances, of_proofs, of_proofs_in_time, of_chunks, of_stops, of_choices, of_costs,
-        of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
+        of_a_chain, of_inverse, of_boxes, of_distances, of_glances, of_proofs, of_proofs_in_time, of_chunks, of_stops,
+        of_choices, of_costs, of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
     )
 }  # fmt: skip
