@@ -100,11 +100,11 @@ class Attack:
             return -2.0 + verdict.safe_until / float(case.chunk.times[-1])
         found.safe += 1
         stops = stops_of(case.chunk, verdict)
-        known = [one for one in stops if one is not None]
+        known = stops or []
         found.beyond += beyond_limits(motion, known, gate.limits, case.chunk.kind) > 0
         least, touched = touches([*motion, *known], judges)
         found.least = min(found.least, least)
-        if None in stops or touched:
+        if stops is None or touched:
             found.false.append(case)
         return -min(least, 1.0)
 

@@ -72,13 +72,16 @@ def motion_of(chunk: Chunk) -> list[Spline]:
     ]
 
 
-def stops_of(chunk: Chunk, verdict: Verdict) -> list[Spline | None]:
-    """The stops that the verdict has from every target on; None where it has none."""
-    found: list[Spline | None] = []
+def stops_of(chunk: Chunk, verdict: Verdict) -> list[Spline] | None:
+    """The stops that the verdict has from every target on; None where it has none for one."""
+    found: list[Spline] = []
     for k, t in enumerate(chunk.times[1:].tolist(), 1):
         stop = verdict._judged.stop(k)
-        ends = None if stop is None else np.stack(stop.columns, axis=1)
-        found.append(None if stop is None or ends is None else spline(t, stop.duration, ends[0], ends[1]))
+        if stop is None:
+            return None
+        ends = np.stack(stop.columns, axis=1)
+        parts = zip(stop.times.tolist(), stop.seconds.tolist(), ends, ends[1:], strict=False)
+        found += [spline(t + begin, seconds, first, last) for begin, seconds, first, last in parts]
     return found
 
 

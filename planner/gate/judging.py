@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
@@ -33,6 +32,8 @@ _JUDGED = {1: 1, 3: 2, 5: 3}  # kinds of limits, by the degree of the pieces: th
 _LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
 _CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not judged; that of stops is"
 _ROUGH = "the state has no acceleration: the first piece is a cubic, and the jerk is not judged where it ends"
+_WHERE: tuple[Where, ...] = ("start", "motion", "stop")
+_START, _MOTION, _STOP = range(3)
 _NOTES = {1: (_LINES,), 3: (_CUBICS,), 5: ()}
 
 
@@ -131,29 +132,35 @@ class Judged:
 
     def unproven(self, stop: bool, bad: _Bad | None) -> _Bad | None:
         """The first piece or stop before ``bad`` that is not within limits, free and above the floor."""
-        chunk = self.chunk
-        count = len(chunk.seconds) if bad is None else bad.piece
-        stops, seconds, first = None, None, bad
+        count = len(self.chunk.seconds) if bad is None else bad.piece
+        stops, first = None, bad
         if stop:
-            stops, seconds, broken = self.stops_from(chunk.knots[1 : count + 1])
-            without = np.flatnonzero(seconds == 0.0)
+            stops = self.stops_from(self.chunk.knots[1 : count + 1])
+            without = np.flatnonzero(stops[1][:, 1] == 0.0)
             if len(without):
                 count = int(without[0])
-                first = self._no_stop(count, broken[count])
-        curves, spans, on = self._curves(count, stops, seconds)
+                first = self._no_stop(count, stops[2][count])
+        curves, spans, what = self._curves(count, stops)
+        found = self.first_refused(curves, spans, [_WHERE[k] for k in what[:, 1].tolist()])
+        if found is None:
+            return first
+        piece, where = what[found[0]].tolist()
+        time = spans[found[0], 0] + found[1] * spans[found[0], 1] if where == _MOTION else self.chunk.times[piece + 1]
+        return _Bad(piece, float(time if where != _START else self.chunk.times[0]), found[2])
+
+    def first_refused(self, curves: Floats, spans: Floats, on: list[Where]) -> tuple[int, float, Unsafe] | None:
+        """The first of curves (m, degree + 1, dof) that is not proven free and above the floor, where, and why."""
         found = self.guard.first_unproven(curves, spans, on) if len(curves) else None
-        if found is not None:
-            curves = curves[: found[0]]
-            first = self._at(found[0], spans, on, found[1], found[2])
-        if self.rules.floor > 0 and len(curves):
-            holds = prove_floor(self.guard.checker.robot, curves, self.rules.floor).holds
+        free = len(curves) if found is None else found[0]
+        if self.rules.floor > 0 and free:
+            holds = prove_floor(self.guard.checker.robot, curves[:free], self.rules.floor).holds
             if not holds.all():
                 k = int(holds.argmin())
-                first = self._at(k, spans, on, 0.0, Unsafe("floor", on[k]))
-        return first
+                return k, 0.0, Unsafe("floor", on[k])
+        return found
 
     def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
-        """Stops (n, 5, dof) from knots (n, 3, dof), their seconds (n,), and what is in the way where these are 0."""
+        """Stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), and what is in the way where they are 0."""
         bounds = position_bounds(self.guard.checker.robot)
         if not self.rules.positions:
             bounds = np.full(knots.shape[2], -np.inf), np.full(knots.shape[2], np.inf)
@@ -163,46 +170,48 @@ class Judged:
         kind, joint = (*KINDS, POSITION)[int(broken[0])], self.guard.checker.robot.joints[int(broken[1])]
         return _Bad(piece, float(self.chunk.times[piece + 1]), Unsafe("limit", "stop", limit=kind, joint=joint))
 
-    def _curves(self, count: int, stops: Floats | None, seconds: Floats | None) -> tuple[Floats, Floats, list[Where]]:
+    def _curves(self, count: int, stops: tuple[Floats, Floats, Ints] | None) -> tuple[Floats, Floats, Ints]:
         """The first ``count`` pieces, each with the stop behind it, as curves of one degree with their spans.
 
-        What leads from the robot to a first point at 0 s comes first.
+        What leads from the robot to a first point at 0 s comes first. Rows (m, 2) say of which piece each curve is, and
+        what: a place in ``_WHERE``.
         """
-        chunk = self.chunk
-        lead, each = int(chunk.approach is not None), 1 if stops is None else 2
-        degree = chunk.degree if stops is None else max(chunk.degree, 4)
-        curves = np.zeros((lead + each * count, degree + 1, chunk.knots.shape[2]))
-        spans = np.zeros((len(curves), 3))
-        curves[lead::each, : chunk.degree + 1] = chunk.coefficients[:count]
-        spans[lead::each, 0], spans[lead::each, 1] = chunk.times[:count], chunk.seconds[:count]
-        if stops is not None and seconds is not None:
-            curves[lead + 1 :: 2, :5] = stops[:count]
-            spans[lead + 1 :: 2, 0], spans[lead + 1 :: 2, 1] = chunk.times[1 : count + 1], seconds[:count]
+        chunk, k = self.chunk, np.arange(count)
+        degree, begin = (chunk.degree if stops is None else max(chunk.degree, 4)), chunk.times[:count]
+        whole = np.zeros((count, 1 if stops is None else 3, degree + 1, chunk.knots.shape[2]))
+        spans, what = np.zeros((*whole.shape[:2], 3)), np.zeros((*whole.shape[:2], 2), dtype=np.int64)
+        whole[:, 0, : chunk.degree + 1], spans[:, 0, 0] = chunk.coefficients[:count], begin
+        spans[:, 0, 1], what[..., 0], what[..., 1], what[:, 0, 1] = chunk.seconds[:count], k[:, None], _STOP, _MOTION
+        if stops is not None:
+            whole[:, 1:, :5], spans[:, 1:, 1] = stops[0][:count], stops[1][:count]
+            spans[:, 1:, 0] = chunk.times[1 : count + 1, None]
+            spans[:, 2, 0] += stops[1][:count, 0]
+        used = spans[..., 1] > 0.0  # not what takes no time
+        curves, spans, what = whole[used], spans[used], what[used]
         if chunk.approach is not None:
-            curves[0, :2] = chunk.approach
-        pair: list[Where] = ["motion", "stop"]
-        on: list[Where] = [*cast("list[Where]", ["start"] * lead), *pair[:each] * count]
-        return curves, spans, on
-
-    def _at(self, curve: int, spans: Floats, on: list[Where], u: float, why: Unsafe) -> _Bad:
-        lead = int(self.chunk.approach is not None)
-        each = 2 if on[-1] == "stop" else 1
-        time = spans[curve, 0] + (u * spans[curve, 1] if on[curve] == "motion" else 0.0)
-        return _Bad(max(curve - lead, 0) // each, float(time), why)
+            line = np.zeros((1, *curves.shape[1:]))
+            line[0, :2] = chunk.approach
+            curves, spans = np.concatenate([line, curves]), np.concatenate([np.zeros((1, 3)), spans])
+            what = np.concatenate([[[0, _START]], what])
+        return curves, spans, what
 
     def stop(self, pieces: int) -> Trajectory | None:
         """The proven motion to rest from the end of the first ``pieces`` on, if there is one."""
-        robot, at = self.guard.checker.robot, self.chunk.times[pieces]
-        stops, seconds, _ = self.stops_from(self.chunk.knots[pieces : pieces + 1])
-        if seconds[0] == 0.0:
+        robot, knot = self.guard.checker.robot, self.chunk.knots[pieces]
+        (stops,), (seconds,), _ = self.stops_from(knot[None])
+        if seconds[1] == 0.0:
             return None
-        if self.guard.first_unproven(stops, np.array([[at, seconds[0], 0.0]]), ["stop"]) is not None:
+        used, ends = seconds > 0.0, np.append(0.0, np.cumsum(seconds))
+        spans = np.column_stack([self.chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
+        if self.first_refused(stops[used], spans, ["stop"] * len(spans)) is not None:
             return None
-        if self.rules.floor > 0 and not prove_floor(robot, stops, self.rules.floor).holds[0]:
-            return None
-        (q, qd, qdd), rest = self.chunk.knots[pieces], np.zeros(robot.dof)
-        ends = np.stack([q, stops[0].sum(axis=0)]), np.stack([qd, rest]), np.stack([qdd, rest])
-        return Trajectory.through(robot.joints, np.array([0.0, seconds[0]]), *ends, law="stop")
+        columns = np.zeros(
+            (3, 3, robot.dof)
+        )  # q, qd and qdd where it begins, where the last piece begins, where it ends
+        columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
+        columns[1, 1] = stops[1, 1] / seconds[1]
+        rows = [0, 1, 2] if used[0] else [0, 2]
+        return Trajectory.through(robot.joints, ends[rows], *columns[:, rows], law="stop")
 
     def clearance(self, pieces: int) -> float | None:
         """The smallest distance (m) along the first ``pieces``."""

@@ -188,6 +188,27 @@ def test_stops_keep_the_limits_exactly_end_at_rest_and_go_on_evenly() -> None:
     assert stopped > 6
 
 
+def test_what_speeds_up_close_to_its_limit_is_let_ease_off_first() -> None:
+    """A single polynomial to rest goes beyond the limit on velocity; the jerk that the limits allow does not."""
+    robot = load("planar_2r")
+    limits = MotionLimits.of(robot)
+    end = np.array([0.4, 0.3]), np.array([0.985, 0.2]) * limits.velocity, np.array([0.6, 0.0]) * limits.acceleration
+    begin = end[0] - 0.02 * end[1] + 0.5 * 0.02**2 * end[2], end[1] - 0.02 * end[2], end[2]
+    gate = Gate(robot, Scene("x", (FAR,)))
+    found = gate.check(*(row[None] for row in end), times=[0.02], state=begin)
+    assert found.safe, found
+    stop = found.stop
+    assert stop is not None
+    assert len(stop.seconds) == 2
+    for order, most in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
+        assert (stop.largest(order) <= most * (1.0 + 2e-6)).all()
+    for order in (1, 2):
+        before, after = stop.ends(order)
+        np.testing.assert_allclose(before[0], after[1], atol=1e-6)
+        np.testing.assert_allclose(after[0], end[order], atol=1e-6)
+        np.testing.assert_allclose(before[1], 0.0, atol=1e-6)
+
+
 def test_a_chunk_that_cannot_be_left_any_more_is_not_safe() -> None:
     """It ends at speed before a wall: the chunk is free, every stop from its last points is not."""
     step = np.array([0.1, 0.0])

@@ -301,30 +301,52 @@ def of_stops(rng: Rng, size: Size) -> list[Any]:
     for k in range(n):
         worst = [share_of_limits(start[k], T, limits, positions) for T in times]
         quickest = next((T for T, share in zip(times, worst, strict=True) if share <= 1.0), 0.0)
-        assert seconds[k] == quickest
-        assert quickest or ((broken[k] >= 0) & (broken[k] < [4, dof])).all()
-    moving = seconds > 0
-    np.testing.assert_array_equal(pieces[:, 0], start[:, 0])
+        assert ((broken[k] >= 0) & (broken[k] < [4, dof])).all()
+        if quickest or not seconds[k].any():
+            np.testing.assert_array_equal(seconds[k], [0.0, quickest])
+            continue
+        assert max(shares_of_limits(pieces[k, 0], seconds[k, 0], limits, positions)) <= 1.0 + 1e-9
+        assert max(shares_of_limits(pieces[k, 1], seconds[k, 1], limits, positions)) <= 1.0 + 1e-9
+        np.testing.assert_allclose(
+            pieces[k, 0, 1:3] / seconds[k, 0] ** [[1], [2]], start[k, 1:] / [[1], [2]], atol=1e-9
+        )
+        assert_one_after_the_other(pieces[k], seconds[k])
+    moving = seconds[:, 1] > 0
+    np.testing.assert_array_equal(pieces[:, 0, 0], start[:, 0])
     powers = np.arange(5)
-    rest = [(factor[:, None] * pieces[moving]).sum(axis=1) for factor in (powers, powers * (powers - 1))]
+    rest = [(factor[:, None] * pieces[moving, 1]).sum(axis=1) for factor in (powers, powers * (powers - 1))]
     np.testing.assert_allclose(rest, 0.0, atol=1e-9)
     return [pieces, seconds, broken]
+
+
+def assert_one_after_the_other(pieces: Any, seconds: Any) -> None:
+    """Of two pieces (2, 5, dof): the position, velocity and acceleration at the end of one are those that begin the next."""
+    powers = np.arange(5.0)[:, None]
+    for order in range(3):
+        factor = np.prod([powers - k for k in range(order)], axis=0) if order else np.ones_like(powers)
+        end = (factor * pieces[0]).sum(axis=0) / seconds[0] ** order
+        np.testing.assert_allclose(end, pieces[1, order] * (1, 1, 2)[order] / seconds[1] ** order, atol=1e-6)
 
 
 def share_of_limits(start: Any, T: float, limits: Any, positions: tuple[Any, Any]) -> float:
     """The largest share of a limit that the quintic to rest with the same end has: it is that very stop."""
     q, v, a = start
     c = np.array([q, v * T, a * T**2 / 2, -v * T - 2 / 3 * a * T**2, v * T / 2 + a * T**2 / 4])
-    worst = 0.0
+    return max(shares_of_limits(c, T, limits, positions))
+
+
+def shares_of_limits(c: Any, T: float, limits: Any, positions: tuple[Any, Any]) -> list[float]:
+    """Of a piece (5, dof) that takes T s, by its exact extrema; above 1 where a position is not allowed."""
+    found = []
     for order in range(4):
         least, largest = polynomial_extrema(c[None])
         if order == 0:
             beyond = max((positions[0] - least).max(), (largest - positions[1]).max())
-            worst = 1.0 + beyond if beyond > 0 else worst
+            found.append(1.0 + beyond if beyond > 0 else 0.0)
         else:
-            worst = max(worst, (np.maximum(-least, largest) / limits[order - 1]).max())
+            found.append(float((np.maximum(-least, largest) / limits[order - 1]).max()))
         c = c[1:] * np.arange(1, len(c))[:, None] / T
-    return float(worst)
+    return found
 
 
 def of_choices(rng: Rng, size: Size) -> list[Any]:

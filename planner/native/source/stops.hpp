@@ -3,12 +3,15 @@
 //     v(tau) = v (1 - 3 tau² + 2 tau³) + a T (tau - 2 tau² + tau³) = (1 - tau)² (v (1 + 2 tau) + a T tau)
 //
 // The acceleration (1 - tau) (a (1 - 3 tau) - b tau), b = 6 v / T, goes on evenly from a and ends at 0; the jerk is linear.
+// Where a joint speeds up close to its limit on velocity, that goes beyond it: then the acceleration first falls to 0 by
+// the largest jerk, a (1 - tau), and such a motion from there to rest follows.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
 #include "convex.hpp"
+#include "polynomials.hpp"
 
 namespace planner {
 
@@ -81,6 +84,27 @@ inline int quickest_stop(const double* q, const double* v, const double* a, int 
             if (pass && most < least) least = most, worst[0] = where[0], worst[1] = where[1];
         }
     return -1;
+}
+
+constexpr double shortest_ease = 1e-3;  // s in which an acceleration falls to 0, if no jerk is too large
+
+// Let accelerations fall to 0 by the largest jerk, in a time of whole nanoseconds that is returned: pieces c (5, dof), and
+// q and v (dof,) at its end. 0 where that is beyond a limit.
+inline double ease(const double* q, const double* v, const double* a, int dof, const StopLimits* limits, double* c,
+                   double* end_q, double* end_v) {
+    double T = shortest_ease;
+    for (int j = 0; j < dof; ++j) T = std::max(T, std::fabs(a[j]) / limits[j].most[2]);
+    T = std::ceil(T * 1e9) / 1e9;
+    for (int j = 0; j < dof; ++j) {
+        const double own[5] = {q[j], v[j] * T, 0.5 * a[j] * T * T, -a[j] * T * T / 6.0, 0.0};
+        double least, largest;
+        extrema_of(own, 3, least, largest);
+        for (int k = 0; k < 5; ++k) c[k * dof + j] = own[k];
+        end_q[j] = value_of(own, 3, 1.0), end_v[j] = v[j] + 0.5 * a[j] * T;
+        const bool fast = std::max(std::fabs(v[j]), std::fabs(end_v[j])) > limits[j].most[0];
+        if (fast || std::fabs(a[j]) > limits[j].most[1] || least < limits[j].lower || largest > limits[j].upper) return 0.0;
+    }
+    return T;
 }
 
 }  // namespace planner

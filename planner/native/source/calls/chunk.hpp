@@ -34,7 +34,8 @@ int world_prove_together(const World* world, const double* reach, const double* 
 
 // Stops from states (n, 3, dof) of position, velocity and acceleration, in the first of ascending `times` (count,) s in
 // which they keep limits (3, dof) on velocities, accelerations and jerks, infinite ones on none, and positions from lower
-// to upper (dof,): pieces (n, 5, dof) and their seconds (n,). 0 s where there is none, the piece stands, and broken (n, 2)
+// to upper (dof,): pieces (n, 2, 5, dof) and their seconds (n, 2). The first piece lets accelerations fall to 0; it takes
+// 0 s and stands where the second one keeps the limits without it. Where there is no stop both take 0 s, and broken (n, 2)
 // says what is in the way least: the kind of a limit, 3 for positions, and the joint.
 int stops_quickest(int n, int dof, const double* states, int count, const double* times, const double* limits,
                    const double* lower, const double* upper, double* pieces, double* seconds, int64_t* broken) {
@@ -49,16 +50,31 @@ int stops_quickest(int n, int dof, const double* states, int count, const double
             for (const double limit : all[j].most) require(limit > 0.0, "a limit is not above 0");
             require(lower[j] <= upper[j], "there is no position between lower and upper");
         }
+        std::vector<double> end(3 * static_cast<size_t>(dof));  // where the acceleration is 0
         for (int i = 0; i < n; ++i) {
             heed_at(i);
             const double *q = states + 3 * static_cast<size_t>(i) * dof, *v = q + dof, *a = v + dof;
-            int worst[2] = {0, 0};
-            const int found = quickest_stop(q, v, a, dof, times, count, all.data(), worst);
-            seconds[i] = found < 0 ? 0.0 : times[found], broken[2 * i] = worst[0], broken[2 * i + 1] = worst[1];
-            for (int j = 0; j < dof; ++j) {
-                double c[5] = {q[j], 0.0, 0.0, 0.0, 0.0};
-                if (found >= 0) Stop(q[j], v[j], a[j], times[found]).coefficients(c);
-                for (int k = 0; k < 5; ++k) pieces[(static_cast<size_t>(i) * 5 + k) * dof + j] = c[k];
+            double* first = pieces + 10 * static_cast<size_t>(i) * dof;
+            int worst[2] = {0, 0}, ignored[2];
+            int found = quickest_stop(q, v, a, dof, times, count, all.data(), worst);
+            double eased = 0.0;
+            if (found < 0) {
+                eased = ease(q, v, a, dof, all.data(), first, end.data(), end.data() + dof);
+                if (eased > 0.0)
+                    found = quickest_stop(end.data(), end.data() + dof, end.data() + 2 * dof, dof, times, count,
+                                          all.data(), ignored);
+            }
+            if (found < 0 || eased == 0.0) {
+                eased = 0.0, std::fill(first, first + 10 * dof, 0.0), std::copy(q, q + dof, first);
+                std::copy(q, q + dof, first + 5 * dof);
+            }
+            seconds[2 * i] = eased, seconds[2 * i + 1] = found < 0 ? 0.0 : times[found];
+            broken[2 * i] = worst[0], broken[2 * i + 1] = worst[1];
+            for (int j = 0; j < dof && found >= 0; ++j) {
+                double c[5];
+                const double a_here = eased > 0.0 ? 0.0 : a[j];
+                Stop(eased > 0.0 ? end[j] : q[j], eased > 0.0 ? end[dof + j] : v[j], a_here, times[found]).coefficients(c);
+                for (int k = 0; k < 5; ++k) first[(5 + k) * dof + j] = c[k];
             }
         }
     });
