@@ -46,10 +46,10 @@ class Found:
 
 
 class Attack:
-    """The attack on one robot's gate; ``found`` grows with every try."""
+    """The attack on one robot's gate by chunks of some ``kinds``; ``found`` grows with every try."""
 
-    def __init__(self, robot: Robot) -> None:
-        self.robot, self.found = robot, Found()
+    def __init__(self, robot: Robot, kinds: Sequence[str] = KINDS) -> None:
+        self.robot, self.kinds, self.found = robot, kinds, Found()
         self._gate = Gate(robot, Scene("attack", (thin_obstacle(robot, _zero(robot), np.random.default_rng(0)),)))
 
     def run(self, tries: int, rng: Rng, progress: Progress = QUIET) -> bool:
@@ -57,7 +57,7 @@ class Attack:
         return climb(tries, rng, self._begin, self._step, self._score, progress)
 
     def _begin(self, rng: Rng) -> Case:
-        kind = KINDS[int(rng.integers(len(KINDS)))]
+        kind = self.kinds[int(rng.integers(len(self.kinds)))]
         chunk = random_chunk(self.robot, kind, _STEPS, rng.uniform(*_SECONDS), rng, rng.uniform(*_SIZES))
         near = chunk.knots[int(rng.integers(len(chunk.knots))), 0]
         return Case(chunk, thin_obstacle(self.robot, near, rng))

@@ -3,6 +3,7 @@
 It shares nothing with the gate but the collision libraries, coal and FCL, which are asked about states alone.
 """
 
+# pyright: reportAttributeAccessIssue=false
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -85,6 +86,18 @@ def stops_of(chunk: Chunk, verdict: Verdict) -> list[Spline] | None:
     return found
 
 
+def possible_stops(verdict: Verdict) -> list[Spline] | None:
+    """The stops that limits allow from every target on, proven or not; None where one has none."""
+    pieces, seconds, _ = verdict._judged.stops_from(verdict._judged.chunk.knots[1:])
+    if not seconds[:, 1].all():
+        return None
+    return [
+        Spline(0.0, float(t), c / t ** np.arange(len(c))[:, None])
+        for c, t in zip(pieces.reshape(-1, *pieces.shape[2:]), seconds.ravel(), strict=True)
+        if t > 0
+    ]
+
+
 def beyond_limits(motion: Sequence[Spline], stops: Sequence[Spline], limits: MotionLimits, kind: str) -> float:
     """The largest share of a limit, beyond 1, that the motion or a stop has of what is judged; 0 for none."""
     judged, worst = KINDS.index(kind) + 1, 0.0
@@ -96,6 +109,18 @@ def beyond_limits(motion: Sequence[Spline], stops: Sequence[Spline], limits: Mot
     return worst if worst > 1e-5 else 0.0
 
 
+def states_on(curve: Spline, checker: CollisionChecker, apart: float) -> Floats:
+    """States (n, dof) on a curve between which no point moves farther than ``apart`` (m)."""
+    moved = _fastest(curve, checker) * curve.seconds
+    return curve.at(np.linspace(0.0, curve.seconds, int(np.ceil(moved / apart)) + 2))
+
+
+def _fastest(curve: Spline, checker: CollisionChecker) -> float:
+    """How fast (m/s) a point moves at most; of the speed at 33 moments 5 % more."""
+    speed = 1.05 * np.abs(curve.at(np.linspace(0.0, curve.seconds, 33), 1)).max(axis=0)
+    return max(float(checker.world.reach.motion(speed[None]).max(initial=0.0)), 1e-9)
+
+
 def nearest(curve: Spline, judge: CollisionChecker) -> tuple[float, Floats]:
     """The smallest distance (m) seen to an obstacle, and the times (n,) every 0.05 mm where that is 2 mm or less.
 
@@ -103,8 +128,7 @@ def nearest(curve: Spline, judge: CollisionChecker) -> tuple[float, Floats]:
     """
     checked = judge.world.checked.ravel()
     pairs = np.flatnonzero(checked & judge.world.moving[: len(checked)])
-    speed = 1.05 * np.abs(curve.at(np.linspace(0.0, curve.seconds, 33), 1)).max(axis=0)
-    fastest = max(float(judge.world.reach.motion(speed[None]).max(initial=0.0)), 1e-9)
+    fastest = _fastest(curve, judge)
     t, least = np.linspace(0.0, curve.seconds, int(np.ceil(fastest * curve.seconds / LOOKS[0])) + 2), np.inf
     for apart, finer in zip(LOOKS, (*LOOKS[1:], 0.0), strict=True):
         if not finer or not len(t):

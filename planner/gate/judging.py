@@ -160,7 +160,7 @@ class Judged:
         return found
 
     def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
-        """Stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), and what is in the way where they are 0."""
+        """Stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), what is in the way where they are 0."""
         bounds = position_bounds(self.guard.checker.robot)
         if not self.rules.positions:
             bounds = np.full(knots.shape[2], -np.inf), np.full(knots.shape[2], np.inf)

@@ -320,7 +320,7 @@ def of_stops(rng: Rng, size: Size) -> list[Any]:
 
 
 def assert_one_after_the_other(pieces: Any, seconds: Any) -> None:
-    """Of two pieces (2, 5, dof): the position, velocity and acceleration at the end of one are those that begin the next."""
+    """Two pieces (2, 5, dof): with the position, velocity and acceleration that one ends with the next one begins."""
     powers = np.arange(5.0)[:, None]
     for order in range(3):
         factor = np.prod([powers - k for k in range(order)], axis=0) if order else np.ones_like(powers)
