@@ -242,6 +242,32 @@ def tool_paths(
     from benchmarks.tool_paths.run import bench_tool_paths
 
     return measure(out, lambda progress: bench_tool_paths(out, robots, scenes, kinds, paths, seed, progress))
+def gate(
+    out: Out = Path("bench-gate"),
+    chunks: int = 300,
+    attack: int = 300,
+    robots: tuple[str, ...] = ("panda",),
+    steps: int = 50,
+    seed: int = 0,
+    workers: Workers = SERIAL,
+    debug: Debug = False,
+) -> int:
+    """Verdicts on chunks of joint targets: how long they take, what they refuse without need, and an attack on them.
+
+    A chunk is a random motion among ten boxes, on one thread, with a stop proven from every target. An optimiser then
+    moves targets and thin obstacles towards a chunk that is called safe and touches, as coal and FCL see it every 0.05
+    mm of the controller's own splines. Writes gate.csv, one row for lines, cubics and quintics each, and gate.md.
+
+    Args:
+        chunks: Chunks of each kind to time and to look at; run it on a quiet machine.
+        attack: Cases of each kind that the optimiser tries; 0.2 s each for a Panda.
+        robots: Names of built-in robots or paths of URDFs.
+        steps: Targets in a chunk, 1/30 s apart.
+        seed: Seed of chunks and obstacles.
+    """
+    from benchmarks.gate.run import bench_gate
+
+    return measure(out, lambda progress: bench_gate(out, chunks, attack, robots, steps, seed, progress, workers))
 
 
 bench = tyro.extras.SubcommandApp()
@@ -253,6 +279,7 @@ bench.command(quality)
 bench.command(optimum)
 bench.command(motion)
 bench.command(misses)
+bench.command(gate)
 bench.command(attack)
 bench.command(agreement)
 bench.command(fuzz)

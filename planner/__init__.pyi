@@ -8,6 +8,8 @@ from .collision import make_checker as make_checker
 from .collision.checker import CollisionChecker as CollisionChecker
 from .construction.build import build_roadmap as build_roadmap
 from .gabf.path import paths_from as paths_from
+from .gate.gate import Gate as Gate
+from .gate.verdict import Verdict as Verdict
 from .models.moving import KnownMotion as KnownMotion
 from .models.moving import MovingObstacle as MovingObstacle
 from .models.poses import pose as pose

@@ -29,7 +29,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("view",),
     ("planning",),
     ("tradeoff", "session", "learning", "tool_paths"),
-    ("live", "figures"),
+    ("live", "figures", "gate"),
     ("batch", "reproduce"),
     ("cli",),
     ("", "__main__"),  # the package's lazy list of public names

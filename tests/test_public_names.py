@@ -39,7 +39,8 @@ WRONG: dict[str, object] = {
 }
 CALLED_BY_SOLVE = {"bind", "states", "steps", "targets", "wants", "block_of_row"}
 RESULTS = {  # nobody but the planner makes these
-    "Plan", "ToolPath", "Tradeoff", "Trajectory", "Robot", "Reason", "Roadmap", "CollisionChecker", "Change",
+    "Plan", "ToolPath", "Tradeoff", "Trajectory", "Verdict", "Robot", "Reason", "Roadmap", "CollisionChecker",
+    "Change",
     "gabf.CostToGo", "gabf.Certificate",
     "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.FieldHistory",
 }  # fmt: skip
@@ -111,6 +112,10 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "Mesh": lambda: {**TRIANGLE, "radius": 0.0},
     "Obstacle": lambda: {
         "name": "a", "shape": SPHERE, "placement": EYE, "part_of": None, "speed_limit": 0.0, "frame": ""
+    },
+    "Gate": lambda: {
+        "robot": robot(), "scene": scene(), "limits": planner.MotionLimits.of(robot()), "judged": ("velocity",),
+        "min_manipulability": 0.0, "margin": 0.0, "start_tolerance": 0.01, "tool": None, "collision": "fcl",
     },
     "KnownMotion": lambda: {"times": [0.0, 1.0], "poses": [EYE, EYE]},
     "MovingObstacle": lambda: {"name": "a", "shape": SPHERE, "motion": known()},
@@ -216,6 +221,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
 }  # fmt: skip
 
 THINGS: dict[str, Callable[[], Any]] = {
+    "Gate": lambda: planner.Gate(robot(), scene()),
     "KnownMotion": known,
     "MotionLimits": lambda: planner.MotionLimits.of(robot()),
     "MovingObstacle": lambda: planner.MovingObstacle("a", SPHERE, known()),
@@ -234,6 +240,15 @@ THINGS: dict[str, Callable[[], Any]] = {
     "gabf.Network": net,
 }
 METHODS: dict[str, Callable[[], dict[str, Any]]] = {
+    "Gate.check": lambda: {
+        "positions": FINE, "velocities": 0 * FINE, "accelerations": 0 * FINE, "times": [1.0, 2.0, 3.0],
+        "state": (FINE[0], 0 * FINE[0]), "stop": True,
+    },
+    "Gate.move": lambda: {"name": "box", "pose": planner.pose([0, 0, 5])},
+    "Gate.add": lambda: {"obstacle": planner.Obstacle("new", SPHERE, planner.pose([0, 0, 4]))},
+    "Gate.remove": lambda: {"name": "box"},
+    "Gate.attach": lambda: {"name": "box", "frame": robot().tool, "at": FINE[0], "touch_links": ()},
+    "Gate.detach": lambda: {"name": "box", "at": FINE[0]},
     "KnownMotion.at": lambda: {"t": 0.5},
     "KnownMotion.speeds": lambda: {"shape": SPHERE},
     "KnownMotion.speeds_at": lambda: {"t": np.array([0.5]), "shape": SPHERE},
@@ -296,6 +311,7 @@ JUDGED_INSIDE = {
     "Trajectory.stop_at": {"checker"},
 }
 REFUSED_ALWAYS = {
+    "Gate.detach",
     "Session.detach",
     "load_roadmap",
     "save_roadmap",

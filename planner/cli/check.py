@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from planner.base.errors import OptionError
 from planner.cli.common import Debug, Flag
 from planner.cli.terminal import complain, facts, say, show, watching
 from planner.problem.request import LimitsRequest, WorldRequest
@@ -26,6 +27,7 @@ def check(
     request: Annotated[WorldRequest, tyro.conf.arg(name="")] = WorldRequest(),  # noqa: B008 (frozen)
     motion: Annotated[LimitsRequest, tyro.conf.arg(name="")] = LimitsRequest(),  # noqa: B008 (frozen)
     step: float = 0.001,
+    prefixes: Flag = False,
     json: Flag = False,
     debug: Debug = False,
 ) -> int:
@@ -50,6 +52,8 @@ def check(
 
     planner check moveit.yaml --robot panda --scene shelf --acceleration-scale 0.5
 
+    planner check shelf/trajectory.json --robot panda --scene shelf --prefixes
+
     Limits are named first. A path that looks like degrees is not checked further.
 
     Exit code 0: free and within limits; 4: not; 2: a wrong option; 3: an unusable robot, scene or file.
@@ -57,6 +61,8 @@ def check(
     Args:
         path: The file with the path.
         step: Metres of motion between two looks; proofs of whole segments come on top.
+        prefixes: Prove a stop from every point of a trajectory, too, as planner.Gate does: whoever runs it until there
+            can brake without contact. Until when there is one is said.
         json: Print the report as JSON on standard output, and nothing else there.
     """
     from planner.paths.check import check_path, require_step, worst_excess
@@ -72,7 +78,9 @@ def check(
     robot, scene = checker.robot, checker.world.scene
     points = read_points(path, robot)
     if points is not None:
-        return _check_trajectory(path, checker, points, motion, step, json)
+        return _check_trajectory(path, checker, points, motion, step, prefixes, json)
+    if prefixes:
+        raise OptionError(f"{path} holds a path without times, and stops are of motions: leave --prefixes out.")
     waypoints = read_joint_path(path, robot)
     if json:
         report = check_path(checker, waypoints, step)
@@ -98,20 +106,31 @@ def _first(path: Path, robot: Robot) -> Floats:
 
 
 def _check_trajectory(
-    path: Path, checker: CollisionChecker, points: Points, motion: LimitsRequest, step: float, json: bool
+    path: Path,
+    checker: CollisionChecker,
+    points: Points,
+    motion: LimitsRequest,
+    step: float,
+    prefixes: bool,
+    json: bool,
 ) -> int:
+    from planner.gate.prefixes import judge_prefixes, prefixes_record, prefixes_row
     from planner.trajectory.check import check_trajectory
     from planner.trajectory.limits import MotionLimits
     from planner.trajectory.report import report_record, report_rows, verdict_sentence
 
     own = points.limits if motion == LimitsRequest() else None
     limits = own or MotionLimits.of(checker.robot, motion)
+    asked = prefixes and points.fault() is None
+    stops = judge_prefixes(checker, points, limits) if asked else None
     if json:
         report = check_trajectory(checker, points, limits, step)
-        say(json_text.dumps(report_record(report), indent=1, allow_nan=False))
+        record = report_record(report) | ({} if stops is None else {"prefixes": prefixes_record(stops)})
+        say(json_text.dumps(record, indent=1, allow_nan=False))
     else:
         with watching() as progress:
             report = check_trajectory(checker, points, limits, step, progress)
-        show(facts(f"{path}: {checker.robot.name} in {checker.world.scene.name}", report_rows(report)))
+        rows = report_rows(report) + ([] if stops is None else [prefixes_row(stops)])
+        show(facts(f"{path}: {checker.robot.name} in {checker.world.scene.name}", rows))
         say(verdict_sentence(report))
-    return 0 if report.ok else EXIT_NOT_USABLE
+    return 0 if report.ok and (stops is None or stops.safe) else EXIT_NOT_USABLE

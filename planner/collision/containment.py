@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -98,34 +99,42 @@ class _Questions:
 
     @staticmethod
     def of(world: World) -> _Questions:
-        numbers: dict[Shape, int] = {}
-        kind = np.array([numbers.setdefault(item.shape, len(numbers)) for item in world.items], dtype=np.int64)
-        shapes = list(numbers)
-        known = {k: solid_of(shape) for k, shape in enumerate(shapes) if isinstance(shape, Mesh)}
-        solids = {k: solid for k, solid in known.items() if solid is not None}
-        measures = measures_of(shapes)
-        pair, first, second = _checked_pairs(world)
-        rows, outer, inner = [np.zeros(0, dtype=np.int64)], [], []
-        for k, solid in solids.items():
-            holds = may_hold(solid, measures)
-            for one, other in ((first, second), (second, first)):
-                found = np.flatnonzero((kind[one] == k) & holds[kind[other]])
-                rows.append(found)
-                outer.append(one[found])
-                inner.append(other[found])
-        row = np.concatenate(rows)
-        outside, held = (np.concatenate([rows[0], *part]) for part in (outer, inner))
-        order = np.lexsort((outside != first[row], row))
-        points = [points_of_pieces(shape) for shape in shapes]
-        count = np.array([len(each) for each in points], dtype=np.int64)
-        order = np.repeat(order, count[kind[held[order]]])
-        return _Questions(
-            pair[row[order]],
-            outside[order],
-            held[order],
-            np.concatenate([np.zeros((0, 3)), *(points[k] for k in kind[held[_once(order)]])]),
-            [solids[k] for k in kind[outside[order]]],
-        )
+        shapes = tuple(item.shape for item in world.items)
+        return _questions(shapes, len(world.bodies), world.checked.tobytes(), world.self_pairs.tobytes())
+
+
+@lru_cache(maxsize=16)
+def _questions(items: tuple[Shape, ...], bodies: int, checked: bytes, own: bytes) -> _Questions:
+    """Of items by their shapes, bodies first: where they stand does not matter, so a move asks nothing anew."""
+    numbers: dict[Shape, int] = {}
+    kind = np.array([numbers.setdefault(shape, len(numbers)) for shape in items], dtype=np.int64)
+    shapes = list(numbers)
+    known = {k: solid_of(shape) for k, shape in enumerate(shapes) if isinstance(shape, Mesh)}
+    solids = {k: solid for k, solid in known.items() if solid is not None}
+    measures = measures_of(shapes)
+    pair, first, second = _checked_pairs(len(items), bodies, checked, own)
+    holds = np.zeros((len(shapes), len(shapes)), dtype=bool)  # [outer, inner]
+    for k, solid in solids.items():
+        holds[k] = may_hold(solid, measures)
+    rows, outer, inner = [np.zeros(0, dtype=np.int64)], [], []
+    for one, other in ((first, second), (second, first)):
+        found = np.flatnonzero(holds[kind[one], kind[other]])
+        rows.append(found)
+        outer.append(one[found])
+        inner.append(other[found])
+    row = np.concatenate(rows)
+    outside, held = (np.concatenate([rows[0], *part]) for part in (outer, inner))
+    order = np.lexsort((outside != first[row], row))
+    points = [points_of_pieces(shape) for shape in shapes]
+    count = np.array([len(each) for each in points], dtype=np.int64)
+    order = np.repeat(order, count[kind[held[order]]])
+    return _Questions(
+        pair[row[order]],
+        outside[order],
+        held[order],
+        np.concatenate([np.zeros((0, 3)), *(points[k] for k in kind[held[_once(order)]])]),
+        [solids[k] for k in kind[outside[order]]],
+    )
 
 
 def _once(order: Ints) -> Ints:
@@ -133,14 +142,14 @@ def _once(order: Ints) -> Ints:
     return order[np.flatnonzero(np.diff(order, prepend=-1))]
 
 
-def _checked_pairs(world: World) -> tuple[Ints, Ints, Ints]:
-    """The numbers of the pairs (k,) that are checked, and of their items (k,) each."""
-    scene = np.flatnonzero(world.checked)
-    first, second = np.unravel_index(scene, world.checked.shape)
-    own = world.checked.size + np.arange(len(world.self_pairs))
-    bodies = len(world.bodies)
+def _checked_pairs(count: int, bodies: int, checked: bytes, own: bytes) -> tuple[Ints, Ints, Ints]:
+    """The numbers of the pairs (k,) that are checked, and of their items (k,) each, of ``count``."""
+    shape = bodies, count - bodies
+    scene, self_pairs = np.frombuffer(checked, dtype=np.bool_), np.frombuffer(own, dtype=np.int64).reshape(-1, 2)
+    there = np.flatnonzero(scene)
+    first, second = np.unravel_index(there, shape) if len(there) else (there, there)
     return (
-        np.concatenate([scene, own]),
-        np.concatenate([first, world.self_pairs[:, 0]]),
-        np.concatenate([second + bodies, world.self_pairs[:, 1]]),
+        np.concatenate([there, scene.size + np.arange(len(self_pairs))]),
+        np.concatenate([first, self_pairs[:, 0]]),
+        np.concatenate([second + bodies, self_pairs[:, 1]]),
     )

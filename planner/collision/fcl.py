@@ -170,7 +170,7 @@ class FclChecker(CollisionChecker):
         result = fcl.DistanceResult()
         fcl.distance(a, b, _NEAREST_POINTS, result)
         pair = self._pair_of((result.o1, result.o2))
-        gap = self._distance(pair, *self._now)
+        gap = float(self._gaps(*self._now, np.array([pair]))[0])
         if gap <= hit.nearest:
             hit.take(gap, pair)
         return hit.nearest <= 0, hit.nearest
@@ -191,14 +191,16 @@ class FclChecker(CollisionChecker):
         boxes, 2.14 m where 0.62 m were left between two triangles with parallel sides.
         """
         with self._alone:
-            return np.array([self._distance(pair, rotation, position) for pair in pairs.tolist()], dtype=float)
+            return self._gaps(rotation, position, pairs)
 
-    def _distance(self, pair: int, rotation: Floats, position: Floats) -> float:
-        self.queries += 1
-        number, row = np.array([pair]), np.zeros(1, dtype=np.int64)
-        gap = float(self.bound.close(rotation[:, None], position[:, None], row, number)[0])
-        if gap > 0.0 or self.world.rounding[pair] > 0:
-            return gap
+    def _gaps(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
+        self.queries += len(pairs)
+        gaps = self.bound.close(rotation[:, None], position[:, None], np.zeros_like(pairs), pairs)
+        for k in np.flatnonzero((gaps <= 0.0) & (self.world.rounding[pairs] == 0)).tolist():
+            gaps[k] = self._touch(int(pairs[k]), rotation, position)
+        return gaps
+
+    def _touch(self, pair: int, rotation: Floats, position: Floats) -> float:
         first, second = self.world.members(pair)
         is_scene = self.world.is_scene_pair(pair)
         other = self._obstacles[second] if is_scene else self._moved(second, rotation, position)

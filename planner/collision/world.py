@@ -89,6 +89,12 @@ class World:
             self.conditions,
         )
 
+    def with_places(self, scene: Scene) -> World:
+        """The same world where obstacles of the same names and shapes stand as they do in ``scene``."""
+        made = replace(self, scene=scene)
+        vars(made)["pair_reach"] = self.pair_reach  # bounds on what the robot moves, wherever they stand
+        return made
+
     def keeping(self, clearance: float) -> World:
         """The world with so much more margin (m), without the pairs that no joint can move: the base and its table."""
         moving = self.moving

@@ -107,6 +107,7 @@ def measures_of(shapes: Sequence[Shape]) -> Floats:
     return np.array([_measures(shape) for shape in shapes]).reshape(-1, 2)
 
 
+@lru_cache(maxsize=1024)
 def _measures(shape: Shape) -> tuple[float, float]:
     """A distance of two points of the shape (m), and the diameter of a ball that it holds."""
     match shape:

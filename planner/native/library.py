@@ -337,6 +337,24 @@ class NativeWorld:
         )  # fmt: skip
         return verdict, pair, samples, clearance, where
 
+    def prove_together(
+        self, bounds: NativeBounds, coefficients: Floats, room: float, spans: Floats | None = None
+    ) -> tuple[Ints, Ints, Floats]:
+        """As :meth:`prove`, of pieces (m, degree + 1, dof) of which each lies near the ones before and behind it.
+
+        Pairs that are far apart are cleared for many of them at once. Verdicts (m,), the pairs that stopped them and
+        where; pieces behind the first that is not free are left undecided, without a pair. One thread does it all.
+        """
+        m = len(coefficients)
+        coefficients = _floats(coefficients, m, coefficients.shape[1], self.dof)
+        spans = None if spans is None else _floats(spans, m, 3)
+        verdict, pair, where = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64), np.empty(m)
+        _library.world_prove_together(
+            self.handle, *bounds.addresses, _at(coefficients), None if spans is None else _at(spans), m,
+            coefficients.shape[1] - 1, room, _at(verdict), _at(pair), _at(where),
+        )  # fmt: skip
+        return verdict, pair, where
+
     def first_proven(
         self,
         bounds: NativeBounds,

@@ -21,7 +21,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 18  # of the functions' arguments: what planner_version() says
+_VERSION = 19  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -52,6 +52,8 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer], _int, _Pointer),
     "world_prove": (_Pointer, *5 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
+    "world_prove_together": (_Pointer, *5 * [_Pointer], _int, _int, _double, *3 * [_Pointer]),
+    "stops_quickest": (_int, _int, _Pointer, _int, *7 * [_Pointer]),
     "world_first_proven": (
         _Pointer,
         *4 * [_Pointer],

@@ -134,3 +134,24 @@ def curve_next_ramp(
         return None
     (first, low), (last, high) = zip(found[1:].tolist(), s.tolist(), strict=True)
     return int(found[0]), (first, low), (last, high), pieces[:count]
+
+
+def stops_quickest(
+    states: Floats, times: Floats, limits: Floats, positions: tuple[Floats, Floats]
+) -> tuple[Floats, Floats, Ints]:
+    """Stops (n, 2, 5, dof), pieces c0 + c1 u + ... from ``states`` (n, 3, dof), positions, velocities, accelerations.
+
+    v (1 - 3 u^2 + 2 u^3) + a T (u - 2 u^2 + u^3) is the velocity of the second: it ends at rest, without acceleration.
+    T is the first of ascending ``times`` (k,) in which no joint exceeds ``limits`` (3, dof) on velocity, acceleration
+    and jerk, infinite where there is none, nor ``positions``, lowest and highest (dof,). Where there is no such T the
+    first piece lets a fall to 0 evenly, by the largest jerk; else it takes 0 s. With the seconds (n, 2) of both, 0
+    where there is no stop: then (n, 2) says which kind of limit is in the way, 3 for positions, and of which joint.
+    """
+    n, _, dof = states.shape
+    states, times, limits = _floats(states, n, 3, dof), _floats(times, len(times)), _floats(limits, 3, dof)
+    lower, upper = (_floats(bound, dof) for bound in positions)
+    pieces, seconds, broken = np.empty((n, 2, 5, dof)), np.empty((n, 2)), np.empty((n, 2), dtype=np.int64)
+    _library.stops_quickest(
+        n, dof, _at(states), len(times), *map(_at, (times, limits, lower, upper, pieces, seconds, broken))
+    )
+    return pieces, seconds, broken

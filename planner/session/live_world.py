@@ -100,13 +100,19 @@ class LiveWorld:
             placement[:3, 3] = old.placement[:3, 3]
         if found.rpy is None and found.quaternion is None:
             placement[:3, :3] = old.placement[:3, :3]
+        return self.put(name, placement)
+
+    def put(self, name: str, placement: Floats) -> LiveWorld:
+        """With the obstacle ``name`` placed (4, 4) anew in the world."""
+        old = self._obstacle(name)
         new = replace(old, placement=placement)
         by = displacement(old.shape, old.placement, placement)
         if by == 0:
             return self
         obstacles = tuple(new if item is old else item for item in self.scene.obstacles)
         moved = replace(self, proofs=self.proofs.moved(name, by))
-        return moved._in(replace(self.scene, obstacles=obstacles))
+        scene = replace(self.scene, obstacles=obstacles)
+        return moved._in_world(self.world.with_places(scene))
 
     def remove(self, name: str) -> LiveWorld:
         """Without the obstacle ``name``."""
@@ -192,14 +198,15 @@ class LiveWorld:
         raise SceneError(f"obstacle '{name}' not found{held}; obstacles are {names}.")
 
     def _in(self, scene: Scene, other: str | None = None) -> LiveWorld:
-        """In another scene, where ``other`` is what it was not before.
-
-        Raises :class:`SceneError` where something is put into the robot.
-        """
+        """In another scene, where ``other`` is what it was not before."""
         robot = self.checker.robot
         if scene.carried != self.scene.carried:
             robot = with_carried(self.bare, scene.carried)
         world = World.of(robot, scene, self.disabled | robot.touching, self.world.margin, self.world.conditions)
+        return self._in_world(world, other)
+
+    def _in_world(self, world: World, other: str | None = None) -> LiveWorld:
+        """The same of its world; raises :class:`SceneError` where something is put into the robot."""
         checker = type(self.checker)(world, self.checker)
         kept = self.kept and replace(self.kept, checked_by=nobody(len(self.kept.nodes)))  # that was another world
         after = replace(self, checker=checker, proofs=self.proofs.in_world(world, other), kept=kept)

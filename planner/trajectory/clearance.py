@@ -40,14 +40,19 @@ def nearest_on_path(path: Floats, checker: CollisionChecker) -> Nearest | None:
 
 
 def nearest_in_motion(trajectory: Trajectory, checker: CollisionChecker) -> Nearest | None:
-    """The same along a motion, whose pieces are looked at along chords that are within 0.01 mrad of them."""
-    h = np.diff(trajectory.times)
-    bend = np.abs(bernstein(derivative(trajectory.coefficients, 2))).max(axis=(1, 2), initial=0.0)
+    """The same along a motion."""
+    return nearest_on_pieces(trajectory.coefficients, trajectory.times, checker)
+
+
+def nearest_on_pieces(coefficients: Floats, times: Floats, checker: CollisionChecker) -> Nearest | None:
+    """The same along pieces (k, degree + 1, dof) between ``times`` (k + 1,) s, along chords within 0.01 mrad."""
+    h = np.diff(times)
+    bend = np.abs(bernstein(derivative(coefficients, 2))).max(axis=(1, 2), initial=0.0)
     counts = np.maximum(1, np.ceil(np.sqrt(bend / (8.0 * _CHORD)))).astype(int)
     piece = np.repeat(np.arange(len(counts)), counts)
     u = (np.arange(len(piece)) - np.repeat(np.cumsum(counts) - counts, counts)) / counts[piece]
-    q = np.vstack([evaluate(trajectory.coefficients[piece], u), trajectory.at(trajectory.times[-1])])
-    return _nearest(q, np.append(trajectory.times[piece] + u * h[piece], trajectory.times[-1]), checker)
+    q = np.vstack([evaluate(coefficients[piece], u), coefficients[-1:].sum(axis=1)])
+    return _nearest(q, np.append(times[piece] + u * h[piece], times[-1]), checker)
 
 
 def _nearest(q: Floats, places: Floats, checker: CollisionChecker) -> Nearest | None:

@@ -62,7 +62,7 @@ class Trajectory:
         # a difference of integers has no rounding; one of seconds is rounded by what the clock shows
         seconds = np.diff(clock) / 1e9
         made = {"nanoseconds": clock, "columns": columns, "times": frozen(clock / 1e9), "seconds": frozen(seconds)}
-        for name, value in (made | {"coefficients": frozen(_pieces(seconds[:, None], *columns))}).items():
+        for name, value in (made | {"coefficients": frozen(pieces_through(seconds[:, None], *columns))}).items():
             object.__setattr__(self, name, value)
 
     @staticmethod
@@ -77,7 +77,7 @@ class Trajectory:
     ) -> Trajectory:
         """The trajectory through points (k, dof) at ``times`` (k,) s, to the nanosecond.
 
-        Lines between positions only, cubics where velocities ``qd`` are given, quintics with accelerations ``qdd``.
+        Lines between positions only, cubics where velocities ``qd`` are given, quintics with accelerations too.
         Raises :class:`ArrayError` for other shapes, what is no finite number, and times that do not increase, and
         :class:`LimitError` where two times are the same to the nanosecond.
         """
@@ -195,8 +195,12 @@ def whole_nanoseconds(times: Floats) -> Ints:
     return np.round(np.asarray(times, dtype=np.float64) * 1e9).astype(np.int64)
 
 
-def _pieces(h: Floats, q: Floats, qd: Floats | None = None, qdd: Floats | None = None) -> Floats:
-    """The coefficients (k, degree + 1, dof) of pieces that take ``h`` (k, 1) s, through what is given at their ends."""
+def pieces_through(h: Floats, q: Floats, qd: Floats | None = None, qdd: Floats | None = None) -> Floats:
+    """The coefficients (k, degree + 1, dof) of pieces that take ``h`` (k, 1) s, through what is given at their ends.
+
+    As a ROS 2 joint trajectory controller has them: lines between positions (k + 1, dof), cubics with velocities,
+    quintics with accelerations too.
+    """
     if qd is None:
         found = [q[:-1], np.diff(q, axis=0)]
     elif qdd is None:

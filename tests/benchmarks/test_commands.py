@@ -9,13 +9,16 @@ import pytest
 
 from benchmarks.agreement.run import bench_agreement
 from benchmarks.attack.run import bench_attack
-from benchmarks.commands import agreement, attack, misses, roadmap
+from benchmarks.commands import agreement, attack, gate, misses, roadmap
+from benchmarks.gate.run import bench_gate
 from benchmarks.misses.run import bench_misses
 from benchmarks.roadmap.run import bench_roadmap
 from tests.command_line import Run, assert_refused
 
 
-@pytest.mark.parametrize("name", ["gabf", "plan", "first-motion", "proofs", "misses", "agreement", "attack", "roadmap"])
+@pytest.mark.parametrize(
+    "name", ["gabf", "plan", "first-motion", "proofs", "gate", "misses", "agreement", "attack", "roadmap"]
+)
 def test_every_benchmark_has_help(name: str, run: Run) -> None:
     code, text, _ = run(name, "--help", program="benchmarks")
     assert code == 0
@@ -25,7 +28,13 @@ def test_every_benchmark_has_help(name: str, run: Run) -> None:
 
 def test_the_commands_defaults_are_the_librarys() -> None:
     """The command line spells them out, so that its help loads nothing heavy."""
-    pairs = (misses, bench_misses), (agreement, bench_agreement), (attack, bench_attack), (roadmap, bench_roadmap)
+    pairs = (
+        (gate, bench_gate),
+        (misses, bench_misses),
+        (agreement, bench_agreement),
+        (attack, bench_attack),
+        (roadmap, bench_roadmap),
+    )
     for command_, function in pairs:
         library = inspect.signature(function).parameters
         for name, option in inspect.signature(command_).parameters.items():
@@ -45,6 +54,8 @@ def test_the_commands_defaults_are_the_librarys() -> None:
         (("first-motion", ".", "--python", "vamp=x"), 2, "python 'vamp=x' is not usable"),
         (("first-motion", ".", "--jerk", "0"), 2, "jerk limit 0 is not usable"),
         (("proofs", "nowhere", "--python", "x"), 3, "nowhere holds no problems"),
+        (("gate", "--chunks", "0"), 2, "at least 1 chunk"),
+        (("gate", "--robots", "marvin"), 3, "robot 'marvin' not found"),
         (("misses", "--edges", "0"), 2, "at least 1 edge"),
         (("misses", "--robots", "marvin"), 3, "robot 'marvin' not found"),
         (("misses", "--seed", "-1"), 2, "seed -1"),

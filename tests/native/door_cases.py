@@ -31,6 +31,7 @@ from planner.native.motions import (
     polynomial_extrema,
     polynomial_worst,
     ramp_quickest,
+    stops_quickest,
 )
 from tests.random_shapes import random_pose
 
@@ -266,6 +267,88 @@ def of_proofs_in_time(rng: Rng, size: Size) -> list[Any]:
     return list(taken)
 
 
+def of_chunks(rng: Rng, size: Size) -> list[Any]:
+    """Curves one after the other, each beginning where the last one ends."""
+    found, few = [], replace(size, rows=min(size.rows, 40))
+    for moves in (False, True):
+        _, world = a_world(rng, size, moves=moves)
+        knots = np.cumsum(0.02 * states(rng, replace(few, rows=few.rows + 1)), axis=0)
+        for degree in (1, 5):
+            curves = np.stack([0.01 * states(rng, few) * 0.02**k for k in range(degree + 1)], axis=1)
+            curves[:, 0], curves[:, 1] = knots[:-1], np.diff(knots, axis=0)
+            spans = np.column_stack([0.05 * np.arange(few.rows), np.full((few.rows, 2), [0.05, 0.0])])
+            verdict, pair, where = world.prove_together(bounds_of(world), curves, 1e-3, spans if moves else None)
+            free = int((verdict == 0).sum())
+            assert (verdict[:free] == 0).all()
+            assert (verdict[free:] == 2).all()
+            assert ((pair >= -1) & (pair < world.pairs)).all()
+            assert ((where >= 0) & (where <= 1)).all()
+            powers = rng.random((9, 1)) ** np.arange(degree + 1)
+            along = np.einsum("sk,mkd->msd", powers, curves[:free]).reshape(-1, few.joints)
+            assert moves or world.first_near(along) == 9 * free
+            found += [verdict, pair, where]
+    return found
+
+
+def of_stops(rng: Rng, size: Size) -> list[Any]:
+    """Within limits by the exact extrema of their derivatives; no shorter time would do."""
+    n, dof = size.rows, size.joints
+    start = rng.normal(size=(n, 3, dof)) * np.array([1.0, 0.5, 2.0])[:, None]
+    times, positions = 0.05 * 1.3 ** np.arange(14), (np.full(dof, -2.5), np.full(dof, 2.5))
+    limits = np.repeat([[1.0], [4.0], [60.0]], dof, axis=1)
+    limits[2, 0] = np.inf
+    pieces, seconds, broken = stops_quickest(start, times, limits, positions)
+    for k in range(n):
+        worst = [share_of_limits(start[k], T, limits, positions) for T in times]
+        quickest = next((T for T, share in zip(times, worst, strict=True) if share <= 1.0), 0.0)
+        assert ((broken[k] >= 0) & (broken[k] < [4, dof])).all()
+        if quickest or not seconds[k].any():
+            np.testing.assert_array_equal(seconds[k], [0.0, quickest])
+            continue
+        assert max(shares_of_limits(pieces[k, 0], seconds[k, 0], limits, positions)) <= 1.0 + 1e-9
+        assert max(shares_of_limits(pieces[k, 1], seconds[k, 1], limits, positions)) <= 1.0 + 1e-9
+        np.testing.assert_allclose(
+            pieces[k, 0, 1:3] / seconds[k, 0] ** [[1], [2]], start[k, 1:] / [[1], [2]], atol=1e-9
+        )
+        assert_one_after_the_other(pieces[k], seconds[k])
+    moving = seconds[:, 1] > 0
+    np.testing.assert_array_equal(pieces[:, 0, 0], start[:, 0])
+    powers = np.arange(5)
+    rest = [(factor[:, None] * pieces[moving, 1]).sum(axis=1) for factor in (powers, powers * (powers - 1))]
+    np.testing.assert_allclose(rest, 0.0, atol=1e-9)
+    return [pieces, seconds, broken]
+
+
+def assert_one_after_the_other(pieces: Any, seconds: Any) -> None:
+    """Two pieces (2, 5, dof): with the position, velocity and acceleration that one ends with the next one begins."""
+    powers = np.arange(5.0)[:, None]
+    for order in range(3):
+        factor = np.prod([powers - k for k in range(order)], axis=0) if order else np.ones_like(powers)
+        end = (factor * pieces[0]).sum(axis=0) / seconds[0] ** order
+        np.testing.assert_allclose(end, pieces[1, order] * (1, 1, 2)[order] / seconds[1] ** order, atol=1e-6)
+
+
+def share_of_limits(start: Any, T: float, limits: Any, positions: tuple[Any, Any]) -> float:
+    """The largest share of a limit that the quintic to rest with the same end has: it is that very stop."""
+    q, v, a = start
+    c = np.array([q, v * T, a * T**2 / 2, -v * T - 2 / 3 * a * T**2, v * T / 2 + a * T**2 / 4])
+    return max(shares_of_limits(c, T, limits, positions))
+
+
+def shares_of_limits(c: Any, T: float, limits: Any, positions: tuple[Any, Any]) -> list[float]:
+    """Of a piece (5, dof) that takes T s, by its exact extrema; above 1 where a position is not allowed."""
+    found = []
+    for order in range(4):
+        least, largest = polynomial_extrema(c[None])
+        if order == 0:
+            beyond = max((positions[0] - least).max(), (largest - positions[1]).max())
+            found.append(1.0 + beyond if beyond > 0 else 0.0)
+        else:
+            found.append(float((np.maximum(-least, largest) / limits[order - 1]).max()))
+        c = c[1:] * np.arange(1, len(c))[:, None] / T
+    return found
+
+
 def of_choices(rng: Rng, size: Size) -> list[Any]:
     _, world = a_world(rng, size)
     items = min(size.rows, 40)
@@ -393,7 +476,7 @@ def of_flows(rng: Rng, size: Size) -> list[Any]:
 CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
-        of_a_chain, of_inverse, of_boxes, of_distances, of_glances, of_proofs, of_proofs_in_time, of_choices, of_costs,
-        of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
+        of_a_chain, of_inverse, of_boxes, of_distances, of_glances, of_proofs, of_proofs_in_time, of_chunks, of_stops,
+        of_choices, of_costs, of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
     )
 }  # fmt: skip

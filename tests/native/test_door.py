@@ -144,6 +144,7 @@ def boxes_with(**other: np.ndarray) -> Callable[[], object]:
 ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
 LINE, PHASE = np.ones((1, 3, 2)), np.array([[0.0, 0.0, 1.0, 0.0, 1.0]])
 LIMITS = np.ones(2), np.ones(2)
+STATES, BETWEEN = np.zeros((4, 3, 2)), (-np.ones(2), np.ones(2))
 WRONG: dict[str, Callable[[], object]] = {
     "chain: a parent behind": chain_with(parent=np.array([0, 2])),
     "chain: a parent below 0": chain_with(parent=np.array([-1, 0])),
@@ -226,6 +227,20 @@ WRONG: dict[str, Callable[[], object]] = {
     "prove: no room": lambda: WORLD.prove(BOUNDS, CURVES, 0.0),
     "prove: a NaN room": lambda: WORLD.prove(BOUNDS, CURVES, NAN),
     "prove: spans": lambda: WORLD.prove(BOUNDS, CURVES, 1e-3, np.zeros((3, 3))),
+    "together: columns": lambda: WORLD.prove_together(BOUNDS, CURVES[:, :, :1], 1e-3),
+    "together: degree": lambda: WORLD.prove_together(BOUNDS, np.zeros((1, 18, 3)), 1e-3),
+    "together: no room": lambda: WORLD.prove_together(BOUNDS, CURVES, 0.0),
+    "together: a NaN": lambda: WORLD.prove_together(BOUNDS, NAN * CURVES, 1e-3),
+    "together: spans": lambda: WORLD.prove_together(BOUNDS, CURVES, 1e-3, np.zeros((3, 3))),
+    "together: a NaN span": lambda: WORLD.prove_together(BOUNDS, CURVES, 1e-3, np.full((4, 3), NAN)),
+    "together: a span before its begin": lambda: WORLD.prove_together(BOUNDS, CURVES, 1e-3, -np.ones((4, 3))),
+    "stops: columns": lambda: motions.stops_quickest(STATES, ONE, np.ones((3, 3)), LIMITS),
+    "stops: a NaN": lambda: motions.stops_quickest(NAN * STATES, ONE, np.ones((3, 2)), BETWEEN),
+    "stops: no times": lambda: motions.stops_quickest(STATES, ONE[:0], np.ones((3, 2)), BETWEEN),
+    "stops: times": lambda: motions.stops_quickest(STATES, np.array([2.0, 1.0]), np.ones((3, 2)), BETWEEN),
+    "stops: no time": lambda: motions.stops_quickest(STATES, 0 * ONE, np.ones((3, 2)), BETWEEN),
+    "stops: a NaN limit": lambda: motions.stops_quickest(STATES, ONE, np.full((3, 2), NAN), BETWEEN),
+    "stops: positions": lambda: motions.stops_quickest(STATES, ONE, np.ones((3, 2)), BETWEEN[::-1]),
     "first proven: too many motions": lambda: WORLD.first_proven(BOUNDS, CURVES, [5], [1], [0], 1e-3),
     "first proven: too many alternatives": lambda: WORLD.first_proven(BOUNDS, CURVES, [4], [2], [0], 1e-3),
     "first proven: negative ones": lambda: WORLD.first_proven(BOUNDS, CURVES, [5, -1], [2], [0], 1e-3),

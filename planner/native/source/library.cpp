@@ -1,6 +1,7 @@
 // What Python calls: plain C functions over arrays of doubles. What returns nothing else returns 0. Numbers and indices
 // are looked at here, as refusals.hpp has it, the lengths of arrays by the classes and functions in Python.
 
+#include "calls/chunk.hpp"
 #include "calls/dynamics.hpp"
 #include "calls/graph.hpp"
 #include "calls/motion.hpp"
@@ -9,7 +10,7 @@
 
 extern "C" {
 
-int planner_version() { return 18; }
+int planner_version() { return 19; }
 
 // Whom to ask whether a long call is to go on, see interrupts.hpp, and on which thread; nobody where that is null.
 void planner_ask(int (*asked)(), uint64_t thread) {

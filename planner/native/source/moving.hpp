@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "vector.hpp"
+#include "convex.hpp"
 
 namespace planner {
 

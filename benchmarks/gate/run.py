@@ -1,0 +1,154 @@
+"""``benchmarks gate``: a chunk of 50 steps for a Panda among ten obstacles, and an optimiser against the verdicts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.bench import run_bench, software
+from benchmarks.gate.attack import Attack
+from benchmarks.gate.chunks import KINDS, Chunk, Rng, clutter, random_chunk
+from benchmarks.gate.judge import motion_of, possible_stops, states_on
+from benchmarks.gate.report import Row, to_markdown
+from planner.base.arrays import Bools
+from planner.base.errors import OptionError
+from planner.base.progress import QUIET, Progress
+from planner.batch.results import Results
+from planner.collision import second_checker
+from planner.collision.checker import CollisionChecker, keeping
+from planner.gate.gate import Gate
+from planner.gate.verdict import Verdict
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.problem.request import SERIAL, WorkersRequest, require_seed
+
+OBSTACLES, PER_STEP = 10, 1.0 / 30.0  # s
+FREE = (5e-3, 20e-3)  # m
+_CHANGES, _SCENES = 50, 10
+_EVERY = 1e-3  # m
+
+
+def bench_gate(
+    folder: Path,
+    chunks: int = 300,
+    attack: int = 300,
+    robots: Sequence[str] = ("panda",),
+    steps: int = 50,
+    seed: int = 0,
+    progress: Progress = QUIET,
+    workers: WorkersRequest = SERIAL,
+) -> Results[Row]:
+    """Check ``chunks`` of each kind and try ``attack`` cases against each; write ``gate.csv`` and ``gate.md``.
+
+    Raises OptionError for numbers out of range, RobotError for an unknown robot, FileError for an unusable folder.
+    """
+    require_seed(seed)
+    if chunks < 1 or attack < 0 or steps < 2:
+        raise OptionError("give at least 1 chunk of 2 steps, and 0 tries or more.")
+    for name in robots:
+        Robot.load(name)
+    here = software()
+    return run_bench(
+        folder,
+        "gate",
+        Row,
+        [(name, kind) for name in robots for kind in KINDS],
+        lambda table, case: table.find((*case, steps, chunks, attack, seed, here)),
+        partial(_measure, steps=steps, chunks=chunks, attack=attack, seed=seed),
+        to_markdown,
+        "kinds of chunks",
+        progress,
+        workers=workers,
+    )
+
+
+def _measure(
+    case: tuple[str, str], progress: Progress, steps: int, chunks: int, attack: int, seed: int
+) -> list[Row] | None:
+    name, kind = case
+    robot, rng = Robot.load(name), np.random.default_rng([seed, KINDS.index(kind), *name.encode()])
+    times: list[tuple[float, ...]] = []
+    verdicts: list[tuple[Chunk, Verdict]] = []
+    free, changes = np.zeros((chunks, 2), dtype=bool), []
+    for first in range(0, chunks, -(-chunks // _SCENES)):
+        gate = Gate(robot, Scene("clutter", clutter(OBSTACLES, rng)))
+        for k in range(first, min(first + -(-chunks // _SCENES), chunks)):
+            chunk = random_chunk(robot, kind, steps, steps * PER_STEP, rng)
+            taken, verdict = _timed(gate, chunk)
+            times.append(taken)
+            verdicts.append((chunk, verdict))
+            free[k] = _free_by(gate.checker, chunk, verdict)
+            if progress.stopped:
+                return None
+        changes += _changes(gate, rng)
+    attacked = Attack(robot, (kind,))
+    if not attacked.run(attack, rng, progress):
+        return None
+    safe, found = np.array([verdict.safe for _, verdict in verdicts]), attacked.found
+    p50, p99 = np.percentile(1e3 * np.array(times), [50, 99], axis=0)
+    return [
+        Row(
+            robot=name,
+            kind=kind,
+            steps=steps,
+            chunks=chunks,
+            attack=attack,
+            seed=seed,
+            p50_ms=float(p50[0]),
+            p99_ms=float(p99[0]),
+            p99_cpu_ms=float(p99[1]),
+            p50_alone_ms=float(p50[2]),
+            p99_alone_ms=float(p99[2]),
+            change_ms=float(np.median(changes)),
+            safe_chunks=int(safe.sum()),
+            free_5=int(free[:, 0].sum()),
+            accepted_5=int((free[:, 0] & safe).sum()),
+            free_20=int(free[:, 1].sum()),
+            accepted_20=int((free[:, 1] & safe).sum()),
+            tries=found.tries,
+            safe=found.safe,
+            false=len(found.false),
+            beyond=found.beyond,
+            least_mm=float(1e3 * found.least),
+            touching=found.touching,
+            sampled=found.sampled,
+            software=software(),
+        )
+    ]
+
+
+def _timed(gate: Gate, chunk: Chunk) -> tuple[tuple[float, float, float], Verdict]:
+    """Seconds of a check, by the thread's own clock, and of one without stops; and the verdict."""
+    columns, named = chunk.arguments()
+    begin, own = time.perf_counter(), time.thread_time()
+    verdict = gate.check(*columns, **named)  # pyright: ignore[reportArgumentType]
+    taken, own = time.perf_counter() - begin, time.thread_time() - own
+    begin = time.perf_counter()
+    gate.check(*columns, **named, stop=False)  # pyright: ignore[reportArgumentType]
+    return (taken, own, time.perf_counter() - begin), verdict
+
+
+def _free_by(checker: CollisionChecker, chunk: Chunk, verdict: Verdict) -> Bools:
+    """Whether motion and stops keep each of ``FREE`` from everything; False where a limit allows no stop."""
+    stops = possible_stops(verdict)
+    if stops is None or (verdict.reason is not None and verdict.reason.kind == "limit"):
+        return np.zeros(len(FREE), dtype=bool)
+    judge, curves = second_checker(checker), (*motion_of(chunk), *stops)
+    states = np.concatenate([states_on(one, judge, _EVERY) for one in curves])
+    return np.array([keeping(judge, apart).first_contact(states) is None for apart in FREE])
+
+
+def _changes(gate: Gate, rng: Rng) -> list[float]:
+    """Milliseconds that it takes to move an obstacle, many times."""
+    found = []
+    for _ in range(_CHANGES // _SCENES):
+        placement = pose(rng.uniform(0.4, 0.8, 3).tolist())
+        begin = time.perf_counter()
+        gate.move("box0", placement)
+        found.append(1e3 * (time.perf_counter() - begin))
+    return found

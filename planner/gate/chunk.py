@@ -1,0 +1,130 @@
+"""A chunk of joint targets as a joint trajectory controller runs it: from where the robot is, piece after piece."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints, numbers
+from planner.base.errors import ArrayError, StateError
+from planner.base.yamlfile import FARTHEST
+from planner.models.robot import Robot
+from planner.setup.resolve import beyond_limits
+from planner.trajectory.trajectory import pieces_through, whole_nanoseconds
+
+Row = Floats | Sequence[float]
+Rows = Floats | Sequence[Sequence[float]]
+RobotState = Sequence[Row]
+"""Where the robot is: positions, velocities and perhaps accelerations (dof,)."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chunk:
+    """Pieces (n, degree + 1, dof) between ``times`` (n + 1,) s from now, each takes ``seconds`` (n,).
+
+    ``knots`` (n + 1, 3, dof): position, velocity and acceleration with which the motion comes to each of the times, at
+    the first one those of the robot. ``degree`` is 1, 3 or 5, of lines, cubics or quintics. ``approach`` (2, dof) is
+    where the robot is and by how much the first point, which is at 0 s, is elsewhere; None where the first piece leads
+    there. ``rough``: the first of quintics is a cubic, as nobody gives the robot's acceleration.
+    """
+
+    times: Floats
+    seconds: Floats
+    coefficients: Floats
+    knots: Floats
+    degree: int
+    approach: Floats | None = None
+    rough: bool = False
+
+    @staticmethod
+    def of(
+        robot: Robot,
+        positions: Rows,
+        velocities: Rows | None,
+        accelerations: Rows | None,
+        times: Row,
+        state: RobotState | None,
+    ) -> Chunk:
+        """What is run of points (k, dof) at ``times`` (k,) s, by a robot in ``state``.
+
+        As joint_trajectory_controller has it: until the first point's time the piece leads there from where the robot
+        is, of the highest degree that both know the derivatives for. Raises :class:`ArrayError` for other shapes, what
+        is no finite number, times that do not increase from 0 on, and no points; :class:`StateError` for such a state,
+        or one outside the limits on positions.
+        """
+        columns = _columns(robot.dof, positions, velocities, accelerations)
+        here = None if state is None else _state(robot, state)
+        clock = _clock(times, len(columns[0]))
+        approach = rough = None
+        if here is not None and clock[0] > 0:
+            rough = len(columns) == 3 and len(state or ()) < 3
+            columns = [np.concatenate([row[None], column]) for row, column in zip(here, columns, strict=False)]
+            clock = np.concatenate([np.zeros(1, dtype=np.int64), clock])
+        elif here is not None:
+            approach = np.stack([here[0], columns[0][0] - here[0]])
+        if len(clock) < 2:
+            raise ArrayError("the chunk is one point and no motion: give a time above 0 and the state, or more points.")
+        seconds = np.diff(clock) / 1e9
+        pieces = pieces_through(seconds[:, None], *columns)
+        if rough:
+            pieces[0], pieces[0, :4] = 0.0, pieces_through(seconds[:1, None], columns[0][:2], columns[1][:2])[0]
+        knots = _knots(pieces, seconds, columns, here)
+        return Chunk(clock / 1e9, seconds, pieces, knots, 2 * len(columns) - 1, approach, bool(rough))
+
+
+def _columns(dof: int, positions: Rows, velocities: Rows | None, accelerations: Rows | None) -> list[Floats]:
+    """Positions, and what else is given, as numbers of one shape."""
+    if np.shape(np.asarray(positions))[:1] == (0,):
+        raise ArrayError("the chunk is empty: give at least one point.")
+    if velocities is None and accelerations is not None:
+        raise ArrayError("accelerations say nothing without velocities: give velocities too.")
+    found = [numbers("positions", positions, ("k", dof), most=FARTHEST)]
+    for what, column in (("velocities", velocities), ("accelerations", accelerations)):
+        if column is not None:
+            found.append(numbers(what, column, found[0].shape, most=FARTHEST))
+    return found
+
+
+def _clock(times: Row, count: int) -> Ints:
+    clock = whole_nanoseconds(numbers("times", times, (count,)))
+    late = np.flatnonzero(np.diff(clock) <= 0)
+    if len(late) or clock[0] < 0:
+        k = int(late[0]) + 1 if len(late) else 0
+        raise ArrayError(f"times[{k}] is {times[k]:g} s: times have to increase strictly, from 0 s, which is now, on.")
+    return clock
+
+
+def _state(robot: Robot, state: RobotState) -> Floats:
+    """(3, dof) position, velocity and acceleration, 0 where that is not given."""
+    if not 2 <= len(state) <= 3:
+        raise StateError(f"state holds {len(state)} rows: give (q, qd), or (q, qd, qdd).")
+    found = np.zeros((3, robot.dof))
+    for row, what in zip(range(len(state)), ("positions", "velocities", "accelerations"), strict=False):
+        found[row] = numbers(f"the state's {what}", state[row], (robot.dof,), StateError, FARTHEST)
+    beyond = beyond_limits(robot, found[0])
+    if beyond.any():
+        j = int(beyond.argmax())
+        limits = f"[{robot.lower[j]:g}, {robot.upper[j]:g}]"
+        raise StateError(
+            f"the state is outside the limits: joint '{robot.joints[j]}' is at {found[0, j]:g}, not in {limits}; "
+            "bring it back by hand."
+        )
+    return found
+
+
+def _knots(pieces: Floats, seconds: Floats, columns: list[Floats], here: Floats | None) -> Floats:
+    """See :class:`Chunk`."""
+    n, degree, h = len(pieces), 2 * len(columns) - 1, seconds[:, None]
+    knots = np.zeros((n + 1, 3, pieces.shape[2]))
+    for order, column in enumerate(columns):
+        knots[:, order] = column
+    if degree == 1:
+        knots[1:, 1] = pieces[:, 1] / h
+    else:  # of a cubic the acceleration that it ends with: the next one begins with another
+        powers = np.arange(2, degree + 1)
+        knots[1:, 2] = np.einsum("k,nkd->nd", powers * (powers - 1.0), pieces[:, 2:]) / h**2
+    if here is not None:
+        knots[0] = here
+    return knots

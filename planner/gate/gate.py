@@ -1,0 +1,149 @@
+"""The gate between whoever decides what a robot does next and the robot."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+
+from planner.base.arrays import Floats, numbers, placement
+from planner.base.errors import OptionError, SceneError, StateError, choices
+from planner.base.kinds import checks_kinds
+from planner.base.yamlfile import FARTHEST
+from planner.collision.checker import CollisionChecker
+from planner.gate.chunk import Chunk, RobotState, Row, Rows
+from planner.gate.guard import Guard
+from planner.gate.judging import JUDGED, Rules, judge
+from planner.gate.verdict import Verdict
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.models.shapes import Obstacle
+from planner.problem.request import Backend, LimitsRequest, Thing, WorldRequest
+from planner.session.live_world import LiveWorld
+from planner.trajectory.limits import MotionLimits
+
+
+@checks_kinds
+class Gate:
+    """Says whether what a robot is about to do is proven safe, and until when; about a millisecond a chunk.
+
+        gate = planner.Gate("panda", "shelf", margin=0.01)
+        verdict = gate.check(targets, times=[0.1, 0.2, 0.3], state=(q, qd))
+        verdict.safe, verdict.safe_until, verdict.reason, verdict.stop
+
+    ``robot`` and ``scene`` by name, file or as loaded. ``limits``: the robot's own where left out; ``judged`` are those
+    that are asked for, of position, velocity, acceleration and jerk. ``min_manipulability`` is kept by all that is run,
+    stops too. ``margin`` (m) is kept to everything; a larger one refuses more. A first point at 0 s may be
+    ``start_tolerance`` (rad, m) from the robot. A check changes nothing: several threads may check at once, also while
+    another changes the world. Raises :class:`PlannerError` for what cannot be loaded, and where obstacles move along
+    known motions.
+    """
+
+    def __init__(
+        self,
+        robot: Thing = "iiwa14",
+        scene: Thing = "paper",
+        limits: MotionLimits | LimitsRequest | None = None,
+        *,
+        judged: Sequence[str] = JUDGED,
+        min_manipulability: float = 0.0,
+        margin: float = 0.0,
+        start_tolerance: float = 0.01,
+        tool: str | None = None,
+        collision: Backend = "fcl",
+    ) -> None:
+        self._changing = threading.Lock()
+        request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision)
+        self._live = LiveWorld.of(request)
+        self._guard = Guard.of(self._live.checker)
+        kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.robot, limits)
+        self._limits = _require_own(kept, self.robot)
+        self._rules = Rules.of(kept, judged, min_manipulability, start_tolerance)
+
+    def __repr__(self) -> str:
+        return f"<Gate: {self.robot.name} in {self.scene.name}>"
+
+    @property
+    def robot(self) -> Robot:
+        """The robot with what it carries now."""
+        return self._guard.checker.robot
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as it is now, with what the arm carries."""
+        return self._guard.checker.world.scene
+
+    @property
+    def checker(self) -> CollisionChecker:
+        """The checker of the world as it is now."""
+        return self._guard.checker
+
+    @property
+    def limits(self) -> MotionLimits:
+        """The limits that are kept, as far as they are judged."""
+        return self._limits
+
+    def check(
+        self,
+        positions: Rows,
+        velocities: Rows | None = None,
+        accelerations: Rows | None = None,
+        *,
+        times: Row,
+        state: RobotState | None = None,
+        stop: bool = True,
+    ) -> Verdict:
+        """Whether targets (k, dof), rad (m) in the robot's order of joints, at ``times`` (k,) s after now, are safe.
+
+        Proven is what joint_trajectory_controller runs: lines where only positions are given, cubics with velocities,
+        quintics with accelerations too, from ``state`` = (q, qd) or (q, qd, qdd), (dof,) each, on; from the first point
+        on where no state is given. With ``stop`` a stop is proven from every point, too. What is not decided is not
+        safe. Raises :class:`ArrayError` for other shapes, NaN, times that do not increase, and no points,
+        :class:`StateError` for a state outside limits; the gate goes on.
+        """
+        guard = self._guard  # the world may change meanwhile
+        chunk = Chunk.of(guard.checker.robot, positions, velocities, accelerations, times, state)
+        return judge(guard, self._rules, chunk, stop)
+
+    def move(self, name: str, pose: Floats) -> None:
+        """Put the obstacle ``name`` to another ``pose`` (4, 4), as :func:`planner.pose` makes it."""
+        place = placement("pose", pose, SceneError, FARTHEST)
+        self._change(lambda live: live.put(name, place))
+
+    def add(self, obstacle: Obstacle) -> None:
+        """Put an obstacle into the world."""
+        self._change(lambda live: live.add(obstacle))
+
+    def remove(self, name: str) -> None:
+        """Take the obstacle ``name`` out of the world."""
+        self._change(lambda live: live.remove(name))
+
+    def attach(self, name: str, frame: str, at: Row, touch_links: Sequence[str] = ()) -> None:
+        """Let ``frame`` carry the obstacle ``name`` as it stands to it in the configuration ``at`` (dof,).
+
+        It may touch ``touch_links`` and the link itself.
+        """
+        q = self._configuration(at)
+        self._change(lambda live: live.attach(name, frame, tuple(touch_links), q))
+
+    def detach(self, name: str, at: Row) -> None:
+        """Put down what the arm carries where it holds it in the configuration ``at`` (dof,)."""
+        q = self._configuration(at)
+        self._change(lambda live: live.detach(name, q))
+
+    def _configuration(self, at: Row) -> Floats:
+        return numbers("at", at, (self.robot.dof,), StateError, FARTHEST)
+
+    def _change(self, apply: Callable[[LiveWorld], LiveWorld]) -> None:
+        """A new world, or an error and the old one."""
+        with self._changing:
+            live = apply(self._live)
+            self._guard, self._live = Guard.of(live.checker), live
+
+
+def _require_own(limits: MotionLimits, robot: Robot) -> MotionLimits:
+    if limits.joints != robot.joints:
+        raise OptionError(
+            f"the limits are of joints {choices(limits.joints)}, the robot has {choices(robot.joints)}: make them with "
+            "planner.MotionLimits.of(robot)."
+        )
+    return limits

@@ -1,0 +1,225 @@
+"""The judgement on a chunk: limits, a stop from every point, and one proof of all curves together.
+
+At every point of the safe part its own stop is proven. Between two points the robot runs on along the proven piece to
+the next one and stops there: so from any moment of the safe part on there is a proven motion to rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints, frozen
+from planner.base.errors import OptionError, choices
+from planner.base.polynomials import bernstein, derivative
+from planner.gate.chunk import Chunk
+from planner.gate.guard import Guard
+from planner.gate.verdict import Unsafe, Verdict, Where
+from planner.kinematics.manipulability_proof import prove_floor
+from planner.native.motions import polynomial_extrema, polynomial_worst, stops_quickest
+from planner.setup.resolve import beyond_limits, position_bounds
+from planner.trajectory.clearance import nearest_on_pieces
+from planner.trajectory.limits import KINDS, MotionLimits
+from planner.trajectory.proof import ROUNDING
+from planner.trajectory.trajectory import Trajectory
+
+RUNGS = frozen(np.round(2e7 * 1.2 ** np.arange(32)) / 1e9)  # s that a stop may take, to the nanosecond: up to 5.7
+POSITION = "position"
+JUDGED = (POSITION, *KINDS)
+_JUDGED = {1: 1, 3: 2, 5: 3}  # kinds of limits, by the degree of the pieces: the next derivative jumps at the points
+_LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
+_CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not judged; that of stops is"
+_ROUGH = "the state has no acceleration: the first piece is a cubic, and the jerk is not judged where it ends"
+_WHERE: tuple[Where, ...] = ("start", "motion", "stop")
+_START, _MOTION, _STOP = range(3)
+_NOTES = {1: (_LINES,), 3: (_CUBICS,), 5: ()}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rules:
+    """What is asked beside clearance: limits ``most`` (3, dof), infinite ones ask for nothing; whether on positions.
+
+    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad): how far from the robot a point at 0 s is.
+    """
+
+    most: Floats
+    positions: bool
+    floor: float
+    apart: float
+
+    @staticmethod
+    def of(limits: MotionLimits, judged: Sequence[str] = JUDGED, floor: float = 0.0, apart: float = 0.0) -> Rules:
+        """The rules that ask for those limits that are ``judged``; :class:`OptionError` for what makes no sense."""
+        unknown = sorted({str(kind) for kind in judged} - set(JUDGED))
+        if isinstance(judged, str) or unknown:
+            raise OptionError(f"judged names {choices(unknown) or repr(judged)}: give a list out of {choices(JUDGED)}.")
+        for name, value in (("min_manipulability", floor), ("start_tolerance", apart)):
+            if not 0.0 <= value < np.inf:
+                raise OptionError(f"{name} is {value:g}: give a number from 0 on.")
+        none = np.full(len(limits.joints), np.inf)
+        most = np.array([getattr(limits, kind) if kind in judged else none for kind in KINDS])
+        return Rules(most, POSITION in judged, float(floor), float(apart))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Bad:
+    """The first bad piece, or the piece before the first bad stop, when (s), and why."""
+
+    piece: int
+    time: float
+    why: Unsafe
+
+
+def judge(guard: Guard, rules: Rules, chunk: Chunk, stop: bool) -> Verdict:
+    """The verdict on a chunk, with or without stops."""
+    judged = Judged(guard, rules, chunk)
+    bad = judged.broken_limit()
+    if chunk.approach is not None and (away := np.abs(chunk.approach[1])).max() > rules.apart:
+        joint = guard.checker.robot.joints[int(away.argmax())]
+        bad = _Bad(0, float(chunk.times[0]), Unsafe("start", "start", joint=joint))
+    bad = judged.unproven(stop, bad) or bad
+    notes = (*_NOTES[chunk.degree], _ROUGH) if chunk.rough else _NOTES[chunk.degree]
+    if bad is None:
+        return Verdict(True, float(chunk.times[-1]), None, None, notes, judged, len(chunk.seconds))
+    return Verdict(False, float(chunk.times[bad.piece]), bad.why, bad.time, notes, judged, bad.piece)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A chunk in the world, and by the rules, of its check."""
+
+    guard: Guard
+    rules: Rules
+    chunk: Chunk
+
+    def broken_limit(self) -> _Bad | None:
+        """The first piece that is beyond a limit, by its exact extrema."""
+        found = [self._beyond_position(), *map(self._beyond, range(1, _JUDGED[self.chunk.degree] + 1))]
+        return min((bad for bad in found if bad is not None), key=lambda bad: bad.piece, default=None)
+
+    def _beyond(self, order: int) -> _Bad | None:
+        chunk, most = self.chunk, self.rules.most[order - 1]
+        known = np.isfinite(most)
+        if not known.any() or polynomial_worst(chunk.coefficients, chunk.seconds, order, _finite(most), 1.0)[0] <= (
+            1.0 + ROUNDING
+        ):
+            return None
+        limit = most * (1.0 + ROUNDING)
+        slopes, unit = derivative(chunk.coefficients, order), chunk.seconds[:, None] ** order
+        rows = np.flatnonzero((np.abs(bernstein(slopes)).max(axis=1) / unit > limit).any(axis=1))
+        values = np.max(np.abs(polynomial_extrema(slopes[rows])), axis=0) / unit[rows]
+        return self._first(rows, np.where(values > limit, values / most, 0.0), KINDS[order - 1])
+
+    def _beyond_position(self) -> _Bad | None:
+        robot, hull = self.guard.checker.robot, bernstein(self.chunk.coefficients)
+        low, high = hull.min(axis=1), hull.max(axis=1)
+        least, largest = position_bounds(robot)
+        rows = np.flatnonzero(((low < least) | (high > largest)).any(axis=1))
+        if not self.rules.positions or not len(rows):
+            return None
+        beyond = [beyond_limits(robot, values) for values in polynomial_extrema(self.chunk.coefficients[rows])]
+        return self._first(rows, np.max(beyond, axis=0), POSITION)
+
+    def _first(self, rows: Ints, excess: Floats, kind: str) -> _Bad | None:
+        """The first of pieces ``rows`` (k,) with an ``excess`` (k, dof) above 0."""
+        over = np.flatnonzero(excess.max(axis=1) > 0) if len(rows) else rows
+        if not len(over):
+            return None
+        piece, joint = int(rows[over[0]]), self.guard.checker.robot.joints[int(excess[over[0]].argmax())]
+        return _Bad(piece, float(self.chunk.times[piece]), Unsafe("limit", "motion", limit=kind, joint=joint))
+
+    def unproven(self, stop: bool, bad: _Bad | None) -> _Bad | None:
+        """The first piece or stop before ``bad`` that is not within limits, free and above the floor."""
+        count = len(self.chunk.seconds) if bad is None else bad.piece
+        stops, first = None, bad
+        if stop:
+            stops = self.stops_from(self.chunk.knots[1 : count + 1])
+            without = np.flatnonzero(stops[1][:, 1] == 0.0)
+            if len(without):
+                count = int(without[0])
+                first = self._no_stop(count, stops[2][count])
+        curves, spans, what = self._curves(count, stops)
+        found = self.first_refused(curves, spans, [_WHERE[k] for k in what[:, 1].tolist()])
+        if found is None:
+            return first
+        piece, where = what[found[0]].tolist()
+        time = spans[found[0], 0] + found[1] * spans[found[0], 1] if where == _MOTION else self.chunk.times[piece + 1]
+        return _Bad(piece, float(time if where != _START else self.chunk.times[0]), found[2])
+
+    def first_refused(self, curves: Floats, spans: Floats, on: list[Where]) -> tuple[int, float, Unsafe] | None:
+        """The first of curves (m, degree + 1, dof) that is not proven free and above the floor, where, and why."""
+        found = self.guard.first_unproven(curves, spans, on) if len(curves) else None
+        free = len(curves) if found is None else found[0]
+        if self.rules.floor > 0 and free:
+            holds = prove_floor(self.guard.checker.robot, curves[:free], self.rules.floor).holds
+            if not holds.all():
+                k = int(holds.argmin())
+                return k, 0.0, Unsafe("floor", on[k])
+        return found
+
+    def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
+        """Stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), what is in the way where they are 0."""
+        bounds = position_bounds(self.guard.checker.robot)
+        if not self.rules.positions:
+            bounds = np.full(knots.shape[2], -np.inf), np.full(knots.shape[2], np.inf)
+        return stops_quickest(knots, RUNGS, self.rules.most * (1.0 + ROUNDING), bounds)
+
+    def _no_stop(self, piece: int, broken: Ints) -> _Bad:
+        kind, joint = (*KINDS, POSITION)[int(broken[0])], self.guard.checker.robot.joints[int(broken[1])]
+        return _Bad(piece, float(self.chunk.times[piece + 1]), Unsafe("limit", "stop", limit=kind, joint=joint))
+
+    def _curves(self, count: int, stops: tuple[Floats, Floats, Ints] | None) -> tuple[Floats, Floats, Ints]:
+        """The first ``count`` pieces, each with the stop behind it, as curves of one degree with their spans.
+
+        What leads from the robot to a first point at 0 s comes first. Rows (m, 2) say of which piece each curve is, and
+        what: a place in ``_WHERE``.
+        """
+        chunk, k = self.chunk, np.arange(count)
+        degree, begin = (chunk.degree if stops is None else max(chunk.degree, 4)), chunk.times[:count]
+        whole = np.zeros((count, 1 if stops is None else 3, degree + 1, chunk.knots.shape[2]))
+        spans, what = np.zeros((*whole.shape[:2], 3)), np.zeros((*whole.shape[:2], 2), dtype=np.int64)
+        whole[:, 0, : chunk.degree + 1], spans[:, 0, 0] = chunk.coefficients[:count], begin
+        spans[:, 0, 1], what[..., 0], what[..., 1], what[:, 0, 1] = chunk.seconds[:count], k[:, None], _STOP, _MOTION
+        if stops is not None:
+            whole[:, 1:, :5], spans[:, 1:, 1] = stops[0][:count], stops[1][:count]
+            spans[:, 1:, 0] = chunk.times[1 : count + 1, None]
+            spans[:, 2, 0] += stops[1][:count, 0]
+        used = spans[..., 1] > 0.0  # not what takes no time
+        curves, spans, what = whole[used], spans[used], what[used]
+        if chunk.approach is not None:
+            line = np.zeros((1, *curves.shape[1:]))
+            line[0, :2] = chunk.approach
+            curves, spans = np.concatenate([line, curves]), np.concatenate([np.zeros((1, 3)), spans])
+            what = np.concatenate([[[0, _START]], what])
+        return curves, spans, what
+
+    def stop(self, pieces: int) -> Trajectory | None:
+        """The proven motion to rest from the end of the first ``pieces`` on, if there is one."""
+        robot, knot = self.guard.checker.robot, self.chunk.knots[pieces]
+        (stops,), (seconds,), _ = self.stops_from(knot[None])
+        if seconds[1] == 0.0:
+            return None
+        used, ends = seconds > 0.0, np.append(0.0, np.cumsum(seconds))
+        spans = np.column_stack([self.chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
+        if self.first_refused(stops[used], spans, ["stop"] * len(spans)) is not None:
+            return None
+        columns = np.zeros(
+            (3, 3, robot.dof)
+        )  # q, qd and qdd where it begins, where the last piece begins, where it ends
+        columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
+        columns[1, 1] = stops[1, 1] / seconds[1]
+        rows = [0, 1, 2] if used[0] else [0, 2]
+        return Trajectory.through(robot.joints, ends[rows], *columns[:, rows], law="stop")
+
+    def clearance(self, pieces: int) -> float | None:
+        """The smallest distance (m) along the first ``pieces``."""
+        if pieces == 0:
+            return None
+        found = nearest_on_pieces(self.chunk.coefficients[:pieces], self.chunk.times[: pieces + 1], self.guard.checker)
+        return None if found is None else found.min
+
+
+def _finite(most: Floats) -> Floats:
+    return np.where(np.isfinite(most), most, 1e300)

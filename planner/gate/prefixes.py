@@ -1,0 +1,33 @@
+"""What the gate says of a trajectory from a file: is there a proven stop from every point of it?"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from planner.collision.checker import CollisionChecker
+from planner.gate.chunk import Chunk
+from planner.gate.guard import Guard
+from planner.gate.judging import Rules, judge
+from planner.gate.verdict import Verdict
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.points import Points
+
+
+def judge_prefixes(checker: CollisionChecker, points: Points, limits: MotionLimits) -> Verdict:
+    """The verdict on the points, of a robot that is at the first one when its time comes."""
+    velocities, accelerations = (*points.columns[1:], None, None)[:2]
+    chunk = Chunk.of(checker.robot, points.columns[0], velocities, accelerations, points.times, None)
+    return judge(Guard.of(checker), Rules.of(limits), chunk, stop=True)
+
+
+def prefixes_row(verdict: Verdict) -> tuple[str, str]:
+    """The verdict as a row of the terminal's table."""
+    text = "proven from every point" if verdict.safe else str(verdict)
+    return "stops", "; ".join([text, *verdict.notes])
+
+
+def prefixes_record(verdict: Verdict) -> dict[str, Any]:
+    """The verdict as plain data; s."""
+    reason = None if verdict.reason is None else verdict.reason.to_dict()
+    until = {"safe_until": verdict.safe_until, "first_bad": verdict.first_bad}
+    return {"safe": verdict.safe, **until, "reason": reason, "notes": list(verdict.notes)}

@@ -1,0 +1,92 @@
+"""What the gate says of a chunk."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal, Protocol
+
+from planner.trajectory.trajectory import Trajectory
+
+Kind = Literal["contact", "undecided", "reach", "limit", "floor", "start"]
+Where = Literal["motion", "stop", "start"]
+
+_HOW: dict[Kind, str] = {
+    "contact": "'{0}' and '{1}' touch, or are closer than the margin",
+    "undecided": "'{0}' and '{1}' are too near each other to prove that they keep apart",
+    "reach": "'{1}' may be at '{0}' by then, for all that its speed limit says",
+    "limit": "joint '{joint}' is beyond its limit on {limit}",
+    "floor": "manipulability is not proven above the floor",
+    "start": "joint '{joint}' is elsewhere than the first point, which is at 0 s",
+}
+_ON: dict[Where, str] = {
+    "motion": "on the motion",
+    "stop": "on the way to rest from there",
+    "start": "between where the robot is and the first point",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Unsafe:
+    """Why a chunk is not safe, as data.
+
+    ``kind``: "contact", "undecided" (neither proven nor refuted), "reach" (of an obstacle with a speed limit), "limit",
+    "floor", or "start" (the robot is not where the chunk begins). ``on``: "motion", "stop" or "start". ``pair``: the
+    link and what it meets; ``limit`` and ``joint``: what is exceeded (position, velocity, acceleration, jerk).
+    """
+
+    kind: Kind
+    on: Where
+    pair: tuple[str, str] | None = None
+    limit: str | None = None
+    joint: str | None = None
+
+    def __str__(self) -> str:
+        return f"{_ON[self.on]} {_HOW[self.kind].format(*(self.pair or ()), limit=self.limit, joint=self.joint)}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data."""
+        return asdict(self)
+
+
+class Later(Protocol):
+    """What is worked out of a judged chunk when it is asked for: of its first ``pieces``."""
+
+    def stop(self, pieces: int) -> Trajectory | None: ...
+    def clearance(self, pieces: int) -> float | None: ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verdict:
+    """Whether a chunk is ``safe``, and until when it is.
+
+    ``safe_until`` (s from now): all pieces until this point of the chunk are proven, and a stop from every point until
+    there; the time of the last point where it is safe, 0 where nothing is. ``reason`` says why not, at ``first_bad`` s:
+    where on the first bad piece the proof stopped, or the point from which no stop is proven. ``notes`` say what was
+    not judged. ``stop`` and ``clearance`` are worked out when they are asked for, in the world of the check.
+    """
+
+    safe: bool
+    safe_until: float
+    reason: Unsafe | None
+    first_bad: float | None
+    notes: tuple[str, ...]
+    _judged: Later
+    _pieces: int
+
+    def __str__(self) -> str:
+        if self.safe:
+            return f"safe until {self.safe_until:g} s"
+        return f"unsafe at {self.first_bad:g} s: {self.reason}; safe until {self.safe_until:g} s"
+
+    @property
+    def stop(self) -> Trajectory | None:
+        """The proven motion to rest from ``safe_until`` on, its times from 0 there; None where there is none.
+
+        That can be only at 0 s, of a robot that is too fast or too near already, or where no stops were asked for.
+        """
+        return self._judged.stop(self._pieces)
+
+    @property
+    def clearance(self) -> float | None:
+        """The smallest distance (m) along the safe part, to a tenth; None where nothing moves or can come near."""
+        return self._judged.clearance(self._pieces)

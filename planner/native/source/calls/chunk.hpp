@@ -1,0 +1,85 @@
+// What Python asks of what a robot is about to do; see ../../library.py and ../../motions.py for shapes and units.
+#pragma once
+
+#include "../stops.hpp"
+#include "../together.hpp"
+
+namespace planner {
+
+extern "C" {
+
+// Proofs of pieces (count, degree + 1, dof), of which each lies near the ones before and behind it, as world_prove has
+// them; those behind the first that is not free are left undecided.
+int world_prove_together(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
+                         const double* coefficients, const double* spans, int count, int degree, double room,
+                         int64_t* verdict, int64_t* pair, double* where) {
+    return answered([&] {
+        require(degree >= 0 && degree <= highest_degree, "the pieces are of a higher degree than is supported");
+        require(room >= rounding, "the room is below what distances are rounded by");
+        const Pieces pieces{coefficients, count, degree, world->chain.dof()};
+        require(within(coefficients, static_cast<size_t>(count) * (degree + 1) * pieces.dof, farthest),
+                "a coefficient is no finite number");
+        std::vector<Span> times;
+        for (int k = 0; spans && k < count; ++k) {
+            times.push_back({spans[3 * k], spans[3 * k + 1], spans[3 * k + 2]});
+            require(times.back().holds(), "a span is no time");
+        }
+        std::vector<Proof> proofs(count);
+        Prover prover(*world, reach, body_reach, is_static);
+        if (count) Together(prover, pieces, spans ? times.data() : nullptr, room, proofs.data()).prove(0, count);
+        for (int k = 0; k < count; ++k)
+            verdict[k] = proofs[k].verdict, pair[k] = proofs[k].pair, where[k] = proofs[k].where;
+    });
+}
+
+// Stops from states (n, 3, dof) of position, velocity and acceleration, in the first of ascending `times` (count,) s in
+// which they keep limits (3, dof) on velocities, accelerations and jerks, infinite ones on none, and positions from lower
+// to upper (dof,): pieces (n, 2, 5, dof) and their seconds (n, 2). The first piece lets accelerations fall to 0; it takes
+// 0 s and stands where the second one keeps the limits without it. Where there is no stop both take 0 s, and broken (n, 2)
+// says what is in the way least: the kind of a limit, 3 for positions, and the joint.
+int stops_quickest(int n, int dof, const double* states, int count, const double* times, const double* limits,
+                   const double* lower, const double* upper, double* pieces, double* seconds, int64_t* broken) {
+    return answered([&] {
+        require(dof >= 1 && count >= 1, "there is no joint, or no time to stop in");
+        require(within(states, 3 * static_cast<size_t>(n) * dof, farthest), "a state is no finite number");
+        for (int k = 0; k < count; ++k)
+            require(times[k] > (k ? times[k - 1] : 0.0) && times[k] <= farthest, "times do not increase from 0 on");
+        std::vector<StopLimits> all(dof);
+        for (int j = 0; j < dof; ++j) {
+            all[j] = {{limits[j], limits[dof + j], limits[2 * dof + j]}, lower[j], upper[j]};
+            for (const double limit : all[j].most) require(limit > 0.0, "a limit is not above 0");
+            require(lower[j] <= upper[j], "there is no position between lower and upper");
+        }
+        std::vector<double> end(3 * static_cast<size_t>(dof));  // where the acceleration is 0
+        for (int i = 0; i < n; ++i) {
+            heed_at(i);
+            const double *q = states + 3 * static_cast<size_t>(i) * dof, *v = q + dof, *a = v + dof;
+            double* first = pieces + 10 * static_cast<size_t>(i) * dof;
+            int worst[2] = {0, 0}, ignored[2];
+            int found = quickest_stop(q, v, a, dof, times, count, all.data(), worst);
+            double eased = 0.0;
+            if (found < 0) {
+                eased = ease(q, v, a, dof, all.data(), first, end.data(), end.data() + dof);
+                if (eased > 0.0)
+                    found = quickest_stop(end.data(), end.data() + dof, end.data() + 2 * dof, dof, times, count,
+                                          all.data(), ignored);
+            }
+            if (found < 0 || eased == 0.0) {
+                eased = 0.0, std::fill(first, first + 10 * dof, 0.0), std::copy(q, q + dof, first);
+                std::copy(q, q + dof, first + 5 * dof);
+            }
+            seconds[2 * i] = eased, seconds[2 * i + 1] = found < 0 ? 0.0 : times[found];
+            broken[2 * i] = worst[0], broken[2 * i + 1] = worst[1];
+            for (int j = 0; j < dof && found >= 0; ++j) {
+                double c[5];
+                const double a_here = eased > 0.0 ? 0.0 : a[j];
+                Stop(eased > 0.0 ? end[j] : q[j], eased > 0.0 ? end[dof + j] : v[j], a_here, times[found]).coefficients(c);
+                for (int k = 0; k < 5; ++k) first[(5 + k) * dof + j] = c[k];
+            }
+        }
+    });
+}
+
+}  // extern "C"
+
+}  // namespace planner

@@ -1,0 +1,100 @@
+// Proofs of many curves of which each lies near the ones before and behind it, as the pieces of one motion do.
+//
+// A straight piece along the diagonal of a box of configurations moves every joint as far from the middle as any state of
+// the box is: what a sample in the middle clears for this piece, it clears for all the box. So pairs that are far apart
+// are cleared for many curves at once, and every curve is proven alone only for the pairs that are left.
+#pragma once
+
+#include "prover.hpp"
+
+namespace planner {
+
+class Together {
+   public:
+    // `spans` (pieces,) where obstacles move, or none; `proofs` (pieces,) is where the proofs go.
+    Together(Prover& prover, const Pieces& pieces, const Span* spans, double room, Proof* proofs)
+        : prover_(prover), pieces_(pieces), spans_(spans), room_(room), proofs_(proofs),
+          low_(static_cast<size_t>(pieces.count) * pieces.dof), high_(low_.size()) {
+        for (int k = 0; k < pieces.count; ++k) measure(k);
+    }
+
+    // Prove the curves from `first` to before `last`, one after the other, until one is not free: those behind it are
+    // left undecided. `left` are the pairs that are not clear of all of them, all if null. Whether all are free.
+    bool prove(int first, int last, const std::vector<Prover::Task>* left = nullptr) {
+        if (last - first == 1) return prove_alone(first, left);
+        const std::vector<Prover::Task> still = not_clear(first, last, left);
+        if (still.empty()) {
+            for (int k = first; k < last; ++k) proofs_[k].samples = 0;
+            return true;
+        }
+        const int middle = (first + last) / 2;
+        if (prove(first, middle, &still)) return prove(middle, last, &still);
+        for (int k = middle; k < last; ++k) proofs_[k].verdict = undecided;
+        return false;
+    }
+
+   private:
+    void measure(int k) {
+        const double* c = pieces_.of(k);
+        double own[highest_degree + 1];
+        for (int j = 0; j < pieces_.dof; ++j) {
+            double size = 0.0;
+            for (int i = 0; i <= pieces_.degree; ++i) own[i] = c[i * pieces_.dof + j], size += std::fabs(own[i]);
+            to_bernstein(own, pieces_.degree);
+            const auto [least, most] = std::minmax_element(own, own + pieces_.degree + 1);
+            low_[static_cast<size_t>(k) * pieces_.dof + j] = *least - 1e-13 * size;
+            high_[static_cast<size_t>(k) * pieces_.dof + j] = *most + 1e-13 * size;
+        }
+    }
+
+    bool prove_alone(int k, const std::vector<Prover::Task>* left) {
+        Prover::Attempt attempt;
+        prover_.begin(attempt, pieces_, k, spans_ ? spans_ + k : nullptr);
+        if (left) {
+            attempt.tasks = *left;
+            for (Prover::Interval& one : attempt.open) one.last = static_cast<int>(left->size());
+        }
+        while (!attempt.done()) {
+            if (heed() == Told::finish) attempt.left_open();
+            else prover_.go_on(attempt, room_);
+        }
+        proofs_[k] = attempt.proof;
+        return attempt.proof.verdict == proven_free;
+    }
+
+    // The pairs that one sample does not clear for all that the curves are in together, at any time of theirs.
+    std::vector<Prover::Task> not_clear(int first, int last, const std::vector<Prover::Task>* left) {
+        const int dof = pieces_.dof;
+        std::vector<double> diagonal(2 * static_cast<size_t>(dof));
+        for (int j = 0; j < dof; ++j) {
+            double low = infinity, high = -infinity;
+            for (int k = first; k < last; ++k) {
+                low = std::min(low, low_[static_cast<size_t>(k) * dof + j]);
+                high = std::max(high, high_[static_cast<size_t>(k) * dof + j]);
+            }
+            diagonal[j] = low, diagonal[dof + j] = high - low;
+        }
+        double begin = infinity, end = -infinity;
+        for (int k = first; spans_ && k < last; ++k) {
+            begin = std::min(begin, spans_[k].begin - spans_[k].slack);
+            end = std::max(end, spans_[k].at(1.0) + spans_[k].slack);
+        }
+        const Span all{begin, end - begin, 0.0};
+        Prover::Attempt attempt;
+        attempt.pieces = {diagonal.data(), 1, 1, dof}, attempt.span = spans_ ? &all : nullptr;
+        if (left) attempt.tasks = *left;
+        const int known = static_cast<int>(attempt.tasks.size());
+        attempt.open.push_back({0.0, 1.0, 0.0, 0, known});
+        prover_.go_on(attempt, room_);
+        return {attempt.tasks.begin() + known, attempt.tasks.end()};
+    }
+
+    Prover& prover_;
+    const Pieces pieces_;
+    const Span* spans_;
+    double room_;
+    Proof* proofs_;
+    std::vector<double> low_, high_;  // (pieces, dof) where each joint is along each of them
+};
+
+}  // namespace planner

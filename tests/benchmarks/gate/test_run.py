@@ -1,0 +1,26 @@
+"""``benchmarks gate``: a row for each kind, kept for the next run; what is free by much is accepted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from benchmarks.gate.report import Row
+from benchmarks.gate.run import bench_gate
+from planner.batch.results import read_rows
+
+
+def test_rows_are_written_and_kept(tmp_path: Path) -> None:
+    asked = {"chunks": 10, "attack": 12, "robots": ("planar_2r",), "steps": 4}
+    rows = bench_gate(tmp_path, **asked).rows
+    assert [row.kind for row in rows] == ["lines", "cubics", "quintics"]
+    for row in rows:
+        assert (row.tries, row.false, row.beyond) == (12, 0, 0)
+        assert 0 < row.p50_ms <= row.p99_ms
+        assert row.accepted_20 == row.free_20 <= row.free_5 <= row.chunks == 10
+        assert row.change_ms > 0
+    assert sum(row.free_20 for row in rows)
+    assert read_rows(tmp_path / "gate.csv", Row, "python -m benchmarks gate") == list(rows)
+    assert bench_gate(tmp_path, **asked).rows == rows
+    text = (tmp_path / "gate.md").read_text()
+    assert "## Attacked" in text
+    assert "p99 cpu ms" in text

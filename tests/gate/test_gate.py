@@ -1,0 +1,371 @@
+"""Verdicts: what a controller runs, limits, stops, bad input, threads."""
+
+# pyright: reportArgumentType=false, reportAttributeAccessIssue=false
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import planner
+from benchmarks.gate.chunks import KINDS, clutter, random_chunk
+from benchmarks.gate.judge import motion_of
+from planner.base.errors import ArrayError, KindError, OptionError, PlannerError, SceneError, StateError
+from planner.collision import make_checker
+from planner.gate.gate import Gate
+from planner.gate.verdict import Verdict
+from planner.kinematics.manipulability import manipulability
+from planner.models.moving import KnownMotion, MovingObstacle
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Obstacle, Sphere
+from planner.trajectory.limits import MotionLimits
+from tests.worlds import load
+
+FAR = Obstacle("ball", Sphere(0.05), pose([0.0, 0.0, 3.0]))
+TIMES = np.array([0.25, 0.5, 0.75])
+HERE = np.array([0.3, 0.4])
+STEP = np.array([0.02, -0.02])
+STATE = HERE, np.zeros(2)
+
+
+def gate_of(*obstacles: Obstacle, **options: Any) -> Gate:
+    return Gate(load("planar_2r"), Scene("x", obstacles or (FAR,)), **options)
+
+
+@cache
+def gate() -> Gate:
+    return gate_of()
+
+
+def steps(step: np.ndarray = STEP, count: int = 3) -> np.ndarray:
+    return HERE + np.arange(1, count + 1)[:, None] * step
+
+
+def tip(q: np.ndarray) -> np.ndarray:
+    from planner.kinematics.forward import tool_pose
+
+    return tool_pose(load("planar_2r"), q).translation
+
+
+def test_lines_cubics_and_quintics_are_what_the_controller_runs() -> None:
+    rng = np.random.default_rng(0)
+    robot = load("panda")
+    for kind in KINDS:
+        chunk = random_chunk(robot, kind, 6, 0.7, rng)
+        columns, named = chunk.arguments()
+        judged = planner.Gate(robot, Scene("x", (FAR,)), judged=()).check(*columns, **named)._judged.chunk
+        for k, one in enumerate(motion_of(chunk)):
+            u = np.linspace(0.0, 1.0, 7)
+            ours = np.vander(u, judged.coefficients.shape[1], increasing=True) @ judged.coefficients[k]
+            np.testing.assert_allclose(ours, one.at(u * one.seconds), atol=1e-12)
+
+
+def test_a_curve_between_its_points_is_seen_where_the_polyline_is_free() -> None:
+    """A cubic that swings out: straight between the points nothing is in the way."""
+    swing = np.array([0.0, 6.0])
+    middle = HERE + np.array([0.0, 0.25 * 1.0 * 6.0 / 4.0])
+    ball = Obstacle("ball", Sphere(0.02), pose(tip(middle)))
+    at, times = np.array([HERE, HERE + 1e-6 * np.array([0.0, 1.0])]), np.array([0.0, 1.0])
+    found = gate_of(ball, judged=()).check(at, np.array([swing, -swing]), times=times, stop=False)
+    straight = gate_of(ball, judged=()).check(at, times=times, stop=False)
+    assert straight.safe
+    assert not found.safe
+    assert found.reason is not None
+    assert found.reason.pair is not None
+    assert "ball" in found.reason.pair
+    assert 0.0 < (found.first_bad or 0.0) < 1.0
+
+
+def test_the_first_piece_leads_from_where_the_robot_is() -> None:
+    side = HERE + np.array([0.5, 0.0])
+    ball = Obstacle("ball", Sphere(0.02), pose(tip(0.5 * (HERE + side))))
+    targets = side + np.zeros((3, 2))
+    assert gate_of(ball, judged=()).check(targets, times=TIMES).safe
+    found = gate_of(ball, judged=()).check(targets, times=TIMES, state=STATE)
+    assert (found.safe, found.safe_until) == (False, 0.0)
+
+
+def test_of_quintics_the_first_is_a_cubic_where_nobody_gives_the_acceleration() -> None:
+    zeros = np.zeros((3, 2))
+    two = gate().check(steps(), zeros, zeros, times=TIMES, state=STATE)
+    three = gate().check(steps(), zeros, zeros, times=TIMES, state=(*STATE, np.zeros(2)))
+    assert "cubic" in "".join(two.notes)
+    assert not three.notes
+    np.testing.assert_array_equal(two._judged.chunk.coefficients[0, 4:], 0.0)
+    assert three._judged.chunk.coefficients[0, 5].any()
+
+
+def test_a_point_at_0_s_is_where_the_robot_is() -> None:
+    points, times = np.vstack([HERE + 0.005, steps()]), np.array([0.0, *TIMES])
+    assert gate().check(points, times=times, state=STATE).safe
+    points[0] += 0.02
+    found = gate().check(points, times=times, state=STATE)
+    assert found.reason is not None
+    assert (found.reason.kind, found.reason.on, found.safe_until) == ("start", "start", 0.0)
+    beside = tip(HERE + 0.004)  # the way from the robot to the point is proven too
+    gap = np.linalg.norm(tip(HERE) - tip(HERE + 0.008))
+    ball = Obstacle("ball", Sphere(1e-4), pose(beside))
+    assert gap > 2e-3
+    found = gate_of(ball, judged=()).check(np.vstack([HERE + 0.008, steps() + 0.008]), times=times, state=STATE)
+    assert found.reason is not None
+    assert found.reason.on in ("start", "motion")
+
+
+@pytest.mark.parametrize(("kind", "order"), [("velocity", 1), ("acceleration", 2), ("jerk", 3)])
+def test_limits_are_judged_by_exact_extrema_and_may_be_left_out(kind: str, order: int) -> None:
+    robot = load("planar_2r")
+    plain, zeros = MotionLimits.of(robot), np.zeros((3, 2))
+    chunk = {"times": TIMES, "state": (*STATE, np.zeros(2))}
+    wide = replace(plain, **{name: 1e3 * getattr(plain, name) for name in ("velocity", "acceleration", "jerk")})
+    for one in motion_of_quintics():
+        peak = one.largest(order).max() if one.begin == 0.0 else None
+        if peak is None:
+            continue
+        for share, safe in ((1.001, True), (0.999, False)):
+            tight = replace(wide, **{kind: np.full(2, share * peak)})
+            found = Gate(robot, Scene("x", (FAR,)), tight).check(steps(), zeros, zeros, **chunk, stop=False)
+            assert found.safe is safe
+            if not safe:
+                assert found.reason is not None
+                assert (found.reason.kind, found.reason.on, found.reason.limit) == ("limit", "motion", kind)
+                judged = [name for name in ("position", "velocity", "acceleration", "jerk") if name != kind]
+                left_out = Gate(robot, Scene("x", (FAR,)), tight, judged=judged)
+                assert left_out.check(steps(), zeros, zeros, **chunk, stop=False).safe
+
+
+def motion_of_quintics() -> list[Any]:
+    from benchmarks.gate.chunks import Chunk
+
+    knots = np.zeros((4, 3, 2))
+    knots[:, 0] = np.vstack([HERE, steps()])
+    return motion_of(Chunk("quintics", np.array([0.0, *TIMES]), knots))
+
+
+def test_of_lines_and_cubics_what_jumps_is_not_judged_and_said() -> None:
+    tight = planner.LimitsRequest(acceleration=1e-3, jerk=1e-3)
+    lines = gate_of(limits=tight).check(steps(), times=TIMES, state=STATE, stop=False)
+    assert lines.safe
+    assert "acceleration and jerk are not judged" in lines.notes[0]
+    cubics = gate_of(limits=planner.LimitsRequest(jerk=1e-3))
+    found = cubics.check(steps(), np.zeros((3, 2)), times=TIMES, state=STATE, stop=False)
+    assert found.safe
+    assert "jerk is not judged" in found.notes[0]
+
+
+def test_stops_keep_the_limits_exactly_end_at_rest_and_go_on_evenly() -> None:
+    rng, robot = np.random.default_rng(3), load("panda")
+    gate = Gate(robot, Scene("x", (FAR,)))
+    stopped = 0
+    for kind in KINDS * 4:
+        chunk = random_chunk(robot, kind, 8, 0.5, rng)
+        columns, named = chunk.arguments()
+        found = gate.check(*columns, **named)
+        stop = found.stop
+        if stop is None:
+            assert not found.safe
+            continue
+        stopped += 1
+        k = int(np.searchsorted(chunk.times, found.safe_until - 1e-9))
+        np.testing.assert_allclose(stop.columns[0][0], chunk.knots[k, 0])
+        motion = motion_of(chunk)[max(k - 1, 0)]
+        if k:
+            end = np.array([motion.seconds])
+            np.testing.assert_allclose(stop.columns[1][0], motion.at(end, 1)[0], atol=1e-9)
+            if kind != "lines":
+                np.testing.assert_allclose(stop.columns[2][0], motion.at(end, 2)[0], atol=1e-7)
+        assert not stop.columns[1][-1].any()
+        assert not stop.columns[2][-1].any()
+        for order, most in enumerate((gate.limits.velocity, gate.limits.acceleration, gate.limits.jerk), 1):
+            assert (stop.largest(order) <= most * (1.0 + 2e-6)).all()
+        low, high = stop.extrema()
+        assert (low >= robot.lower - 1e-8).all()
+        assert (high <= robot.upper + 1e-8).all()
+    assert stopped > 6
+
+
+def test_what_speeds_up_close_to_its_limit_is_let_ease_off_first() -> None:
+    """A single polynomial to rest goes beyond the limit on velocity; the jerk that the limits allow does not."""
+    robot = load("planar_2r")
+    limits = MotionLimits.of(robot)
+    end = np.array([0.4, 0.3]), np.array([0.985, 0.2]) * limits.velocity, np.array([0.6, 0.0]) * limits.acceleration
+    begin = end[0] - 0.02 * end[1] + 0.5 * 0.02**2 * end[2], end[1] - 0.02 * end[2], end[2]
+    gate = Gate(robot, Scene("x", (FAR,)))
+    found = gate.check(*(row[None] for row in end), times=[0.02], state=begin)
+    assert found.safe, found
+    stop = found.stop
+    assert stop is not None
+    assert len(stop.seconds) == 2
+    for order, most in enumerate((limits.velocity, limits.acceleration, limits.jerk), 1):
+        assert (stop.largest(order) <= most * (1.0 + 2e-6)).all()
+    for order in (1, 2):
+        before, after = stop.ends(order)
+        np.testing.assert_allclose(before[0], after[1], atol=1e-6)
+        np.testing.assert_allclose(after[0], end[order], atol=1e-6)
+        np.testing.assert_allclose(before[1], 0.0, atol=1e-6)
+
+
+def test_a_chunk_that_cannot_be_left_any_more_is_not_safe() -> None:
+    """It ends at speed before a wall: the chunk is free, every stop from its last points is not."""
+    step = np.array([0.1, 0.0])
+    points = steps(step, 6)
+    wall = Obstacle("wall", Sphere(0.03), pose(tip(points[-1] + 0.6 * step)))
+    times = 0.1 * np.arange(1, 7)
+    gate = gate_of(wall)
+    alone = gate.check(points, times=times, state=(HERE, step / 0.1), stop=False)
+    found = gate.check(points, times=times, state=(HERE, step / 0.1))
+    assert alone.safe
+    assert not found.safe
+    assert found.reason is not None
+    assert found.reason.on == "stop"
+    assert found.stop is not None
+    k = round(found.safe_until / 0.1)
+    assert 0 < k < 6
+    assert gate.check(points[:k], times=times[:k], state=(HERE, step / 0.1)).safe
+    assert not gate.check(points[: k + 1], times=times[: k + 1], state=(HERE, step / 0.1)).safe
+    assert str(found).startswith(f"unsafe at {found.first_bad:g} s")
+
+
+def test_verdicts_agree_with_coal_in_clutter() -> None:
+    rng, robot = np.random.default_rng(5), load("panda")
+    gate = Gate(robot, Scene("x", clutter(10, rng)), judged=())
+    judge, seen = make_checker(robot, gate.scene, "coal"), []
+    for k in range(24):
+        chunk = random_chunk(robot, KINDS[k % 3], 10, 1.0, rng)
+        columns, named = chunk.arguments()
+        seen.append(gate.check(*columns, **named, stop=False).safe)
+        states = np.concatenate([one.at(np.linspace(0.0, one.seconds, 60)) for one in motion_of(chunk)])
+        assert seen[-1] is (judge.first_contact(states) is None)
+    assert 5 < sum(seen) < 20
+
+
+def test_the_floor_is_kept_by_motion_and_stops() -> None:
+    robot = load("planar_2r")
+    bent, straight = np.array([0.3, 1.2]), np.array([0.3, 0.02])
+    points = np.linspace(bent, straight, 9)
+    w = manipulability(robot, points)
+    floor = float(w[5])
+    times = 0.5 * np.arange(1, 9)
+    found = gate_of(min_manipulability=floor).check(points[1:], times=times, state=(bent, np.zeros(2)), stop=False)
+    assert gate_of().check(points[1:], times=times, state=(bent, np.zeros(2))).safe
+    assert found.reason is not None
+    assert (found.reason.kind, found.reason.on) == ("floor", "motion")
+    assert found.safe_until in (times[3], times[4])
+    stops = gate_of(min_manipulability=floor).check(points[1:5], times=times[:4], state=(bent, np.zeros(2)))
+    assert stops.safe
+    ends = manipulability(robot, stops.stop.knots())[-1] if stops.stop else 0.0
+    assert ends >= floor
+    higher = gate_of(min_manipulability=float(ends) + 1e-4).check(
+        points[1:5], times=times[:4], state=(bent, np.zeros(2))
+    )
+    assert higher.reason is not None
+    assert higher.reason.kind == "floor"
+
+
+def test_clearance_is_that_of_the_safe_part() -> None:
+    ball = Obstacle("ball", Sphere(0.05), pose(tip(HERE) + np.array([0.3, 0.0, 0.0])))
+    found = gate_of(ball).check(steps(), times=TIMES, state=STATE)
+    judge = make_checker(load("planar_2r"), Scene("x", (ball,)), "coal")
+    q = np.linspace(HERE, steps()[-1], 200)
+    rotation, position = judge.chain.native.placements(q)
+    pairs = np.arange(len(load("planar_2r").bodies))
+    least = min(judge.distances(rotation[:, k], position[:, k], pairs).min() for k in range(len(q)))
+    assert found.clearance == pytest.approx(least, rel=0.11)
+
+
+BAD: dict[str, tuple[type[PlannerError], dict[str, Any], str]] = {
+    "empty": (ArrayError, {"positions": np.zeros((0, 2)), "times": []}, "empty"),
+    "columns": (ArrayError, {"positions": np.zeros((3, 3))}, "shape"),
+    "a NaN": (ArrayError, {"positions": np.full((3, 2), np.nan)}, "finite"),
+    "text": (KindError, {"positions": "x"}, "array"),
+    "velocities": (ArrayError, {"velocities": np.zeros((2, 2))}, "velocities has shape"),
+    "a NaN velocity": (ArrayError, {"velocities": np.full((3, 2), np.nan)}, "velocities"),
+    "no velocities": (ArrayError, {"accelerations": np.zeros((3, 2))}, "give velocities too"),
+    "times": (ArrayError, {"times": [0.1, 0.2]}, "times has shape"),
+    "not increasing": (ArrayError, {"times": [0.1, 0.3, 0.2]}, r"times\[2\]"),
+    "equal": (ArrayError, {"times": [0.1, 0.1, 0.2]}, r"times\[1\]"),
+    "before now": (ArrayError, {"times": [-0.1, 0.1, 0.2]}, r"times\[0\]"),
+    "a NaN time": (ArrayError, {"times": [0.1, np.nan, 0.2]}, "times"),
+    "one point": (ArrayError, {"positions": np.zeros((1, 2)), "times": [0.1], "state": None}, "no motion"),
+    "state rows": (StateError, {"state": (HERE,)}, "give \\(q, qd\\)"),
+    "state shape": (StateError, {"state": (np.zeros(3), np.zeros(3))}, "state's positions"),
+    "state NaN": (StateError, {"state": (HERE, np.full(2, np.nan))}, "state's velocities"),
+    "state outside": (StateError, {"state": (np.array([50.0, 0.0]), np.zeros(2))}, "outside the limits"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_gets_one_sentence_and_the_gate_goes_on(case: str) -> None:
+    error, changed, text = BAD[case]
+    asked = gate_of(FAR) if case == "state outside" else gate()
+    with pytest.raises(error, match=text) as caught:
+        asked.check(**{"positions": steps(), "times": TIMES, "state": STATE, **changed})
+    sentence = str(caught.value)
+    assert sentence.endswith(".")
+    assert "\n" not in sentence
+    assert asked.check(steps(), times=TIMES, state=STATE).safe
+
+
+def test_what_a_gate_cannot_be_made_of() -> None:
+    motion = MovingObstacle("swing", Sphere(0.1), KnownMotion([0, 1], [pose([2, 0, 0]), pose([2, 1, 0])]))
+    with pytest.raises(SceneError, match="moves along a known motion"):
+        Gate(load("planar_2r"), Scene("x", (), moving=(motion,)))
+    with pytest.raises(OptionError, match="judged"):
+        gate_of(judged=["force"])
+    with pytest.raises(OptionError, match="min_manipulability"):
+        gate_of(min_manipulability=-1.0)
+    with pytest.raises(OptionError, match="limits are of joints"):
+        gate_of(limits=MotionLimits.of(load("panda")))
+
+
+def same(one: Verdict, other: Verdict) -> bool:
+    fields = ("safe", "safe_until", "reason", "first_bad", "notes")
+    return all(getattr(one, name) == getattr(other, name) for name in fields)
+
+
+def test_several_threads_check_at_once_with_the_same_answers() -> None:
+    rng, robot = np.random.default_rng(7), load("panda")
+    shared = Gate(robot, Scene("x", clutter(10, rng)))
+    chunks = [random_chunk(robot, KINDS[k % 3], 12, 0.8, rng).arguments() for k in range(24)]
+    alone = [shared.check(*columns, **named) for columns, named in chunks]
+    assert {one.safe for one in alone} == {True, False}
+    found: list[list[Verdict]] = [[] for _ in range(4)]
+    begin = threading.Barrier(4)
+
+    def ask(k: int) -> None:
+        begin.wait()
+        found[k] = [shared.check(*columns, **named) for columns, named in chunks]
+
+    threads = [threading.Thread(target=ask, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for answers in found:
+        assert len(answers) == len(alone)
+        assert all(map(same, answers, alone))
+
+
+def test_undecided_counts_as_unsafe_and_is_said() -> None:
+    """A link passes 20 micrometres beside a wall: nearer than proofs resolve, without a contact."""
+    from tests.gate.near import beside
+
+    found = beside(2e-5).check(steps(), times=TIMES, state=STATE)
+    assert found.reason is not None
+    assert (found.safe, found.reason.kind) == (False, "undecided")
+    assert beside(2e-3).check(steps(), times=TIMES, state=STATE).safe
+    touching = beside(-1e-3).check(steps(), times=TIMES, state=STATE)
+    assert touching.reason is not None
+    assert touching.reason.kind == "contact"
+
+
+def test_a_box_in_the_way_is_told_by_name() -> None:
+    box = Obstacle("box", Box((0.1, 0.1, 0.1)), pose(tip(steps()[1])))
+    found = gate_of(box).check(steps(), times=TIMES, state=STATE)
+    assert found.reason is not None
+    assert found.reason.to_dict()["pair"][1] == "box"
+    assert "'box'" in str(found.reason)
