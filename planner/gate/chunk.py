@@ -126,5 +126,3 @@ def _knots(pieces: Floats, seconds: Floats, columns: list[Floats], here: Floats 
     if here is not None:
         knots[0] = here
     return knots
-
-

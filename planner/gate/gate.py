@@ -157,5 +157,7 @@ def _rules(limits: MotionLimits, judged: Sequence[str], floor: float, apart: flo
     for name, value in (("min_manipulability", floor), ("start_tolerance", apart)):
         if not 0.0 <= value < np.inf:
             raise OptionError(f"{name} is {value:g}: give a number from 0 on.")
-    most = np.array([getattr(limits, kind) if kind in judged else np.full(len(limits.joints), np.inf) for kind in KINDS])
+    most = np.array(
+        [getattr(limits, kind) if kind in judged else np.full(len(limits.joints), np.inf) for kind in KINDS]
+    )
     return Rules(most, POSITION in judged, float(floor), float(apart))
