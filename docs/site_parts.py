@@ -120,7 +120,7 @@ def help_text(*words: str, program: str = "planner") -> str:
 
 def _subcommands(*words: str, program: str) -> list[str]:
     usage, _, rest = help_text(*words, program=program).partition("\n\n")
-    found = None if "positional arguments" in rest else re.search(r"\{([\w,\s-]+)\}", usage)
+    found = None if "positional arguments" in rest else re.search(r"\{([\w,\s-]+)\}(?!\|)", usage)
     return re.split(r",\s*", found.group(1)) if found else []
 
 

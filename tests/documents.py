@@ -41,7 +41,8 @@ def assert_they_run(all_words: list[list[str]], run: Run, folder: Path, monkeypa
     for name in ("robots", "scenes"):
         (folder / name).symlink_to(ROOT / name)
     served: list[str] = []
-    monkeypatch.setattr("planner.view.serve.serve", lambda page, *_, **__: served.append(str(page)[:80]))
+    for server in ("planner.view.serve.serve", "planner.serve.server.serve"):
+        monkeypatch.setattr(server, lambda page, *_, **__: served.append(str(page)[:80]))
     monkeypatch.chdir(folder)
     for words in all_words:
         if words[0] == "planner" and words[1] not in SLOW:
@@ -49,7 +50,7 @@ def assert_they_run(all_words: list[list[str]], run: Run, folder: Path, monkeypa
             code, out, err = run(*_quicker(words)[1:])
             assert code == 0, (words, err)
             assert out or served, words
-            page = words[1] == "view" and "--out" not in words
+            page = words[1] in ("view", "serve") and "--out" not in words
             assert len(served) == (page or "--view" in words), words
 
 

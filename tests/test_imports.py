@@ -30,7 +30,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("planning",),
     ("tradeoff", "session", "learning", "tool_paths"),
     ("live", "figures", "gate"),
-    ("batch", "reproduce"),
+    ("batch", "reproduce", "serve"),
     ("cli",),
     ("", "__main__"),  # the package's lazy list of public names
     ("benchmarks",),
@@ -56,6 +56,8 @@ DOORS = {
     "coal": {"planner.models.files.meshes", "planner.collision.coal"},
     "meshcat": set(),  # only its viewer is taken, a file, by planner.view.canvas
     "umsgpack": {"planner.view.commands"},
+    "websockets": {"planner.serve.server", "planner.serve.connection"},
+    "msgpack": {"planner.serve.connection"},
     "matplotlib": {name for name in MODULES if name.startswith("planner.figures")},
     "ctypes": {"planner.native.loading", "planner.base.silenced", "planner.processes.with_parent"},
     "yaml": {"planner.base.yamlfile"},

@@ -64,3 +64,20 @@ def leaving_on_interrupt(sentence: str) -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def until_signal(asked: threading.Event, sentence: str) -> Iterator[None]:
+    """SIGINT and SIGTERM set ``asked``; where it is set already they end the process, with a ``sentence``."""
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        if asked.is_set():
+            leave(sentence)
+        asked.set()
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -10,11 +10,13 @@ import tyro
 from planner.cli.common import Debug
 from planner.cli.terminal import say
 
-Format = Literal["plan", "sweep", "scene", "robot"]
+Format = Literal["plan", "sweep", "scene", "robot", "serve"]
 
 
 def schema(file: tyro.conf.Positional[Format], debug: Debug = False) -> int:
     """Print the JSON schema of a file: what plan.json and sweep.json hold, what scene and robot files may hold.
+
+    'serve' is no file, but what a client may ask of 'planner serve'.
 
     planner schema scene > scene.schema.json
 
@@ -25,12 +27,17 @@ def schema(file: tyro.conf.Positional[Format], debug: Debug = False) -> int:
     """
     import pydantic
 
+    if file == "serve":
+        from planner.serve.messages import schema as requests
+
+        say(json.dumps(requests(), indent=2, ensure_ascii=False))
+        return 0
     text = pydantic.TypeAdapter(_model(file)).json_schema(mode="validation")
     say(json.dumps(text, indent=2, ensure_ascii=False))
     return 0
 
 
-def _model(file: Format) -> type:
+def _model(file: Literal["plan", "sweep", "scene", "robot"]) -> type:
     match file:
         case "plan":
             from planner.planning.record import PlanRecord

@@ -295,13 +295,16 @@ def _shape(item: _Box | _Sphere | _Cylinder | _Capsule | _Mesh, folder: Path) ->
     return (Cylinder if isinstance(item, _Cylinder) else Capsule)(item.radius, item.length)
 
 
+def obstacle_of(item: ObstacleFile, folder: Path = Path()) -> Obstacle:
+    """An obstacle that stands, as a file in that ``folder`` has it; :class:`SceneError` for one with a motion."""
+    if item.motion:
+        raise SceneError(f"obstacle '{item.name}' has a motion: here give one that stands, or a speed_limit.")
+    return Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
+
+
 def _build(file: SceneFile, path: Path) -> Scene:
     folder = path.parent
-    obstacles = tuple(
-        Obstacle(item.name, _shape(item, folder), item.matrix(), speed_limit=item.speed_limit)
-        for item in file.obstacles
-        if not item.motion
-    )
+    obstacles = tuple(obstacle_of(item, folder) for item in file.obstacles if not item.motion)
     moving = tuple(
         MovingObstacle(
             item.name,

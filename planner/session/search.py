@@ -77,9 +77,9 @@ def edges_of(roadmap: Roadmap, steps: Ints) -> Ints:
 
 
 def go_on(progress: Progress) -> None:
-    """Raise :class:`PlannerError` where somebody has closed the session meanwhile."""
+    """Raise :class:`PlannerError` where somebody has closed the session meanwhile, or cancelled what it does."""
     if progress.stopped:
-        raise PlannerError("the session is closed: make a new one.")
+        raise PlannerError("it was cancelled, or the session is closed: ask again, or make a new one.")
 
 
 def search(

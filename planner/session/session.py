@@ -16,7 +16,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import OptionError, PlannerError, StateError
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place
-from planner.base.progress import Progress
+from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.models.moving import MovingObstacle
 from planner.models.robot import Robot
@@ -191,25 +191,29 @@ class Session:
         """
         return self._change(f"'{name}' detached", lambda live: live.detach(name, self._held_at(live, at)))
 
-    def plan(self, start: State = "start", goal: State = "goal", beta: float | None = None) -> Plan:
+    def plan(
+        self, start: State = "start", goal: State = "goal", beta: float | None = None, progress: Progress = QUIET
+    ) -> Plan:
         """A path from ``start`` to ``goal``, written as everywhere, or joint values.
 
         ``beta`` takes the place of the session's own. Raises :class:`StateError` where one of them cannot be used,
-        :class:`OptionError` for a beta out of range.
+        :class:`OptionError` for a beta out of range, and :class:`PlannerError` once ``progress`` is asked to stop.
         """
         with self._alone():
-            planning = self._asking(start, goal, beta)
+            planning = self._watched(self._asking(start, goal, beta), progress)
             return self._answer(planning, _resolved(self._now.live, planning.request))
 
-    def replan(self) -> Plan:
+    def replan(self, progress: Progress = QUIET) -> Plan:
         """The last question once more, in the world as it is now; :class:`PlannerError` where none was asked.
 
-        Of a start or goal that is a tool position, the configurations stay that are still free.
+        Of a start or goal that is a tool position, the configurations stay that are still free. ``progress`` as of
+        :meth:`plan`.
         """
         with self._alone():
             if self._asked is None:
                 raise PlannerError("nothing was asked yet: call plan(start, goal) first.")
-            planning, query = self._asked
+            asked, query = self._asked
+            planning = self._watched(asked, progress)
             query = _still_free(self._now.live, query) or _resolved(self._now.live, planning.request)
             return self._answer(planning, query)
 
@@ -250,7 +254,7 @@ class Session:
             answer = replace(answer, reason=why_no_path(failed, planning.progress))
             go_on(planning.progress)
         self._now = replace(now, live=replace(now.live, stands=query.starts))
-        self._asked = planning, query
+        self._asked = self._watched(planning, QUIET), query
         self._end, self._steps = answer.path[-1] if answer.solved else None, answer.path_nodes
         return answer
 
@@ -259,6 +263,10 @@ class Session:
         plain = self._planning.request
         request = replace(plain, start=start, goal=goal, beta=plain.beta if beta is None else beta)
         return replace(self._planning, request=request)
+
+    def _watched(self, planning: Planning, progress: Progress) -> Planning:
+        """The same, for one who watches and may stop it."""
+        return replace(planning, progress=Progress(progress, lambda: self._closed.is_set() or progress.stopped))
 
     def _change(self, what: str, apply: Callable[[LiveWorld], LiveWorld]) -> Change:
         with self._alone():

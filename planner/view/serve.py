@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import secrets
-import signal
 import socket
 import sys
 import threading
@@ -16,20 +15,19 @@ from contextlib import contextmanager, suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from types import FrameType
 from typing import Any, Protocol
 from urllib.parse import parse_qs, urlsplit
 
 from planner.base.errors import FileError, OptionError, PlannerError
 from planner.base.files import is_file
-from planner.base.interrupts import leave
+from planner.base.interrupts import until_signal
 
 HOST = "127.0.0.1"
 TOKEN_HEADER = "X-Planner-Token"
 _LARGEST = 1 << 20  # bytes of a request
 _DEADLINE = 10.0  # s in which a request has to be here whole, however its bytes trickle in
 _MOST_CONNECTIONS = 32  # at once: a browser opens six
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_AWAY = "left without waiting for what was being answered."
 
 
 class Controller(Protocol):
@@ -92,7 +90,7 @@ def running(page: Path | str | Controller, port: int = 0) -> Iterator[tuple[str,
         content = (lambda: read_page(page)) if isinstance(page, Path) else (lambda: page.page().encode())
     content()
     asked = threading.Event()
-    with _until_signal(asked), _server(content, port, page if live else None) as address:
+    with until_signal(asked, _AWAY), _server(content, port, page if live else None) as address:
         yield (f"{address}?token={page.token}" if live else address), asked
 
 
@@ -267,23 +265,6 @@ class _LiveHandler(_Handler):
 
     def _knows_token(self, given: str) -> bool:
         return secrets.compare_digest(given.encode(), self._controller.token.encode())
-
-
-@contextmanager
-def _until_signal(asked: threading.Event) -> Iterator[None]:
-    """SIGINT and SIGTERM set ``asked`` instead of ending the process; where it is set already they end it."""
-
-    def handle(number: int, frame: FrameType | None) -> None:
-        if asked.is_set():
-            leave("left without waiting for what was being answered.")
-        asked.set()
-
-    before = {number: signal.signal(number, handle) for number in _SIGNALS}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _open(address: str) -> str:

@@ -1,0 +1,31 @@
+"""``planner serve``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from planner.cli.common import Debug
+from planner.cli.terminal import say
+
+
+def serve(host: str = "127.0.0.1", port: int = 0, token_file: Path | None = None, debug: Debug = False) -> int:
+    """Serve the gate and the planner to programs in other languages, over a websocket, until Ctrl-C.
+
+    Text frames are JSON, binary ones msgpack: load a robot and a scene, check chunks of joint targets, change the
+    world, plan with progress and cancel, subscribe to what happens. 'planner schema serve' says what can be asked;
+    docs/howto/serve.md has clients. Examples:
+
+    planner serve --port 8765
+
+    planner serve --host 0.0.0.0 --port 8765 --token-file token
+
+    Args:
+        host: Address to listen on: this machine's own, so that no other reaches it. Others need a token file.
+        port: Port to listen on; any free one where left out.
+        token_file: A file with one word, which only you can read: clients send it as 'Authorization: Bearer WORD'.
+    """
+    from planner.serve.server import read_token
+    from planner.serve.server import serve as run
+
+    run(host, port, None if token_file is None else read_token(token_file), say)
+    return 0

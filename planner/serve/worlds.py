@@ -1,0 +1,257 @@
+"""The worlds of a server: each has a gate, which knows every change at once, and a session, which plans in it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from planner.base.errors import ArrayError, OptionError, PlannerError, choices
+from planner.base.progress import Progress
+from planner.gate.gate import JUDGED, Gate
+from planner.gate.verdict import Verdict
+from planner.models.scene import obstacle_of
+from planner.planning.result import Plan
+from planner.problem.request import LimitsRequest
+from planner.serve import messages as ask
+from planner.session.session import Session
+from planner.trajectory.timing import time_path
+from planner.trajectory.trajectory import Trajectory
+
+Tell = Callable[[dict[str, Any]], None]
+_MOST = 64  # worlds
+
+
+@dataclass(eq=False)
+class World:
+    """One robot in one scene. A change reaches the gate at once, and the session before its next plan."""
+
+    name: str
+    gate: Gate
+    session: Session
+    listeners: dict[object, Tell] = field(default_factory=dict)
+    _waiting: list[Callable[[Session], object]] = field(default_factory=list)
+    _order: threading.Lock = field(default_factory=threading.Lock)
+    _planning: threading.Lock = field(default_factory=threading.Lock)
+
+    @staticmethod
+    def of(asked: ask.Load) -> World:
+        """What a client asked for; :class:`PlannerError` for what cannot be loaded."""
+        limits = LimitsRequest(**asked.limits.model_dump())
+        judged = JUDGED if asked.judged is None else tuple(asked.judged)
+        floor = asked.min_manipulability
+        kept = {"margin": asked.margin, "tool": asked.tool, "min_manipulability": floor}
+        gate = Gate(asked.robot, asked.scene, limits, judged=judged, **kept)
+        more = {"nodes": asked.nodes, "beta": asked.beta}
+        given = {name: value for name, value in more.items() if value is not None}
+        return World(asked.world, gate, Session(asked.robot, asked.scene, seed=asked.seed, **kept, **given))
+
+    def record(self) -> dict[str, Any]:
+        """The world as plain data."""
+        robot, scene = self.gate.robot, self.gate.scene
+        return {
+            "world": self.name,
+            "robot": robot.name,
+            "scene": scene.name,
+            "joints": list(robot.joints),
+            "obstacles": [item.name for item in scene.obstacles],
+            "carried": [item.name for item in scene.carried],
+        }
+
+    def check(self, asked: ask.Check) -> dict[str, Any]:
+        """The gate's verdict on a chunk."""
+        state = None
+        if asked.state is not None:
+            rows = (asked.state.q, asked.state.qd, asked.state.qdd)
+            state = tuple(np.array(row) for row in rows if row is not None)
+        verdict = self.gate.check(
+            _rows("positions", asked.positions),
+            _rows("velocities", asked.velocities),
+            _rows("accelerations", asked.accelerations),
+            times=np.array(asked.times),
+            state=state,
+            stop=asked.stop,
+        )
+        return _verdict(verdict, asked.want)
+
+    def change(self, asked: ask.Change) -> dict[str, Any]:
+        """Apply changes to the gate now, and to the session before it plans again; what comes first is done first."""
+        begin, done = time.perf_counter(), 0
+        try:
+            for each in asked.changes:
+                with self._order:
+                    self._waiting.append(_applied(each, self.gate))
+                done += 1
+        finally:
+            if done:
+                self.tell({"event": "world", **self.record()})
+        return {"changes": done, "seconds": time.perf_counter() - begin}
+
+    def plan(self, question: Callable[[Session, Progress], Plan], motion: bool, progress: Progress) -> dict[str, Any]:
+        """The answer to a question, asked in the world as it is when its turn comes."""
+        while not self._planning.acquire(timeout=0.05):
+            _go_on(progress)
+        try:
+            while self._waiting:
+                try:
+                    self._waiting[0](self.session)
+                finally:
+                    del self._waiting[0]
+            _go_on(progress)
+            plan = question(self.session, progress)
+            made = self._motion(plan) if motion and plan.solved and len(plan.path) > 1 else None
+            _go_on(progress)
+        finally:
+            self._planning.release()
+        self.tell({"event": "field", "world": self.name, **_field(plan)})
+        return _answer(plan, made)
+
+    def _motion(self, plan: Plan) -> Trajectory:
+        return time_path(plan.path, self.session.checker, self.gate.limits)
+
+    def tell(self, event: dict[str, Any]) -> None:
+        """Tell all who listen."""
+        for listener in list(self.listeners.values()):
+            listener(event)
+
+
+class Worlds:
+    """The worlds of a server by name; clients share them."""
+
+    def __init__(self) -> None:
+        self._alone, self._known = threading.Lock(), dict[str, World]()
+
+    def load(self, asked: ask.Load) -> World:
+        """A world anew."""
+        self._require_new(asked)
+        world = World.of(asked)
+        with self._alone:
+            self._require_new(asked)
+            old = self._known.get(asked.world)
+            self._known[asked.world] = world
+        if old is not None:
+            old.session.close()
+        return world
+
+    def _require_new(self, asked: ask.Load) -> None:
+        if asked.world in self._known and not asked.replace:
+            raise OptionError(f"world '{asked.world}' is there already: name another, or say replace.")
+        if asked.world not in self._known and len(self._known) >= _MOST:
+            raise OptionError(f"there are {_MOST} worlds already: replace one.")
+
+    def __getitem__(self, name: str) -> World:
+        world = self._known.get(name)
+        if world is None:
+            there = f"there are {choices(self._known)}" if self._known else "there is none yet"
+            raise OptionError(f"world '{name}' not found, {there}: load it first.")
+        return world
+
+    def all(self) -> list[World]:
+        """All of them."""
+        return list(self._known.values())
+
+    def forget(self, listener: object) -> None:
+        """A client is gone."""
+        for world in self.all():
+            world.listeners.pop(listener, None)
+
+    def close(self) -> None:
+        """End all plans that are under way."""
+        for world in self.all():
+            world.session.close()
+
+
+def _go_on(progress: Progress) -> None:
+    if progress.stopped:
+        raise PlannerError("stopped before it was done: it was cancelled, or its time is over.")
+
+
+def _rows(what: str, rows: list[list[float]] | None) -> Any:
+    if rows is None:
+        return None
+    if len({len(row) for row in rows}) > 1:
+        raise ArrayError(f"{what} have rows of several lengths: give one value a joint.")
+    return np.array(rows, dtype=float) if rows else np.zeros((0, 0))
+
+
+def _applied(asked: ask.Changing, gate: Gate) -> Callable[[Session], object]:
+    """Apply a change to the gate; the same for a session."""
+    match asked:
+        case ask.Move(name=name):
+            gate.move(name, asked.matrix())
+            rpy = asked.rpy if asked.quaternion is None else None
+            turn = asked.quaternion or (None if rpy else (0.0, 0.0, 0.0, 1.0))
+            return lambda session: session.move(name, asked.position, rpy, turn)
+        case ask.Add():
+            obstacle = obstacle_of(asked.obstacle)
+            gate.add(obstacle)
+            return lambda session: session.add(obstacle)
+        case ask.Remove(name=name):
+            gate.remove(name)
+            return lambda session: session.remove(name)
+        case ask.Attach(name=name):
+            at, links = np.array(asked.at), tuple(asked.touch_links)
+            gate.attach(name, asked.frame, at, links)
+            return lambda session: session.attach(name, asked.frame, links, at)
+        case ask.Detach(name=name):
+            at = np.array(asked.at)
+            gate.detach(name, at)
+            return lambda session: session.detach(name, at)
+
+
+def _verdict(verdict: Verdict, want: tuple[str, ...]) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "safe": verdict.safe,
+        "safe_until": verdict.safe_until,
+        "first_bad": verdict.first_bad,
+        "reason": None if verdict.reason is None else {**verdict.reason.to_dict(), "text": str(verdict.reason)},
+        "notes": list(verdict.notes),
+    }
+    if "stop" in want:
+        found["stop"] = None if verdict.stop is None else _points(verdict.stop)
+    if "clearance" in want:
+        found["clearance"] = verdict.clearance
+    return found
+
+
+def _points(trajectory: Trajectory) -> dict[str, Any]:
+    """A trajectory by its points, as ``trajectory.json`` has them."""
+    names = ("q", "qd", "qdd")
+    rows = [column.tolist() for column in trajectory.columns]
+    points = [
+        {"t": t, **dict(zip(names, row, strict=False))}
+        for t, *row in zip(trajectory.times.tolist(), *rows, strict=True)
+    ]
+    return {
+        "joints": list(trajectory.joints),
+        "duration": trajectory.duration,
+        "proven": trajectory.proven,
+        "points": points,
+    }
+
+
+def _field(plan: Plan) -> dict[str, Any]:
+    """The state of the field that a plan has left."""
+    cost = None if plan.cost is None else plan.cost.total
+    return {
+        "outcome": plan.outcome.key,
+        "nodes": len(plan.roadmap.nodes),
+        "cost": cost,
+        "error": plan.max_error_vs_oracle,
+    }
+
+
+def _answer(plan: Plan, motion: Trajectory | None) -> dict[str, Any]:
+    return {
+        "outcome": plan.outcome.key,
+        "message": plan.message,
+        "joints": list(plan.robot.joints),
+        "path": plan.path.tolist(),
+        "reason": None if plan.reason is None else plan.reason.to_dict(),
+        "field": _field(plan),
+        "motion": None if motion is None else _points(motion),
+    }

