@@ -14,6 +14,7 @@ import tyro
 COMMANDS = {  # each is what has its name in this module; in the order of the help
     "plan": "planner.cli.plan",
     "sweep": "planner.cli.sweep",
+    "task": "planner.cli.task",
     "batch": "planner.cli.batch",
     "view": "planner.cli.view",
     "check": "planner.cli.check",
