@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -163,14 +163,18 @@ class Task:
 
 
 class LineFile(Strict):
-    """A line that says more than its length."""
+    """A line: its length, which may stand for it alone, and where it is not the usual one its axis."""
 
     distance: Annotated[Number, pydantic.Field(ge=0, le=_FARTHEST_LINE)] = 0.1
-    axis: Triple
+    axis: Triple | None = None
     frame: Frame = "tool"
 
 
-Along = Annotated[Number, pydantic.Field(ge=0, le=_FARTHEST_LINE)] | LineFile
+Along = Annotated[LineFile, pydantic.BeforeValidator(lambda said: {"distance": said} if _plain(said) else said)]
+
+
+def _plain(said: Any) -> bool:
+    return not isinstance(said, dict | LineFile)
 
 
 class GraspFile(PoseFile):
@@ -193,9 +197,12 @@ class GraspFile(PoseFile):
 
 class PickFile(Strict):
     pick: Name
-    grasps: Literal["auto"] | Annotated[list[GraspFile], pydantic.Field(min_length=1)] = "auto"
-    approach: Along = 0.1
-    retreat: Along = 0.1
+    grasps: Annotated[
+        Annotated[list[GraspFile], pydantic.Field(min_length=1)] | None,
+        pydantic.BeforeValidator(lambda said: None if said == "auto" else said),
+    ] = None
+    approach: Along = LineFile()
+    retreat: Along = LineFile()
 
 
 class PlaceFile(Strict):
@@ -203,9 +210,12 @@ class PlaceFile(Strict):
     on: Name | None = None
     at: tuple[tuple[Coordinate, Coordinate], tuple[Coordinate, Coordinate]] | None = None
     samples: Annotated[int, pydantic.Field(ge=1, le=MOST_SAMPLES)] = 20
-    pose: PoseFile | Annotated[list[PoseFile], pydantic.Field(min_length=1)] | None = None
-    approach: Along = 0.1
-    retreat: Along = 0.1
+    pose: Annotated[
+        Annotated[list[PoseFile], pydantic.Field(min_length=1)] | None,
+        pydantic.BeforeValidator(lambda said: [said] if isinstance(said, dict) else said),
+    ] = None
+    approach: Along = LineFile()
+    retreat: Along = LineFile()
 
     @pydantic.model_validator(mode="before")
     @classmethod
@@ -275,13 +285,13 @@ def _beside(name: str, path: Path) -> str:
 def _step(file: PickFile | PlaceFile | MoveFile) -> Step:
     match file:
         case PickFile():
-            grasps = None if file.grasps == "auto" else tuple(g for one in file.grasps for g in _grasps(one))
+            grasps = None if file.grasps is None else tuple(g for one in file.grasps for g in _grasps(one))
             plain = Pick(file.pick, grasps)
         case PlaceFile():
             if file.on is not None and file.at is not None:
                 at: Region | tuple[Floats, ...] = Region(file.on, file.at, file.samples)
             else:
-                at = tuple(each.matrix() for each in _listed(file.pose))
+                at = tuple(each.matrix() for each in file.pose or ())
             plain = Place(file.place, at)
         case MoveFile():
             return Move(file.move)
@@ -289,14 +299,10 @@ def _step(file: PickFile | PlaceFile | MoveFile) -> Step:
     return replace(plain, **lines)
 
 
-def _listed(said: PoseFile | list[PoseFile] | None) -> Iterable[PoseFile]:
-    return said if isinstance(said, list) else () if said is None else (said,)
-
-
-def _line(said: float | LineFile, plain: Line) -> Line:
-    if isinstance(said, LineFile):
-        return Line(said.distance, said.axis, said.frame)
-    return replace(plain, distance=float(said))
+def _line(said: LineFile, plain: Line) -> Line:
+    if said.axis is None:
+        return replace(plain, distance=said.distance)
+    return Line(said.distance, said.axis, said.frame)
 
 
 def _grasps(file: GraspFile) -> Iterator[Grasp]:

@@ -15,7 +15,7 @@ from planner.collision import coal_checker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements, tool_joint, tool_pose
 from planner.models.shapes import Obstacle
-from planner.problem.targets import parse_target
+from planner.problem.targets import HOME, Named, parse_target
 from planner.setup.open import states_of
 from planner.setup.resolve import resolve
 from planner.tasks.file import Grasp, Move, Pick, Region, Step, Task, TaskError
@@ -100,8 +100,13 @@ class Options:
 
     def _goals(self, k: int, step: Move) -> Floats:
         checker = self.modes.checker
-        states = states_of(checker.robot, checker.world.scene)
-        return resolve(parse_target(step.to), checker, states, f"step {k + 1}, the move,", _GOALS, self.start)
+        states, target = states_of(checker.robot, checker.world.scene), parse_target(step.to)
+        if isinstance(target, Named) and (unknown := set(target.names) - {*states, HOME}):
+            raise TaskError(
+                f"step {k + 1} moves to '{min(unknown)}', which is not among the scene's states for "
+                f"{checker.robot.name}: give one of {choices({**states, HOME: ''})}, or q:..., xyz:... or pose:...."
+            )
+        return resolve(target, checker, states, f"step {k + 1}, the move,", _GOALS, self.start)
 
     def _pick(self, step: Pick) -> dict[int, list[Option]]:
         item, first = self.modes.objects[step.object], len(self.modes.grasps)

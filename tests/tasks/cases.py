@@ -13,7 +13,7 @@ from planner.tasks.file import Grasp, Move, Pick, Place, Region, Task, tool_at
 from planner.tasks.plan import TaskPlanner
 
 TABLE = Obstacle("table", Box((0.9, 1.6, 0.04)), pose((0.55, 0.0, -0.02)))
-BOARD = Obstacle("board", Box((0.3, 0.3, 0.02)), pose((0.5, 0.35, 0.01)))
+BOARD = Obstacle("board", Box((0.3, 0.3, 0.02)), pose((0.5, 0.35, 0.21)))
 POST = Obstacle("post", Box((0.04, 0.04, 0.45)), pose((0.62, 0.0, 0.225)))
 MUG = Obstacle("mug", Cylinder(0.03, 0.24), pose((0.5, -0.3, 0.12)))
 SCENE = Scene("small", (TABLE, BOARD, POST, MUG))
