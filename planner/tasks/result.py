@@ -20,6 +20,7 @@ from planner.base.places import Place, place
 from planner.base.progress import rounded
 from planner.base.resolutions import RECHECK
 from planner.base.versions import versions
+from planner.collision import make_checker
 from planner.kinematics.forward import tool_pose
 from planner.models.moving import KnownMotion, MovingObstacle
 from planner.models.robot import Robot
@@ -31,12 +32,12 @@ from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
 from planner.tasks.file import Task
+from planner.tasks.judge import Report, TaskRecord, judged
 from planner.tasks.network import TaskNetwork
 from planner.tasks.options import Options
 from planner.tasks.request import TaskRequest
-from planner.tasks.segments import Event, Segment, joined, off_rest
+from planner.tasks.segments import Event, Segment, begins_of, joined
 from planner.tasks.why import StepFails
-from planner.trajectory.check import TrajectoryReport, check, looked_at
 from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
 from planner.trajectory.trajectory import Trajectory
 from planner.view.page import Content, page, save_page
@@ -98,25 +99,12 @@ class TaskPlan:
         return joined(self.segments, self.events)
 
     @checks_kinds
-    def check(self, step: float = RECHECK) -> list[TrajectoryReport]:
-        """Each segment's motion as ``planner check`` judges one, with what is held and what stands in its mode.
-
-        One report each, looked at every ``step`` metres. Where an object may touch what it stands on next to its rest,
-        all that is off the rest is looked at without that too.
-        """
-        found = []
-        for segment in self.segments:
-            made = segment.trajectory
-            if made is None:
-                continue
-            modes = self.options.modes
-            report = check(made, modes.checker_of(segment.mode), step)
-            assert isinstance(report, TrajectoryReport)
-            if segment.mode != segment.strict and report.contact is None:
-                contact = looked_at(off_rest(made, segment), modes.checker_of(segment.strict), step)
-                report = replace(report, contact=contact)
-            found.append(report)
-        return found
+    def check(self, step: float = RECHECK) -> list[Report]:
+        """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
+        record = TaskRecord.model_validate({"segments": self._segments(), "events": self._events()})
+        world = self.options.modes.checker.world
+        checker = make_checker(world.robot, self.scene, self.request.collision, world.margin)
+        return [report for _, report in judged(record, checker, self.trajectory, step)]
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of ``plan.json``; units in rad, m and s."""
@@ -136,14 +124,21 @@ class TaskPlan:
             "tool": self.robot.tool,
             "path": self.path.tolist(),
             "cost": None if self.cost is None else vars(self.cost),
-            "segments": [segment.to_dict() for segment in self.segments],
-            "events": [event.to_dict() for event in self.events],
+            "segments": self._segments(),
+            "events": self._events(),
             "trajectory": None if whole is None else {"duration": whole.duration, "proven": whole.proven},
             "roadmap": None if self.roadmap is None else self.roadmap.record(),
             "modes": None if self.network is None else self._modes(),
             "gabf": None if x is None else self._gabf(x),
             "timings_s": rounded(self.timings),
         }
+
+    def _segments(self) -> list[dict[str, Any]]:
+        begins = begins_of(self.segments, self.events)
+        return [segment.to_dict(begin / 1e9) for segment, begin in zip(self.segments, begins, strict=True)]
+
+    def _events(self) -> list[dict[str, Any]]:
+        return [event.to_dict() for event in self.events]
 
     def _modes(self) -> dict[str, int]:
         assert self.network is not None

@@ -16,8 +16,9 @@ from planner.objective.motion_cost import MotionCost
 from planner.problem.objective import Objective
 from planner.problem.request import TimingRequest
 from planner.tasks.file import Move, Pick
+from planner.tasks.judge import off_rest
 from planner.tasks.modes import Mode
-from planner.tasks.network import APPROACH, RETREAT, TaskNetwork
+from planner.tasks.network import APPROACH, TaskNetwork
 from planner.tasks.options import Options
 from planner.tasks.why import doing
 from planner.trajectory.check import looked_at
@@ -35,8 +36,8 @@ class Segment:
     """A stretch from rest to rest in one mode: ``path`` (k, dof), and where times were asked for its ``trajectory``.
 
     ``step`` counts from 1; ``part`` is transit, approach or retreat, ``carried`` what is held. Along the straight lines
-    to and from a rest the object may touch what it stands on in ``mode``; off the rest, see :func:`off_rest`, the
-    segment is free in the mode ``strict`` too, where it may not.
+    to and from a rest the object may touch what it stands on in ``mode``; off the rest
+    (:func:`planner.tasks.judge.off_rest`) the segment is free in the mode ``strict`` too, where it may not.
     """
 
     step: int
@@ -48,12 +49,16 @@ class Segment:
     path: Floats
     trajectory: Trajectory | None = None
 
-    def to_dict(self) -> dict[str, Any]:
-        """As ``plan.json`` has it."""
+    def to_dict(self, begin: float = 0.0) -> dict[str, Any]:
+        """As ``plan.json`` has it; it begins at ``begin`` s of the whole."""
         timed = self.trajectory
-        motion = None if timed is None else {"duration": timed.duration, "law": timed.law, "proven": timed.proven}
+        motion = None
+        if timed is not None:
+            motion = {"begin": begin, "duration": timed.duration, "law": timed.law, "proven": timed.proven}
         head = {"step": self.step, "doing": self.doing, "part": self.part, "carried": self.carried}
-        return {**head, "path": self.path.tolist(), "trajectory": motion}
+        pairs = {"may_touch": self.strict.allowed, "at_rest": self.mode.allowed - self.strict.allowed}
+        named = {name: sorted(sorted(pair) for pair in allowed) for name, allowed in pairs.items()}
+        return {**head, **named, "path": self.path.tolist(), "trajectory": motion}
 
 
 @dataclass(frozen=True)
@@ -121,17 +126,8 @@ def _beyond_rest(made: Trajectory, segment: Segment, strict: CollisionChecker, l
     """The motion, proven only if it is also free without what may touch at the rest, once it is off that."""
     if segment.mode == segment.strict:
         return made
-    free = prove_motion(off_rest(made, segment), EdgeProver(strict), limits).free
+    free = prove_motion(off_rest(made, segment.path, segment.part), EdgeProver(strict), limits).free
     return replace(made, proven=made.proven and free, proof=made.proof | {"free_off_rest": free})
-
-
-def off_rest(made: Trajectory, segment: Segment) -> Trajectory:
-    """The part of a segment's motion that is farther from the rest than the first corner of its line is."""
-    leaves = segment.part == PARTS[RETREAT]
-    rest, corner = (segment.path[0], segment.path[1]) if leaves else (segment.path[-1], segment.path[-2])
-    far = np.linalg.norm(made.knots() - rest, axis=1) >= np.linalg.norm(corner - rest)
-    points = slice(int(np.argmax(far)), None) if leaves else slice(0, len(far) - int(np.argmax(far[::-1])))
-    return Trajectory(made.joints, made.nanoseconds[points], tuple(rows[points] for rows in made.columns))
 
 
 def events_of(segments: Sequence[Segment], options: Options) -> tuple[Event, ...]:
@@ -158,19 +154,28 @@ def events_of(segments: Sequence[Segment], options: Options) -> tuple[Event, ...
     return tuple(found)
 
 
+def begins_of(segments: Sequence[Segment], events: Sequence[Event]) -> list[int]:
+    """When (ns) each segment begins in the motion of all, which rests while a gripper moves."""
+    waits, now, found = {event.segment for event in events if event.kind == "gripper"}, 0, []
+    for number, segment in enumerate(segments):
+        found.append(now)
+        if segment.trajectory is not None:
+            clock = segment.trajectory.nanoseconds
+            now += int(clock[-1] - clock[0]) + (round(PAUSE * 1e9) if number in waits else 0)
+    return found
+
+
 def joined(segments: Sequence[Segment], events: Sequence[Event]) -> Trajectory | None:
     """One motion of all segments, that rests while a gripper moves; None where they have no times."""
     parts = [segment.trajectory for segment in segments]
     timed_parts = [part for part in parts if part is not None]
     if not timed_parts or len(timed_parts) < len(parts):
         return None
-    waits = {event.segment for event in events if event.kind == "gripper"}
-    clock, columns, now = [], [], 0
-    for number, part in enumerate(timed_parts):
-        rows = slice(1 if clock and (number - 1) not in waits else 0, None)
-        clock.append(part.nanoseconds[rows] - part.nanoseconds[0] + now)
+    begins, clock, columns = begins_of(segments, events), [], []
+    for begin, part in zip(begins, timed_parts, strict=True):
+        rows = slice(1 if clock and clock[-1][-1] == begin else 0, None)
+        clock.append(part.nanoseconds[rows] - part.nanoseconds[0] + begin)
         columns.append([column[rows] for column in part.columns])
-        now = int(clock[-1][-1]) + (round(PAUSE * 1e9) if number in waits else 0)
     whole = tuple(np.concatenate(column) for column in zip(*columns, strict=True))
     first = timed_parts[0]
     proven = all(part.proven for part in timed_parts)
