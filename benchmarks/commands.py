@@ -219,6 +219,28 @@ def tables(
     return measure(out, lambda progress: bench_tables(out, folder, nodes, betas, seed, progress))
 
 
+def tasks(
+    out: Out = Path("bench-tasks"),
+    scenes: int = 8,
+    nodes: int = 500,
+    seed: int = 0,
+    workers: Workers = SERIAL,
+    debug: Debug = False,
+) -> int:
+    """Something taken and put elsewhere in seeded scenes: success, contacts, times, and against a greedy chain.
+
+    Writes tasks.csv, one row a task, and tasks.md.
+
+    Args:
+        scenes: Scenes of each kind: things on a table, in a bin, on a shelf.
+        nodes: Configurations in the roadmaps.
+        seed: Seed of scenes and roadmaps.
+    """
+    from benchmarks.tasks.run import bench_tasks
+
+    return measure(out, lambda progress: bench_tasks(out, scenes, nodes, seed=seed, progress=progress, workers=workers))
+
+
 bench = tyro.extras.SubcommandApp()
 bench.command(gabf)
 bench.command(plan)
@@ -234,6 +256,7 @@ bench.command(fuzz)
 bench.command(roadmap)
 bench.command(replan)
 bench.command(tables)
+bench.command(tasks)
 bench.command(scaling)
 bench.command(partition)
 bench.command(stale)

@@ -9,13 +9,16 @@ import pytest
 
 from benchmarks.agreement.run import bench_agreement
 from benchmarks.attack.run import bench_attack
-from benchmarks.commands import agreement, attack, misses, roadmap
+from benchmarks.commands import agreement, attack, misses, roadmap, tasks
 from benchmarks.misses.run import bench_misses
 from benchmarks.roadmap.run import bench_roadmap
+from benchmarks.tasks.run import bench_tasks
 from tests.command_line import Run, assert_refused
 
 
-@pytest.mark.parametrize("name", ["gabf", "plan", "first-motion", "proofs", "misses", "agreement", "attack", "roadmap"])
+@pytest.mark.parametrize(
+    "name", ["gabf", "plan", "first-motion", "proofs", "misses", "agreement", "attack", "roadmap", "tasks"]
+)
 def test_every_benchmark_has_help(name: str, run: Run) -> None:
     code, text, _ = run(name, "--help", program="benchmarks")
     assert code == 0
@@ -26,6 +29,7 @@ def test_every_benchmark_has_help(name: str, run: Run) -> None:
 def test_the_commands_defaults_are_the_librarys() -> None:
     """The command line spells them out, so that its help loads nothing heavy."""
     pairs = (misses, bench_misses), (agreement, bench_agreement), (attack, bench_attack), (roadmap, bench_roadmap)
+    pairs = (*pairs, (tasks, bench_tasks))
     for command_, function in pairs:
         library = inspect.signature(function).parameters
         for name, option in inspect.signature(command_).parameters.items():
@@ -46,6 +50,7 @@ def test_the_commands_defaults_are_the_librarys() -> None:
         (("first-motion", ".", "--jerk", "0"), 2, "jerk limit 0 is not usable"),
         (("proofs", "nowhere", "--python", "x"), 3, "nowhere holds no problems"),
         (("misses", "--edges", "0"), 2, "at least 1 edge"),
+        (("tasks", "--scenes", "0"), 2, "at least 1 scene"),
         (("misses", "--robots", "marvin"), 3, "robot 'marvin' not found"),
         (("misses", "--seed", "-1"), 2, "seed -1"),
         (("agreement", "--states", "3"), 2, "3 states are too few"),
