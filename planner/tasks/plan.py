@@ -35,6 +35,7 @@ from planner.tasks.result import TaskPlan
 from planner.tasks.search import Found, LazySearch
 from planner.tasks.segments import events_of, segments_of, timed
 from planner.tasks.why import why_stuck
+from planner.tradeoff.envelope import Piece
 
 _ENDS = 12  # of lines, that the roadmap grows towards
 
@@ -145,6 +146,16 @@ class TaskPlanner:
         with clock("timing"):
             solved = self._solved(draft, found, timing)
         return replace(solved, timings=begun | clock.seconds)
+
+    def intervals(self) -> list[Piece]:
+        """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
+
+        Costs are those of ``piece.support``, whose ``nodes`` are of ``network``; none where there is no path.
+        """
+        if self.network is None:
+            return []
+        law = gabf.named_law(self.request.law, self.request.prescribed_time)
+        return LazySearch(self.options.modes, self.network, self._seen).pieces(law)
 
     def _field_at(self, beta: float, network: TaskNetwork) -> Floats | None:
         """What the last search at the same beta left behind."""

@@ -219,7 +219,7 @@ def task_page(plan: TaskPlan) -> str:
         plan.message,
         start,
         details=details,
-        roadmap=plan.roadmap,
+        roadmap=None if plan.roadmap is None else replace(plan.roadmap, goals=plan.roadmap.goals[:0]),
         paths=paths,
         beta=beta,
         touching=touching,

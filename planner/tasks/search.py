@@ -22,6 +22,7 @@ from planner.collision import second_checker
 from planner.collision.edge_prover import first_contact_on
 from planner.tasks.modes import BLOCKED, OPEN, Modes
 from planner.tasks.network import TaskNetwork
+from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 
 _AT_ONCE = 2000  # open motions of a clause that are proven once one of them is refused
 
@@ -72,6 +73,21 @@ class LazySearch:
         if x is None or law.needs_overestimate:
             return gabf.solve(net, law=law)
         return gabf.heal(net, x, law).cost_to_go
+
+    def pieces(self, law: gabf.Law) -> list[Piece]:
+        """Every path that some beta makes the cheapest proven one, with its exact interval of beta; none for no path.
+
+        All corners of the least cost over beta on what is not refused; as long as one of their paths is, once more.
+        """
+        whole = self.network.at(0.5)
+        while True:
+            net = whole.without_arcs(np.flatnonzero(self.refused))
+            envelope = EnvelopeSearch(net, np.array([self.network.start]), law)
+            while not envelope.done:
+                envelope.step()
+            holds = [self._holds(self._arcs(support.nodes)) for support in envelope.supports]
+            if all(holds):
+                return pieces(envelope.supports)
 
     def _arcs(self, steps: Ints) -> Ints:
         return np.array([self.network.arc(i, j) for i, j in itertools.pairwise(steps.tolist())], dtype=np.int64)

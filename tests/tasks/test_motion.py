@@ -15,7 +15,7 @@ from planner.models.scene import Scene
 from planner.models.shapes import Carried, Obstacle, Sphere
 from planner.problem.request import TimingRequest
 from planner.tasks.judge import TaskRecord, judged, summary
-from planner.tasks.result import TaskPlan
+from planner.tasks.result import TaskPlan, _scene_in_motion
 from planner.trajectory.check import sampled_contact
 from tests.tasks.cases import BOARD, MUG, POST, SCENE, TABLE, small
 from tests.worlds import load
@@ -138,3 +138,19 @@ def test_without_times_there_are_paths_and_events_only() -> None:
     assert plan.trajectory is None
     assert {event.t for event in plan.events} == {None}
     assert [report.ok for report in plan.check()] == [True] * 7
+
+
+def test_the_page_moves_the_object_with_the_hand(plan: TaskPlan) -> None:
+    assert plan.trajectory is not None
+    (mug,) = _scene_in_motion(plan, plan.trajectory).moving
+    attach, detach = (event.t for event in plan.events if event.kind in ("attach", "detach"))
+    assert attach is not None
+    assert detach is not None
+    np.testing.assert_allclose(mug.motion.at(0.5 * attach)[0], MUG.placement, atol=1e-9)
+    robot = load("panda")
+    hold = np.linalg.inv(tool_pose(robot, plan.trajectory.at(attach)[0]).homogeneous) @ MUG.placement
+    for t in np.linspace(attach, detach, 37):
+        carried = tool_pose(robot, plan.trajectory.at(t)[0]).homogeneous @ hold
+        np.testing.assert_allclose(mug.motion.at(t)[0], carried, atol=2e-3)
+    np.testing.assert_allclose(mug.motion.at(plan.trajectory.duration)[0][2], [0, 0, 1, 0.341], atol=1e-4)
+    assert plan.page().count("mug") > 1

@@ -102,3 +102,17 @@ def test_another_start_is_answered_on_what_is_known(brute) -> None:
     more = TaskPlanner(**{**vars(planner), "network": network})
     cost = network.costs.mean(axis=1)
     assert found.cost.total == pytest.approx(dijkstra(network, cost, proven_eagerly(more)), rel=1e-9)
+
+
+def test_intervals_of_beta_are_those_of_the_best_proven_path(brute) -> None:
+    planner, free = brute
+    found = planner.intervals()
+    assert len(found) > 1
+    assert (found[0].beta_min, found[-1].beta_max) == (0.0, 1.0)
+    for piece, after in itertools.pairwise(found):
+        assert piece.beta_max == after.beta_min
+    costs = planner.network.costs
+    for beta in np.linspace(0.0, 1.0, 21):
+        piece = next(p for p in found if p.beta_min <= beta <= p.beta_max)
+        best = dijkstra(planner.network, (1 - beta) * costs[:, 0] + beta * costs[:, 1], free)
+        assert piece.support.at(beta) == pytest.approx(best, rel=1e-9)
