@@ -242,6 +242,8 @@ def tool_paths(
     from benchmarks.tool_paths.run import bench_tool_paths
 
     return measure(out, lambda progress: bench_tool_paths(out, robots, scenes, kinds, paths, seed, progress))
+
+
 def gate(
     out: Out = Path("bench-gate"),
     chunks: int = 300,
@@ -270,6 +272,28 @@ def gate(
     return measure(out, lambda progress: bench_gate(out, chunks, attack, robots, steps, seed, progress, workers))
 
 
+def tasks(
+    out: Out = Path("bench-tasks"),
+    scenes: int = 8,
+    nodes: int = 500,
+    seed: int = 0,
+    workers: Workers = SERIAL,
+    debug: Debug = False,
+) -> int:
+    """Something taken and put elsewhere in seeded scenes: success, contacts, times, and against a greedy chain.
+
+    Writes tasks.csv, one row a task, and tasks.md.
+
+    Args:
+        scenes: Scenes of each kind: things on a table, in a bin, on a shelf.
+        nodes: Configurations in the roadmaps.
+        seed: Seed of scenes and roadmaps.
+    """
+    from benchmarks.tasks.run import bench_tasks
+
+    return measure(out, lambda progress: bench_tasks(out, scenes, nodes, seed=seed, progress=progress, workers=workers))
+
+
 bench = tyro.extras.SubcommandApp()
 bench.command(gabf)
 bench.command(plan)
@@ -287,6 +311,7 @@ bench.command(roadmap)
 bench.command(replan)
 bench.command(tables)
 bench.command(tool_paths)
+bench.command(tasks)
 bench.command(scaling)
 bench.command(partition)
 bench.command(stale)

@@ -29,6 +29,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("view",),
     ("planning",),
     ("tradeoff", "session", "learning", "tool_paths"),
+    ("tasks",),
     ("live", "figures", "gate"),
     ("batch", "reproduce", "serve"),
     ("cli",),

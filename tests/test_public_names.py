@@ -24,6 +24,7 @@ from planner.base.kinds import kinds_of
 from planner.models.files.robot_files import JointChoice
 from planner.tradeoff.sweep import Tradeoff
 from planner.trajectory.time_shortcuts import joint_motion
+from tests.tasks import cases
 from tests.worlds import load, make_post, post_roadmap
 
 WRONG: dict[str, object] = {
@@ -39,8 +40,8 @@ WRONG: dict[str, object] = {
 }
 CALLED_BY_SOLVE = {"bind", "states", "steps", "targets", "wants", "block_of_row"}
 RESULTS = {  # nobody but the planner makes these
-    "Plan", "ToolPath", "Tradeoff", "Trajectory", "Verdict", "Robot", "Reason", "Roadmap", "CollisionChecker",
-    "Change",
+    "Plan", "TaskPlan", "ToolPath", "Tradeoff", "Trajectory", "Verdict", "Robot", "Reason", "Roadmap",
+    "CollisionChecker", "Change",
     "gabf.CostToGo", "gabf.Certificate",
     "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.FieldHistory",
 }  # fmt: skip
@@ -171,6 +172,14 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
         "request": planner.SweepRequest(**PLAN, start=FINE[0], goal=FINE[1]), "progress": planner.Progress(),
         "front": False, "max_labels": 10, "earlier": None,
     },
+    "Task": lambda: {
+        "robot": "panda", "scene": cases.SCENE, "steps": cases.SMALL.steps, "start": "home",
+        "gripper": cases.SMALL.gripper, "name": "x",
+    },
+    "TaskRequest": lambda: dict(vars(planner.TaskRequest())),
+    "task": lambda: {
+        "what": cases.TINY, "progress": planner.Progress(), "timing": None, "request": None, "nodes": 4, "seed": 0,
+    },
     "time_path": lambda: {
         "path": FINE, "checker": make_post(), "limits": None, "law": "blended", "floor": 0.0,
         "cost": joint_motion, "extra_cost": 0.0,
@@ -231,6 +240,8 @@ THINGS: dict[str, Callable[[], Any]] = {
     "Robot": robot,
     "Scene": scene,
     "Session": session,
+    "Task": lambda: cases.SMALL,
+    "TaskPlan": lambda: cases.small().plan(),
     "Tradeoff": small_sweep,
     "FollowRequest": lambda: planner.FollowRequest(),
     "PlanRequest": lambda: planner.PlanRequest(),
@@ -258,6 +269,9 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
     "MovingObstacle.standing": lambda: {"t": 0.5},
     "Objective.at": lambda: {"beta": 0.5},
     "Plan.save": lambda: {"folder": "/nonexistent/x"},
+    "Task.load": lambda: {"path": "none.yaml"},
+    "TaskPlan.check": lambda: {"step": 0.1},
+    "TaskPlan.save": lambda: {"folder": "/nonexistent/x"},
     "Tradeoff.save": lambda: {"folder": "/nonexistent/x"},
     "Progress.renamed": lambda: {"report": print},
     "Robot.load": lambda: {
@@ -319,6 +333,8 @@ REFUSED_ALWAYS = {
     "gabf.read_network",
     "gabf.write_network",
     "Plan.save",
+    "Task.load",
+    "TaskPlan.save",
     "Tradeoff.save",
 }
 

@@ -15,6 +15,7 @@ COMMANDS = {  # each is what has its name in this module; in the order of the he
     "plan": "planner.cli.plan",
     "follow": "planner.cli.follow",
     "sweep": "planner.cli.sweep",
+    "task": "planner.cli.task",
     "batch": "planner.cli.batch",
     "view": "planner.cli.view",
     "check": "planner.cli.check",

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from planner.base.arrays import Floats
     from planner.collision.checker import CollisionChecker
     from planner.models.robot import Robot
+    from planner.tasks.judge import TaskRecord
     from planner.trajectory.points import Points
 
 EXIT_NOT_USABLE = 4
@@ -46,6 +47,8 @@ def check(
     or the jerk is infinite: beyond every limit that somebody gives, and not judged, which is said, where it is assumed
     for want of any. Examples:
 
+    A task's plan.json, or its folder, is judged segment by segment, with what is held and what stands where by then.
+
     planner check out/plan.json
 
     planner check trajectory.csv --robot panda --scene shelf --margin 0.01 --collision coal
@@ -72,9 +75,13 @@ def check(
     from planner.paths.report import excess_text, report_record, report_rows, verdict_sentence
     from planner.setup.open import open_world
     from planner.setup.resolve import looks_like_degrees
+    from planner.tasks.judge import task_record
     from planner.trajectory.points import read_points
 
-    checker = open_world(request, start=lambda robot: _first(path, robot))
+    task = task_record(path)
+    checker = open_world(request, start=None if task else lambda robot: _first(path, robot))
+    if task is not None:
+        return _check_task(path, task, checker, step, json)
     robot, scene = checker.robot, checker.world.scene
     points = read_points(path, robot)
     if points is not None:
@@ -103,6 +110,27 @@ def _first(path: Path, robot: Robot) -> Floats:
 
     points = read_points(path, robot)
     return read_joint_path(path, robot)[0] if points is None else points.columns[0][0]
+
+
+def _check_task(path: Path, task: TaskRecord, checker: CollisionChecker, step: float, json: bool) -> int:
+    from planner.tasks.judge import judged, summary
+    from planner.trajectory.file import TRAJECTORY_NAME, load_trajectory
+
+    folder = path if path.is_dir() else path.parent
+    timed = any(segment.trajectory for segment in task.segments)
+    whole = load_trajectory(folder / TRAJECTORY_NAME) if timed else None
+    found = summary(list(judged(task, checker, whole, step)))
+    if json:
+        say(json_text.dumps(found, indent=1, allow_nan=False))
+    else:
+        rows = [
+            (f"step {each['step']}, {each['doing']}", f"{each['part']}: {each['contact'] or 'free'}")
+            for each in found["segments"]
+        ]
+        show(facts(f"{path}: {checker.robot.name} in {checker.world.scene.name}", rows))
+        bad = sum(not each["ok"] for each in found["segments"])
+        say(f"{bad} of {len(rows)} segments are not free and within limits." if bad else "All segments are free.")
+    return 0 if found["ok"] else EXIT_NOT_USABLE
 
 
 def _check_trajectory(

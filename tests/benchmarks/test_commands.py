@@ -9,15 +9,16 @@ import pytest
 
 from benchmarks.agreement.run import bench_agreement
 from benchmarks.attack.run import bench_attack
-from benchmarks.commands import agreement, attack, gate, misses, roadmap
+from benchmarks.commands import agreement, attack, gate, misses, roadmap, tasks
 from benchmarks.gate.run import bench_gate
 from benchmarks.misses.run import bench_misses
 from benchmarks.roadmap.run import bench_roadmap
+from benchmarks.tasks.run import bench_tasks
 from tests.command_line import Run, assert_refused
 
 
 @pytest.mark.parametrize(
-    "name", ["gabf", "plan", "first-motion", "proofs", "gate", "misses", "agreement", "attack", "roadmap"]
+    "name", ["gabf", "plan", "first-motion", "proofs", "gate", "misses", "agreement", "attack", "roadmap", "tasks"]
 )
 def test_every_benchmark_has_help(name: str, run: Run) -> None:
     code, text, _ = run(name, "--help", program="benchmarks")
@@ -34,6 +35,7 @@ def test_the_commands_defaults_are_the_librarys() -> None:
         (agreement, bench_agreement),
         (attack, bench_attack),
         (roadmap, bench_roadmap),
+        (tasks, bench_tasks),
     )
     for command_, function in pairs:
         library = inspect.signature(function).parameters
@@ -57,6 +59,7 @@ def test_the_commands_defaults_are_the_librarys() -> None:
         (("gate", "--chunks", "0"), 2, "at least 1 chunk"),
         (("gate", "--robots", "marvin"), 3, "robot 'marvin' not found"),
         (("misses", "--edges", "0"), 2, "at least 1 edge"),
+        (("tasks", "--scenes", "0"), 2, "at least 1 scene"),
         (("misses", "--robots", "marvin"), 3, "robot 'marvin' not found"),
         (("misses", "--seed", "-1"), 2, "seed -1"),
         (("agreement", "--states", "3"), 2, "3 states are too few"),

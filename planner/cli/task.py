@@ -1,0 +1,63 @@
+"""``planner task``."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from planner.cli.common import STARTED, Debug, Flag, Out
+from planner.cli.terminal import complain, facts, say, show, working
+from planner.problem.request import TimingRequest
+from planner.tasks.request import TaskRequest
+
+
+def task(
+    file: tyro.conf.Positional[Path],
+    request: Annotated[TaskRequest, tyro.conf.arg(name="")] = TaskRequest(),  # noqa: B008 (frozen)
+    timing: Annotated[TimingRequest, tyro.conf.arg(name="")] = TimingRequest(),  # noqa: B008 (frozen)
+    no_timing: Flag = False,
+    out: Out = Path("out"),
+    json: Flag = False,
+    debug: Debug = False,
+) -> int:
+    """Plan a task: objects picked and placed, with grasps, arm configurations, paths and placements chosen together.
+
+    The task file says robot, scene and steps, the scene's obstacles being what is picked. One roadmap serves every
+    mode (the empty hand, each object in each grasp), one field over all of them finds the cheapest way by beta, and
+    what it uses is proven with the object in the hand. Examples:
+
+    planner task scenes/examples/tidy.yaml --out tidy
+
+    planner task scenes/examples/tidy.yaml --beta 0.2 --nodes 1000
+
+    Writes plan.json with segments and events, plan.html, on which the objects go along, roadmap.npz, and
+    trajectory.json: one motion of all segments, at rest where the gripper moves. Exit code 0: solved; 2: a wrong
+    option; 3: an unusable robot, scene, task or file; 4: a step cannot be done, and plan.json says which and why; 130:
+    interrupted.
+
+    Args:
+        file: The task file (YAML).
+        no_timing: Leave the segments without times: no trajectory.json.
+        json: Print plan.json on standard output, and nothing else there.
+    """
+    from planner.base.files import require_writable_folder
+
+    require_writable_folder(out)
+    from planner.planning.result import JSON_NAME
+    from planner.tasks.plan import task as plan_task
+    from planner.tasks.result import save_task, task_rows
+
+    imported = time.perf_counter() - STARTED
+    with working() as progress:
+        found = plan_task(file, progress, None if no_timing else timing, request)
+        record = save_task(found, out, {"import": imported, "total": time.perf_counter() - STARTED})
+    tell = complain if json else say
+    if json:
+        say((out / JSON_NAME).read_text().rstrip())
+    else:
+        show(facts(f"{found.task.name}: {record['robot']} in {record['scene']}", task_rows(record)))
+    tell(f"{found.message} Written: {', '.join(str(out / name) for name in (JSON_NAME, *record['files']))}")
+    return found.outcome.exit_code

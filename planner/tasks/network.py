@@ -1,0 +1,280 @@
+"""One network over all modes: the roadmap once for each mode, joined where a grasp or a placement is the same in two.
+
+The layers share nodes, edges and costs; what differs is what has to be proven of an edge. All arcs are there from the
+beginning, proven or not, so every path over free arcs is a path of this network.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.kinematics.forward import tool_path_lengths
+from planner.objective.integral import costs_along
+from planner.objective.scale import cost_number, length_cost
+from planner.problem.objective import Objective
+from planner.roadmap.roadmap import Roadmap
+from planner.tasks.file import Move, Pick, TaskError
+from planner.tasks.modes import Mode
+from planner.tasks.options import Option, Options
+
+NEIGHBOURS = 10  # nodes of the roadmap that each end of a line is joined to
+MOST_NODES = 3_000_000  # of the network
+TRANSIT, APPROACH, RETREAT = 0, 1, 2
+_CORNERS = 4  # of an option
+_CHUNK = 256  # ends whose neighbours are looked for at once
+
+Key = int | tuple[int, int]  # of an option, or of a goal by its step and number
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """A mode left and another entered by one option of a step, or a goal reached; ``first`` is its first node."""
+
+    step: int
+    option: Option | None  # None: a goal of a move
+    first: int
+
+
+@dataclass(frozen=True, eq=False)
+class TaskNetwork:
+    """``tails``, ``heads``, ``motion``, ``mode`` and ``leg`` (arcs,) in the order of the network's arcs.
+
+    Nodes are those of the roadmap in layer after layer, then the corners of every way, then the ``start``. ``leg`` is
+    3 step + TRANSIT, APPROACH or RETREAT. ``costs`` (arcs, 2) are what an arc adds to Omega and D of eq. (finew).
+    ``reaches`` (nodes,) is the step that a node is on its way to.
+    """
+
+    nodes: int
+    start: int
+    goals: Ints
+    tails: Ints
+    heads: Ints
+    motion: Ints
+    mode: Ints
+    leg: Ints
+    costs: Floats
+    modes: tuple[Mode, ...]
+    ways: tuple[Way, ...]
+    reaches: Ints
+
+    def at(self, beta: float) -> gabf.Network:
+        """The network of eq. (finew) at ``beta``, the manipulability cost charged along edges."""
+        return gabf.Network.from_arcs(
+            self.tails,
+            self.heads,
+            self.costs[:, 1],
+            sources=self.goals,
+            n_nodes=self.nodes,
+            arc_cost=self.costs[:, 0],
+            kernel=gabf.EdgeIntegral(beta=beta),
+        )
+
+    @cached_property
+    def of_mode(self) -> list[Ints]:
+        """The arcs of each mode."""
+        order = np.argsort(self.mode, kind="stable")
+        return np.split(order, np.searchsorted(self.mode[order], np.arange(1, len(self.modes))))
+
+    def arc(self, tail: int, head: int) -> int:
+        """The arc from one node to another."""
+        first, last = np.searchsorted(self.tails, [tail, tail + 1])
+        return int(first + np.flatnonzero(self.heads[first:last] == head)[0])
+
+    def started(self, options: Options, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
+        """The same from another start ``q`` (dof,), joined to its neighbours in the first layer."""
+        near = _nearest(roadmap, options.modes.robot, q[None])[0]
+        motion = options.modes.motions.straight(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
+        start, many = self.nodes, len(near)
+        arcs = {
+            "tails": np.full(many, start),
+            "heads": near,
+            "motion": motion,
+            "mode": np.zeros(many, dtype=np.int64),
+            "leg": np.full(many, TRANSIT),
+        }
+        more = {name: np.concatenate([getattr(self, name), rows]) for name, rows in arcs.items()}
+        costs = np.vstack([self.costs, motion_costs(options, roadmap, objective, motion)])
+        reaches = np.append(self.reaches, 0)
+        return replace(self, nodes=self.nodes + 1, start=start, costs=costs, reaches=reaches, **more)
+
+
+def task_network(options: Options, roadmap: Roadmap, objective: Objective) -> TaskNetwork:
+    """The network of a task's options over the nodes and edges of ``roadmap``, whose first start is the task's."""
+    return _Builder(options, roadmap).network(objective)
+
+
+class _Builder:
+    """Layer after layer: each is a mode before a step."""
+
+    def __init__(self, options: Options, roadmap: Roadmap) -> None:
+        self.options, self.roadmap, self.n = options, roadmap, len(roadmap.nodes)
+        motions, nodes, edges = options.modes.motions, roadmap.nodes, roadmap.edges
+        self.edge_motions = motions.straight(nodes[edges[:, 0]], nodes[edges[:, 1]])
+        options.modes.known(("arm",))[self.edge_motions[roadmap.proven]] = 1
+        self.modes: dict[Mode, int] = {}
+        self.layers: list[tuple[int, Mode]] = []
+        self.links: dict[Key, tuple[tuple[Ints, Ints], tuple[Ints, Ints]]] = {}
+        self._join()
+
+    def _join(self) -> None:
+        """Neighbours of both ends of every option and of every goal, and the straight motions there and off."""
+        listed = [o for step in self.options.steps for options in step.values() for o in options]
+        ends = [option.ends for option in listed] + [np.array([q, q]) for goals in self.options.goals for q in goals]
+        keys: list[Key] = [id(option) for option in listed]
+        keys += [(stage, k) for stage, goals in enumerate(self.options.goals) for k in range(len(goals))]
+        if not ends:
+            return
+        flat, robot, motions = np.concatenate(ends), self.options.modes.robot, self.options.modes.motions
+        near = _nearest(self.roadmap, robot, flat)
+        many = near.shape[1]
+        theirs, mine = self.roadmap.nodes[near].reshape(-1, robot.dof), np.repeat(flat, many, axis=0)
+        there, off = (motions.straight(*pair).reshape(-1, many) for pair in ((theirs, mine), (mine, theirs)))
+        for k, key in enumerate(keys):
+            self.links[key] = (near[2 * k], there[2 * k]), (near[2 * k + 1], off[2 * k + 1])
+
+    def network(self, objective: Objective) -> TaskNetwork:
+        first = Mode(tuple(sorted(places[0] for places in _initial(self.options).values())))
+        self.layer_of: dict[tuple[int, Mode], int] = {}
+        self._layer(0, first)
+        crossings = []  # (layer, step, option or goal's number, layer after or None)
+        for layer, (stage, mode) in self._each_layer():
+            crossings += [(layer, *way) for way in self._ways(stage, mode)]
+        return self._assembled(crossings, objective)
+
+    def _each_layer(self):
+        for number in range(10**9):
+            if number == len(self.layers):
+                return
+            yield number, self.layers[number]
+
+    def _layer(self, stage: int, mode: Mode) -> int | None:
+        """The number of a layer, None behind the last step."""
+        if stage == len(self.options.task.steps):
+            return None
+        if (stage, mode) not in self.layer_of:
+            self.layer_of[stage, mode] = len(self.layers)
+            self.layers.append((stage, mode))
+            self._number(mode)
+            if len(self.layers) * self.n > MOST_NODES:
+                raise TaskError(
+                    f"the task has more than {len(self.layers) - 1} modes of {self.n} nodes: give fewer grasps, fewer "
+                    "placements or fewer --nodes."
+                )
+        return self.layer_of[stage, mode]
+
+    def _number(self, mode: Mode) -> int:
+        return self.modes.setdefault(mode, len(self.modes))
+
+    def _ways(self, stage: int, mode: Mode):
+        """What leads out of a layer: step, option or goal, layer after."""
+        step, found = self.options.task.steps[stage], self.options.steps[stage]
+        if isinstance(step, Move):
+            for k in range(len(self.options.goals[stage])):
+                yield stage, k, self._layer(stage + 1, mode)
+            return
+        keys = mode.standing if isinstance(step, Pick) else () if mode.held is None else (mode.held,)
+        for option in (o for key in keys for o in found.get(key, ())):
+            after = self._after(mode, option, isinstance(step, Pick))
+            yield stage, option, self._layer(stage + 1, after)
+
+    @staticmethod
+    def _after(mode: Mode, option: Option, pick: bool) -> Mode:
+        if pick:
+            return Mode(tuple(p for p in mode.standing if p != option.place), option.grasp)
+        return Mode(tuple(sorted((*mode.standing, option.place))))
+
+    def _assembled(self, crossings: list, objective: Objective) -> TaskNetwork:
+        columns: list[tuple[Ints, Ints, Ints, Ints, Ints]] = []
+
+        def arcs(tails, heads, motion, mode: Mode, leg: int) -> None:
+            tails, heads, motion = np.atleast_1d(tails), np.atleast_1d(heads), np.atleast_1d(motion)
+            many = max(len(tails), len(heads))
+            same = np.full(many, self._number(mode)), np.full(many, leg)
+            columns.append((np.broadcast_to(tails, many), np.broadcast_to(heads, many), motion, *same))
+
+        edges, n = self.roadmap.edges, self.n
+        for layer, (stage, mode) in enumerate(self.layers):
+            arcs(layer * n + edges[:, 0], layer * n + edges[:, 1], self.edge_motions, mode, 3 * stage)
+            arcs(layer * n + edges[:, 1], layer * n + edges[:, 0], self.edge_motions, mode, 3 * stage)
+        node, ways, goals = len(self.layers) * n, [], []
+        reaches = [np.repeat([stage for stage, _ in self.layers], n)]
+        for layer, stage, option, after in crossings:
+            goal = isinstance(option, int)
+            (near_in, there), (near_out, off) = self.links[(stage, option) if goal else id(option)]
+            mode = self.layers[layer][1]
+            last = node if goal else node + _CORNERS - 1
+            arcs(layer * n + near_in, node, there, mode, 3 * stage)
+            if not goal:
+                self._lines(arcs, node, stage, mode, option)
+            if after is None:
+                goals.append(last)
+            else:
+                arcs(last, after * n + near_out, off, self.layers[after][1], 3 * stage + 3)
+            ways.append(Way(stage, None if goal else option, node))
+            reaches.append(np.full(last + 1 - node, stage))
+            reaches[-1][-1] += 1  # its last corner is behind the step
+            node = last + 1
+        tails, heads, motion, mode, leg = (np.concatenate(column) for column in zip(*columns, strict=True))
+        order = np.argsort(tails * node + heads, kind="stable")  # as the network has them
+        costs = motion_costs(self.options, self.roadmap, objective, np.arange(self.options.modes.motions.count))
+        return TaskNetwork(
+            node,
+            int(self.roadmap.starts[0]),
+            np.array(goals, dtype=np.int64),
+            tails[order],
+            heads[order],
+            motion[order],
+            mode[order],
+            leg[order],
+            costs[motion[order]],
+            tuple(self.modes),
+            tuple(ways),
+            np.concatenate(reaches),
+        )
+
+    def _lines(self, arcs, node: int, stage: int, mode: Mode, option: Option) -> None:
+        """The three motions between an option's four corners, each in the mode that holds along it."""
+        pick = isinstance(self.options.task.steps[stage], Pick)
+        after, options = self._after(mode, option, pick), self.options
+        hand, rest = options.at_hand(option.place), options.at_rest(option.place)
+        if pick:
+            modes = mode.allowing(*hand), after.allowing(*rest), after
+            legs = (APPROACH, RETREAT, RETREAT)
+        else:
+            modes = mode, mode.allowing(*rest), after.allowing(*hand)
+            legs = (APPROACH, APPROACH, RETREAT)
+        for k, (one, leg) in enumerate(zip(modes, legs, strict=True)):
+            arcs(node + k, node + k + 1, option.motions[k], one, 3 * stage + leg)
+
+
+def _initial(options: Options) -> dict[str, list[int]]:
+    """The places of the beginning, which came first, by object."""
+    names = list(options.modes.objects)
+    return {name: [k] for k, name in enumerate(names)}
+
+
+def _nearest(roadmap: Roadmap, robot, ends: Floats) -> Ints:
+    """The nodes (k, ``NEIGHBOURS``) of the roadmap nearest to ``ends`` (k, dof)."""
+    many, rows = min(NEIGHBOURS, len(roadmap.nodes)), []
+    for first in range(0, len(ends), _CHUNK):
+        away = np.linalg.norm(robot.difference(ends[first : first + _CHUNK, None], roadmap.nodes[None]), axis=2)
+        rows.append(np.argsort(away, axis=1, kind="stable")[:, :many])
+    return np.concatenate(rows)
+
+
+def motion_costs(options: Options, roadmap: Roadmap, objective: Objective, motions: Ints) -> Floats:
+    """(k, 2) Omega and D of motions as :func:`planner.planning.network.build_network` charges edges, piece by piece."""
+    start, delta, owner = options.modes.motions.of(motions)
+    robot, length = options.modes.robot, np.linalg.norm(delta, axis=1)
+    tool = tool_path_lengths(robot, start, delta) if objective.metric == "workspace" else length
+    distance = length_cost(roadmap.scale, objective.metric, length, tool)
+    _, means = costs_along(robot, start, delta, roadmap.scale)
+    omega = means[:, cost_number(objective.manipulability_cost)] * distance
+    row = np.searchsorted(motions, owner)
+    summed = (np.bincount(row, values, minlength=len(motions)) for values in (omega, distance))
+    return np.column_stack([np.asarray(column, dtype=float) for column in summed])

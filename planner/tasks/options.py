@@ -1,0 +1,276 @@
+"""Every way to do a step: grasps and placements with the configurations that reach them, and the lines to and fro."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints
+from planner.base.errors import choices
+from planner.base.yamlfile import nearest, repeated
+from planner.collision import coal_checker
+from planner.collision.world import World
+from planner.kinematics.forward import joint_placements, tool_joint, tool_pose
+from planner.models.shapes import Obstacle
+from planner.problem.targets import HOME, Named, parse_target
+from planner.setup.open import states_of
+from planner.setup.resolve import resolve
+from planner.tasks.file import Grasp, Move, Pick, Region, Step, Task, TaskError
+from planner.tasks.file import Place as PlaceStep
+from planner.tasks.grasps import generated
+from planner.tasks.gripper import Gripper
+from planner.tasks.modes import BLOCKED, Held, Mode, Modes, Place
+from planner.tasks.placements import at_pose, in_region
+from planner.tasks.reach import Reach, line_poses
+
+_SEEDS = 2400  # of inverse kinematics for a step, shared by its grasps or placements
+_FEWEST, _MOST = 12, 100  # for each
+_FEWEST_BESIDE = 2  # for each placement, beside the configurations of its grasp
+_SEED = 0  # of these: the same task has the same solutions, whatever --seed says
+_GOALS = 8  # configurations that a state becomes at most
+
+
+@dataclass(frozen=True, eq=False)
+class Option:
+    """One configuration of one grasp at one place, with the lines of the tool to it and off it, (k, dof) each.
+
+    ``motions`` (3,) are numbers of what leads from corner to corner. The corners of a pick are the begin of its
+    approach, the rest, ``RELEASE`` off it, and the end of its retreat; of a placement the begin, ``RELEASE`` before
+    the rest, the rest, and the end.
+    """
+
+    grasp: int
+    place: int
+    before: Floats
+    after: Floats
+    motions: Ints
+
+    @property
+    def ends(self) -> Floats:
+        """(2, dof) where it is joined to the roadmap."""
+        return np.array([self.before[0], self.after[-1]])
+
+
+@dataclass(eq=False)
+class Tried:
+    """Of how many grasps or placements of a step a configuration was sought, and what became of the others."""
+
+    of: int = 0
+    out_of_reach: int = 0
+    contacts: Counter[str] = field(default_factory=Counter)
+
+
+class Options:
+    """What each step of a task can choose from, as far as it is not blocked by what all modes share.
+
+    ``steps[k]`` are the options of a pick by place, of a placement by grasp; ``goals[k]`` the configurations of a move.
+    """
+
+    def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, solutions: int) -> None:
+        self.task, self.modes, self.gripper, self.start, self._most = task, modes, gripper, start, solutions
+        self.reach, robot = Reach(modes.robot), modes.robot
+        rng = np.random.default_rng(_SEED)
+        self._seeds = np.vstack([start, robot.home, rng.uniform(robot.lower, robot.upper, (_MOST, robot.dof))])
+        self.steps: list[dict[int, list[Option]]] = []
+        self.goals: list[Floats] = []
+        self.tried: list[Tried] = []
+        self.stands = {name: [self._new_place(initial)] for name, initial in _initial(modes).items()}
+        self._held: list[int] = []  # grasps that are left, of the object that is held
+        for k, step in enumerate(task.steps):
+            self.tried.append(Tried())
+            self.goals.append(self._goals(k, step) if isinstance(step, Move) else np.zeros((0, robot.dof)))
+            self.steps.append({} if isinstance(step, Move) else self._pick(step) if isinstance(step, Pick) else {})
+            if isinstance(step, PlaceStep):
+                self.steps[-1] = self._place(step)
+
+    @property
+    def dead_end(self) -> int | None:
+        """The first step (from 0) that nothing is left for."""
+        for k, (step, goals) in enumerate(zip(self.steps, self.goals, strict=True)):
+            if not len(goals) and not any(step.values()):
+                return k
+        return None
+
+    def _new_place(self, place: Place) -> int:
+        self.modes.places.append(place)
+        return len(self.modes.places) - 1
+
+    def _goals(self, k: int, step: Move) -> Floats:
+        checker = self.modes.checker
+        states, target = states_of(checker.robot, checker.world.scene), parse_target(step.to)
+        if isinstance(target, Named) and (unknown := set(target.names) - {*states, HOME}):
+            raise TaskError(
+                f"step {k + 1} moves to '{min(unknown)}', which is not among the scene's states for "
+                f"{checker.robot.name}: give one of {choices({**states, HOME: ''})}, or q:..., xyz:... or pose:...."
+            )
+        return resolve(target, checker, states, f"step {k + 1}, the move,", _GOALS, self.start)
+
+    def _pick(self, step: Pick) -> dict[int, list[Option]]:
+        item, first = self.modes.objects[step.object], len(self.modes.grasps)
+        given = generated(item.name, item.shape, self.gripper.opening) if step.grasps is None else step.grasps
+        if step.grasps is not None:
+            self._require_outside(item, given)
+        self.modes.grasps += [Held(item.name, grasp) for grasp in given]
+        numbers = range(first, len(self.modes.grasps))
+        found = {place: self._options(step, [(g, place) for g in numbers], {}) for place in self.stands[item.name]}
+        self._held = sorted({option.grasp for options in found.values() for option in options})
+        self._seeds_of = {g: [o.before[-1] for os in found.values() for o in os if o.grasp == g] for g in self._held}
+        return found
+
+    def _place(self, step: PlaceStep) -> dict[int, list[Option]]:
+        item, among = self.modes.objects[step.object], self.modes.checker
+        if isinstance(step.at, Region):
+            places = in_region(item, step.at, among.world.obstacles, among.world.margin)
+        else:
+            places = [at_pose(item, placement, among) for placement in step.at]
+        numbers = self.stands[item.name] = [self._new_place(place) for place in places]
+        options = self._options(step, [(g, p) for g in self._held for p in numbers], self._seeds_of)
+        found: dict[int, list[Option]] = {g: [] for g in self._held}
+        for option in options:
+            found[option.grasp].append(option)
+        return found
+
+    def _options(self, step: Pick | PlaceStep, pairs: Sequence[tuple[int, int]], seeds: dict) -> list[Option]:
+        tried, found, share = self.tried[-1], [], _SEEDS // max(len(pairs), 1)
+        for grasp, place in pairs:
+            tried.of += 1
+            tool = self.modes.places[place].pose @ self.modes.grasps[grasp].grasp.pose
+            many = min(max(share, _FEWEST_BESIDE if grasp in seeds else _FEWEST), _MOST)
+            near = np.vstack([*seeds.get(grasp, ()), *self._seeds[:many]])
+            options = self._at(step, grasp, place, tool, near)
+            tried.out_of_reach += not options
+            found += options
+        return self._unblocked(step, found)
+
+    def _at(self, step: Pick | PlaceStep, grasp: int, place: int, tool: Floats, seeds: Floats) -> list[Option]:
+        """The options that reach one pose of the tool, whose lines can be followed."""
+        out, away = line_poses(tool, step.approach, False), line_poses(tool, step.retreat, True)
+        add, found = self.modes.motions.through, []
+        most = self._most if isinstance(step, Pick) else max(1, self._most // 2)  # of a placement there are many
+        for q in self.reach.solutions(tool, seeds, most):
+            before, after = self.reach.along(q, out), self.reach.along(q, away)
+            if before is None or after is None:
+                continue
+            before = before[::-1]
+            parts = (before, after[:2], after[1:]) if isinstance(step, Pick) else (before[:-1], before[-2:], after)
+            found.append(Option(grasp, place, before, after, np.array([add(part) for part in parts])))
+        return found
+
+    def _unblocked(self, step: Pick | PlaceStep, options: list[Option]) -> list[Option]:
+        """Those whose lines the arm can follow among what is fixed, and the empty hand beside the object itself."""
+        if not options:
+            return options
+        motions = np.array([option.motions for option in options])
+        arm = self.modes.clauses(Mode(()))[0]
+        self.modes.prove(arm, motions.ravel())
+        blocked = (self.modes.known(arm)[motions] == BLOCKED).any(axis=1)
+        places, empty = np.array([option.place for option in options]), 0 if isinstance(step, Pick) else 2
+        for place in np.unique(places):
+            clause = self.modes.clauses(self.beside(int(place)))[1]
+            rows = np.flatnonzero((places == place) & ~blocked)
+            self.modes.prove(clause, motions[rows, empty])
+            blocked[rows] = self.modes.known(clause)[motions[rows, empty]] == BLOCKED
+        self._count(options, blocked, motions, empty)
+        return [option for option, bad in zip(options, blocked, strict=True) if not bad]
+
+    def beside(self, place: int) -> Mode:
+        """The hand going to, or coming from, an object at a place: of it the gripper's links may touch it."""
+        return Mode((place,)).allowing(*self.at_hand(place))
+
+    def at_hand(self, place: int) -> list[tuple[str, str]]:
+        return [(link, self.modes.places[place].object) for link in self.gripper.touch]
+
+    def at_rest(self, place: int) -> list[tuple[str, str]]:
+        """An object and what it stands on."""
+        return [(self.modes.places[place].object, on) for on in self.modes.places[place].supports]
+
+    def _count(self, options: list[Option], blocked: np.ndarray, motions: Ints, empty: int) -> None:
+        """Grasps and placements of which every configuration is blocked count by what the first of them touches."""
+        ways: dict[tuple[int, int], list[int]] = {}
+        for k, option in enumerate(options):
+            ways.setdefault((option.grasp, option.place), []).append(k)
+        for rows in ways.values():
+            if blocked[rows].all():
+                option = options[rows[0]]
+                modes = [Mode(()) if k != empty else self.beside(option.place) for k in range(3)]
+                hits = (self.modes.why(mode, int(m)) for mode, m in zip(modes, motions[rows[0]], strict=True))
+                self.tried[-1].contacts[next(hit for hit in hits if hit)] += 1
+
+    def _require_outside(self, item: Obstacle, grasps: Iterable[Grasp]) -> None:
+        """Raise :class:`TaskError` where every grasp has the hand inside the object."""
+        if all(_hand_in(item, grasp, self.modes, self.gripper) for grasp in grasps):
+            raise TaskError(
+                f"every grasp of '{item.name}' has the hand inside it: give tool poses in the object's frame, in "
+                f"metres, with no link but {choices(self.gripper.touch)} at the object."
+            )
+
+
+def _hand_in(item: Obstacle, grasp: Grasp, modes: Modes, gripper: Gripper) -> bool:
+    """Whether links that the tool's joint carries, but for those that may, touch an object in a grasp."""
+    robot, (last, _) = modes.robot, tool_joint(modes.robot)
+    tool = tool_pose(robot, robot.home).homogeneous
+    scene = replace(
+        modes.checker.world.scene,
+        obstacles=(replace(item, placement=tool @ np.linalg.inv(grasp.pose)),),
+        allowed=frozenset(),
+    )
+    checker = coal_checker(World.of(robot, scene, frozenset(), 0.0))
+    bodies = [k for k, b in enumerate(robot.bodies) if b.joint == last and b.link not in gripper.touch]
+    rotation, position = joint_placements(checker.chain, robot.home[None])
+    return bool((checker.distances(rotation[:, 0], position[:, 0], np.array(bodies, dtype=np.int64)) <= 0).any())
+
+
+def _initial(modes: Modes) -> dict[str, Place]:
+    """Where the objects stand at the beginning; on what they rest is found among all that stands."""
+    from planner.tasks.placements import supports
+
+    world = modes.checker.world
+    found = {}
+    for name, item in modes.objects.items():
+        others = (*world.obstacles, *(other for other in modes.objects.values() if other is not item))
+        among = type(modes.checker)(replace_scene(world, others), modes.checker)
+        found[name] = Place(name, np.array(item.placement), supports(item, item.placement, among))
+    return found
+
+
+def replace_scene(world: World, obstacles: tuple[Obstacle, ...]) -> World:
+    """The robot among other obstacles; for placements of these alone."""
+    return World.of(world.robot, replace(world.scene, obstacles=obstacles), frozenset(), world.margin)
+
+
+def require_sensible(task: Task, obstacles: Sequence[Obstacle]) -> None:
+    """Raise :class:`TaskError` for objects that are not there, or not one thing, and for steps out of order."""
+    names = [item.object for item in obstacles]
+    twice = repeated(item.name for item in obstacles)
+    if twice:
+        raise TaskError(f"two objects of the scene are called '{twice[0]}': names must differ.")
+    held: str | None = None
+    for k, step in enumerate(task.steps, start=1):
+        if isinstance(step, Pick):
+            _require_object(step.object, names, k)
+            if held is not None:
+                raise TaskError(f"step {k} picks '{step.object}' while '{held}' is held: place that first.")
+            held = step.object
+        elif isinstance(step, PlaceStep):
+            if held != step.object:
+                what = f"'{held}' is held" if held else "nothing is held"
+                raise TaskError(f"step {k} places '{step.object}', but {what}: pick it first.")
+            held = None
+
+
+def _require_object(name: str, names: list[str], step: int) -> None:
+    if names.count(name) > 1:
+        raise TaskError(f"'{name}', which step {step} picks, is made of several shapes: give one that is one shape.")
+    if name not in names:
+        raise TaskError(
+            f"step {step} picks '{name}'{nearest(name, names)}, which is not in the scene; its obstacles are "
+            f"{choices(names)}."
+        )
+
+
+def picked(steps: Iterable[Step]) -> set[str]:
+    """The names of all that is picked."""
+    return {step.object for step in steps if isinstance(step, Pick)}

@@ -1,0 +1,217 @@
+"""One task planned: options, a roadmap, the network over all modes, its field and proven path. Read this first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Unpack
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats
+from planner.base.errors import KeywordError, choices
+from planner.base.kinds import checks_kinds
+from planner.base.places import Place
+from planner.base.progress import QUIET, Progress, Stopwatch
+from planner.collision.checker import contact_of
+from planner.collision.self_pairs import generate_disabled_pairs
+from planner.collision.world import World
+from planner.construction.build import build_roadmap
+from planner.models.scene import Scene
+from planner.planning.network import PathCost
+from planner.problem.outcome import Outcome
+from planner.problem.request import TimingRequest, WorldRequest
+from planner.problem.targets import parse_target
+from planner.roadmap.roadmap import Roadmap
+from planner.setup.open import open_world, states_of
+from planner.setup.resolve import free_configuration, resolve
+from planner.tasks.file import Task, TaskError
+from planner.tasks.gripper import gripper_of
+from planner.tasks.modes import Modes
+from planner.tasks.network import TaskNetwork, task_network
+from planner.tasks.options import Options, picked, require_sensible
+from planner.tasks.request import TaskOptions, TaskRequest
+from planner.tasks.result import TaskPlan
+from planner.tasks.search import Found, LazySearch
+from planner.tasks.segments import events_of, segments_of, timed
+from planner.tasks.why import why_stuck
+from planner.tradeoff.envelope import Piece
+
+_ENDS = 12  # of lines, that the roadmap grows towards
+
+
+@checks_kinds
+def task(
+    what: Task | Place,
+    progress: Progress = QUIET,
+    timing: TimingRequest | None = None,
+    request: TaskRequest | None = None,
+    **options: Unpack[TaskOptions],
+) -> TaskPlan:
+    """Plan a task, given or by its file: grasps, configurations, paths and placements chosen together.
+
+        found = planner.task("task.yaml", beta=0.2)
+        found.segments, found.events
+        found.save("out")
+
+    ``options`` are fields of :class:`TaskRequest`, in place of those of ``request``. With ``timing`` each segment
+    becomes a motion too. Raises :class:`PlannerError` for what is unusable; where a step cannot be done the plan says
+    which one, and why.
+    """
+    return TaskPlanner.of(what, request, progress, **options).plan(progress=progress, timing=timing)
+
+
+@dataclass(eq=False)
+class TaskPlanner:
+    """A task with everything that does not depend on beta or on where the arm is: plan again on what is known.
+
+    planner_ = TaskPlanner.of("task.yaml")
+    planner_.plan(beta=0.2), planner_.plan(start=q)
+    """
+
+    request: TaskRequest
+    task: Task
+    options: Options
+    scene: Scene
+    roadmap: Roadmap | None
+    network: TaskNetwork | None
+    timings: dict[str, float]
+    _seen: set[tuple[int, int]] = field(default_factory=set)
+    _fields: dict[float, Floats] = field(default_factory=dict)
+
+    @staticmethod
+    def of(
+        what: Task | Place,
+        request: TaskRequest | None = None,
+        progress: Progress = QUIET,
+        **options: Unpack[TaskOptions],
+    ) -> TaskPlanner:
+        """Read, find grasps and placements, grow the roadmap, join the modes."""
+        clock, request = Stopwatch(), _request(request, options)
+        what = what if isinstance(what, Task) else Task.load(what)
+        with clock("setup"):
+            scene = what.scene if isinstance(what.scene, Scene) else Scene.load(str(what.scene))
+            modes = _modes(what, scene, request)
+            start = _start(what, modes)
+        with clock("grasps"):
+            gripper = gripper_of(modes.robot, what.gripper)
+            found = Options(what, modes, gripper, start[None], request.ik_solutions)
+        if found.dead_end is not None:
+            return TaskPlanner(request, what, found, scene, None, None, clock.seconds)
+        with clock("roadmap"):
+            ends = _ends(found, modes)
+            roadmap = build_roadmap(modes.robot, modes.checker, start, ends, request.nodes, request.seed, progress)
+        with clock("network"):
+            network = task_network(found, roadmap, request.objective)
+        return TaskPlanner(request, what, found, scene, roadmap, network, clock.seconds)
+
+    def plan(
+        self,
+        beta: float | None = None,
+        start: Floats | None = None,
+        progress: Progress = QUIET,
+        timing: TimingRequest | None = None,
+    ) -> TaskPlan:
+        """The plan at another ``beta``, from another ``start`` (dof,): what was proven before is known."""
+        clock = Stopwatch()
+        request = self.request if beta is None else replace(self.request, beta=beta)
+        draft = TaskPlan(request, self.task, Outcome.NO_PATH, self.options.modes.robot, self.scene, self.options)
+        begun, self.timings = self.timings, {}
+        if self.network is None or self.roadmap is None:
+            return replace(draft, reason=why_stuck(self.options, None), timings=begun)
+        network = self.network
+        with clock("gabf"):
+            if start is not None:
+                q = free_configuration(
+                    np.asarray(start, dtype=float), self.options.modes.checker_of(network.modes[0]), "start"
+                )
+                network = network.started(self.options, self.roadmap, q, request.objective)
+            search = LazySearch(self.options.modes, network, self._seen)
+            law = gabf.named_law(request.law, request.prescribed_time)
+            found = search.path(request.beta, law, self._field_at(request.beta, network), progress)
+        draft = replace(
+            draft,
+            roadmap=self.roadmap,
+            network=network,
+            cost_to_go=found.field,
+            rounds=found.rounds,
+            refused=found.refused,
+            timings=begun | clock.seconds,
+        )
+        if progress.stopped:
+            return replace(draft, outcome=Outcome.INTERRUPTED)
+        if not len(found.arcs):
+            return replace(draft, reason=why_stuck(self.options, search))
+        self._fields[request.beta] = found.field.x[: self.network.nodes]
+        with clock("timing"):
+            solved = self._solved(draft, found, timing)
+        return replace(solved, timings=begun | clock.seconds)
+
+    def intervals(self) -> list[Piece]:
+        """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
+
+        Costs are those of ``piece.support``, whose ``nodes`` are of ``network``; none where there is no path.
+        """
+        if self.network is None:
+            return []
+        law = gabf.named_law(self.request.law, self.request.prescribed_time)
+        return LazySearch(self.options.modes, self.network, self._seen).pieces(law)
+
+    def _field_at(self, beta: float, network: TaskNetwork) -> Floats | None:
+        """What the last search at the same beta left behind."""
+        x = self._fields.get(beta)
+        return None if x is None else np.concatenate([x, np.full(network.nodes - len(x), np.inf)])
+
+    def _solved(self, draft: TaskPlan, found: Found, timing: TimingRequest | None) -> TaskPlan:
+        network, request = draft.network, draft.request
+        assert network is not None and self.roadmap is not None  # noqa: PT018
+        omega, distance = (float(total) for total in network.costs[found.arcs].sum(axis=0))
+        cost = PathCost(request.objective.total(omega, distance), omega, distance, request.beta)
+        segments = segments_of(self.options, network, found.arcs)
+        if timing is not None:
+            segments = timed(segments, self.options, timing, request.objective, self.roadmap.scale)
+        events = events_of(segments, self.options)
+        return replace(draft, outcome=Outcome.SOLVED, cost=cost, segments=tuple(segments), events=events)
+
+
+def _request(request: TaskRequest | None, options: TaskOptions) -> TaskRequest:
+    unknown = sorted(set(options) - set(TaskOptions.__annotations__))
+    if unknown:
+        raise KeywordError(f"option '{unknown[0]}' not found; options are {choices(TaskOptions.__annotations__)}.")
+    return replace(request or TaskRequest(), **options)
+
+
+def _modes(what: Task, scene: Scene, request: TaskRequest) -> Modes:
+    """The robot among what is never picked, and what is."""
+    require_sensible(what, scene.obstacles)
+    if scene.moving or scene.limited:
+        raise TaskError(f"in scene '{scene.name}' obstacles move, and a task has no times: give a scene that stands.")
+    names = picked(what.steps)
+    fixed = replace(scene, obstacles=tuple(item for item in scene.obstacles if item.name not in names))
+    world = WorldRequest(robot=what.robot, scene=fixed, collision=request.collision, margin=request.margin)
+    checker = open_world(world)
+    disabled = checker.robot.disabled_pairs
+    if disabled is None:
+        disabled = generate_disabled_pairs(checker.robot, type(checker))
+    objects = {item.name: item for item in scene.obstacles if item.name in names}
+    return Modes(checker, disabled, objects)
+
+
+def _start(what: Task, modes: Modes) -> Floats:
+    """Where the arm is at the beginning (dof,), free among all that stands."""
+    robot, scene = modes.robot, modes.checker.world.scene
+    q = resolve(parse_target(what.start), modes.checker, states_of(robot, scene), "start")[0]
+    everything = replace(scene, obstacles=(*scene.obstacles, *modes.objects.values()))
+    world = World.of(robot, everything, modes.disabled | robot.touching, modes.checker.world.margin)
+    return free_configuration(q, type(modes.checker)(world, modes.checker), "start")
+
+
+def _ends(options: Options, modes: Modes) -> Floats:
+    """Ends of lines, evenly of all steps, and the goals of moves, that the roadmap grows towards; free of the fixed."""
+    chosen = [goals for goals in options.goals if len(goals)]
+    for step in options.steps:
+        listed = [option for found in step.values() for option in found]
+        for k in np.unique(np.linspace(0, len(listed) - 1, min(len(listed), _ENDS)).round().astype(int)):
+            chosen.append(listed[k].ends)
+    found = np.vstack(chosen)
+    return found[[contact_of(modes.checker, q) is None for q in found]]

@@ -1,0 +1,260 @@
+"""A planned task with everything it was made from, and its files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats
+from planner.base.beside import hashes
+from planner.base.files import make_folder, remove, write_json
+from planner.base.formats import FORMAT_VERSION
+from planner.base.kinds import checks_kinds
+from planner.base.places import Place, place
+from planner.base.progress import rounded
+from planner.base.resolutions import RECHECK
+from planner.base.versions import versions
+from planner.collision import make_checker
+from planner.kinematics.forward import tool_pose
+from planner.models.moving import KnownMotion, MovingObstacle
+from planner.models.robot import Robot
+from planner.models.scene import Scene
+from planner.planning.network import PathCost
+from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME
+from planner.problem.outcome import Outcome
+from planner.roadmap.record_text import roadmap_text
+from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.storage import save_roadmap
+from planner.tasks.file import Task
+from planner.tasks.judge import Report, TaskRecord, judged
+from planner.tasks.network import TaskNetwork
+from planner.tasks.options import Options
+from planner.tasks.request import TaskRequest
+from planner.tasks.segments import Event, Segment, begins_of, joined
+from planner.tasks.why import StepFails
+from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.trajectory import Trajectory
+from planner.view.page import Content, page, save_page
+from planner.view.shown_path import Rows, ShownMotion, ShownPath, path_rows
+
+_SHOWN_APART = 0.02  # s between two poses of an object that a page moves
+
+
+@dataclass(frozen=True, eq=False)
+class TaskPlan:
+    """A task's plan; ``segments`` and ``events`` are empty where there is none, and ``reason`` says why.
+
+    ``cost`` is that of the path over the roadmaps, as eq. (finew) sums it; ``cost_to_go`` the field over all modes,
+    which knows it of every node of ``network``. ``rounds`` is how often the field was solved, ``refused`` how many arcs
+    of the network were refused meanwhile.
+    """
+
+    request: TaskRequest
+    task: Task
+    outcome: Outcome
+    robot: Robot
+    scene: Scene
+    options: Options
+    roadmap: Roadmap | None = None
+    network: TaskNetwork | None = None
+    cost_to_go: gabf.CostToGo | None = None
+    cost: PathCost | None = None
+    segments: tuple[Segment, ...] = ()
+    events: tuple[Event, ...] = ()
+    reason: StepFails | None = None
+    rounds: int = 0
+    refused: int = 0
+    timings: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        size = f"{len(self.segments)} segments" if self.segments else "no plan"
+        return f"<TaskPlan: {self.task.name} by {self.robot.name}, {self.outcome.key}, {size}>"
+
+    @property
+    def solved(self) -> bool:
+        """Whether there is a path."""
+        return self.outcome is Outcome.SOLVED
+
+    @property
+    def message(self) -> str:
+        """How the task ended, in one sentence."""
+        return self.outcome.value if self.reason is None else self.reason.sentence
+
+    @cached_property
+    def path(self) -> Floats:
+        """All waypoints (k, dof) of all segments, each rest once."""
+        if not self.segments:
+            return np.zeros((0, self.robot.dof))
+        return np.vstack([self.segments[0].path[:1], *(segment.path[1:] for segment in self.segments)])
+
+    @cached_property
+    def trajectory(self) -> Trajectory | None:
+        """One motion of all segments, at rest while a gripper moves; None without times."""
+        return joined(self.segments, self.events)
+
+    @checks_kinds
+    def check(self, step: float = RECHECK) -> list[Report]:
+        """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
+        record = TaskRecord.model_validate({"segments": self._segments(), "events": self._events()})
+        world = self.options.modes.checker.world
+        checker = make_checker(world.robot, self.scene, self.request.collision, world.margin)
+        return [report for _, report in judged(record, checker, self.trajectory, step)]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of ``plan.json``; units in rad, m and s."""
+        whole, x = self.trajectory, self.cost_to_go
+        return {
+            "format_version": FORMAT_VERSION,
+            "outcome": self.outcome.key,
+            "message": self.message,
+            "reason": None if self.reason is None else self.reason.to_dict(),
+            "task": self.task.name,
+            "robot": self.robot.name,
+            "scene": self.scene.name,
+            "seed": self.request.seed,
+            "config": self.request.to_dict(),
+            "versions": versions(),
+            "joints": list(self.robot.joints),
+            "tool": self.robot.tool,
+            "path": self.path.tolist(),
+            "cost": None if self.cost is None else vars(self.cost),
+            "segments": self._segments(),
+            "events": self._events(),
+            "trajectory": None if whole is None else {"duration": whole.duration, "proven": whole.proven},
+            "roadmap": None if self.roadmap is None else self.roadmap.record(),
+            "modes": None if self.network is None else self._modes(),
+            "gabf": None if x is None else self._gabf(x),
+            "timings_s": rounded(self.timings),
+        }
+
+    def _segments(self) -> list[dict[str, Any]]:
+        begins = begins_of(self.segments, self.events)
+        return [segment.to_dict(begin / 1e9) for segment, begin in zip(self.segments, begins, strict=True)]
+
+    def _events(self) -> list[dict[str, Any]]:
+        return [event.to_dict() for event in self.events]
+
+    def _modes(self) -> dict[str, int]:
+        assert self.network is not None
+        known, net = self.options.modes, self.network
+        sizes = {"modes": len(net.modes), "nodes": net.nodes, "arcs": len(net.tails)}
+        return {**sizes, "pieces_proven": known.pieces_proven, "rounds": self.rounds, "arcs_refused": self.refused}
+
+    def _gabf(self, x: gabf.CostToGo) -> dict[str, Any]:
+        error = gabf.max_error(x, gabf.oracle(x.network))
+        law = {"law": self.request.law, "prescribed_time": self.request.prescribed_time}
+        return {**law, "settling_time": x.settling_time, "steps": x.steps, "max_error_vs_oracle": error}
+
+    def page(self) -> str:
+        """The page as HTML text: the whole motion, the objects going with the hand."""
+        return task_page(self)
+
+    @checks_kinds
+    def save(self, folder: Place) -> None:
+        """Write ``plan.json``, ``plan.html``, and where there are such ``roadmap.npz`` and ``trajectory.json``."""
+        save_task(self, place(folder, "folder"))
+
+
+def save_task(plan: TaskPlan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
+    """Write the files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
+    make_folder(folder)
+    for name in (PAGE_NAME, ROADMAP_NAME, TRAJECTORY_NAME):
+        remove(folder / name)
+    if plan.roadmap is not None:
+        save_roadmap(plan.roadmap, folder / ROADMAP_NAME)
+    if plan.trajectory is not None:
+        save_trajectory(plan.trajectory, folder / TRAJECTORY_NAME, plan.robot.name, plan.scene.name)
+    record = plan.to_dict()
+    record["timings_s"] |= rounded(timings or {})
+    record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME))
+    write_json(folder / JSON_NAME, record)
+    return save_page(lambda: task_page(plan), folder / PAGE_NAME, record, folder / JSON_NAME)
+
+
+def task_rows(record: dict[str, Any]) -> Rows:
+    """What the terminal's table and the page say about a planned task."""
+    rows: Rows = []
+    if record["roadmap"]:
+        rows.append(("roadmap", roadmap_text(record["roadmap"])))
+    if record["modes"]:
+        m = record["modes"]
+        rows.append(("modes", f"{m['modes']} over {m['nodes']} nodes, {m['arcs_refused']} of {m['arcs']} arcs refused"))
+    if record["cost"]:
+        c = record["cost"]
+        parts = f"{1 - c['beta']:g} x {c['manipulability']:.4f} manipulability + {c['beta']:g} x {c['distance']:.4f}"
+        rows.append(("cost", f"{c['total']:.4f} = {parts} distance"))
+    for k, segment in enumerate(record["segments"], start=1):
+        held = f", holding {segment['carried']}" if segment["carried"] else ""
+        timed = segment["trajectory"]
+        motion = f", {timed['duration']:.2f} s{'' if timed['proven'] else ', NOT proven'}" if timed else ""
+        what = f"step {segment['step']}, {segment['doing']}: {segment['part']}{held}{motion}"
+        rows.append((f"segment {k}", what))
+    if record["trajectory"]:
+        whole = record["trajectory"]
+        rows.append(("motion", f"{whole['duration']:.2f} s, {'all proven' if whole['proven'] else 'not all proven'}"))
+    return rows
+
+
+def task_page(plan: TaskPlan) -> str:
+    """A task's page as HTML text; objects that are picked are shown going along with the motion."""
+    paths: Sequence[ShownPath] = ()
+    scene, start = plan.scene, plan.options.start[0]
+    if plan.cost is not None:
+        rows, motion = path_rows(plan.robot, plan.path, plan.cost.manipulability, plan.cost.distance), None
+        if plan.trajectory is not None:
+            motion, scene = ShownMotion(plan.trajectory, None), _scene_in_motion(plan, plan.trajectory)
+        paths, start = [ShownPath(plan.path, rows, motion=motion)], plan.path[0]
+    details = task_rows(plan.to_dict())
+    beta = plan.request.beta
+    touching = frozenset() if plan.reason is None else plan.reason.names
+    content = Content(
+        plan.robot,
+        scene,
+        plan.message,
+        start,
+        details=details,
+        roadmap=None if plan.roadmap is None else replace(plan.roadmap, goals=plan.roadmap.goals[:0]),
+        paths=paths,
+        beta=beta,
+        touching=touching,
+    )
+    return page(content)
+
+
+def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
+    """The scene with what is picked as obstacles that move as the hand moves them."""
+    names, fixed = plan.options.modes.objects, plan.scene.obstacles
+    times = np.linspace(0.0, motion.duration, max(2, int(motion.duration / _SHOWN_APART)))
+    at = np.unique(np.concatenate([times, [e.t for e in plan.events if e.t is not None]]))
+    at = at[np.append(True, np.diff(at) > 1e-5)]
+    moving = tuple(
+        MovingObstacle(name, item.shape, KnownMotion(at, _poses(plan, motion, name, at)))
+        for name, item in names.items()
+    )
+    return replace(scene_without(plan.scene, set(names)), moving=moving) if fixed else plan.scene
+
+
+def scene_without(scene: Scene, names: set[str]) -> Scene:
+    """The scene without some obstacles."""
+    return replace(scene, obstacles=tuple(item for item in scene.obstacles if item.name not in names))
+
+
+def _poses(plan: TaskPlan, motion: Trajectory, name: str, at: Floats) -> Floats:
+    """Where an object is (k, 4, 4) at times ``at`` (k,)."""
+    pose, poses = np.array(plan.options.modes.objects[name].placement), []
+    events = [event for event in plan.events if event.object == name and event.kind != "gripper"]
+    held: Floats | None = None
+    for t in at.tolist():
+        tool = tool_pose(plan.robot, motion.at(t)[0]).homogeneous
+        while events and events[0].t is not None and events[0].t <= t:
+            held = np.linalg.inv(tool) @ pose if events.pop(0).kind == "attach" else None
+        if held is not None:
+            pose = tool @ held
+        poses.append(pose)
+    return np.array(poses)

@@ -1,0 +1,146 @@
+"""The cheapest way through all modes, proven: lazily, along the paths that the field prefers.
+
+Every arc counts as free until the field's path uses it; then its mode's clauses are proven, and what is refused goes.
+Only arcs that are refused ever go, so each network on the way holds every path over free arcs, and its cheapest path
+costs no more than the cheapest of these. The first that is free throughout therefore costs exactly what the cheapest
+of all combinations of grasp, configuration, path and placement costs, planned one by one on the same roadmaps.
+(Lazy PRM, Bohlin and Kavraki 2000, over modes, with a field that heals in the place of a search.)
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner import gabf
+from planner.base.arrays import Floats, Ints
+from planner.base.progress import QUIET, Progress
+from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
+from planner.collision import second_checker
+from planner.collision.edge_prover import first_contact_on
+from planner.tasks.modes import BLOCKED, OPEN, Modes
+from planner.tasks.network import TaskNetwork
+from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
+
+_AT_ONCE = 2000  # open motions of a clause that are proven once one of them is refused
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The field where the search ended, and the ``arcs`` (k,) of its path; none where there is no path."""
+
+    field: gabf.CostToGo
+    arcs: Ints
+    rounds: int
+    refused: int
+
+
+class LazySearch:
+    """A network of modes with what is refused of its arcs (arcs,), for one search after another."""
+
+    def __init__(self, modes: Modes, network: TaskNetwork, seen: set[tuple[int, int]] | None = None) -> None:
+        self.modes, self.network = modes, network
+        self.refused = np.zeros(len(network.tails), dtype=bool)
+        self._seen = set() if seen is None else seen  # (mode, motion) that a second look found free
+        self._users: dict[tuple, list[int]] = {}
+        for number, mode in enumerate(network.modes):
+            for clause in modes.clauses(mode):
+                self._users.setdefault(clause, []).append(number)
+        for clause in list(modes.verdicts):
+            self._refuse(clause)
+
+    def path(self, beta: float, law: gabf.Law, x: Floats | None = None, progress: Progress = QUIET) -> Found:
+        """The cheapest proven path from the start at ``beta``, from the field ``x`` (nodes,) on where there is one."""
+        whole, kept, rounds = self.network.at(beta), -1, 0
+        net = whole
+        field = None
+        while True:
+            if kept != int(self.refused.sum()):
+                kept, net = int(self.refused.sum()), whole.without_arcs(np.flatnonzero(self.refused))
+                field = self._field(net, field.x if field is not None else x, law)
+                rounds += 1
+                progress("modes", rounds, rounds + 1)
+            assert field is not None
+            steps = gabf.cheapest_path(field, np.array([self.network.start]))
+            arcs = self._arcs(steps)
+            if not len(arcs) or progress.stopped or self._holds(arcs):
+                return Found(field, arcs, rounds, kept)
+
+    @staticmethod
+    def _field(net: gabf.Network, x: Floats | None, law: gabf.Law) -> gabf.CostToGo:
+        if x is None or law.needs_overestimate:
+            return gabf.solve(net, law=law)
+        return gabf.heal(net, x, law).cost_to_go
+
+    def pieces(self, law: gabf.Law) -> list[Piece]:
+        """Every path that some beta makes the cheapest proven one, with its exact interval of beta; none for no path.
+
+        All corners of the least cost over beta on what is not refused; as long as one of their paths is, once more.
+        """
+        whole = self.network.at(0.5)
+        while True:
+            net = whole.without_arcs(np.flatnonzero(self.refused))
+            envelope = EnvelopeSearch(net, np.array([self.network.start]), law)
+            while not envelope.done:
+                envelope.step()
+            holds = [self._holds(self._arcs(support.nodes)) for support in envelope.supports]
+            if all(holds):
+                return pieces(envelope.supports)
+
+    def _arcs(self, steps: Ints) -> Ints:
+        return np.array([self.network.arc(i, j) for i, j in itertools.pairwise(steps.tolist())], dtype=np.int64)
+
+    def _holds(self, arcs: Ints) -> bool:
+        """Whether a path is free, proven and looked at once more; if not, what is refused of it, and more, is gone."""
+        for mode in np.unique(self.network.mode[arcs]).tolist():
+            mine = arcs[self.network.mode[arcs] == mode]
+            for clause in self.modes.clauses(self.network.modes[mode]):
+                self.modes.prove(clause, self.network.motion[mine])
+                if (self.modes.known(clause)[self.network.motion[mine]] == BLOCKED).any():
+                    self._prove_more(clause, mode, mine)
+                    self._refuse(clause)
+        return not self.refused[arcs].any() and all(self._looks_free(int(arc)) for arc in arcs)
+
+    def _prove_more(self, clause: tuple, mode: int, arcs: Ints) -> None:
+        """Prove more of a mode's motions in a clause that has refused some ``arcs``: all, or those at their nodes."""
+        mine = self.network.of_mode[mode]
+        mine = mine[(self.modes.known(clause)[self.network.motion[mine]] == OPEN) & ~self.refused[mine]]
+        nodes = np.concatenate([self.network.tails[arcs], self.network.heads[arcs]])
+        touching = np.isin(self.network.tails[mine], nodes) | np.isin(self.network.heads[mine], nodes)
+        chosen = mine if len(mine) <= _AT_ONCE else mine[touching]
+        self.modes.prove(clause, self.network.motion[chosen])
+
+    def _refuse(self, clause: tuple) -> None:
+        """The arcs that a clause blocks are refused in all modes that have it."""
+        blocked = self.modes.known(clause) == BLOCKED
+        for mode in self._users.get(clause, ()):
+            mine = self.network.of_mode[mode]
+            self.refused[mine[blocked[self.network.motion[mine]]]] = True
+
+    def _looks_free(self, arc: int) -> bool:
+        """A second look at a proven arc, by coal every millimetre, and by the checker; it is refused where one sees."""
+        key = int(self.network.mode[arc]), int(self.network.motion[arc])
+        if key in self._seen:
+            return True
+        checker = self.modes.checker_of(self.network.modes[key[0]])
+        start, delta, _ = self.modes.motions.of(np.array([key[1]]))
+        judges = dict([(checker, RECHECK_BY_BACKEND), (second_checker(checker), RECHECK)])
+        if any(first_contact_on(judge, start, delta, step) is not None for judge, step in judges.items()):
+            self.refused[arc] = True
+            return False
+        self._seen.add(key)
+        return True
+
+    def reached(self) -> int:
+        """The step that no path over what is not refused gets beyond."""
+        open_ = ~self.refused
+        tails, heads = self.network.tails[open_], self.network.heads[open_]
+        reached = np.zeros(self.network.nodes, dtype=bool)
+        reached[self.network.start] = True
+        while True:
+            more = reached[tails] & ~reached[heads]
+            if not more.any():
+                return int(self.network.reaches[reached].max())
+            reached[heads[more]] = True

@@ -1,0 +1,183 @@
+"""From the path through all modes to segments between rests, a motion for each, the events, and one motion of all."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import Floats, Ints, frozen
+from planner.collision.checker import CollisionChecker
+from planner.collision.edge_prover import EdgeProver
+from planner.objective.motion_cost import MotionCost
+from planner.problem.objective import Objective
+from planner.problem.request import TimingRequest
+from planner.tasks.file import Move, Pick
+from planner.tasks.judge import off_rest
+from planner.tasks.modes import Mode
+from planner.tasks.network import APPROACH, TaskNetwork
+from planner.tasks.options import Options
+from planner.tasks.why import doing
+from planner.trajectory.check import looked_at
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.proof import prove_motion
+from planner.trajectory.timing import time_path
+from planner.trajectory.trajectory import Trajectory
+
+PAUSE = 0.5  # s that the arm rests while a gripper moves
+PARTS = ("transit", "approach", "retreat")
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """A stretch from rest to rest in one mode: ``path`` (k, dof), and where times were asked for its ``trajectory``.
+
+    ``step`` counts from 1; ``part`` is transit, approach or retreat, ``carried`` what is held. Along the straight lines
+    to and from a rest the object may touch what it stands on in ``mode``; off the rest
+    (:func:`planner.tasks.judge.off_rest`) the segment is free in the mode ``strict`` too, where it may not.
+    """
+
+    step: int
+    doing: str
+    part: str
+    carried: str | None
+    mode: Mode
+    strict: Mode
+    path: Floats
+    trajectory: Trajectory | None = None
+
+    def to_dict(self, begin: float = 0.0) -> dict[str, Any]:
+        """As ``plan.json`` has it; it begins at ``begin`` s of the whole."""
+        timed = self.trajectory
+        motion = None
+        if timed is not None:
+            motion = {"begin": begin, "duration": timed.duration, "law": timed.law, "proven": timed.proven}
+        head = {"step": self.step, "doing": self.doing, "part": self.part, "carried": self.carried}
+        pairs = {"may_touch": self.strict.allowed, "at_rest": self.mode.allowed - self.strict.allowed}
+        named = {name: sorted(sorted(pair) for pair in allowed) for name, allowed in pairs.items()}
+        return {**head, **named, "path": self.path.tolist(), "trajectory": motion}
+
+
+@dataclass(frozen=True)
+class Event:
+    """At ``t`` s (None without times), at the end of a ``segment``: ``kind`` attach, detach or gripper.
+
+    An attach or a detach is of ``object`` to ``link``, a gripper's of ``joints`` to values.
+    """
+
+    t: float | None
+    kind: str
+    object: str
+    link: str
+    segment: int
+    joints: dict[str, float] | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """As ``plan.json`` has it."""
+        return {name: value for name, value in asdict(self).items() if name != "joints" or value is not None}
+
+
+def segments_of(options: Options, network: TaskNetwork, arcs: Ints) -> list[Segment]:
+    """The stretches of a path between rests."""
+    robot, motions = options.modes.robot, options.modes.motions
+    whole, found = [], []
+    for leg, group in itertools.groupby(arcs.tolist(), key=lambda arc: int(network.leg[arc])):
+        rows = list(group)
+        corners = [motions.corners(int(network.motion[arc])) for arc in rows]
+        path = np.vstack([corners[0][:1], *(part[1:] for part in corners)])
+        modes = [network.modes[network.mode[arc]] for arc in rows]
+        loose = replace(modes[0], allowed=frozenset().union(*(mode.allowed for mode in modes)))
+        strict = min(modes, key=lambda mode: len(mode.allowed))
+        held = None if loose.held is None else options.modes.grasps[loose.held].object
+        step, part = divmod(leg, 3)
+        found.append(Segment(step + 1, doing(options.task.steps[step]), PARTS[part], held, loose, strict, path))
+        whole.append(path)
+    unwound = robot.unwound(np.vstack(whole)) if whole else np.zeros((0, robot.dof))
+    ends = np.cumsum([len(path) for path in whole])
+    parts = np.split(unwound, ends[:-1]) if whole else []
+    return [replace(segment, path=frozen(part)) for segment, part in zip(found, parts, strict=True)]
+
+
+def timed(
+    segments: Sequence[Segment], options: Options, timing: TimingRequest, objective: Objective, scale: Any
+) -> list[Segment]:
+    """Each segment with the quickest motion from rest to rest; lines are kept but for their rounded corners."""
+    robot = options.modes.robot
+    limits = MotionLimits.of(robot, timing)
+    cost = MotionCost(robot, scale, objective, longest=np.inf)
+    found = []
+    for segment in segments:
+        checker = options.modes.checker_of(segment.mode)
+        line = segment.part != PARTS[0] and timing.time_law == "shortcuts"
+        law = "blended" if line else timing.time_law
+        made = time_path(segment.path, checker, limits, law=law, cost=cost, extra_cost=timing.extra_cost)
+        made = _beyond_rest(made, segment, options.modes.checker_of(segment.strict), limits)
+        contact = looked_at(made, checker)
+        if contact is not None:
+            made = replace(made, proven=False, proof=made.proof | {"contact": asdict(contact.contact)})
+        found.append(replace(segment, trajectory=made))
+    return found
+
+
+def _beyond_rest(made: Trajectory, segment: Segment, strict: CollisionChecker, limits: MotionLimits) -> Trajectory:
+    """The motion, proven only if it is also free without what may touch at the rest, once it is off that."""
+    if segment.mode == segment.strict:
+        return made
+    free = prove_motion(off_rest(made, segment.path, segment.part), EdgeProver(strict), limits).free
+    return replace(made, proven=made.proven and free, proof=made.proof | {"free_off_rest": free})
+
+
+def events_of(segments: Sequence[Segment], options: Options) -> tuple[Event, ...]:
+    """What happens at the rests: the gripper closes and holds, or opens and lets go."""
+    found: list[Event] = []
+    t = 0.0 if all(segment.trajectory is not None for segment in segments) else None
+    tool, gripper = options.modes.robot.tool, options.gripper
+    for number, segment in enumerate(segments):
+        if t is not None and segment.trajectory is not None:
+            t += segment.trajectory.duration
+        step = options.task.steps[segment.step - 1]
+        if segment.part != PARTS[APPROACH] or isinstance(step, Move):
+            continue
+        pick = isinstance(step, Pick)
+        held = segments[number + 1].mode.held if pick else segment.mode.held
+        assert held is not None
+        grasp = options.modes.grasps[held].grasp
+        joints = gripper.values(grasp.opening) if pick else dict(gripper.open)
+        wait = PAUSE if joints else 0.0
+        hold = Event(None if t is None else t + wait * pick, "attach" if pick else "detach", step.object, tool, number)
+        moves = [Event(t, "gripper", step.object, tool, number, joints)] if joints else []
+        found += [*moves, hold] if pick else [hold, *moves]
+        t = None if t is None else t + wait
+    return tuple(found)
+
+
+def begins_of(segments: Sequence[Segment], events: Sequence[Event]) -> list[int]:
+    """When (ns) each segment begins in the motion of all, which rests while a gripper moves."""
+    waits, now, found = {event.segment for event in events if event.kind == "gripper"}, 0, []
+    for number, segment in enumerate(segments):
+        found.append(now)
+        if segment.trajectory is not None:
+            clock = segment.trajectory.nanoseconds
+            now += int(clock[-1] - clock[0]) + (round(PAUSE * 1e9) if number in waits else 0)
+    return found
+
+
+def joined(segments: Sequence[Segment], events: Sequence[Event]) -> Trajectory | None:
+    """One motion of all segments, that rests while a gripper moves; None where they have no times."""
+    parts = [segment.trajectory for segment in segments]
+    timed_parts = [part for part in parts if part is not None]
+    if not timed_parts or len(timed_parts) < len(parts):
+        return None
+    begins, clock, columns = begins_of(segments, events), [], []
+    for begin, part in zip(begins, timed_parts, strict=True):
+        rows = slice(1 if clock and clock[-1][-1] == begin else 0, None)
+        clock.append(part.nanoseconds[rows] - part.nanoseconds[0] + begin)
+        columns.append([column[rows] for column in part.columns])
+    whole = tuple(np.concatenate(column) for column in zip(*columns, strict=True))
+    first = timed_parts[0]
+    proven = all(part.proven for part in timed_parts)
+    proof = {"segments": len(timed_parts), "segments_proven": sum(part.proven for part in timed_parts)}
+    return Trajectory(first.joints, np.concatenate(clock), whole, first.law, first.limits, proven, proof)

@@ -1,0 +1,96 @@
+"""``planner task`` as a user types it, and ``planner check`` and ``export`` of what it wrote."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from planner.base.resources import data_folder
+from tests.command_line import Run, assert_refused
+
+EXAMPLES = data_folder("scenes") / "examples"
+SCENE = str(EXAMPLES / "two-boards.yaml")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("task")
+
+
+@pytest.fixture
+def tidy(folder: Path, run: Run) -> Path:
+    """The example, planned once."""
+    out = folder / "tidy"
+    if not out.exists():
+        code, text, error = run("task", str(EXAMPLES / "tidy.yaml"), "--nodes", "60", "--out", str(out))
+        assert code == 0, error
+        assert "step 2, place mug: transit, holding mug" in text
+        assert "all proven" in text
+    return out
+
+
+def test_it_writes_segments_and_events(tidy: Path) -> None:
+    assert {path.name for path in tidy.iterdir()} == {"plan.json", "plan.html", "roadmap.npz", "trajectory.json"}
+    record = json.loads((tidy / "plan.json").read_text())
+    assert record["outcome"] == "solved"
+    assert [segment["carried"] for segment in record["segments"]] == [None, None, *["mug"] * 3, None, None]
+    assert set(record["segments"][0]) >= {"step", "carried", "path", "trajectory"}
+    assert [event["kind"] for event in record["events"]] == ["gripper", "attach", "detach", "gripper"]
+    assert record["gabf"]["max_error_vs_oracle"] == 0.0
+    assert record["cost"]["total"] > 0
+    assert set(record["files"]) == {"plan.html", "roadmap.npz", "trajectory.json"}
+
+
+def test_the_page_moves_the_object(tidy: Path) -> None:
+    page = (tidy / "plan.html").read_text()
+    assert page.rstrip().endswith("</html>")
+    assert '"mug"' in page
+
+
+@pytest.mark.parametrize("name", ["", "plan.json", "trajectory.json"])
+def test_it_is_checked_whole(tidy: Path, run: Run, name: str) -> None:
+    code, text, _ = run("check", str(tidy / name), "--robot", "panda", "--scene", SCENE)
+    assert code == 0
+    assert text.rstrip().endswith("All segments are free.")
+
+
+def test_in_another_scene_it_is_not_free(tidy: Path, run: Run, tmp_path: Path) -> None:
+    other = tmp_path / "other.yaml"
+    other.write_text(Path(SCENE).read_text().replace("[0.5, 0.35, 0.21]", "[0.5, 0.35, 0.25]"))
+    code, text, _ = run("check", str(tidy), "--robot", "panda", "--scene", str(other), "--json")
+    assert code == 4
+    assert not json.loads(text)["ok"]
+    code, _, error = run("check", str(tidy), "--robot", "panda", "--scene", "empty")
+    assert code == 3
+    assert "the task takes 'mug', which is not in scene 'empty'" in error
+
+
+def test_the_whole_motion_is_exported(tidy: Path, run: Run) -> None:
+    code, _, error = run("export", str(tidy), "--format", "csv")
+    assert code == 0, error
+    rows = (tidy / "trajectory-csv.csv").read_text().splitlines()
+    times = [float(row.split(",")[0]) for row in rows[1:]]
+    assert times == sorted(set(times))
+
+
+def test_what_cannot_be_done_is_said_with_code_4(run: Run, tmp_path: Path) -> None:
+    far = Path(SCENE).read_text().replace("[0.5, -0.3, 0.05]", "[1.5, -0.3, 0.05]")
+    (tmp_path / "two-boards.yaml").write_text(far)
+    (tmp_path / "far.yaml").write_text((EXAMPLES / "tidy.yaml").read_text())
+    code, text, _ = run("task", str(tmp_path / "far.yaml"), "--out", str(tmp_path / "out"))
+    assert code == 4
+    reason = json.loads((tmp_path / "out/plan.json").read_text())["reason"]
+    assert (reason["kind"], reason["step"], reason["what"]) == ("step_fails", 1, "no_grasp")
+    assert reason["out_of_reach"] == reason["tried"] == 200
+    assert "no grasp is left, 200 of 200 out of reach" in " ".join(text.split())
+
+
+def test_bad_files_and_options_write_nothing(run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert_refused(run("task", "none.yaml", "--out", str(out)), 3, "task file none.yaml not found", out)
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("robot: panda\nscene: empty\nsteps: [{pick: mug}]\n")
+    assert_refused(run("task", str(bad), "--out", str(out)), 3, "which is not in the scene", out)
+    assert_refused(run("task", str(bad), "--beta", "2", "--out", str(out)), 2, "beta", out)

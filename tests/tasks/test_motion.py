@@ -1,0 +1,156 @@
+"""Segments, events and motions of a task: looked at finely by another library, the object included."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.collision import make_checker
+from planner.kinematics.forward import tool_pose
+from planner.models.poses import pose
+from planner.models.robot import with_carried
+from planner.models.scene import Scene
+from planner.models.shapes import Carried, Obstacle, Sphere
+from planner.problem.request import TimingRequest
+from planner.tasks.judge import TaskRecord, judged, summary
+from planner.tasks.result import TaskPlan, _scene_in_motion
+from planner.trajectory.check import sampled_contact
+from tests.tasks.cases import BOARD, MUG, POST, SCENE, TABLE, small
+from tests.worlds import load
+
+FINE = 1e-4  # m
+
+
+@pytest.fixture(scope="module")
+def plan() -> TaskPlan:
+    return small().plan(timing=TimingRequest())
+
+
+def test_segments_follow_each_other_from_rest_to_rest(plan: TaskPlan) -> None:
+    parts = [(segment.step, segment.part, segment.carried) for segment in plan.segments]
+    assert parts == [
+        (1, "transit", None),
+        (1, "approach", None),
+        (1, "retreat", "mug"),
+        (2, "transit", "mug"),
+        (2, "approach", "mug"),
+        (2, "retreat", None),
+        (3, "transit", None),
+    ]
+    for one, other in zip(plan.segments, plan.segments[1:], strict=False):
+        np.testing.assert_array_equal(one.path[-1], other.path[0])
+    for segment in plan.segments:
+        made = segment.trajectory
+        assert made is not None
+        assert made.proven, made.proof
+        np.testing.assert_allclose(made.knots()[[0, -1]], segment.path[[0, -1]], atol=1e-9)
+        assert not made.knots(1)[[0, -1]].any()
+
+
+def test_events_stand_at_rests_of_the_whole_motion(plan: TaskPlan) -> None:
+    whole = plan.trajectory
+    assert whole is not None
+    assert whole.proven
+    assert [event.kind for event in plan.events] == ["gripper", "attach", "detach", "gripper"]
+    for event in plan.events:
+        assert event.t is not None
+        assert np.abs(whole.at(event.t, 1)).max() < 1e-9
+    closed, opened = plan.events[0].joints, plan.events[-1].joints
+    assert closed == pytest.approx({"panda_finger_joint1": 0.03, "panda_finger_joint2": 0.03})
+    assert opened == pytest.approx({"panda_finger_joint1": 0.04, "panda_finger_joint2": 0.04})
+    rests = sum(segment.trajectory.duration for segment in plan.segments if segment.trajectory)
+    assert whole.duration == pytest.approx(rests + 2 * 0.5)
+
+
+def test_nothing_touches_every_tenth_of_a_millimetre(plan: TaskPlan) -> None:
+    """Worlds built anew from the events, coal in the place of proofs; the mug misses the table once it is off it."""
+    robot = load("panda")
+    attach, detach = (next(e for e in plan.events if e.kind == kind) for kind in ("attach", "detach"))
+    assert plan.trajectory is not None
+    at = {e.kind: tool_pose(robot, plan.trajectory.at(e.t or 0.0)[0]).homogeneous for e in (attach, detach)}
+    hold = np.linalg.inv(at["attach"]) @ MUG.placement
+    put = at["detach"] @ hold
+    touch = frozenset(frozenset(("mug", link)) for link in ("panda_leftfinger", "panda_rightfinger"))
+    for segment in plan.segments:
+        fixed = (TABLE, BOARD, POST)
+        if segment.carried:
+            holding = with_carried(robot, [Carried(robot.tool, "mug", MUG.shape, hold)])
+            judge = make_checker(holding, Scene("x", fixed), "coal")
+        else:
+            mug = MUG if segment.step == 1 else Obstacle("mug", MUG.shape, put)
+            allowed = touch if segment.part != "transit" else frozenset()
+            judge = make_checker(robot, Scene("x", (*fixed, mug), allowed=allowed), "coal")
+        made = segment.trajectory
+        assert made is not None
+        contact = sampled_contact(made, judge, FINE)
+        if segment.part == "retreat" and segment.carried and contact is not None:
+            # it stands on the table, and is lifted off it
+            assert {contact.contact.first, contact.contact.second} == {"mug", "table"}
+            later = made.at(np.linspace(0.3 * made.duration, made.duration, 2000))
+            assert judge.first_contact(later) is None
+            continue
+        assert contact is None, segment
+
+
+def test_the_object_goes_where_it_was_to_go(plan: TaskPlan) -> None:
+    robot = load("panda")
+    attach, detach = plan.segments[1].path[-1], plan.segments[4].path[-1]
+    hold = np.linalg.inv(tool_pose(robot, attach).homogeneous) @ MUG.placement
+    put = tool_pose(robot, detach).homogeneous @ hold
+    np.testing.assert_allclose(put[2], [0, 0, 1, 0.22 + 0.12 + 1e-3], atol=1e-4)
+    assert (np.abs(put[:2, 3] - [0.5, 0.35]) <= 0.14 - 0.03 + 1e-5).all()
+
+
+def test_check_judges_each_segment_in_its_mode(plan: TaskPlan) -> None:
+    reports = plan.check(1e-3)
+    assert len(reports) == len(plan.segments)
+    assert all(report.ok for report in reports)
+
+
+def test_check_sees_what_only_the_object_touches(plan: TaskPlan) -> None:
+    robot, carrying = load("panda"), plan.segments[3]
+    attach = plan.segments[1].path[-1]
+    hold = np.linalg.inv(tool_pose(robot, attach).homogeneous) @ MUG.placement
+    made = carrying.trajectory
+    assert made is not None
+    mug = tool_pose(robot, made.at(0.5 * made.duration)[0]).homogeneous @ hold
+    bead = Obstacle("bead", Sphere(0.01), pose(tuple(mug[:3, 3] - 0.1 * mug[:3, 2])))
+    checker = make_checker(robot, replace(SCENE, obstacles=(*SCENE.obstacles, bead)))
+    record = TaskRecord.model_validate(plan.to_dict())
+    found = summary(list(judged(record, checker, plan.trajectory, 1e-3)))
+    assert not found["ok"]
+    assert [each["contact"] for each in found["segments"] if not each["ok"]] == ["'mug' and 'bead'"]
+
+
+def test_check_sees_a_mug_that_is_pushed_into_what_it_stands_on(plan: TaskPlan) -> None:
+    """Off its rest it may not touch the board: the motion of setting it down, with a board that is 1 cm higher."""
+    high = replace(BOARD, placement=pose((0.5, 0.35, 0.22)))
+    checker = make_checker(load("panda"), replace(SCENE, obstacles=(TABLE, high, POST, MUG)))
+    found = summary(list(judged(TaskRecord.model_validate(plan.to_dict()), checker, plan.trajectory, 1e-3)))
+    wrong = [(each["part"], each["contact"]) for each in found["segments"] if not each["ok"]]
+    assert ("approach", "'mug' and 'board'") in wrong
+
+
+def test_without_times_there_are_paths_and_events_only() -> None:
+    plan = small().plan()
+    assert plan.trajectory is None
+    assert {event.t for event in plan.events} == {None}
+    assert [report.ok for report in plan.check()] == [True] * 7
+
+
+def test_the_page_moves_the_object_with_the_hand(plan: TaskPlan) -> None:
+    assert plan.trajectory is not None
+    (mug,) = _scene_in_motion(plan, plan.trajectory).moving
+    attach, detach = (event.t for event in plan.events if event.kind in ("attach", "detach"))
+    assert attach is not None
+    assert detach is not None
+    np.testing.assert_allclose(mug.motion.at(0.5 * attach)[0], MUG.placement, atol=1e-9)
+    robot = load("panda")
+    hold = np.linalg.inv(tool_pose(robot, plan.trajectory.at(attach)[0]).homogeneous) @ MUG.placement
+    for t in np.linspace(attach, detach, 37):
+        carried = tool_pose(robot, plan.trajectory.at(t)[0]).homogeneous @ hold
+        np.testing.assert_allclose(mug.motion.at(t)[0], carried, atol=2e-3)
+    np.testing.assert_allclose(mug.motion.at(plan.trajectory.duration)[0][2], [0, 0, 1, 0.341], atol=1e-4)
+    assert plan.page().count("mug") > 1

@@ -1,0 +1,170 @@
+"""Tasks that make no sense, each with one sentence; steps that cannot be done, each with its reason."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.base.errors import PlannerError
+from planner.base.resources import data_folder
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Box, Obstacle
+from planner.problem.outcome import Outcome
+from planner.tasks.file import Grasp, GripperSaid, Move, Pick, Place, Region, Task, TaskError
+from planner.tasks.plan import TaskPlanner, task
+from tests.tasks.cases import BOARD, GRASPS, MUG, POST, SMALL, TABLE
+
+SCENE_TEXT = """
+obstacles:
+  - {name: table, type: box, size: [0.8, 1.4, 0.04], position: [0.55, 0.0, -0.02]}
+  - {name: board, type: box, size: [0.4, 0.4, 0.02], position: [0.5, 0.35, 0.21]}
+  - {name: tilted, type: box, size: [0.4, 0.4, 0.02], position: [0.5, 0.35, 0.6], rpy: [0.3, 0, 0]}
+  - {name: crate, type: box, size: [0.2, 0.2, 0.2], position: [0.3, -0.1, 0.1]}
+  - {name: ball, type: sphere, radius: 0.03, position: [0.3, -0.5, 0.03]}
+  - {name: mug, type: cylinder, radius: 0.03, length: 0.1, position: [0.5, -0.3, 0.05]}
+"""
+PICK = "{pick: mug}"
+WRONG = {
+    "unknown object": ("[{pick: cup}]", "step 1 picks 'cup', which is not in the scene; its obstacles are table"),
+    "misspelt object": ("[{pick: mugg}]", "'mugg' (did you mean 'mug'?)"),
+    "grasp inside": (
+        "[{pick: mug, grasps: [{position: [0, 0, 0.08]}]}]",
+        "every grasp of 'mug' has the hand inside it",
+    ),
+    "in the air": (f"[{PICK}, {{place: mug, pose: {{position: [0.5, 0.3, 0.4]}}}}]", "stand in the air at (0.5, 0.3"),
+    "inside": (f"[{PICK}, {{place: mug, pose: {{position: [0.5, 0.3, 0.2]}}}}]", "would lie inside 'board'"),
+    "small region": (f"[{PICK}, {{place: mug, on: board, at: [[0.4, 0.3], [0.45, 0.4]]}}]", "smaller than 'mug'"),
+    "region off": (
+        f"[{PICK}, {{place: mug, on: board, at: [[0.4, 0.3], [0.9, 0.4]]}}]",
+        "beyond the top of 'board' (x",
+    ),
+    "no board": (f"[{PICK}, {{place: mug, on: bord, at: [[0.4, 0.3], [0.6, 0.4]]}}]", "(did you mean 'board'?)"),
+    "no box": (f"[{PICK}, {{place: mug, on: ball, at: [[0.4, 0.3], [0.6, 0.4]]}}]", "'ball' is no box"),
+    "not level": (f"[{PICK}, {{place: mug, on: tilted, at: [[0.4, 0.3], [0.6, 0.4]]}}]", "'tilted' is not level"),
+    "not held": ("[{place: mug, on: board, at: [[0.4, 0.3], [0.6, 0.4]]}]", "nothing is held: pick it first"),
+    "two in hand": (f"[{PICK}, {{pick: ball}}]", "picks 'ball' while 'mug' is held"),
+    "too wide": ("[{pick: crate}]", "'crate' is wider than the gripper opens (0.08 m)"),
+    "no step": ("[]", "steps"),
+    "two kinds": ("[{pick: mug, move: home}]", "give one of pick, place and move"),
+    "unknown key": ("[{pick: mug, graps: auto}]", "unknown key"),
+    "half a region": (f"[{PICK}, {{place: mug, on: board}}]", "'on' and 'at' go together"),
+    "axis and turn": ("[{pick: mug, grasps: [{axis: [0, 0, 1], rpy: [0, 0, 0]}]}]", "a quaternion (or rpy) or an axis"),
+    "no direction": ("[{pick: mug, grasps: [{axis: [0, 0, 0]}]}]", "an axis of zero length"),
+    "unknown state": ("[{move: nowhere}]", "step 1 moves to 'nowhere', which is not among"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "scene.yaml").write_text(SCENE_TEXT)
+    return tmp_path
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_makes_no_sense_is_one_sentence(what: str, folder: Path) -> None:
+    steps, text = WRONG[what]
+    (folder / "task.yaml").write_text(f"robot: panda\nscene: scene.yaml\nsteps: {steps}\n")
+    with pytest.raises(PlannerError, match=r"^[^\n]*$") as error:
+        task(folder / "task.yaml", nodes=10)
+    assert text in str(error.value)
+    assert str(error.value).endswith(".")
+    assert error.value.exit_code == 3
+
+
+def test_two_objects_of_one_name(folder: Path) -> None:
+    (folder / "scene.yaml").write_text(SCENE_TEXT.replace("name: ball", "name: mug"))
+    (folder / "task.yaml").write_text("robot: panda\nscene: scene.yaml\nsteps: [{pick: mug}]\n")
+    with pytest.raises(PlannerError, match="name 'mug' is used twice"):
+        task(folder / "task.yaml")
+    twice = Scene("twice", (MUG, replace(MUG, placement=pose((0.5, 0.3, 0.12)))))
+    with pytest.raises(TaskError, match="two objects of the scene are called 'mug'"):
+        task(replace(SMALL, scene=twice))
+
+
+def test_links_that_are_not_there_grasp_nothing() -> None:
+    with pytest.raises(TaskError, match="link 'claw' cannot touch what is grasped: links with shapes are"):
+        task(replace(SMALL, gripper=GripperSaid(touch=("claw",))))
+
+
+def test_no_grasp_within_reach() -> None:
+    away = Obstacle("mug", MUG.shape, pose((2.0, 0.0, 0.12)))
+    found = task(replace(SMALL, scene=Scene("away", (TABLE, BOARD, away))), nodes=10)
+    assert found.outcome is Outcome.NO_PATH
+    assert found.reason is not None
+    assert (found.reason.step, found.reason.what, found.reason.tried, found.reason.out_of_reach) == (
+        1,
+        "no_grasp",
+        3,
+        3,
+    )
+    assert "Step 1 (pick mug) cannot be done: no grasp is left, 3 of 3 out of reach" in found.message
+    assert found.to_dict()["reason"]["kind"] == "step_fails"
+
+
+def test_grasps_in_contact_are_counted_by_what_they_touch() -> None:
+    lid = Obstacle("lid", Box((0.2, 0.2, 0.02)), pose((0.5, -0.3, 0.35)))
+    found = task(replace(SMALL, scene=Scene("covered", (TABLE, BOARD, lid, MUG))), nodes=10)
+    assert found.reason is not None
+    assert found.reason.what == "no_grasp"
+    assert sum(found.reason.contacts.values()) + found.reason.out_of_reach == 3
+    assert "lid" in found.reason.names
+    assert "'lid'" in found.message
+
+
+def test_no_placement_that_the_object_fits_into() -> None:
+    """The hand gets there, the object does not: something small stands in its only place."""
+    peg = Obstacle("peg", Box((0.01, 0.01, 0.03)), pose((0.5, 0.35, 0.235)))
+    narrow = Place("mug", Region("board", ((0.47, 0.32), (0.53, 0.38)), samples=3))
+    scene = Scene("pegged", (TABLE, BOARD, peg, MUG))
+    found = task(replace(SMALL, scene=scene, steps=(Pick("mug", GRASPS), narrow, Move("home"))), nodes=60)
+    assert found.outcome is Outcome.NO_PATH
+    assert found.reason is not None
+    assert (found.reason.step, found.reason.what) == (2, "no_placement")
+    assert found.reason.names == {"mug", "peg"}
+    assert "Step 2 (place mug) cannot be done: no placement is left" in found.message
+
+
+def test_a_roadmap_too_small_leaves_no_path() -> None:
+    planner = TaskPlanner.of(SMALL, nodes=100, ik_solutions=2)
+    assert planner.network is not None
+    off = planner.network.leg == 3 * 2  # the way home
+    planner.network = replace(planner.network, heads=np.where(off, planner.network.tails[0], planner.network.heads))
+    found = planner.plan()
+    assert found.reason is not None
+    assert (found.reason.step, found.reason.what) == (3, "no_path")
+    assert found.message.startswith("Step 3 (move to home) cannot be done: no path leads there within the budget")
+
+
+def test_objects_that_move_are_refused() -> None:
+    quick = replace(POST, speed_limit=0.1)
+    with pytest.raises(TaskError, match="obstacles move"):
+        task(replace(SMALL, scene=Scene("moving", (TABLE, BOARD, MUG, quick))))
+
+
+def test_the_example_is_as_small_as_a_task_can_be() -> None:
+    made = Task.load(data_folder("scenes") / "examples/tidy.yaml")
+    assert [type(step).__name__ for step in made.steps] == ["Pick", "Place", "Move"]
+    assert isinstance(made.steps[1], Place)
+    assert made.steps[1].at == Region("board", ((0.35, 0.2), (0.65, 0.5)))
+
+
+def test_a_free_axis_and_a_cone_become_poses(folder: Path) -> None:
+    grasps = "[{position: [0, 0, 0.02], axis: [0, 0, -2], cone: 0.4, opening: 0.06}]"
+    (folder / "task.yaml").write_text(
+        f"robot: panda\nscene: scene.yaml\nsteps: [{{pick: mug, grasps: {grasps}, approach: {{axis: [1, 0, 0]}}}}]\n"
+    )
+    step = Task.load(folder / "task.yaml").steps[0]
+    assert isinstance(step, Pick)
+    assert step.grasps is not None
+    assert len(step.grasps) == 7 * 12
+    cosines = np.array([grasp.pose[:3, 2] @ [0, 0, -1] for grasp in step.grasps])
+    np.testing.assert_allclose(cosines, np.repeat([1.0, *[np.cos(0.4)] * 6], 12))
+    for grasp in step.grasps:
+        assert isinstance(grasp, Grasp)
+        np.testing.assert_allclose(grasp.pose[:3, :3] @ grasp.pose[:3, :3].T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(grasp.pose[:3, :3]) == pytest.approx(1.0)
+    assert step.approach.axis == (1.0, 0.0, 0.0)
