@@ -45,13 +45,13 @@ from .roadmap.roadmap import Roadmap as Roadmap
 from .roadmap.storage import load_roadmap as load_roadmap
 from .roadmap.storage import save_roadmap as save_roadmap
 from .session.session import Session as Session
-from .tool_paths.file import read_tool_path as read_tool_path
-from .tool_paths.follow import follow as follow
-from .tool_paths.tool_path import ToolPath as ToolPath
 from .tasks.file import Task as Task
 from .tasks.plan import task as task
 from .tasks.request import TaskRequest as TaskRequest
 from .tasks.result import TaskPlan as TaskPlan
+from .tool_paths.file import read_tool_path as read_tool_path
+from .tool_paths.follow import follow as follow
+from .tool_paths.tool_path import ToolPath as ToolPath
 from .tradeoff.sweep import Tradeoff as Tradeoff
 from .tradeoff.sweep import sweep as sweep
 from .trajectory.check import check as check
