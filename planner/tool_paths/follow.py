@@ -23,6 +23,7 @@ from planner.kinematics.manipulability_proof import prove_floor
 from planner.kinematics.tool_bound import Frame
 from planner.objective.scale import CostScale, measure_scale
 from planner.planning.followed import FollowedPath
+from planner.planning.manipulability_floor import rounded_down
 from planner.planning.network import build_network
 from planner.planning.plan import improved, looked_at_again, solve_and_heal, timed
 from planner.planning.record import DeviationRecord, ToolPathRecord, ToolSpeedRecord
@@ -31,7 +32,7 @@ from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
-from planner.problem.request import FollowRequest, TimingRequest
+from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
 from planner.problem.targets import parse_target
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.node_checks import nobody
@@ -176,6 +177,24 @@ class Follower:
         goals = ladder.nodes[best]
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
 
+    def _lower_floor(self, request: PlanRequest) -> float | None:
+        """The highest floor found with which the path is followed farther; None where no floor is in the way."""
+        if self.floor <= 0:
+            return None
+        free, along = _ladder_roadmap(self.ladder, self.checker, replace(request, min_manipulability=0.0))
+        if free is None or along.max() <= self.along.max(initial=0.0) + 1e-9:
+            return None
+        ahead = along[free.edges[:, 0]] < along[free.edges[:, 1]]
+        arcs = np.where(ahead[:, None], free.edges, free.edges[:, ::-1])
+        w, begin, end = free.edge_manipulability.min(axis=1), along <= 1e-9, along >= along.max() - 1e-9
+        levels = np.unique(w)
+        low, high = 0, len(levels)
+        while high - low > 1:
+            middle = (low + high) // 2
+            passes = _swept(begin, arcs[w >= levels[middle]])[end].any()
+            low, high = (middle, high) if passes else (low, middle)
+        return rounded_down(float(levels[low]))
+
     def _finished(
         self, solved: Plan, motion: tuple[Trajectory, ToolSpeed | None] | None, along: Floats | None = None
     ) -> Plan:
@@ -184,7 +203,7 @@ class Follower:
         if self.followed < 1.0 - 1e-9 and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
             there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
-            reason = why_not(self.checker, self.ladder, followed, there, self.floor)
+            reason = why_not(self.checker, self.ladder, followed, there, self._lower_floor(solved.request))
         reached, deviation = np.zeros((0, 3)), DeviationRecord(position=0.0, angle=0.0)
         if along is not None and len(solved.path):
             places = along[solved.path_nodes]
@@ -219,7 +238,7 @@ def _free_at(checker: CollisionChecker) -> Callable[[Floats], Bools]:
 
 
 def _ladder_roadmap(
-    ladder: Ladder, checker: CollisionChecker, request: FollowRequest, progress: Progress
+    ladder: Ladder, checker: CollisionChecker, request: PlanRequest, progress: Progress = QUIET
 ) -> tuple[Roadmap | None, Floats]:
     """The ladder's motions that are free and above the floor, as far as they are joined to its first rungs.
 
