@@ -90,7 +90,7 @@ class CannotFollowRecord(Record):
     between: list[str]
     """the two things that touch, or joints whose limits would have to be left"""
     reachable: float
-    """the largest w there, where it is below the floor"""
+    """the highest floor found with which it goes on, where the floor is too high"""
 
 
 ReasonRecord = Annotated[

@@ -195,8 +195,8 @@ class CannotFollow(Reason):
 
     "out_of_reach": inverse kinematics came no nearer than ``distance`` (m); "turned": it misses the orientation by
     ``distance`` (rad); "beyond_limit": only beyond the limits of joints, the ``between``; "touching": all solutions
-    touch, most of them the two things ``between``; "below_floor": none has a w above ``reachable``; "jump": the
-    solutions there are on other branches, ``distance`` (rad) away at least.
+    touch, most of them the two things ``between``; "below_floor": the floor is too high, ``reachable`` the highest
+    found with which it goes on; "jump": the solutions there are on other branches, ``distance`` (rad) away at least.
     """
 
     point: int
@@ -229,7 +229,8 @@ class CannotFollow(Reason):
                 )
             case "below_floor":
                 return (
-                    head + f"no solution has a manipulability above {self.reachable:.3g}; lower --min-manipulability."
+                    head
+                    + f"the floor is too high, the highest found that it keeps to is {self.reachable:g}; take that."
                 )
         return head + (
             f"what was reached and the solutions there are {self.distance:.3g} rad apart, on other branches or with "

@@ -9,20 +9,17 @@ from typing import Any
 import numpy as np
 
 from planner import gabf
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats
 from planner.base.errors import SceneError
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
-from planner.collision.edge_prover import EdgeProver, Proofs
-from planner.construction.build import origin_of
+from planner.collision.edge_prover import EdgeProver
 from planner.construction.obtain import obtain_roadmap
-from planner.kinematics.manipulability import node_manipulability
-from planner.kinematics.manipulability_proof import prove_floor
 from planner.kinematics.tool_bound import Frame
-from planner.objective.scale import CostScale, measure_scale
 from planner.planning.followed import FollowedPath
+from planner.planning.manipulability_floor import rounded_down
 from planner.planning.network import build_network
 from planner.planning.plan import improved, looked_at_again, solve_and_heal, timed
 from planner.planning.record import DeviationRecord, ToolPathRecord, ToolSpeedRecord
@@ -31,15 +28,14 @@ from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
-from planner.problem.request import FollowRequest, TimingRequest
+from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
 from planner.problem.targets import parse_target
-from planner.roadmap.measure import measure_edges
-from planner.roadmap.node_checks import nobody
-from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap
+from planner.roadmap.roadmap import Roadmap
 from planner.setup.open import Query, open_world, states_of
 from planner.setup.resolve import resolve
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import Ladder, build_ladder
+from planner.tool_paths.ladder_roadmap import forward, joined, ladder_roadmap, roadmap_of_home, swept
 from planner.tool_paths.timing import ToolSpeed, joined_motion, time_tool_path
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
@@ -111,7 +107,7 @@ class Follower:
             )
             progress("ladder", len(ladder.q), len(ladder.q))
         with clock("proofs"):
-            roadmap, along = _ladder_roadmap(ladder, checker, request, progress)
+            roadmap, along = ladder_roadmap(ladder, checker, request, progress)
         return Follower(checker, path, ladder, roadmap, along, request.min_manipulability, clock.seconds)
 
     @property
@@ -126,7 +122,7 @@ class Follower:
         limits = None if timing is None else MotionLimits.of(robot, timing)
         begun = {"robot": robot, "scene": self.checker.world.scene, "checker": self.checker, "timings": clock.seconds}
         if self.roadmap is None:
-            nowhere = _nowhere(self.checker, request)
+            nowhere = roadmap_of_home(self.checker, request)
             return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), None)
         roadmap, along = self.roadmap, self.along
         draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
@@ -143,9 +139,9 @@ class Follower:
                 if not free.roadmap.connected:
                     failed = replace(free, outcome=Outcome.NO_PATH)
                     return self._finished(replace(failed, reason=why_no_path(failed, progress)), None)
-                roadmap, along = _joined(free, roadmap, along)
+                roadmap, along = joined(free, roadmap, along)
         with clock("costs"):
-            network = _forward(build_network(roadmap, request.objective), along)
+            network = forward(build_network(roadmap, request.objective), along)
         solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock)
         motion = None
         if timing is not None and limits is not None and len(solved.path):
@@ -170,11 +166,29 @@ class Follower:
         """From the start to the first rungs of the least cost-to-go."""
         checker, ladder = self.checker, draft.roadmap
         start = resolve(parse_target(str(request.start)), checker, states_of(checker.robot, draft.scene), "start")
-        network = _forward(build_network(ladder, request.objective), self.along)
+        network = forward(build_network(ladder, request.objective), self.along)
         cost = gabf.oracle(network)[ladder.starts]
         best = ladder.starts[np.argsort(cost, kind="stable")[: min(_ENDS, int(np.isfinite(cost).sum()))]]
         goals = ladder.nodes[best]
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
+
+    def _lower_floor(self, request: PlanRequest) -> float | None:
+        """The highest floor found with which the path is followed farther; None where no floor is in the way."""
+        if self.floor <= 0:
+            return None
+        free, along = ladder_roadmap(self.ladder, self.checker, replace(request, min_manipulability=0.0))
+        if free is None or along.max() <= self.along.max(initial=0.0) + 1e-9:
+            return None
+        ahead = along[free.edges[:, 0]] < along[free.edges[:, 1]]
+        arcs = np.where(ahead[:, None], free.edges, free.edges[:, ::-1])
+        w, begin, end = free.edge_manipulability.min(axis=1), along <= 1e-9, along >= along.max() - 1e-9
+        levels = np.unique(w)
+        low, high = 0, len(levels)
+        while high - low > 1:
+            middle = (low + high) // 2
+            passes = swept(begin, arcs[w >= levels[middle]])[end].any()
+            low, high = (middle, high) if passes else (low, middle)
+        return rounded_down(float(levels[low]))
 
     def _finished(
         self, solved: Plan, motion: tuple[Trajectory, ToolSpeed | None] | None, along: Floats | None = None
@@ -184,7 +198,7 @@ class Follower:
         if self.followed < 1.0 - 1e-9 and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
             there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
-            reason = why_not(self.checker, self.ladder, followed, there, self.floor)
+            reason = why_not(self.checker, self.ladder, followed, there, self._lower_floor(solved.request))
         reached, deviation = np.zeros((0, 3)), DeviationRecord(position=0.0, angle=0.0)
         if along is not None and len(solved.path):
             places = along[solved.path_nodes]
@@ -216,131 +230,6 @@ def _free_at(checker: CollisionChecker) -> Callable[[Floats], Bools]:
     """Which configurations (k, dof) are proven free, (k,)."""
     prover = EdgeProver(checker)
     return lambda q: prover.free(q, np.zeros_like(q))
-
-
-def _ladder_roadmap(
-    ladder: Ladder, checker: CollisionChecker, request: FollowRequest, progress: Progress
-) -> tuple[Roadmap | None, Floats]:
-    """The ladder's motions that are free and above the floor, as far as they are joined to its first rungs.
-
-    Its starts are the first rungs, its goals those farthest along the path that are reached.
-    """
-    robot, along, arcs = ladder.robot, ladder.along, ladder.arcs
-    arcs = arcs[_on_the_way(along, arcs)]
-    start = ladder.q[arcs[:, 0]]
-    delta = robot.difference(start, ladder.q[arcs[:, 1]])
-    proofs = EdgeProver(checker, progress).prove(start, delta, contacts=False)
-    good = proofs.free
-    if request.min_manipulability > 0:
-        rows = np.flatnonzero(good)
-        good[rows] = prove_floor(robot, np.stack([start, delta], axis=1)[rows], request.min_manipulability).holds
-    arcs, rows = arcs[good], np.flatnonzero(good)
-    kept = _on_the_way(along, arcs)
-    if not kept.any():
-        return None, np.zeros(0)
-    return _roadmap(ladder, arcs[kept], proofs, rows[kept], checker, request.seed)
-
-
-def _on_the_way(along: Floats, arcs: Ints) -> Bools:
-    """(m,) the arcs that lie on a way from the path's beginning to what is farthest along it of all that is reached.
-
-    Rungs are sorted along the path.
-    """
-    if not len(arcs):
-        return np.zeros(0, dtype=bool)
-    ahead = _swept(along <= 1e-9, arcs)
-    if not ahead[arcs[:, 0]].any():
-        return np.zeros(len(arcs), dtype=bool)
-    farthest = along[arcs[ahead[arcs[:, 0]], 1]].max()
-    back = _swept(ahead & (along >= farthest - 1e-9), arcs[:, ::-1])
-    return ahead[arcs[:, 0]] & back[arcs[:, 1]]
-
-
-def _swept(reached: Bools, arcs: Ints) -> Bools:
-    """(n,) what can be reached along arcs (m, 2) from where ``reached`` is True."""
-    while True:
-        more = reached.copy()
-        more[arcs[reached[arcs[:, 0]], 1]] = True
-        if (more == reached).all():
-            return reached
-        reached = more
-
-
-def _roadmap(
-    ladder: Ladder, arcs: Ints, proofs: Proofs, rows: Ints, checker: CollisionChecker, seed: int
-) -> tuple[Roadmap, Floats]:
-    used = np.unique(arcs)
-    along = ladder.along[used]
-    first, last = along <= 1e-9, along >= along.max() - 1e-9
-    order = np.concatenate([np.flatnonzero(first), np.flatnonzero(last), np.flatnonzero(~first & ~last)])
-    number = np.full(len(ladder.q), -1)
-    number[used[order]] = np.arange(len(order))
-    edges = np.sort(number[arcs], axis=1)
-    sorted_ = np.lexsort((edges[:, 1], edges[:, 0]))
-    nodes, edges, rows = ladder.q[used[order]], edges[sorted_], rows[sorted_]
-    w, robot = node_manipulability(ladder.robot, nodes), ladder.robot
-    unit = CostScale(1.0, 2.0, 1.0, 1.0, 0.01)
-    measured = measure_edges(robot, nodes, edges, unit)
-    scale = measure_scale(w, measured["joint_length"], measured["tool_length"])
-    roadmap = Roadmap(
-        nodes=nodes,
-        edges=edges,
-        proven=np.ones(len(edges), dtype=bool),
-        starts=np.arange(first.sum()),
-        goals=first.sum() + np.arange(last.sum()),
-        manipulability=w,
-        **measure_edges(robot, nodes, edges, scale),
-        clearance=proofs.clearance[rows],
-        samples=proofs.samples[rows],
-        checked_by=nobody(len(nodes)),
-        scale=scale,
-        origin=origin_of(checker, seed),
-    )
-    return roadmap, along[order]
-
-
-def _nowhere(checker: CollisionChecker, request: FollowRequest) -> Roadmap:
-    """A roadmap of the arm at home alone, for a path that is followed nowhere."""
-    robot = checker.robot
-    nodes, none = robot.home[None], np.zeros((0, 2), dtype=np.int64)
-    w = node_manipulability(robot, nodes)
-    scale = measure_scale(w, np.zeros(0), np.zeros(0))
-    return Roadmap(
-        nodes=nodes, edges=none, proven=np.zeros(0, bool), starts=np.zeros(1, np.int64), goals=np.zeros(0, np.int64),
-        manipulability=w, **measure_edges(robot, nodes, none, scale), clearance=np.zeros(0),
-        samples=np.zeros(0, np.int64), checked_by=nobody(1), scale=scale, origin=origin_of(checker, request.seed),
-    )  # fmt: skip
-
-
-def _forward(network: gabf.Network, along: Floats) -> gabf.Network:
-    """The network without the arcs that lead back along the path; off it ``along`` is -1."""
-    tails, heads = along[network.tails], along[network.indices]
-    return network.without_arcs(np.flatnonzero((tails > heads) & (tails > 1e-9)))
-
-
-def _joined(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
-    """The free roadmap with the ladder behind its goals, on its scale; the ladder's other first rungs are left out."""
-    robot, roadmap = free.robot, free.roadmap
-    roomy = roadmap.part(np.ones(len(roadmap.nodes), bool), roadmap.clearance >= free.clearance_kept)
-    roadmap = roomy if roomy.connected else roadmap
-    n = len(roadmap.nodes)
-    number = np.where(along > 1e-9, n + np.cumsum(along > 1e-9) - 1, -1)
-    for goal in roadmap.goals:
-        same = np.abs(ladder.nodes[ladder.starts] - roadmap.nodes[goal]).max(axis=1) < 1e-9
-        number[ladder.starts[same]] = goal
-    kept = (number >= 0)[ladder.edges].all(axis=1)
-    edges = np.sort(number[ladder.edges[kept]], axis=1)
-    behind = along > 1e-9
-    rungs = {name: getattr(ladder, name)[behind] for name in NODE_ARRAYS}
-    nodes = {name: np.concatenate([getattr(roadmap, name), rungs[name]]) for name in NODE_ARRAYS}
-    arcs: dict[str, Any] = {name: getattr(ladder, name)[kept] for name in EDGE_ARRAYS} | {"edges": edges}
-    arcs |= measure_edges(robot, nodes["nodes"], edges, roadmap.scale)
-    joined = {name: np.concatenate([getattr(roadmap, name), arcs[name]]) for name in EDGE_ARRAYS}
-    order = np.lexsort((joined["edges"][:, 1], joined["edges"][:, 0]))
-    joined = {name: array[order] for name, array in joined.items()}
-    places = np.concatenate([np.full(n, -1.0), along[behind]])
-    places[roadmap.goals] = 0.0
-    return replace(roadmap, **nodes, **joined, goals=number[ladder.goals]), places
 
 
 def _largest_deviation(

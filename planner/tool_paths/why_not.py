@@ -10,7 +10,6 @@ import numpy as np
 from planner.base.arrays import Floats, frozen
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.kinematics.inverse import POSITION_TOLERANCE
-from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
 from planner.problem.reasons import CannotFollow
 from planner.tool_paths.ladder import Ladder, solutions_at
@@ -20,11 +19,12 @@ _LOOKED_AT = 40  # solutions whose contacts are named
 
 
 def why_not(
-    checker: CollisionChecker, ladder: Ladder, followed: float, reached: Floats | None, floor: float
+    checker: CollisionChecker, ladder: Ladder, followed: float, reached: Floats | None, floor: float | None = None
 ) -> CannotFollow:
     """The reason why the path is not followed beyond a share of its length, by its next station.
 
-    ``reached`` (k, dof) are the solutions there that can be reached.
+    ``reached`` (k, dof) are the solutions there that can be reached, ``floor`` is one that lets it go on, where the one
+    asked for is all that is in the way.
     """
     robot, path, stations = ladder.robot, ladder.tube.path, ladder.stations
     here = followed * stations[-1]
@@ -32,6 +32,8 @@ def why_not(
     there = float(beyond[0]) if len(beyond) else float(stations[-1])
     line = min(int(np.searchsorted(path.along, there - 1e-9)), len(path.along) - 1)
     begun = {"point": int(path.given[line]), "followed": followed}
+    if floor is not None:
+        return CannotFollow(cause="below_floor", reachable=floor, **begun)
     q, miss = _solutions(robot, ladder, there)
     if not len(q):
         return _no_solution(robot, ladder, there, miss, begun)
@@ -39,9 +41,6 @@ def why_not(
     if all(contacts):
         named = Counter((found.first, found.second) for found in contacts if found)
         return CannotFollow(cause="touching", between=named.most_common(1)[0][0], **begun)
-    w = manipulability(robot, q)
-    if floor > 0 and w.max() < floor:
-        return CannotFollow(cause="below_floor", reachable=float(w.max()), **begun)
     free = q[[k for k, found in enumerate(contacts) if found is None]]
     away = 0.0
     if reached is not None:

@@ -181,7 +181,8 @@ def test_a_field_that_did_not_settle_says_so(solved):
 def test_outcomes_are_sentences_with_keys_and_codes(outcome):
     assert outcome.value.endswith(".")
     assert outcome.key == outcome.name.lower()
-    assert outcome.exit_code == {"solved": 0, "no_path": 4, "too_singular": 4, "interrupted": 130}[outcome.key]
+    codes = {"solved": 0, "no_path": 4, "too_singular": 4, "partly_followed": 4, "interrupted": 130}
+    assert outcome.exit_code == codes[outcome.key]
 
 
 @pytest.mark.parametrize("backend", ["fcl", "coal"])

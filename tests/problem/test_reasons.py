@@ -114,7 +114,7 @@ def test_what_moves_in_the_way_is_named_with_a_remedy(place: str, end: str) -> N
         (CannotFollow(3, 0.25, "turned", 0.2), "turned away by 0.2 rad"),
         (CannotFollow(3, 0.25, "beyond_limit", between=("elbow",)), "limits of elbow"),
         (CannotFollow(3, 0.25, "touching", between=("hand", "shelf")), "'hand' and 'shelf' come too near"),
-        (CannotFollow(3, 0.25, "below_floor", reachable=0.02), "a manipulability above 0.02"),
+        (CannotFollow(3, 0.25, "below_floor", reachable=0.02), "highest found that it keeps to is 0.02"),
         (CannotFollow(3, 0.25, "jump", 1.5), "1.5 rad apart"),
     ],
 )

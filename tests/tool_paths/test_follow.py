@@ -80,7 +80,9 @@ def test_a_floor_is_kept(follower: Follower) -> None:
     refused = follow(RASTER, REQUEST, min_manipulability=10.0)
     assert isinstance(refused.reason, CannotFollow)
     assert refused.reason.cause == "below_floor"
-    assert 0 < refused.reason.reachable < 10.0
+    assert floor / 2 < refused.reason.reachable < 10.0
+    lower = follow(RASTER, REQUEST, min_manipulability=refused.reason.reachable)
+    assert lower.outcome is Outcome.SOLVED
 
 
 def test_a_free_motion_leads_to_it_from_a_start() -> None:

@@ -12,7 +12,7 @@ from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
 from tests.kinematics.test_tool_bound import sliding
 from tests.tool_paths.judge import line_of, outside
-from tests.worlds import load
+from tests.worlds import joint_xml, link_xml, load
 
 WRIST = [[0.35, -0.05, 0.45], [0.40, 0.05, 0.45]]
 
@@ -64,6 +64,20 @@ def test_a_slide_and_a_joint_beside_follow_a_line(urdf_file) -> None:
     path = through(robot, np.array([0.1, 0.3, 0.2, 0.4, 0.0]), np.array([0.0, 0.1, 0.0]))
     ladder = build_ladder(robot, Tube(path.evenly_turned()))
     assert len(ladder.arcs) > 0
+    assert worst_on_arcs(ladder, np.random.default_rng(0)) <= 1.0
+
+
+def test_a_tool_a_metre_off_the_flange_follows_a_line(urdf_file) -> None:
+    inside = "".join(link_xml(name) for name in "abcdefgh")
+    axes = ["0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0"]
+    for k, axis in enumerate(axes):
+        offset = "0 0 0.3" if k in (1, 2) else "0.1 0 0"
+        inside += joint_xml(f"j{k}", "abcdef"[k], "bcdefg"[k], axis=axis, xyz=offset, limit="-2.5 2.5")
+    fixed = '<joint name="end" type="fixed"><parent link="g"/><child link="h"/><origin xyz="1 0 0"/></joint>'
+    robot = Robot.load(urdf_file(inside + fixed, name="long"), "h")
+    path = through(robot, np.array([0.2, 0.3, 0.5, 0.1, 0.4, 0.2]), np.array([0.0, 0.1, 0.0]), tube=(1e-4, 2e-3))
+    ladder = build_ladder(robot, Tube(path.evenly_turned()))
+    assert len(ladder.arcs) > 10
     assert worst_on_arcs(ladder, np.random.default_rng(0)) <= 1.0
 
 
