@@ -197,7 +197,7 @@ def bound_to(conditions: Iterable[Condition], robot: Robot, start: Floats) -> tu
 
 def _orientation(robot: Robot, frame: str | None, q: Floats) -> Quaternion:
     rotation, _ = frame_of(robot, frame).poses(robot, q[None])
-    x, y, z, w = (float(value) for value in quaternion_of(rotation[0]))
+    x, y, z, w = (round(float(value), 9) for value in quaternion_of(rotation[0]))  # to be read
     return x, y, z, w
 
 

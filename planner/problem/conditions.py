@@ -266,7 +266,7 @@ def parse_condition(text: str) -> Condition:
     """A condition out of its text; :class:`OptionError` where the text has no meaning."""
     found = _SYNTAX.fullmatch(text.strip())
     if found is None or found[1] not in _KINDS:
-        raise OptionError(f"condition '{text[:100]}' is not usable: give {FORMS}")
+        raise OptionError(f"condition '{text[:100]}' is not usable: give {FORMS}.")
     kind, rest, frame, at = found.groups()
     made, form = _KINDS[kind]
     words = rest.split(",")
