@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, frozen
-from planner.base.errors import OptionError, choices
+from planner.base.errors import RobotError, StateError, choices
 from planner.base.yamlfile import nearest
 from planner.constraints.pieces import Half, Piece, pieces_of
 from planner.kinematics.forward import Chain, joint_placements
@@ -79,7 +79,7 @@ class Keeps:
         keeps.holds(q)                          # (n,) in states (n, dof)
         keeps.proven(coefficients)              # (m,) on whole curves (m, degree + 1, dof)
 
-    Of none all of it is True, at no cost. Raises :class:`OptionError` for frames that the robot lacks.
+    Of none all of it is True, at no cost. Raises :class:`RobotError` for frames that the robot lacks.
     """
 
     robot: Robot
@@ -184,9 +184,6 @@ class Keeps:
 
 def frame_of(robot: Robot, name: str | None, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Frame:
     """A frame of the robot, its tool where no name is given, moved to a point of it (m)."""
-    known = [frame.name for frame in robot.model.frames]
-    if name is not None and name not in known:
-        raise OptionError(f"frame '{name}'{nearest(name, known)} is none of robot '{robot.name}': name a link of it.")
     return Frame.tool(with_tool(robot, name), np.array(point))
 
 
@@ -200,7 +197,7 @@ def bound_to(conditions: Iterable[Condition], robot: Robot, start: Floats) -> tu
 
 def _orientation(robot: Robot, frame: str | None, q: Floats) -> Quaternion:
     rotation, _ = frame_of(robot, frame).poses(robot, q[None])
-    x, y, z, w = (float(value) for value in quaternion_of(rotation[0]))
+    x, y, z, w = (round(float(value), 9) for value in quaternion_of(rotation[0]))  # to be read
     return x, y, z, w
 
 
@@ -210,12 +207,12 @@ def unbound(conditions: Iterable[Condition]) -> tuple[Condition, ...]:
 
 
 def require_bound(conditions: tuple[Condition, ...], robot: Robot) -> None:
-    """Raise :class:`OptionError` for what means a start where there is none, or a frame or joint that is not there."""
+    """Raise :class:`PlannerError` for what means a start where there is none, or a frame or joint that is not there."""
     for each in unbound(conditions):
-        raise OptionError(f"'{each.text}' means the orientation at a start, and here is none: add qx,qy,qz,qw to it.")
+        raise StateError(f"'{each.text}' means the orientation at a start, and here is none: add qx,qy,qz,qw to it.")
     for each in conditions:
         if isinstance(each, KeepJoint):
-            raise OptionError(f"'{each.text}' is for planner.plan: here give the robot narrower limits.")
+            raise RobotError(f"'{each.text}' is for planner.plan: here give the robot narrower limits.")
         frame_of(robot, each.frame)
 
 
@@ -227,16 +224,16 @@ def narrowed(robot: Robot, conditions: Iterable[Condition]) -> tuple[Robot, tupl
             rest.append(each)
             continue
         if each.joint not in robot.joints:
-            raise OptionError(
+            raise RobotError(
                 f"'{each.text}' is for a joint that is not planned{nearest(each.joint, robot.joints)}: planned are "
                 f"{choices(robot.joints)}."
             )
         k = robot.joints.index(each.joint)
         if robot.continuous[k]:
-            raise OptionError(f"'{each.text}' is for a joint that turns without end, whose range cannot be kept.")
+            raise RobotError(f"'{each.text}' is for a joint that turns without end, whose range cannot be kept.")
         lower[k], upper[k] = max(lower[k], each.lower), min(upper[k], each.upper)
         if not lower[k] < upper[k]:
-            raise OptionError(f"'{each.text}' leaves nothing of the joint's range.")
+            raise RobotError(f"'{each.text}' leaves nothing of the joint's range.")
     if len(rest) == len(tuple(conditions)):
         return robot, tuple(rest)
     home = np.clip(robot.home, lower, upper)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -23,6 +23,10 @@ THINNEST = 1e-4  # rad (m): no straight joint motion of any length keeps to less
 _AXES = ("x", "y", "z")
 _TURNS = 2.0 * math.pi * (1.0 + 1e-4)  # rad: a tolerance of more is taken for degrees
 _UNIT = 1e-3  # by how much a quaternion's length may differ from 1
+_LENGTHS = {"quaternion": 4}  # of fields with several numbers; 3 of all others
+_TOLERANCES = ("angle", "radius", "tolerances")
+_NAMES = {"axis": "axis", "joint": "joint"}  # the fields of what begins with a name
+_OPTIONAL = ("quaternion", "angle", "radius")  # at the end
 _SYNTAX = re.compile(r"(\w+):(.*?)(?:\s+of\s+(\S+))?(?:\s+at\s+(\S+))?")
 FORMS = "axis:, box:, sphere:, plane:, turn:, euler:, rotvec: or joint:"
 AND = ";"  # between conditions
@@ -33,47 +37,59 @@ Quaternion = tuple[float, float, float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """On one ``frame`` of the robot, the tool where None; made and written by its numbers, in ``unit``."""
+    """On one ``frame`` of the robot, the tool where None; written by a name where it has one, then its numbers.
+
+    ``shape``: the fields of its numbers in the order of its text, and how many each takes; ``width``: the one that says
+    how far (rad, m, see ``unit``) it is across.
+    """
 
     frame: str | None = None
     kind: ClassVar[str]
     unit: ClassVar[str] = "rad"
+    shape: ClassVar[Mapping[str, int]]
+    width: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         for name, value in list(vars(self).items()):
             if value is None or isinstance(value, str | float | int):
                 continue
-            if len(value) != (wanted := 4 if name == "quaternion" else 3):
+            if len(value) != (wanted := _LENGTHS.get(name, 3)):
                 raise OptionError(f"a condition's {name} has {len(value)} numbers: give {wanted}.")
             object.__setattr__(self, name, tuple(float(number) for number in value))
-        if not all(map(math.isfinite, (*self.values, *getattr(self, "point", ())))):
+        numbers = (*self.values, *getattr(self, "point", ()))
+        if not all(map(math.isfinite, numbers)):
             raise self._unusable("it holds what is no finite number: give plain numbers")
-        if max(map(abs, self.values), default=0.0) > _FARTHEST:
+        if max(map(abs, numbers)) > _FARTHEST:
             raise self._unusable(f"it holds a value beyond {_FARTHEST:g}: give rad and metres")
+        tolerances = [each for name in _TOLERANCES for each in _tuple(getattr(self, name, 0.0))]
+        if min(tolerances) < 0:
+            raise self._unusable("a tolerance is negative: give 0 or more")
+        if self.unit == "rad" and max(tolerances) > _TURNS:
+            raise self._unusable(f"{max(tolerances):g} rad is more than a turn: degrees? 5 degrees are 0.0873")
+        if any(not math.hypot(*getattr(self, name)) > 1e-9 for name in ("direction", "normal") if hasattr(self, name)):
+            raise self._unusable("its direction has no length: give one such as 0,0,1")
 
     @property
     def values(self) -> tuple[float, ...]:
         """Its numbers in the order of its text."""
-        raise NotImplementedError
+        said = (getattr(self, name) for name in self.shape)
+        return tuple(number for each in said if each is not None for number in _tuple(each))
 
     @property
     def thickness(self) -> float:
         """How far (rad, m) it is from one side of what it allows to the other; inf where that has no end."""
-        return math.inf
+        return min(_tuple(getattr(self, self.width))) if self.width else math.inf
 
     @property
     def text(self) -> str:
         """As people write it, exact to the last bit."""
-        return f"{self.kind}:{_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
+        name = getattr(self, _NAMES.get(self.kind, ""), "")
+        return (
+            f"{self.kind}:{f'{name},' if name else ''}{_text(self.values)}{f' of {self.frame}' if self.frame else ''}"
+        )
 
     def _unusable(self, why: str) -> OptionError:
         return OptionError(f"'{self.text[:100]}' is not usable: {why}.")
-
-    def _require_tolerance(self, *angles: float) -> None:
-        if min(angles) < 0:
-            raise self._unusable("an angle is negative: give 0 or more")
-        if max(angles) > _TURNS:
-            raise self._unusable(f"{max(angles):g} rad is more than a turn: degrees? 5 degrees are 0.0873")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,28 +125,15 @@ class KeepAxis(Condition):
     direction: Three
     angle: float = 0.0
     kind = "axis"
+    shape = {"direction": 3, "angle": 1}  # noqa: RUF012 (a ClassVar by its base)
+    width = "angle"
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.axis not in _AXES:
             raise self._unusable(f"axis '{self.axis[:20]}' is none of {choices(_AXES)}")
-        if not math.hypot(*self.direction) > 1e-9:
-            raise self._unusable("its direction has no length: give one such as 0,0,1")
-        self._require_tolerance(self.angle)
         if self.angle > math.pi:
             raise self._unusable("no two directions are further apart than 3.1416 rad")
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        return (*self.direction, self.angle)
-
-    @property
-    def thickness(self) -> float:
-        return self.angle
-
-    @property
-    def text(self) -> str:
-        return super().text.replace(":", f":{self.axis},", 1)
 
 
 @checks_kinds
@@ -141,15 +144,12 @@ class KeepBox(OfPoint):
     lower: Three
     upper: Three
     kind = "box"
+    shape = {"lower": 3, "upper": 3}  # noqa: RUF012
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if any(low > high for low, high in zip(self.lower, self.upper, strict=True)):
+        if self.thickness < 0:
             raise self._unusable("a lower corner lies above an upper one: give x0,y0,z0,x1,y1,z1")
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        return (*self.lower, *self.upper)
 
     @property
     def thickness(self) -> float:
@@ -164,19 +164,8 @@ class KeepSphere(OfPoint):
     centre: Three
     radius: float = 0.0
     kind = "sphere"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.radius < 0:
-            raise self._unusable("its radius is negative")
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        return (*self.centre, self.radius)
-
-    @property
-    def thickness(self) -> float:
-        return self.radius
+    shape = {"centre": 3, "radius": 1}  # noqa: RUF012
+    width = "radius"
 
 
 @checks_kinds
@@ -187,15 +176,7 @@ class KeepPlane(OfPoint):
     normal: Three
     distance: float
     kind = "plane"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not math.hypot(*self.normal) > 1e-9:
-            raise self._unusable("its normal has no length: give one such as 0,0,1")
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        return (*self.normal, self.distance)
+    shape = {"normal": 3, "distance": 1}  # noqa: RUF012
 
 
 @checks_kinds
@@ -205,18 +186,8 @@ class KeepTurn(OfTurn):
 
     angle: float
     kind = "turn"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._require_tolerance(self.angle)
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        return (self.angle, *(self.quaternion or ()))
-
-    @property
-    def thickness(self) -> float:
-        return self.angle
+    shape = {"angle": 1, "quaternion": 4}  # noqa: RUF012
+    width = "angle"
 
 
 @checks_kinds
@@ -229,23 +200,13 @@ class KeepEuler(OfTurn):
 
     tolerances: Three
     kind = "euler"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._require_tolerance(*self.tolerances)
+    shape = {"tolerances": 3, "quaternion": 4}  # noqa: RUF012
+    width = "tolerances"
 
     @property
     def narrowed(self) -> bool:
         """Whether a part of it is kept, and not all."""
         return any(0.5 * math.pi < self.tolerances[k] < math.pi for k in (0, 2))
-
-    @property
-    def values(self) -> tuple[float, ...]:
-        return (*self.tolerances, *(self.quaternion or ()))
-
-    @property
-    def thickness(self) -> float:
-        return min(self.tolerances)
 
 
 @checks_kinds
@@ -272,6 +233,7 @@ class KeepJoint(Condition):
     lower: float
     upper: float
     kind = "joint"
+    shape = {"lower": 1, "upper": 1}  # noqa: RUF012
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -279,43 +241,20 @@ class KeepJoint(Condition):
             raise self._unusable("its lower value is not below the upper one")
 
     @property
-    def values(self) -> tuple[float, ...]:
-        return (self.lower, self.upper)
-
-    @property
     def thickness(self) -> float:
         return self.upper - self.lower
 
-    @property
-    def text(self) -> str:
-        return super().text.replace(":", f":{self.joint},", 1)
 
-
-_Make = Callable[..., Condition]
-_KINDS: dict[str, tuple[tuple[int, ...], str, _Make]] = {
-    # how many numbers, what they are, and what is made of them
-    "axis": ((3, 4), "x, y or z, then nx,ny,nz,angle", lambda name, v, **of: KeepAxis(name, _three(v), *v[3:], **of)),
-    "box": ((6,), "x0,y0,z0,x1,y1,z1", lambda _, v, **of: KeepBox(_three(v), _three(v[3:]), **of)),
-    "sphere": ((3, 4), "x,y,z,r", lambda _, v, **of: KeepSphere(_three(v), *v[3:], **of)),
-    "plane": ((4,), "nx,ny,nz,d", lambda _, v, **of: KeepPlane(_three(v), v[3], **of)),
-    "turn": (
-        (1, 5),
-        "angle or angle,qx,qy,qz,qw",
-        lambda _, v, **of: KeepTurn(v[0], quaternion=_quaternion(v[1:]), **of),
-    ),
-    "euler": (
-        (3, 7),
-        "tx,ty,tz or tx,ty,tz,qx,qy,qz,qw",
-        lambda _, v, **of: KeepEuler(_three(v), quaternion=_quaternion(v[3:]), **of),
-    ),
-    "rotvec": (
-        (3, 7),
-        "tx,ty,tz or tx,ty,tz,qx,qy,qz,qw",
-        lambda _, v, **of: KeepRotationVector(_three(v), quaternion=_quaternion(v[3:]), **of),
-    ),
-    "joint": ((2,), "NAME,low,high", lambda name, v, **of: KeepJoint(name, *v, **of)),
+_KINDS: dict[str, tuple[type[Condition], str]] = {
+    "axis": (KeepAxis, "x, y or z, then nx,ny,nz,angle"),
+    "box": (KeepBox, "x0,y0,z0,x1,y1,z1"),
+    "sphere": (KeepSphere, "x,y,z,r"),
+    "plane": (KeepPlane, "nx,ny,nz,d"),
+    "turn": (KeepTurn, "angle or angle,qx,qy,qz,qw"),
+    "euler": (KeepEuler, "tx,ty,tz or tx,ty,tz,qx,qy,qz,qw"),
+    "rotvec": (KeepRotationVector, "tx,ty,tz or tx,ty,tz,qx,qy,qz,qw"),
+    "joint": (KeepJoint, "NAME,low,high"),
 }
-_NAMED = ("axis", "joint")  # begin with a name
 
 
 def is_condition(text: str) -> bool:
@@ -327,21 +266,27 @@ def parse_condition(text: str) -> Condition:
     """A condition out of its text; :class:`OptionError` where the text has no meaning."""
     found = _SYNTAX.fullmatch(text.strip())
     if found is None or found[1] not in _KINDS:
-        raise OptionError(f"condition '{text[:100]}' is not usable: give {FORMS}")
+        raise OptionError(f"condition '{text[:100]}' is not usable: give {FORMS}.")
     kind, rest, frame, at = found.groups()
-    counts, form, make = _KINDS[kind]
+    made, form = _KINDS[kind]
     words = rest.split(",")
-    name = words.pop(0).strip() if kind in _NAMED else ""
-    values = _numbers(text, words)
-    if len(values) not in counts:
-        raise OptionError(f"condition '{text[:100]}' has {len(values)} numbers: give {kind}: {form}.")
-    of: dict[str, Any] = {} if frame is None else {"frame": frame}
+    given: dict[str, Any] = {} if frame is None else {"frame": frame}
+    if kind in _NAMES:
+        given[_NAMES[kind]] = words.pop(0).strip()
+    if at is not None and not issubclass(made, OfPoint):
+        raise OptionError(f"condition '{text[:100]}' is not usable: ' at x,y,z' goes with box, sphere and plane.")
     if at is not None:
-        point = _numbers(text, at.split(","))
-        if len(point) != 3 or kind not in ("box", "sphere", "plane"):
-            raise OptionError(f"condition '{text[:100]}' is not usable: ' at x,y,z' goes with box, sphere and plane.")
-        of["point"] = _three(point)
-    return make(name, values, **of)
+        given["point"] = _numbers(text, at.split(","))
+    values = list(_numbers(text, words))
+    for name, count in made.shape.items():
+        if values or name not in _OPTIONAL:
+            part, values = values[:count], values[count:]
+            if len(part) != count:
+                raise OptionError(f"condition '{text[:100]}' lacks numbers: give {kind}: {form}.")
+            given[name] = part[0] if count == 1 else tuple(part)
+    if values:
+        raise OptionError(f"condition '{text[:100]}' has too many numbers: give {kind}: {form}.")
+    return made(**given)
 
 
 def parse_keeps(text: str) -> tuple[Condition, ...]:
@@ -386,9 +331,5 @@ def _numbers(text: str, words: Sequence[str]) -> tuple[float, ...]:
         ) from None
 
 
-def _three(values: Sequence[float]) -> Three:
-    return values[0], values[1], values[2]
-
-
-def _quaternion(values: Sequence[float]) -> Quaternion | None:
-    return (values[0], values[1], values[2], values[3]) if values else None
+def _tuple(value: float | tuple[float, ...]) -> tuple[float, ...]:
+    return value if isinstance(value, tuple) else (value,)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.base.arrays import Floats
-from planner.base.errors import SceneError, StateError, choices
+from planner.base.errors import OptionError, SceneError, StateError, choices
 from planner.base.notes import Note
 from planner.base.yamlfile import nearest, shown
 from planner.models.files.robot_files import ALL_JOINTS, JointChoice, RobotFiles
@@ -25,6 +25,7 @@ from planner.problem.conditions import (
     KeepPlane,
     KeepRotationVector,
     KeepSphere,
+    require_thick,
 )
 from planner.problem.targets import Joints, Pose, Position, Target, ToolGoal
 
@@ -136,6 +137,10 @@ def kept_of(message: MotionPlanRequest, robot: Robot, scene: Scene) -> tuple[tup
             found.append(KeepJoint(each.joint_name, lower, upper))
         else:
             _require_held(each.joint_name, each.position, (lower, upper), robot, start, where)
+    try:
+        require_thick(tuple(found))
+    except OptionError as error:
+        raise SceneError(f"{where}: {error}") from None
     parts = [each.text for each in found if isinstance(each, KeepEuler) and each.narrowed]
     text = f"{where}: of tolerances that are not convex a convex part is kept: {choices(parts)}."
     return tuple(found), ((Note(text),) if parts else ())

@@ -17,7 +17,7 @@ from planner.constraints.keeps import bound_to, narrowed, unbound
 from planner.models.model_checks import require_bodies, tell
 from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.problem.conditions import AND, Condition, parse_keeps, require_thick
+from planner.problem.conditions import AND, Condition, parse_keeps
 from planner.problem.request import RoadmapRequest, WorldRequest
 from planner.problem.targets import HOME, Target, joints_text, parse_target, parse_targets
 from planner.setup.message import goals_of, in_request, joints_of, kept_of, noting, unasked
@@ -128,7 +128,7 @@ def conditions_of(
     keep = parse_keeps(AND.join((str(request.keep or ""), scene.keep)))
     if message is not None:
         more, notes = kept_of(message, robot, scene)
-        keep, scene = (*keep, *require_thick(more)), noting(scene, *notes)
+        keep, scene = (*keep, *more), noting(scene, *notes)
     return scene, tuple(dict.fromkeys(keep))
 
 

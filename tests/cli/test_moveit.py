@@ -25,7 +25,11 @@ def options(folder: Path, scene: dict[str, Any], request: dict[str, Any]) -> lis
 @pytest.mark.parametrize(
     ("scene", "request_", "part"),
     [
-        (SCENE, changed(REQUEST, "path_constraints", TILTED), "'path_constraints' is not kept by this planner"),
+        (
+            SCENE,
+            changed(REQUEST, "trajectory_constraints", {"constraints": [TILTED]}),
+            "'trajectory_constraints' is not kept",
+        ),
         (changed(SCENE, "world.octomap.octomap.data", [1]), REQUEST, "'world.octomap' is not read"),
         (changed(SCENE, "world.collision_objects.0.header.frame_id", "panda_link5"), REQUEST, "moves with the arm"),
         (SCENE, changed(REQUEST, "goal_constrains", []), "(did you mean 'goal_constraints'?)"),

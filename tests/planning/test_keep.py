@@ -2,6 +2,7 @@
 
 import itertools
 import json
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -71,7 +72,7 @@ def test_a_roadmap_keeps_it_everywhere():
 def test_a_kept_roadmap_is_held_to_what_is_kept_now(tmp_path):
     free = planner.plan(robot="panda", scene="empty", start="home", goal="xyz:-0.4,-0.4,0.5", nodes=60, effort=0)
     free.save(tmp_path)
-    how = {"robot": "panda", "scene": "empty", "start": "home", "goal": "xyz:-0.4,-0.4,0.5"}
+    how: dict[str, Any] = {"robot": "panda", "scene": "empty", "start": "home", "goal": "xyz:-0.4,-0.4,0.5"}
     plan = planner.plan(**how, roadmap=tmp_path / "roadmap.npz", keep=DOWN)
     assert plan.solved
     assert tilt(plan.robot, dense(plan.path)) <= 5.0 + 1e-6
@@ -97,7 +98,7 @@ def test_thin_conditions_are_kept_by_projection(keep):
 
 
 def test_where_a_start_or_a_goal_strays_one_sentence_says_by_how_much():
-    how = {"robot": "panda", "scene": "empty", "start": "home"}
+    how: dict[str, Any] = {"robot": "panda", "scene": "empty", "start": "home"}
     with pytest.raises(StateError, match=r"^start lies outside 'plane:0,0,1,0.9', .* kept, by 0.\d+ m: c"):
         planner.plan(**how, keep="plane:0,0,1,0.9")
     with pytest.raises(StateError, match=r"^goal lies outside .* by 3\.\d+ rad"):
@@ -129,6 +130,7 @@ def test_joint_ranges_are_kept_as_limits():
         keep=planner.KeepJoint("panda_joint2", -1.0, 0.5), timing=planner.TimingRequest(),
     )  # fmt: skip
     assert plan.robot.upper[1] == 0.5
+    assert plan.trajectory is not None
     assert plan.trajectory.proven
     assert plan.trajectory.extrema()[1][:, 1].max() <= 0.5 + 1e-9
 
@@ -175,5 +177,6 @@ def test_what_is_kept_is_named_where_nothing_else_separates():
         keep="axis:x,0.1767,-0.9843,0,1.95",
     )  # fmt: skip
     assert not plan.solved
+    assert plan.reason is not None
     assert plan.reason.kind == "kept_too_narrow"
     assert "without that start and goal are joined" in plan.message

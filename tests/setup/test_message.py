@@ -304,3 +304,8 @@ def test_goals_that_were_refused_are_met(tmp_path: Path) -> None:
     for q in asked(tmp_path, alone).goals:
         reached = placement(query.robot, "panda_hand", q)
         np.testing.assert_allclose(reached[:3, :3], np.diag([1, -1, -1]), atol=1e-5)
+
+
+def test_a_fixed_orientation_is_too_thin_to_be_kept(tmp_path: Path) -> None:
+    text = refusal_of(lambda: asked(tmp_path, kept(**tolerances(0.0, 0.1, 0.1))))
+    assert "path_constraints: 'euler:0,0.1,0.1,1,0,0,0 of panda_hand' leaves 0 rad" in text

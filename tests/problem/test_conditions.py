@@ -1,0 +1,81 @@
+"""The grammar of conditions: texts that stand for themselves, and texts that are refused in one sentence."""
+
+import pytest
+
+from planner.base.errors import OptionError
+from planner.problem.conditions import KeepAxis, KeepBox, KeepSphere, KeepTurn, keeps_text, parse_condition, parse_keeps
+from planner.problem.request import PlanRequest
+from planner.problem.targets import ToolGoal, parse_target, parse_targets
+
+TEXTS = [
+    "axis:z,0,0,1,0.1",
+    "axis:x,0,-1,0.5,0.1 of hand",
+    "box:-0.5,-0.5,0.2,0.9,0.9,1.5",
+    "box:-0.5,-0.5,0.2,0.9,0.9,1.5 of hand at 0,0,0.1",
+    "sphere:0,0,1,0.001",
+    "plane:0,0,1,0.3 at 0,0,0.1",
+    "turn:0.1",
+    "turn:0.1,0,0,0,1 of hand",
+    "euler:0.1,0.2,3.2",
+    "rotvec:0.1,0.2,0.3,1,0,0,0",
+    "joint:elbow,-1,0.5",
+]
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_a_text_stands_for_what_writes_it(text):
+    assert parse_condition(text).text == text
+    assert parse_condition(f"  {text} ") == parse_condition(text)
+
+
+def test_lists_and_things_are_as_good_as_texts():
+    both = "turn:0.1;box:0,0,0,1,1,1"
+    assert keeps_text([KeepTurn(0.1), "box:0,0,0,1,1,1"]) == keeps_text(both) == both
+    assert parse_keeps(both) == (KeepTurn(0.1), KeepBox((0.0, 0.0, 0.0), (1.0, 1.0, 1.0)))
+    assert PlanRequest(keep=KeepTurn(0.1)).keep == "turn:0.1"  # type: ignore[arg-type]
+    assert PlanRequest(keep="").keep is None
+
+
+REFUSED = {
+    "turn:": "no number",
+    "turn:0.1,0,0": "lacks numbers: give turn: angle or angle,qx,qy,qz,qw",
+    "turn:0.1,0,0,0,2": "not of length 1",
+    "turn:10": "degrees? 5 degrees are 0.0873",
+    "turn:nan": "no finite number",
+    "turn:0.00001": "leave 0.0001 or more",
+    "turn:-0.1": "a tolerance is negative",
+    "axis:z,0,0,1,0.1,5": "too many numbers",
+    "axis:q,0,0,1,0.1": "axis 'q' is none of",
+    "axis:z,0,0,0,0.1": "no length",
+    "axis:z,0,0,1,0.1 at 0,0,1": "goes with box, sphere and plane",
+    "axis:z,0,0,1,4": "no two directions are further apart",
+    "plane:0,0,0,1": "no length",
+    "plane:0,0,1,1e9": "beyond 10000",
+    "box:0,0,0,1,1,-1": "lies above",
+    "box:0,0,0,1,1,1 at 1,2": "point has 2 numbers: give 3",
+    "sphere:0,0,0,-1": "negative",
+    "joint:elbow,1,0": "not below",
+    "cone:1,2": "give axis:, box:",
+    "upright": "give axis:, box:",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_means_nothing_is_refused(text):
+    with pytest.raises(OptionError) as caught:
+        parse_keeps(text)
+    assert REFUSED[text] in str(caught.value)
+    assert str(caught.value).endswith(".")
+
+
+def test_goals_with_tolerance_are_conditions_too():
+    goal = parse_target("xyz:0.5,0.3,0.6 & axis:z,0,0,-1")
+    assert goal == ToolGoal((KeepSphere((0.5, 0.3, 0.6)), KeepAxis("z", (0.0, 0.0, -1.0))))
+    assert parse_target("pose:0.5,0.3,0.6,0,0,0,1&turn:0.1") == ToolGoal(
+        (KeepSphere((0.5, 0.3, 0.6)), KeepTurn(0.0, quaternion=(0.0, 0.0, 0.0, 1.0)), KeepTurn(0.1))
+    )
+    texts = [text for text, _ in parse_targets("home; xyz:0,0,1 & turn:0.1,0,0,0,1;turn:0.1")]
+    assert texts == ["home", "xyz:0,0,1 & turn:0.1,0,0,0,1", "turn:0.1"]
+    for wrong in ("home & turn:0.1", "xyz:1,2,3 & ", "joint:elbow,0,1"):
+        with pytest.raises(OptionError):
+            parse_target(wrong)
