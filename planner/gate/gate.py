@@ -62,7 +62,7 @@ class Gate:
         )  # makes its trees of triangles: no check waits for them
         kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.robot, limits)
         self._limits = _require_own(kept, self.robot)
-        self._rules = Rules.of(kept, judged, min_manipulability, start_tolerance)
+        self._rules = Rules.of(self.robot, kept, judged, min_manipulability, start_tolerance)
 
     def __repr__(self) -> str:
         return f"<Gate: {self.robot.name} in {self.scene.name}>"
