@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from planner.base.arrays import Floats, numbers, placement
 from planner.base.errors import OptionError, SceneError, StateError, choices
 from planner.base.kinds import checks_kinds
@@ -55,9 +57,12 @@ class Gate:
         request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision)
         self._live = LiveWorld.of(request)
         self._guard = Guard.of(self._live.checker)
+        self.checker.first_contact(
+            np.zeros((1, self.robot.dof))
+        )  # makes its trees of triangles: no check waits for them
         kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.robot, limits)
         self._limits = _require_own(kept, self.robot)
-        self._rules = Rules.of(kept, judged, min_manipulability, start_tolerance)
+        self._rules = Rules.of(self.robot, kept, judged, min_manipulability, start_tolerance)
 
     def __repr__(self) -> str:
         return f"<Gate: {self.robot.name} in {self.scene.name}>"

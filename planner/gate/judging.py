@@ -18,6 +18,7 @@ from planner.gate.chunk import Chunk
 from planner.gate.guard import Guard
 from planner.gate.verdict import Unsafe, Verdict, Where
 from planner.kinematics.manipulability_proof import prove_floor
+from planner.models.robot import Robot
 from planner.native.motions import polynomial_extrema, polynomial_worst, stops_quickest
 from planner.setup.resolve import beyond_limits, position_bounds
 from planner.trajectory.clearance import nearest_on_pieces
@@ -34,23 +35,28 @@ _CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not ju
 _ROUGH = "the state has no acceleration: the first piece is a cubic, and the jerk is not judged where it ends"
 _WHERE: tuple[Where, ...] = ("start", "motion", "stop")
 _START, _MOTION, _STOP = range(3)
+_NO_LIMIT = 1e300
 _NOTES = {1: (_LINES,), 3: (_CUBICS,), 5: ()}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rules:
-    """What is asked beside clearance: limits ``most`` (3, dof), infinite ones ask for nothing; whether on positions.
+    """What is asked beside clearance: limits ``most`` (3, dof), infinite ones ask for nothing, and on positions.
 
+    ``lower`` and ``upper`` (dof,) are those, infinite where they are not asked for.
     ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad): how far from the robot a point at 0 s is.
     """
 
     most: Floats
-    positions: bool
+    lower: Floats
+    upper: Floats
     floor: float
     apart: float
 
     @staticmethod
-    def of(limits: MotionLimits, judged: Sequence[str] = JUDGED, floor: float = 0.0, apart: float = 0.0) -> Rules:
+    def of(
+        robot: Robot, limits: MotionLimits, judged: Sequence[str] = JUDGED, floor: float = 0.0, apart: float = 0.0
+    ) -> Rules:
         """The rules that ask for those limits that are ``judged``; :class:`OptionError` for what makes no sense."""
         unknown = sorted({str(kind) for kind in judged} - set(JUDGED))
         if isinstance(judged, str) or unknown:
@@ -60,7 +66,8 @@ class Rules:
                 raise OptionError(f"{name} is {value:g}: give a number from 0 on.")
         none = np.full(len(limits.joints), np.inf)
         most = np.array([getattr(limits, kind) if kind in judged else none for kind in KINDS])
-        return Rules(most, POSITION in judged, float(floor), float(apart))
+        lower, upper = position_bounds(robot) if POSITION in judged else (-none, none)
+        return Rules(most, lower, upper, float(floor), float(apart))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,10 +108,8 @@ class Judged:
 
     def _beyond(self, order: int) -> _Bad | None:
         chunk, most = self.chunk, self.rules.most[order - 1]
-        known = np.isfinite(most)
-        if not known.any() or polynomial_worst(chunk.coefficients, chunk.seconds, order, _finite(most), 1.0)[0] <= (
-            1.0 + ROUNDING
-        ):
+        most = np.minimum(most, _NO_LIMIT)
+        if polynomial_worst(chunk.coefficients, chunk.seconds, order, most, 1.0)[0] <= 1.0 + ROUNDING:
             return None
         limit = most * (1.0 + ROUNDING)
         slopes, unit = derivative(chunk.coefficients, order), chunk.seconds[:, None] ** order
@@ -115,9 +120,8 @@ class Judged:
     def _beyond_position(self) -> _Bad | None:
         robot, hull = self.guard.checker.robot, bernstein(self.chunk.coefficients)
         low, high = hull.min(axis=1), hull.max(axis=1)
-        least, largest = position_bounds(robot)
-        rows = np.flatnonzero(((low < least) | (high > largest)).any(axis=1))
-        if not self.rules.positions or not len(rows):
+        rows = np.flatnonzero(((low < self.rules.lower) | (high > self.rules.upper)).any(axis=1))
+        if not len(rows):
             return None
         beyond = [beyond_limits(robot, values) for values in polynomial_extrema(self.chunk.coefficients[rows])]
         return self._first(rows, np.max(beyond, axis=0), POSITION)
@@ -161,9 +165,7 @@ class Judged:
 
     def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
         """Stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), what is in the way where they are 0."""
-        bounds = position_bounds(self.guard.checker.robot)
-        if not self.rules.positions:
-            bounds = np.full(knots.shape[2], -np.inf), np.full(knots.shape[2], np.inf)
+        bounds = self.rules.lower, self.rules.upper
         return stops_quickest(knots, RUNGS, self.rules.most * (1.0 + ROUNDING), bounds)
 
     def _no_stop(self, piece: int, broken: Ints) -> _Bad:
@@ -219,7 +221,3 @@ class Judged:
             return None
         found = nearest_on_pieces(self.chunk.coefficients[:pieces], self.chunk.times[: pieces + 1], self.guard.checker)
         return None if found is None else found.min
-
-
-def _finite(most: Floats) -> Floats:
-    return np.where(np.isfinite(most), most, 1e300)

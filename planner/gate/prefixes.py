@@ -17,7 +17,7 @@ def judge_prefixes(checker: CollisionChecker, points: Points, limits: MotionLimi
     """The verdict on the points, of a robot that is at the first one when its time comes."""
     velocities, accelerations = (*points.columns[1:], None, None)[:2]
     chunk = Chunk.of(checker.robot, points.columns[0], velocities, accelerations, points.times, None)
-    return judge(Guard.of(checker), Rules.of(limits), chunk, stop=True)
+    return judge(Guard.of(checker), Rules.of(checker.robot, limits), chunk, stop=True)
 
 
 def prefixes_row(verdict: Verdict) -> tuple[str, str]:
