@@ -15,9 +15,10 @@ from planner.models.scene import Scene
 from planner.models.shapes import Carried, Obstacle, Sphere
 from planner.problem.request import TimingRequest
 from planner.tasks.judge import TaskRecord, judged, summary
+from planner.tasks.plan import task
 from planner.tasks.result import TaskPlan, _scene_in_motion
 from planner.trajectory.check import sampled_contact
-from tests.tasks.cases import BOARD, MUG, POST, SCENE, TABLE, small
+from tests.tasks.cases import BOARD, MUG, POST, SCENE, SMALL, TABLE, small
 from tests.worlds import load
 
 FINE = 1e-4  # m
@@ -154,3 +155,19 @@ def test_the_page_moves_the_object_with_the_hand(plan: TaskPlan) -> None:
         np.testing.assert_allclose(mug.motion.at(t)[0], carried, atol=2e-3)
     np.testing.assert_allclose(mug.motion.at(plan.trajectory.duration)[0][2], [0, 0, 1, 0.341], atol=1e-4)
     assert plan.page().count("mug") > 1
+
+
+def test_a_margin_is_kept_but_where_the_object_rests() -> None:
+    found = task(SMALL, timing=TimingRequest(), nodes=100, ik_solutions=2, margin=0.008)
+    assert found.solved, found.message
+    assert found.trajectory is not None
+    assert found.trajectory.proven
+    reports = found.check()
+    assert all(report.ok for report in reports)
+    assert {report.checker.world.margin for report in reports} == {0.008}
+
+
+def test_coal_finds_what_fcl_finds() -> None:
+    one, two = (task(SMALL, nodes=60, ik_solutions=1, collision=kind) for kind in ("fcl", "coal"))
+    assert one.cost is not None
+    assert one.cost == two.cost
