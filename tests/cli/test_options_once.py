@@ -31,6 +31,7 @@ OWN_MEANING = {  # of options that a request has too, by command
     "fuzz": "a seed of changes",
     "roadmap": "rows of other programs, which know a robot, a scene and a number of nodes",
     "tables": "published problems, at several betas",
+    "tasks": "seeded scenes, and the number of nodes that tasks have",
     "scaling": "several numbers of jobs, and a cluster beside them",
     "partition": "the seed of networks",
     "stale": "the seed of networks",
