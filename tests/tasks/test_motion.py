@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,8 @@ from planner.models.poses import pose
 from planner.models.robot import with_carried
 from planner.models.scene import Scene
 from planner.models.shapes import Carried, Obstacle, Sphere
+from planner.objective.integral import costs_along
+from planner.objective.scale import COSTS
 from planner.problem.request import TimingRequest
 from planner.tasks.judge import TaskRecord, judged, summary
 from planner.tasks.plan import task
@@ -171,3 +174,20 @@ def test_coal_finds_what_fcl_finds() -> None:
     one, two = (task(SMALL, nodes=60, ik_solutions=1, collision=kind) for kind in ("fcl", "coal"))
     assert one.cost is not None
     assert one.cost == two.cost
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])
+def test_the_waypoints_cost_what_the_plan_says(beta: float) -> None:
+    """Each piece of the path by itself, measured anew: they are the motions that the field has chosen."""
+    found = small().plan(beta=beta)
+    assert found.roadmap is not None
+    assert found.cost is not None
+    for one, other in itertools.pairwise(found.segments):
+        np.testing.assert_allclose(one.path[-1], other.path[0], atol=1e-12)
+    delta = np.concatenate([np.diff(segment.path, axis=0) for segment in found.segments])
+    start = np.concatenate([segment.path[:-1] for segment in found.segments])
+    scale = found.roadmap.scale
+    distance = np.maximum(np.linalg.norm(delta, axis=1) / scale.joint_length, scale.zeta)
+    omega = costs_along(found.robot, start, delta, scale)[1][:, COSTS.index("log")] * distance
+    assert found.cost.distance == pytest.approx(distance.sum(), rel=1e-9)
+    assert found.cost.manipulability == pytest.approx(omega.sum(), rel=1e-9)
