@@ -46,18 +46,23 @@ def task(
     from planner.base.files import require_writable_folder
 
     require_writable_folder(out)
-    from planner.planning.result import JSON_NAME
+    from planner.cli.interrupted import folder_for_interrupted, kept
+    from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME
+    from planner.problem.outcome import Outcome
     from planner.tasks.plan import task as plan_task
     from planner.tasks.result import save_task, task_rows
 
     imported = time.perf_counter() - STARTED
     with working() as progress:
         found = plan_task(file, progress, None if no_timing else timing, request)
-        record = save_task(found, out, {"import": imported, "total": time.perf_counter() - STARTED})
+        interrupted = found.outcome is Outcome.INTERRUPTED
+        place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
+        record = save_task(found, place, {"import": imported, "total": time.perf_counter() - STARTED})
     tell = complain if json else say
     if json:
-        say((out / JSON_NAME).read_text().rstrip())
+        say((place / JSON_NAME).read_text().rstrip())
     else:
         show(facts(f"{found.task.name}: {record['robot']} in {record['scene']}", task_rows(record)))
-    tell(f"{found.message} Written: {', '.join(str(out / name) for name in (JSON_NAME, *record['files']))}")
+    written = ", ".join(str(place / name) for name in (JSON_NAME, *record["files"]))
+    tell(f"{found.message} Written: {written}{kept(out, place)}")
     return found.outcome.exit_code

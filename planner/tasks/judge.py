@@ -14,8 +14,9 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder
 from planner.base.yamlfile import Name, Number, read_text, validate
-from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
+from planner.collision.self_pairs import generate_disabled_pairs
+from planner.collision.world import World
 from planner.kinematics.forward import tool_pose
 from planner.models.robot import Robot, with_carried, with_tool
 from planner.models.scene import Scene
@@ -84,7 +85,9 @@ def judged(
     every ``step`` metres. Where an object may touch what it stands on at its rest, all that is off the rest is looked
     at without that too. Raises :class:`FileError` for events that are not of this scene.
     """
-    robot, scene = checker.robot, checker.world.scene
+    robot, scene, disabled = checker.robot, checker.world.scene, checker.robot.disabled_pairs
+    if disabled is None:
+        disabled = generate_disabled_pairs(robot, type(checker))
     poses: dict[str, Floats] = {item.name: item.placement for item in scene.obstacles}
     held: Carried | None = None
     for number, segment in enumerate(record.segments):
@@ -93,7 +96,7 @@ def judged(
             raise FileError(f"segment {number + 1} has {path.shape[1]} columns, {robot.name} has {robot.dof} joints.")
 
         def there(allowed: list[tuple[str, str]], held: Carried | None = held) -> CollisionChecker:
-            return _world(checker, robot, scene, poses, held, allowed)
+            return _world(checker, disabled, poses, held, allowed)
 
         made = None if whole is None or segment.trajectory is None else _part(whole, segment.trajectory)
         report = check(path if made is None else made, there([*segment.may_touch, *segment.at_rest]), step)
@@ -107,16 +110,17 @@ def judged(
 
 def _world(
     checker: CollisionChecker,
-    robot: Robot,
-    scene: Scene,
+    disabled: frozenset[frozenset[str]],
     poses: dict[str, Floats],
     held: Carried | None,
     allowed: list[tuple[str, str]],
 ) -> CollisionChecker:
+    robot, scene, margin = checker.robot, checker.world.scene, checker.world.margin
     obstacles = tuple(replace(o, placement=poses[o.name]) for o in scene.obstacles if not held or o.name != held.name)
     pairs = scene.allowed | {frozenset(pair) for pair in allowed}
     holding = robot if held is None else with_carried(robot, [held])
-    return make_checker(holding, replace(scene, obstacles=obstacles, allowed=pairs), checker.name, checker.world.margin)
+    there = replace(scene, obstacles=obstacles, allowed=pairs)
+    return type(checker)(World.of(holding, there, disabled | holding.touching, margin), checker)
 
 
 def _after(

@@ -6,6 +6,7 @@ beginning, proven or not, so every path over free arcs is a path of this network
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,7 +20,7 @@ from planner.objective.scale import cost_number, length_cost
 from planner.problem.objective import Objective
 from planner.roadmap.roadmap import Roadmap
 from planner.tasks.file import Move, Pick, TaskError
-from planner.tasks.modes import Mode
+from planner.tasks.modes import Mode, Motions
 from planner.tasks.options import Option, Options
 
 NEIGHBOURS = 10  # nodes of the roadmap that each end of a line is joined to
@@ -28,6 +29,7 @@ TRANSIT, APPROACH, RETREAT = 0, 1, 2
 _CORNERS = 4  # of an option
 _CHUNK = 256  # ends whose neighbours are looked for at once
 
+Crossing = tuple[int, int, Option | int, int | None]  # a layer, a step, its option or goal's number, layer after
 Key = int | tuple[int, int]  # of an option, or of a goal by its step and number
 
 
@@ -44,9 +46,9 @@ class Way:
 class TaskNetwork:
     """``tails``, ``heads``, ``motion``, ``mode`` and ``leg`` (arcs,) in the order of the network's arcs.
 
-    Nodes are those of the roadmap in layer after layer, then the corners of every way, then the ``start``. ``leg`` is
-    3 step + TRANSIT, APPROACH or RETREAT. ``costs`` (arcs, 2) are what an arc adds to Omega and D of eq. (finew).
-    ``reaches`` (nodes,) is the step that a node is on its way to.
+    Nodes are those of the roadmap in layer after layer, ``layered`` of them, then the corners of every way, then the
+    ``start``. ``leg`` is 3 step + TRANSIT, APPROACH or RETREAT. ``costs`` (arcs, 2) are what an arc adds to Omega and D
+    of eq. (finew). ``reaches`` (nodes,) is the step that a node is on its way to.
     """
 
     nodes: int
@@ -59,6 +61,7 @@ class TaskNetwork:
     leg: Ints
     costs: Floats
     modes: tuple[Mode, ...]
+    layered: int
     ways: tuple[Way, ...]
     reaches: Ints
 
@@ -79,6 +82,11 @@ class TaskNetwork:
         """The arcs of each mode."""
         order = np.argsort(self.mode, kind="stable")
         return np.split(order, np.searchsorted(self.mode[order], np.arange(1, len(self.modes))))
+
+    def corners(self, motions: Motions, arc: int) -> Floats:
+        """The corners (k, dof) of an arc's motion from its tail to its head; edges have one motion for both ways."""
+        found = motions.corners(int(self.motion[arc]))
+        return found[::-1] if self.layered > self.tails[arc] > self.heads[arc] else found
 
     def arc(self, tail: int, head: int) -> int:
         """The arc from one node to another."""
@@ -141,16 +149,10 @@ class _Builder:
         first = Mode(tuple(sorted(places[0] for places in _initial(self.options).values())))
         self.layer_of: dict[tuple[int, Mode], int] = {}
         self._layer(0, first)
-        crossings = []  # (layer, step, option or goal's number, layer after or None)
-        for layer, (stage, mode) in self._each_layer():
+        crossings: list[Crossing] = []
+        for layer, (stage, mode) in enumerate(self.layers):  # to which the ways add
             crossings += [(layer, *way) for way in self._ways(stage, mode)]
         return self._assembled(crossings, objective)
-
-    def _each_layer(self):
-        for number in range(10**9):
-            if number == len(self.layers):
-                return
-            yield number, self.layers[number]
 
     def _layer(self, stage: int, mode: Mode) -> int | None:
         """The number of a layer, None behind the last step."""
@@ -170,7 +172,7 @@ class _Builder:
     def _number(self, mode: Mode) -> int:
         return self.modes.setdefault(mode, len(self.modes))
 
-    def _ways(self, stage: int, mode: Mode):
+    def _ways(self, stage: int, mode: Mode) -> Iterator[tuple[int, Option | int, int | None]]:
         """What leads out of a layer: step, option or goal, layer after."""
         step, found = self.options.task.steps[stage], self.options.steps[stage]
         if isinstance(step, Move):
@@ -188,7 +190,7 @@ class _Builder:
             return Mode(tuple(p for p in mode.standing if p != option.place), option.grasp)
         return Mode(tuple(sorted((*mode.standing, option.place))))
 
-    def _assembled(self, crossings: list, objective: Objective) -> TaskNetwork:
+    def _assembled(self, crossings: list[Crossing], objective: Objective) -> TaskNetwork:
         columns: list[tuple[Ints, Ints, Ints, Ints, Ints]] = []
 
         def arcs(tails, heads, motion, mode: Mode, leg: int) -> None:
@@ -204,18 +206,17 @@ class _Builder:
         node, ways, goals = len(self.layers) * n, [], []
         reaches = [np.repeat([stage for stage, _ in self.layers], n)]
         for layer, stage, option, after in crossings:
-            goal = isinstance(option, int)
-            (near_in, there), (near_out, off) = self.links[(stage, option) if goal else id(option)]
+            (near_in, there), (near_out, off) = self.links[(stage, option) if isinstance(option, int) else id(option)]
             mode = self.layers[layer][1]
-            last = node if goal else node + _CORNERS - 1
+            last = node if isinstance(option, int) else node + _CORNERS - 1
             arcs(layer * n + near_in, node, there, mode, 3 * stage)
-            if not goal:
+            if not isinstance(option, int):
                 self._lines(arcs, node, stage, mode, option)
             if after is None:
                 goals.append(last)
             else:
                 arcs(last, after * n + near_out, off, self.layers[after][1], 3 * stage + 3)
-            ways.append(Way(stage, None if goal else option, node))
+            ways.append(Way(stage, None if isinstance(option, int) else option, node))
             reaches.append(np.full(last + 1 - node, stage))
             reaches[-1][-1] += 1  # its last corner is behind the step
             node = last + 1
@@ -233,6 +234,7 @@ class _Builder:
             leg[order],
             costs[motion[order]],
             tuple(self.modes),
+            len(self.layers) * n,
             tuple(ways),
             np.concatenate(reaches),
         )

@@ -147,7 +147,8 @@ class Options:
 
     def _at(self, step: Pick | PlaceStep, grasp: int, place: int, tool: Floats, seeds: Floats) -> list[Option]:
         """The options that reach one pose of the tool, whose lines can be followed."""
-        out, away = line_poses(tool, step.approach, False), line_poses(tool, step.retreat, True)
+        margin = self.modes.checker.world.margin
+        out, away = (line_poses(tool, *line, margin) for line in ((step.approach, False), (step.retreat, True)))
         add, found = self.modes.motions.through, []
         most = self._most if isinstance(step, Pick) else max(1, self._most // 2)  # of a placement there are many
         for q in self.reach.solutions(tool, seeds, most):

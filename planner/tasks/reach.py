@@ -60,14 +60,14 @@ class Reach:
         return ends[(distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)]
 
 
-def line_poses(rest: Floats, line: Line, forward: bool) -> list[Floats]:
+def line_poses(rest: Floats, line: Line, forward: bool, margin: float = 0.0) -> list[Floats]:
     """Poses of the tool from ``rest`` (4, 4) outwards: back along an approach, or ``forward`` along a retreat.
 
-    The first is ``RELEASE`` away from the rest, or at the line's end where that is nearer, the others up to ``STEP``
-    apart. One pose at least: without a line it is the rest itself.
+    The first is ``RELEASE`` beyond the ``margin`` (m) away from the rest, or at the line's end where that is nearer,
+    the others up to ``STEP`` apart. One pose at least: without a line it is the rest itself.
     """
     axis = np.array(line.axis) if line.frame == "world" else rest[:3, :3] @ np.array(line.axis)
-    first = min(RELEASE, line.distance)
+    first = min(RELEASE + margin, line.distance)
     rest_of = line.distance - first
     count = int(np.ceil(rest_of / STEP - 1e-9))
     distances = [first, *(first + rest_of * (np.arange(count) + 1) / max(count, 1))]

@@ -86,7 +86,7 @@ def segments_of(options: Options, network: TaskNetwork, arcs: Ints) -> list[Segm
     whole, found = [], []
     for leg, group in itertools.groupby(arcs.tolist(), key=lambda arc: int(network.leg[arc])):
         rows = list(group)
-        corners = [motions.corners(int(network.motion[arc])) for arc in rows]
+        corners = [network.corners(motions, arc) for arc in rows]
         path = np.vstack([corners[0][:1], *(part[1:] for part in corners)])
         modes = [network.modes[network.mode[arc]] for arc in rows]
         loose = replace(modes[0], allowed=frozenset().union(*(mode.allowed for mode in modes)))

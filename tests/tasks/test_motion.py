@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -13,11 +14,14 @@ from planner.models.poses import pose
 from planner.models.robot import with_carried
 from planner.models.scene import Scene
 from planner.models.shapes import Carried, Obstacle, Sphere
+from planner.objective.integral import costs_along
+from planner.objective.scale import COSTS
 from planner.problem.request import TimingRequest
 from planner.tasks.judge import TaskRecord, judged, summary
+from planner.tasks.plan import task
 from planner.tasks.result import TaskPlan, _scene_in_motion
 from planner.trajectory.check import sampled_contact
-from tests.tasks.cases import BOARD, MUG, POST, SCENE, TABLE, small
+from tests.tasks.cases import BOARD, MUG, POST, SCENE, SMALL, TABLE, small
 from tests.worlds import load
 
 FINE = 1e-4  # m
@@ -154,3 +158,36 @@ def test_the_page_moves_the_object_with_the_hand(plan: TaskPlan) -> None:
         np.testing.assert_allclose(mug.motion.at(t)[0], carried, atol=2e-3)
     np.testing.assert_allclose(mug.motion.at(plan.trajectory.duration)[0][2], [0, 0, 1, 0.341], atol=1e-4)
     assert plan.page().count("mug") > 1
+
+
+def test_a_margin_is_kept_but_where_the_object_rests() -> None:
+    found = task(SMALL, timing=TimingRequest(), nodes=100, ik_solutions=2, margin=0.008)
+    assert found.solved, found.message
+    assert found.trajectory is not None
+    assert found.trajectory.proven
+    reports = found.check()
+    assert all(report.ok for report in reports)
+    assert {report.checker.world.margin for report in reports} == {0.008}
+
+
+def test_coal_finds_what_fcl_finds() -> None:
+    one, two = (task(SMALL, nodes=60, ik_solutions=1, collision=kind) for kind in ("fcl", "coal"))
+    assert one.cost is not None
+    assert one.cost == two.cost
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])
+def test_the_waypoints_cost_what_the_plan_says(beta: float) -> None:
+    """Each piece of the path by itself, measured anew: they are the motions that the field has chosen."""
+    found = small().plan(beta=beta)
+    assert found.roadmap is not None
+    assert found.cost is not None
+    for one, other in itertools.pairwise(found.segments):
+        np.testing.assert_allclose(one.path[-1], other.path[0], atol=1e-12)
+    delta = np.concatenate([np.diff(segment.path, axis=0) for segment in found.segments])
+    start = np.concatenate([segment.path[:-1] for segment in found.segments])
+    scale = found.roadmap.scale
+    distance = np.maximum(np.linalg.norm(delta, axis=1) / scale.joint_length, scale.zeta)
+    omega = costs_along(found.robot, start, delta, scale)[1][:, COSTS.index("log")] * distance
+    assert found.cost.distance == pytest.approx(distance.sum(), rel=1e-9)
+    assert found.cost.manipulability == pytest.approx(omega.sum(), rel=1e-9)

@@ -8,11 +8,13 @@ import itertools
 import numpy as np
 import pytest
 
+from planner.base.progress import Progress
 from planner.base.resolutions import PROOF
 from planner.collision.edge_prover import EdgeProver
+from planner.problem.outcome import Outcome
 from planner.tasks.network import TaskNetwork
-from planner.tasks.plan import TaskPlanner
-from tests.tasks.cases import small
+from planner.tasks.plan import TaskPlanner, task
+from tests.tasks.cases import SMALL, small
 
 
 def dijkstra(network: TaskNetwork, cost, usable) -> float:
@@ -116,3 +118,10 @@ def test_intervals_of_beta_are_those_of_the_best_proven_path(brute) -> None:
         piece = next(p for p in found if p.beta_min <= beta <= p.beta_max)
         best = dijkstra(planner.network, (1 - beta) * costs[:, 0] + beta * costs[:, 1], free)
         assert piece.support.at(beta) == pytest.approx(best, rel=1e-9)
+
+
+def test_a_task_that_is_asked_to_stop_says_so() -> None:
+    found = task(SMALL, Progress(stop=lambda: True), nodes=100)
+    assert found.outcome is Outcome.INTERRUPTED
+    assert found.to_dict()["outcome"] == "interrupted"
+    assert not found.segments
