@@ -37,7 +37,9 @@ class Client:
         """Ask; the request's id."""
         name = next(self._ids)
         message = {"id": name, "method": method, "params": params} | ({"timeout": timeout} if timeout else {})
-        self.socket.send(msgpack.packb(message) if self.packed else json.dumps(message))
+        frame = msgpack.packb(message) if self.packed else json.dumps(message)
+        assert frame is not None
+        self.socket.send(frame)
         return name
 
     def read(self, patience: float | None = 60.0) -> dict[str, Any]:
