@@ -39,7 +39,7 @@ inline int derive(const double* c, int degree, int order, double* found) {
 // Where in (0, 1) the sign changes, ascending, to the last bit of s; how many places there are. Between two neighbouring
 // ones of its derivative a polynomial is monotone, so halving finds the one that is there.
 inline int sign_changes(const double* c, int degree, double* places) {
-    if (degree < 1) return 0;
+    if (degree < 1 || degree > highest_degree) return 0;
     double slope[highest_degree + 1], turns[highest_degree + 1];
     const int between = sign_changes(slope, derive(c, degree, 1, slope), turns);
     int count = 0;
