@@ -102,7 +102,8 @@ inline double ease(const double* q, const double* v, const double* a, int dof, c
         for (int k = 0; k < 5; ++k) c[k * dof + j] = own[k];
         end_q[j] = value_of(own, 3, 1.0), end_v[j] = v[j] + 0.5 * a[j] * T;
         const bool fast = std::max(std::fabs(v[j]), std::fabs(end_v[j])) > limits[j].most[0];
-        if (fast || std::fabs(a[j]) > limits[j].most[1] || least < limits[j].lower || largest > limits[j].upper) return 0.0;
+        if (fast || std::fabs(a[j]) > limits[j].most[1] || least < limits[j].lower || largest > limits[j].upper)
+            return 0.0;
     }
     return T;
 }

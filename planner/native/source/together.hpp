@@ -55,8 +55,10 @@ class Together {
             for (Prover::Interval& one : attempt.open) one.last = static_cast<int>(left->size());
         }
         while (!attempt.done()) {
-            if (heed() == Told::finish) attempt.left_open();
-            else prover_.go_on(attempt, room_);
+            if (heed() == Told::finish)
+                attempt.left_open();
+            else
+                prover_.go_on(attempt, room_);
         }
         proofs_[k] = attempt.proof;
         return attempt.proof.verdict == proven_free;

@@ -73,7 +73,8 @@ int stops_quickest(int n, int dof, const double* states, int count, const double
             for (int j = 0; j < dof && found >= 0; ++j) {
                 double c[5];
                 const double a_here = eased > 0.0 ? 0.0 : a[j];
-                Stop(eased > 0.0 ? end[j] : q[j], eased > 0.0 ? end[dof + j] : v[j], a_here, times[found]).coefficients(c);
+                Stop(eased > 0.0 ? end[j] : q[j], eased > 0.0 ? end[dof + j] : v[j], a_here, times[found])
+                    .coefficients(c);
                 for (int k = 0; k < 5; ++k) first[(5 + k) * dof + j] = c[k];
             }
         }
