@@ -26,6 +26,7 @@ OWN_MEANING = {  # of options that a request has too, by command
     "gabf": "networks, no robots: the seed alone",
     "optimum": "numbers of nodes",
     "misses": "a seed of obstacles",
+    "gate": "a seed of chunks and obstacles",
     "attack": "a seed of searches",
     "agreement": "every robot in every scene: a margin and a seed",
     "fuzz": "a seed of changes",
