@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,10 +12,13 @@ import pytest
 from planner.base.progress import Progress
 from planner.base.resolutions import PROOF
 from planner.collision.edge_prover import EdgeProver
+from planner.kinematics.forward import tool_pose
+from planner.models.poses import pose
+from planner.models.shapes import Obstacle, Sphere
 from planner.problem.outcome import Outcome
 from planner.tasks.network import TaskNetwork
 from planner.tasks.plan import TaskPlanner, task
-from tests.tasks.cases import SMALL, small
+from tests.tasks.cases import MUG, SCENE, SMALL, small
 
 
 def dijkstra(network: TaskNetwork, cost, usable) -> float:
@@ -125,3 +129,21 @@ def test_a_task_that_is_asked_to_stop_says_so() -> None:
     assert found.outcome is Outcome.INTERRUPTED
     assert found.to_dict()["outcome"] == "interrupted"
     assert not found.segments
+
+
+def test_what_only_the_object_in_hand_touches_is_gone_round_at_the_least_cost() -> None:
+    """A bead where the mug's foot would pass on the best way: refused once it is proven, and still as brute force."""
+    before, robot = small().plan(), small().options.modes.robot
+    attach, way = before.segments[1].path[-1], before.segments[3].path
+    hold = np.linalg.inv(tool_pose(robot, attach).homogeneous) @ MUG.placement
+    mug = tool_pose(robot, 0.5 * (way[0] + way[1])).homogeneous @ hold
+    bead = Obstacle("bead", Sphere(0.01), pose(tuple(mug[:3, 3] - 0.1 * mug[:3, 2])))
+    scene = replace(SCENE, obstacles=(*SCENE.obstacles, bead))
+    planner = TaskPlanner.of(replace(SMALL, scene=scene), nodes=100, ik_solutions=2)
+    found, network = planner.plan(), planner.network
+    assert found.rounds > 1
+    assert found.refused > 0
+    assert network is not None
+    assert found.cost is not None
+    best = dijkstra(network, network.costs.mean(axis=1), proven_eagerly(planner))
+    assert found.cost.total == pytest.approx(best, rel=1e-9)
