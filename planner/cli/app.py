@@ -17,6 +17,7 @@ COMMANDS = {  # each is what has its name in this module; in the order of the he
     "batch": "planner.cli.batch",
     "view": "planner.cli.view",
     "check": "planner.cli.check",
+    "verify": "planner.cli.verify",
     "schema": "planner.cli.schema",
     "export": "planner.cli.export",
     "robots": "planner.cli.catalogue",
