@@ -225,7 +225,7 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
     "MotionLimits.times": lambda: {"share": 0.5},
     "MovingObstacle.standing": lambda: {"t": 0.5},
     "Objective.at": lambda: {"beta": 0.5},
-    "Plan.save": lambda: {"folder": "/nonexistent/x"},
+    "Plan.save": lambda: {"folder": "/nonexistent/x", "certificate": False},
     "Tradeoff.save": lambda: {"folder": "/nonexistent/x"},
     "Progress.renamed": lambda: {"report": print},
     "Robot.load": lambda: {

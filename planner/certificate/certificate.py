@@ -13,13 +13,16 @@ from planner.base.arrays import Floats
 from planner.base.files import write_whole
 from planner.base.places import Place, place
 from planner.certificate import verify_proof as checker
-from planner.certificate.geometry import Arrays, geometry_of, numbers, words_of
+from planner.certificate.geometry import Arrays, Cuts, geometry_of, with_dents, words_of
 from planner.certificate.witnesses import Search
 from planner.collision.checker import CollisionChecker
+from planner.collision.world import World
+from planner.kinematics.forward import Chain
 from planner.trajectory.limits import KINDS
 from planner.trajectory.trajectory import Trajectory
 
 PROOF_NAME = "proof.npz"
+_SLABS = (8, 32)  # into which meshes with dents are cut
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +57,23 @@ class Certificate:
 def certificate_of(checker_: CollisionChecker, path: Floats, motion: Trajectory | None = None) -> Certificate:
     """Witnesses that no checked pair comes as near as the margin on any segment of a ``path`` (k, dof) or a ``motion``.
 
-    The motion has to have the ends of the path. Obstacles that move by themselves are no part of it.
+    The motion has to have the ends of the path. Obstacles that move by themselves are no part of it. Meshes with dents
+    are cut into slabs where their hulls are too close, and into more where that is not enough.
     """
-    world = checker_.world
-    arrays = geometry_of(world) | _curves(path, motion)
-    witnesses, lost = Search(checker_.bound, arrays, numbers(world), checker.curves(arrays)).run()
-    words, opened = words_of(world), arrays["pairs"][lost]
+    world, curves, cuts = checker_.world, _curves(path, motion), dict[str, int]()
+    found = _certificate(world, curves, cuts)
+    for slabs in _SLABS:
+        close = {name.partition(", slab ")[0] for pair in found.open_pairs for name in pair}
+        cuts |= dict.fromkeys(with_dents(world, close), slabs)
+        found = _certificate(world, curves, cuts) if cuts and not found.whole else found
+    return found
+
+
+def _certificate(world: World, curves: Arrays, cuts: Cuts) -> Certificate:
+    arrays = geometry_of(world, cuts) | curves
+    search = Search(Chain.of(world.robot), world.margin, arrays, checker.curves(arrays))
+    witnesses, lost = search.run()
+    words, opened = words_of(world, cuts), arrays["pairs"][lost]
     arrays |= witnesses | {
         "pairs": arrays["pairs"][~lost],
         "exempt": np.concatenate([arrays["exempt"], opened]),

@@ -40,11 +40,14 @@ def require_same_world(proof: Path, world: World) -> None:
         raise
     except Exception as error:  # as the checker has it
         raise checker.Refused(f"{proof} is damaged ({type(error).__name__}: {error}).") from None
-    expected = geometry_of(world)
+    cuts = words.get("cuts")
+    named = isinstance(cuts, dict) and all(isinstance(count, int) and 0 < count <= 1000 for count in cuts.values())
+    checker.require(named, f"{proof} does not say how shapes are cut.")
+    expected = geometry_of(world, words["cuts"])
     for name in expected.keys() - {"pairs", "exempt", "reason"}:
         array = expected[name]
         checker.require(np.array_equal(data[name], array), f"{proof} has other {name} than what plan.json names.")
-    for name, said in words_of(world).items():
+    for name, said in words_of(world, words["cuts"]).items():
         checker.require(words.get(name) == said, f"{proof} says another {name} than what plan.json names.")
     # pairs that could not be proven are open: the checker names one
     may = dict(zip(map(tuple, expected["exempt"].tolist()), expected["reason"].tolist(), strict=True))

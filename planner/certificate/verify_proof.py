@@ -24,15 +24,14 @@ import numpy as np
 Array = np.ndarray
 Data = dict[str, np.ndarray]
 Words = dict[str, Any]
-FORMAT = 1
-MOST = 1000.0  # rad, m, and velocities and accelerations times the seconds of a piece: larger numbers are refused [1]
+FORMAT, MOST = 1, 1000.0  # rad, m, also velocities times seconds and so on: larger numbers are refused [1]
 TURNED, FRAME = 1e-11, 1e-6  # what a joint's rotation is off at most, computed [6]; the frames that are read [2]
 ANGLE = 1e-12  # of the size of a joint's numbers: what its value is off at most, computed [5]
 ROUNDED = 1.0 + 1e-12  # what sums of products of non-negative numbers are too small by at most [7]
 SLOPE = 1e-11  # of the size of a piece, over its time to the order: what a derivative is off at most, computed [11]
 LIMIT = FORGIVEN = 1e-6  # relative, of limits on the motion, and rad or m, on positions: what may be exceeded
 MEETS, LISTED, ALLOWED, OPEN = range(4)  # why a pair is not proven apart; the last is no reason
-KINDS: list[str] = ["velocity", "acceleration", "jerk"]
+KINDS, INTERPOLATED = ["velocity", "acceleration", "jerk"], ["lines", "cubics", "quintics"]
 # what the file holds: the kind of number, and the shape, in which each name stands for one number throughout
 FIELDS: dict[str, tuple[str, tuple[int | str, ...]]] = {
     "meta": ("u1", ("bytes",)),
@@ -156,11 +155,10 @@ def require_same_files(data: Data, meta: Words, folder: Path) -> None:
     require(np.array_equal(np.array(plan["path"], dtype=float), data["path"]), "the path in plan.json is another one.")
     require(meta["margin"] >= plan["config"]["margin"], "plan.json asks for a larger margin.")
     require(beside.exists() == bool(len(data["clock"])), "trajectory.json is missing, or not certified.")
-    if not len(data["clock"]):
+    if not beside.exists():
         return
     motion, columns = json.loads(beside.read_text()), len(data["knots"])
-    same = motion["joints"] == meta["joints"]
-    same &= motion["interpolation"] == ("lines", "cubics", "quintics")[columns - 1]
+    same = [motion["joints"], motion["interpolation"]] == [meta["joints"], INTERPOLATED[columns - 1]]
     clock = np.rint(np.array([point["t"] for point in motion["points"]], dtype=float) * 1e9)
     rows = [[point[key] for point in motion["points"]] for key in ("q", "qd", "qdd")[:columns]]
     limits = [motion["limits"][kind] for kind in KINDS]
@@ -397,8 +395,8 @@ def take_urdf(data: Data, meta: Words, file: Path) -> str:
     above = {joint.find("child").get("link"): joint for joint in joints}
     for k, name in enumerate(meta["joints"]):
         joint = next(joint for joint in joints if joint.get("name") == name)
-        kind, limit, carrier = joint.get("type"), joint.find("limit"), joint.find("parent").get("link")
-        before, at = place(meta, above, carrier)
+        kind, limit = joint.get("type"), joint.find("limit")
+        before, at = place(meta, above, joint.find("parent").get("link"))
         at = at @ origin_in(joint)
         off = [at[:3, :3] - data["turn"][k], at[:3, 3] - data["shift"][k], axis_of(joint) - data["axis"][k]]
         same = before == data["parent"][k] and (kind == "prismatic") == bool(data["prismatic"][k])
@@ -410,16 +408,18 @@ def take_urdf(data: Data, meta: Words, file: Path) -> str:
     made, unread = shapes(data), 0
     elements = [(link, *each) for link in root.findall("link") for each in enumerate(link.iter("collision"))]
     for link, k, element in elements:
-        item, (joint, there) = meta["bodies"].index(f"{link.get('name')}_{k}"), place(meta, above, link.get("name"))
-        require(data["joint"][item] == joint, f"a shape of '{link.get('name')}' hangs on another joint in {file}.")
-        points, radius, cylinder = shape_in(element.find("geometry")[0], file)
+        name, (joint, there) = f"{link.get('name')}_{k}", place(meta, above, link.get("name"))
+        cut = name in meta["cuts"]  # into slabs, which are not compared
+        points, radius, cylinder = (None, 0.0, 0) if cut else shape_in(element.find("geometry")[0], file)
+        item = meta["items"].index(f"{name}, slab 1" if cut else name)
+        require(data["joint"][item] == joint, f"'{name}' hangs on another joint in {file}.")
         unread += points is None
         if points is not None:
             at = there @ origin_in(element)
             made[item], data["cylinder"][item] = (points @ at[:3, :3].T + at[:3, 3], radius), cylinder
     data["points"], data["radius"] = np.concatenate([points for points, _ in made]), np.array([r for _, r in made])
     data["count"] = np.array([len(points) for points, _ in made])
-    left = f" but for {unread} meshes of a kind that is not read here" if unread else ""
+    left = f" but for {unread} meshes that are not read here" if unread else ""
     left += "; base, held joints and widened limits" if meta.get("widened") else "; base and held joints"
     return f"Joints and shapes are those of {file.name}{left} as the certificate has them."
 

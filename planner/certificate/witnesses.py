@@ -13,9 +13,9 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.certificate import verify_proof as checker
-from planner.certificate.geometry import Arrays, enclosing_spheres
-from planner.collision.bounds import ClearanceBound
+from planner.certificate.geometry import Arrays, middles_of, points_of
 from planner.kinematics.forward import Chain, joint_placements
+from planner.native.library import NativeWorld
 
 _DEEPEST = 40  # halvings
 _TOGETHER = 20_000  # witnesses
@@ -46,13 +46,13 @@ class Tasks:
 
 
 class Search:
-    """Looks for witnesses in one world along ``pieces`` (m, 6, dof); ``numbers`` (p,) are the world's of the pairs."""
+    """Looks for witnesses of the pairs of ``arrays`` along ``pieces`` (m, 6, dof); ``margin`` in m."""
 
-    def __init__(self, bound: ClearanceBound, arrays: Arrays, numbers: Ints, pieces: Floats) -> None:
-        self._bound, self._arrays, self._numbers, self._pieces = bound, arrays, numbers, pieces
-        self._chain, self._margin = Chain.of(bound.world.robot), bound.world.margin
+    def __init__(self, chain: Chain, margin: float, arrays: Arrays, pieces: Floats) -> None:
+        self._chain, self._margin, self._arrays, self._pieces = chain, margin, arrays, pieces
+        self._native, self._numbers = _native(chain, arrays)
         self._joint = np.maximum(arrays["joint"], 0)
-        self._middles, _ = enclosing_spheres(arrays)
+        self._middles = middles_of(arrays)
         self._relative, self._spare = checker.speeds(arrays, pieces)
 
     def run(self) -> tuple[Arrays, Bools]:
@@ -81,7 +81,7 @@ class Search:
         holds, hopeless = apart > enough, np.zeros(len(tasks), dtype=bool)
         near = np.flatnonzero(~holds & (enough < np.linalg.norm(normal, axis=1)))
         if len(near):
-            asked = self._bound.native.planes(
+            asked = self._native.planes(
                 rotation, position, row[near], self._numbers[tasks.pair[near]], enough[near] + _SPARE
             )
             found = np.where(asked.any(axis=1, keepdims=True), asked, [0.0, 0.0, 1.0])
@@ -121,6 +121,34 @@ class Search:
         ]
         apart, need = (np.concatenate(part) for part in zip(*parts, strict=True))
         return apart, need
+
+
+def _native(chain: Chain, arrays: Arrays) -> tuple[NativeWorld, Ints]:
+    """The items in the compiled library, and the numbers (p,) that the pairs have there."""
+    native, bodies = NativeWorld(chain.native, 0.0), int((arrays["joint"] >= 0).sum())
+    for item, points in enumerate(points_of(arrays)):
+        joint, radius = int(arrays["joint"][item]), float(arrays["radius"][item])
+        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        far = np.linalg.norm(points - middle, axis=1).max() + radius
+        if arrays["cylinder"][item]:
+            half = 0.5 * (points[1] - points[0])
+            across = radius * np.linalg.svd(half[None])[2][1:]
+            native.add_cylinder(joint, middle, half, across)
+        else:
+            native.add_hull(joint, points, radius)
+        if joint >= 0:
+            native.add_spheres(item, middle[None], np.array([far]))
+        else:
+            native.add_target(item, np.eye(3), middle, np.zeros(3), float(far), False)
+    obstacles, pairs = len(arrays["joint"]) - bodies, arrays["pairs"]
+    scene = np.stack(np.meshgrid(np.arange(bodies), bodies + np.arange(obstacles), indexing="ij"), axis=-1)
+    own = pairs[:, 1] < bodies
+    native.set_pairs(
+        np.concatenate([scene.reshape(-1, 2), pairs[own]]), np.ones(scene.shape[0] * obstacles + own.sum())
+    )
+    numbers = pairs[:, 0] * obstacles + pairs[:, 1] - bodies
+    numbers[own] = bodies * obstacles + np.arange(own.sum())
+    return native, numbers
 
 
 def _joined(found: list[tuple[Tasks, Any]], lost: Bools) -> Arrays:
