@@ -28,7 +28,7 @@ def closest(data: dict[str, Any], samples: int, rng: np.random.Generator, below:
     bodies = [_points(data, item) for item in range(len(data["joint"]))]
     for curve in curves_of(data):
         for s in np.concatenate([[0.0, 1.0], rng.uniform(size=samples)]):
-            placed = _placed(data, sum(c * s**k for k, c in enumerate(curve)))
+            placed = _placed(data, np.sum([c * s**k for k, c in enumerate(curve)], axis=0))
             there = [_at(placed, data, item, points) for item, (points, _) in enumerate(bodies)]
             middles = np.array([points.mean(axis=0) for points in there])
             sizes = [

@@ -135,6 +135,7 @@ def require_sound(data: Data, meta: Words) -> None:
     for name in ("points", "shift", "path", "radius", "knots"):
         require(np.abs(data[name]) <= (1e6 if name == "knots" else 1.0) * MOST, f"{name} holds an absurd number.")
     require(stretched(data) <= FRAME and (np.linalg.det(data["turn"]) > 0).all(), "a joint's frame is no rotation.")
+    require(np.abs(np.linalg.norm(data["axis"], axis=1) - 1.0) <= 1e-13, "a joint's axis is no unit vector.")  # [2]
     knots, columns = len(data["clock"]), len(data["knots"])
     same = len(data["path"]) > 0 and (knots != 1 and 1 <= columns <= 3 if knots else columns == 0)
     require(same and len(data["limits"]) == 3 * (knots > 0), "path or motion have no points, or no limits.")
@@ -142,9 +143,8 @@ def require_sound(data: Data, meta: Words) -> None:
 
 
 def stretched(data: Data) -> float:
-    """By how much the joints' frames are no rotations, and their axes no unit vectors [2]."""
-    square = data["turn"].transpose(0, 2, 1) @ data["turn"] - np.eye(3)
-    return float(max(np.abs(square).max(), np.abs(np.linalg.norm(data["axis"], axis=1) - 1.0).max()))
+    """By how much the joints' frames are no rotations [2]."""
+    return float(np.abs(data["turn"].transpose(0, 2, 1) @ data["turn"] - np.eye(3)).max())
 
 
 def require_same_files(data: Data, meta: Words, folder: Path) -> None:
@@ -360,7 +360,7 @@ def speeds(data: Data, pieces: Array) -> tuple[Array, Array]:
     reach, size = reaches(data, np.abs(pieces).sum(axis=1).max(axis=0))
     first, second = reach[data["pairs"].T]
     relative = np.where((first > 0) & (second > 0), 0.0, first + second)  # joints that carry both do not count
-    return relative, (TURNED + 4.0 * stretched(data)) * (len(off) + 1) * size + ROUNDED * (relative @ off)
+    return relative, (TURNED + 8.0 * stretched(data)) * (len(off) + 1) * size + ROUNDED * (relative @ off)
 
 
 def gaps_and_motions(data: Data, pieces: Array, relative: Array, rows: slice) -> tuple[Array, Array]:
