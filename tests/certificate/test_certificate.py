@@ -20,6 +20,7 @@ from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Mesh, Obstacle, Sphere
 from planner.planning.plan import plan
+from planner.planning.result import save_plan_without_page
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.trajectory.timing import time_path
 from tests.certificate.folders import AROUND, folder_of
@@ -28,18 +29,16 @@ from tests.worlds import load, make_post
 TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
 
 
-@pytest.mark.parametrize(
-    ("robot", "scene"), [("iiwa14", "paper"), ("panda", "shelf"), ("ur5", "table"), ("z1", "shelf")]
-)
+@pytest.mark.parametrize(("robot", "scene"), [("iiwa14", "paper"), ("panda", "table"), ("ur5", "table")])
 def test_plans_are_certified_and_accepted(robot: str, scene: str, tmp_path: Path) -> None:
     found = plan(PlanRequest(robot=robot, scene=scene, path_only=True, effort=0), timing=TimingRequest())
     assert found.solved
-    found.save(tmp_path, certificate=True)
+    save_plan_without_page(found, tmp_path, certificate=True)
     said = verify(tmp_path, found.checker.world)
     assert f"path of {len(found.path)} waypoints and of the motion" in said
     assert "Joints and shapes are those of" in said
     assert (tmp_path / PROOF_NAME).stat().st_size < 5e6
-    found.save(tmp_path)
+    save_plan_without_page(found, tmp_path)
     assert not (tmp_path / PROOF_NAME).exists(), "a proof of another plan is not left behind"
 
 
