@@ -161,6 +161,31 @@ def fuzz(
     return 130 if not result.complete else 4 * bool(result.failures)
 
 
+def certificate(
+    out: Out = Path("bench-certificate"),
+    changes: int = 10_000,
+    robots: tuple[str, ...] = ("iiwa14", "panda", "ur5"),
+    scenes: tuple[str, ...] = ("shelf", "table"),
+    seed: int = 0,
+    debug: Debug = False,
+) -> int:
+    """Certificates of plans: what they cost, and whether one that was changed and is false is ever accepted.
+
+    Changes are made at random, and by an adversary who looks for the largest one that is still accepted; whatever is
+    accepted is judged by another method. Writes certificate.md. Exit code 4 where a false one was accepted.
+
+    Args:
+        changes: Changed certificates to try.
+        robots: Robots to plan with.
+        scenes: Scenes to plan in, each with each robot.
+        seed: Seed of the plans and the changes.
+    """
+    from benchmarks.certificate.run import bench_certificate
+
+    result = measured(out, lambda progress: bench_certificate(out, changes, robots, scenes, seed, progress))
+    return 130 if not result.complete else 4 * bool(result.false)
+
+
 def roadmap(
     out: Out = Path("bench-roadmap"),
     robot: str = "panda",
@@ -307,6 +332,7 @@ bench.command(gate)
 bench.command(attack)
 bench.command(agreement)
 bench.command(fuzz)
+bench.command(certificate)
 bench.command(roadmap)
 bench.command(replan)
 bench.command(tables)

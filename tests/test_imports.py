@@ -26,6 +26,7 @@ FLOORS: tuple[tuple[str, ...], ...] = (
     ("sampling",),
     ("construction",),
     ("trajectory",),
+    ("certificate",),
     ("view",),
     ("planning",),
     ("tradeoff", "session", "learning", "tool_paths"),

@@ -268,7 +268,7 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
     "MotionLimits.times": lambda: {"share": 0.5},
     "MovingObstacle.standing": lambda: {"t": 0.5},
     "Objective.at": lambda: {"beta": 0.5},
-    "Plan.save": lambda: {"folder": "/nonexistent/x"},
+    "Plan.save": lambda: {"folder": "/nonexistent/x", "certificate": False},
     "Task.load": lambda: {"path": "none.yaml"},
     "TaskPlan.check": lambda: {"step": 0.1},
     "TaskPlan.save": lambda: {"folder": "/nonexistent/x"},

@@ -20,6 +20,7 @@ COMMANDS = {  # each is what has its name in this module; in the order of the he
     "view": "planner.cli.view",
     "check": "planner.cli.check",
     "serve": "planner.cli.serve",
+    "verify": "planner.cli.verify",
     "schema": "planner.cli.schema",
     "export": "planner.cli.export",
     "robots": "planner.cli.catalogue",

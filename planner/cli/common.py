@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import TYPE_CHECKING, Annotated, Optional
 
 import tyro
 
+from planner.base.errors import FileError
 from planner.problem.request import Message, WorkersRequest
+
+if TYPE_CHECKING:
+    from planner.collision.checker import CollisionChecker
 
 STARTED = time.perf_counter()
 
@@ -19,3 +23,18 @@ Workers = Annotated[WorkersRequest, tyro.conf.arg(name="")]
 
 # in Python a request's request would say nothing, --motion-plan-request is long to type, and only this door knows tyro
 Message.__annotations__["motion_plan_request"] = Annotated[Optional[Path], tyro.conf.arg(name="request")]  # noqa: UP045
+
+
+def world_of_plan(folder: Path) -> CollisionChecker:
+    """A checker in the world of the plan in ``folder``; :class:`PlannerError` where there is none."""
+    from planner.base.yamlfile import read_text
+    from planner.construction.world_of import reopen_plan
+    from planner.paths.file import parse
+    from planner.planning.result import JSON_NAME, ROADMAP_NAME
+
+    where = folder / JSON_NAME
+    record = parse(read_text(where, "plan"), f"plan {where}")
+    config = record.get("config") if isinstance(record, dict) else None
+    if not isinstance(config, dict):
+        raise FileError(f"{where} holds no config: plan again.")
+    return reopen_plan(config, folder / ROADMAP_NAME)

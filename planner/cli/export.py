@@ -136,19 +136,11 @@ def _told(found: Trajectory, made: Trajectory, rate: float) -> str:
 
 def _world(folder: Path, found: Trajectory) -> CollisionChecker:
     """The world of the plan in ``folder``; :class:`PlannerError` where there is none, or it is another robot's."""
-    from planner.base.yamlfile import read_text
-    from planner.construction.world_of import reopen_plan
-    from planner.paths.file import parse
-    from planner.planning.result import JSON_NAME, ROADMAP_NAME
+    from planner.cli.common import world_of_plan
 
-    where = folder / JSON_NAME
-    record = parse(read_text(where, "plan"), f"plan {where}")
-    config = record.get("config") if isinstance(record, dict) else None
-    if not isinstance(config, dict):
-        raise FileError(f"{where} holds no config: plan again.")
-    checker = reopen_plan(config, folder / ROADMAP_NAME)
+    checker = world_of_plan(folder)
     if checker.robot.joints != found.joints:
-        raise FileError(f"{where} is of other joints than the trajectory: plan again.")
+        raise FileError(f"{folder / 'plan.json'} is of other joints than the trajectory: plan again.")
     return checker
 
 

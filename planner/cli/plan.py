@@ -25,6 +25,7 @@ def plan(
     request: Annotated[PlanRequest, tyro.conf.arg(name="")] = PlanRequest(),  # noqa: B008 (frozen)
     timing: Annotated[TimingRequest, tyro.conf.arg(name="")] = TimingRequest(),  # noqa: B008 (frozen)
     no_timing: Flag = False,
+    certificate: Flag = False,
     out: Out = Path("out"),
     view: Flag = False,
     json: Flag = False,
@@ -67,6 +68,7 @@ def plan(
 
     Args:
         no_timing: Leave the path without times: no trajectory.json.
+        certificate: Write proof.npz too, which anyone can check without believing the planner: see 'planner verify'.
         view: Serve the page on this machine when it is written, until Ctrl-C.
         json: Print plan.json on standard output, and nothing else there.
     """
@@ -78,11 +80,14 @@ def plan(
     def find(progress: Progress) -> Plan:
         return find_plan(request, progress, None if no_timing else timing)
 
-    return written_and_told(find, out, view, json)
+    return written_and_told(find, out, view, json, certificate)
 
 
-def written_and_told(find: Callable[[Progress], Plan], out: Path, view: bool, json: bool) -> int:
+def written_and_told(
+    find: Callable[[Progress], Plan], out: Path, view: bool, json: bool, certificate: bool = False
+) -> int:
     """Write what is found into the folder ``out``, tell of it, show it where that is asked; the exit code."""
+    from planner.certificate.certificate import PROOF_NAME
     from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_plan_page, save_plan_without_page
     from planner.problem.outcome import Outcome
@@ -94,8 +99,9 @@ def written_and_told(find: Callable[[Progress], Plan], out: Path, view: bool, js
         result = with_alternatives(find(progress), progress)
         interrupted = result.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
-        record = save_plan_without_page(result, place, {"import": imported, "total": time.perf_counter() - STARTED})
-        others = "" if result.trajectory is None else f", {place / TRAJECTORY_NAME}"
+        seconds = {"import": imported, "total": time.perf_counter() - STARTED}
+        record = save_plan_without_page(result, place, seconds, certificate and not progress.stopped)
+        others = "".join(f", {place / name}" for name in (TRAJECTORY_NAME, PROOF_NAME) if name in record["files"])
         written = f"Written: {place / JSON_NAME}, {place / ROADMAP_NAME}{others}"
         with leaving_on_interrupt(f"stopping without the page. {result.message} {written}"):
             if not progress.stopped:

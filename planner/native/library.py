@@ -282,11 +282,35 @@ class NativeWorld:
         A micrometre from the distance, and short of it by no more than dents are deep where these are farther apart
         than that; 0 where they touch. Those that are ``enough`` (k,) m need not be better.
         """
+        return self._close(rotation, position, rows, pairs, enough, None)
+
+    def planes(
+        self, rotation: Floats, position: Floats, rows: Ints, pairs: Ints, enough: Floats | float = np.inf
+    ) -> Floats:
+        """Normals (k, 3), of no unit length, of the planes that hold best between the hulls of pairs; as :meth:`close`.
+
+        They point from the first of a pair to the second. Where the hulls meet they separate nothing.
+        """
+        normals = np.empty((len(rows), 3))
+        self._close(rotation, position, rows, pairs, enough, normals)
+        return normals
+
+    def _close(
+        self,
+        rotation: Floats,
+        position: Floats,
+        rows: Ints,
+        pairs: Ints,
+        enough: Floats | float,
+        normals: Floats | None,
+    ) -> Floats:
+        """The bounds (k,) of :meth:`close`; fills ``normals`` (k, 3) where they are given."""
         rotation, position, n = self._placed(rotation, position)
         k = len(rows)
         rows, pairs, enough = _ints(rows, k), _ints(pairs, k), _floats(np.broadcast_to(enough, k), k)
         placed, bounds = (_at(rotation), _at(position)), np.empty(k)
-        _library.world_close(self.handle, n, *placed, k, _at(rows), _at(pairs), _at(enough), threads(), _at(bounds))
+        found = _at(bounds), None if normals is None else _at(normals)
+        _library.world_close(self.handle, n, *placed, k, _at(rows), _at(pairs), _at(enough), threads(), *found)
         return bounds
 
     def first_near(self, q: Floats) -> int:

@@ -21,7 +21,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 19  # of the functions' arguments: what planner_version() says
+_VERSION = 20  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -50,7 +50,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_set_speed_limit": (_Pointer, _int, _double),
     "world_set_pairs": (_Pointer, _int, *2 * [_Pointer]),
     "world_coarse": (_Pointer, _int, *3 * [_Pointer]),
-    "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer], _int, _Pointer),
+    "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer], _int, *2 * [_Pointer]),
     "world_prove": (_Pointer, *5 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
     "world_prove_together": (_Pointer, *5 * [_Pointer], _int, _int, _double, *3 * [_Pointer]),
     "stops_quickest": (_int, _int, _Pointer, _int, *7 * [_Pointer]),

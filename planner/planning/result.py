@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +19,7 @@ from planner.base.html import html_table
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import rounded
+from planner.certificate.certificate import PROOF_NAME, Certificate, certificate_of
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
 from planner.models.robot import Robot
@@ -193,13 +195,21 @@ class Plan:
         """The page as HTML text that needs nothing but a browser; it draws what is there and computes nothing."""
         return plan_page(self)
 
+    def certify(self) -> Certificate | None:
+        """The plan with its proof, for a checker that believes nobody; None where there is no path.
+
+        Not to be confused with ``certificate``, which is of the field's settling.
+        """
+        return certificate_of(self.checker, self.path, self.trajectory) if self.solved else None
+
     @checks_kinds
-    def save(self, folder: Place) -> None:
+    def save(self, folder: Place, certificate: bool = False) -> None:
         """Write ``plan.json``, ``plan.html`` and ``roadmap.npz`` under ``folder``, which is made if it does not exist.
 
-        With a trajectory also ``trajectory.json``. Raises :class:`FileError` where that cannot be done.
+        With a trajectory also ``trajectory.json``, with ``certificate`` also ``proof.npz`` where there is a path.
+        Raises :class:`FileError` where that cannot be done.
         """
-        save_plan(self, place(folder, "folder"))
+        save_plan(self, place(folder, "folder"), certificate=certificate)
 
 
 def plan_record(plan: Plan) -> dict[str, Any]:
@@ -207,12 +217,16 @@ def plan_record(plan: Plan) -> dict[str, Any]:
     return record_of(plan).to_dict()
 
 
-def save_plan(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
+def save_plan(
+    plan: Plan, folder: Path, timings: dict[str, float] | None = None, certificate: bool = False
+) -> dict[str, Any]:
     """Write the files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
-    return save_plan_page(plan, folder, save_plan_without_page(plan, folder, timings))
+    return save_plan_page(plan, folder, save_plan_without_page(plan, folder, timings, certificate))
 
 
-def save_plan_without_page(plan: Plan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
+def save_plan_without_page(
+    plan: Plan, folder: Path, timings: dict[str, float] | None = None, certificate: bool = False
+) -> dict[str, Any]:
     """Write all but the page, take what an earlier plan left of the rest away, and return the record.
 
     The record comes last, with the hashes of the others, see :mod:`planner.base.beside`.
@@ -224,9 +238,15 @@ def save_plan_without_page(plan: Plan, folder: Path, timings: dict[str, float] |
         remove(folder / TRAJECTORY_NAME)
     else:
         save_trajectory(plan.trajectory, folder / TRAJECTORY_NAME, plan.robot.name, plan.scene.name)
+    remove(folder / PROOF_NAME)
+    began = time.perf_counter()
+    made = plan.certify() if certificate else None
+    if made is not None:
+        made.save(folder / PROOF_NAME)
+        timings = {**(timings or {}), "certificate": time.perf_counter() - began}
     record = plan_record(plan)
     record["timings_s"] |= rounded(timings or {})
-    record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME))
+    record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME))
     write_json(folder / JSON_NAME, record)
     return record
 

@@ -18,7 +18,20 @@ from tests.command_line import Run, assert_refused
 
 
 @pytest.mark.parametrize(
-    "name", ["gabf", "plan", "first-motion", "proofs", "gate", "misses", "agreement", "attack", "roadmap", "tasks"]
+    "name",
+    [
+        "gabf",
+        "plan",
+        "first-motion",
+        "proofs",
+        "gate",
+        "misses",
+        "agreement",
+        "attack",
+        "certificate",
+        "roadmap",
+        "tasks",
+    ],
 )
 def test_every_benchmark_has_help(name: str, run: Run) -> None:
     code, text, _ = run(name, "--help", program="benchmarks")
@@ -67,6 +80,8 @@ def test_the_commands_defaults_are_the_librarys() -> None:
         (("attack", "--tries", "0"), 2, "at least 1 try"),
         (("attack", "--robots", "marvin"), 3, "robot 'marvin' not found"),
         (("attack", "--libraries", "bullet"), 2, "fcl"),
+        (("certificate", "--changes", "0"), 2, "at least 1 change"),
+        (("certificate", "--robots", "marvin"), 3, "robot 'marvin' not found"),
         (("roadmap", "--robot", "marvin"), 3, "robot 'marvin' not found"),
         (("roadmap", "--scene", "moon"), 3, "scene 'moon' not found"),
         (("roadmap", "--queries", "0"), 2, "at least one query"),

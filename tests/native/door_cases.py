@@ -205,7 +205,9 @@ def of_distances(rng: Rng, size: Size) -> list[Any]:
     assert np.isfinite(close).all()
     known = np.isfinite(coarse[rows, pairs])
     assert (coarse[rows, pairs][known] <= close[known] + 1e-5).all()  # of convex ones; surfaces lie deeper still
-    return [coarse, close]
+    normals = world.planes(*placed, rows, pairs)
+    assert np.isfinite(normals).all()
+    return [coarse, close, normals]
 
 
 def of_glances(rng: Rng, size: Size) -> list[Any]:

@@ -224,9 +224,10 @@ struct Posed {
 };
 
 // close lower bounds (count,) of numbered pairs in configurations `rows` of n, no better than to show that they are
-// `enough` (count,)
+// `enough` (count,); and the normals (count, 3) of the planes that held best between the two hulls, unless null
 int world_close(const World* world, int n, const double* rotation, const double* position, int count,
-                const int64_t* rows, const int64_t* pairs, const double* enough, int threads, double* bounds) {
+                const int64_t* rows, const int64_t* pairs, const double* enough, int threads, double* bounds,
+                double* normals) {
     return answered([&] {
         require(between(rows, count, 0, n), "there is no such configuration");
         require(between(pairs, count, 0, world->pair_count()), "there is no such pair");
@@ -243,6 +244,8 @@ int world_close(const World* world, int n, const double* rotation, const double*
                           Closeness closeness;
                           closeness.enough = enough[k];
                           bounds[k] = world->close(pair, frames, apart, closeness);
+                          if (normals)
+                              normals[3 * k] = apart.x, normals[3 * k + 1] = apart.y, normals[3 * k + 2] = apart.z;
                       }
                   });
     });

@@ -1,0 +1,1 @@
+"""Certificates: what they cost, and whether one that is false is ever accepted."""

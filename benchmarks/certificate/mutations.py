@@ -1,0 +1,193 @@
+"""Certificates changed at random, and by an adversary who looks for the largest change that is still accepted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.certificate import PROOF_NAME, verify_proof
+
+Data = dict[str, Any]
+Rng = np.random.Generator
+_SPECIAL = (np.nan, np.inf, -np.inf, 0.0, -1.0, 1e-300, 1e300)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A folder with a plan and its certificate, and what they hold."""
+
+    folder: Path
+    data: Data
+    words: dict[str, Any]
+    plan: dict[str, Any]
+    motion: dict[str, Any] | None
+
+    @staticmethod
+    def of(folder: Path) -> Case:
+        """The case in a folder."""
+        data, words = verify_proof.read(folder / PROOF_NAME)
+        motion = folder / "trajectory.json"
+        record = json.loads(motion.read_text()) if motion.exists() else None
+        return Case(folder, data, words, json.loads((folder / "plan.json").read_text()), record)
+
+    def accepts(self, data: Data, words: dict[str, Any], follow: bool = True) -> str | None:
+        """What the checker says of other contents, None where it refuses them.
+
+        ``follow``: what plan.json and trajectory.json say of path and motion follows the certificate.
+        """
+        meta = np.frombuffer(json.dumps(words).encode(), dtype=np.uint8)
+        np.savez(self.folder / PROOF_NAME, **{**data, "meta": meta})
+        plan, motion = self.plan, self.motion
+        if follow:
+            plan = {**plan, "path": data["path"].tolist()}
+            motion = motion and {**motion, **_points(data)}
+        (self.folder / "plan.json").write_text(json.dumps(plan))
+        if motion is not None:
+            (self.folder / "trajectory.json").write_text(json.dumps(motion))
+        try:
+            with np.errstate(all="ignore"):
+                return verify_proof.check(self.folder)
+        except verify_proof.Refused:
+            return None
+
+
+def _points(data: Data) -> dict[str, Any]:
+    keys, clock, knots = ("q", "qd", "qdd"), data["clock"], data["knots"]
+    if knots.ndim != 3 or len(knots) > len(keys) or clock.shape != knots.shape[1:2]:
+        return {}
+    rows = [{key: knots[c][k].tolist() for c, key in enumerate(keys[: len(knots)])} for k in range(len(clock))]
+    return {"points": [{"t": t / 1e9, **row} for t, row in zip(clock.tolist(), rows, strict=True)]}
+
+
+def mutated(case: Case, rng: Rng) -> tuple[Data, dict[str, Any], str]:
+    """Other contents, and what was changed."""
+    data, words = {name: array.copy() for name, array in case.data.items()}, dict(case.words)
+    kind = rng.choice(list(_KINDS))
+    _KINDS[kind](data, words, rng)
+    return data, words, str(kind)
+
+
+def largest(case: Case, rng: Rng) -> tuple[Data, str] | None:
+    """The largest change in a random direction that is still accepted, by bisection; None where the smallest is not."""
+    name = str(rng.choice(["points", "shift", "radius", "path", "knots", "low", "high", "normal"]))
+    if not case.data[name].size:
+        return None
+    array, way = case.data[name], rng.normal(size=case.data[name].shape)
+    if rng.random() < 0.5:  # one row alone
+        way[np.arange(len(way)) != rng.integers(len(way))] = 0.0
+    if name == "radius":
+        way = np.abs(way)
+    best, low, high = None, -12.0, 1.0  # powers of ten
+    for _ in range(12):
+        middle = 0.5 * (low + high)
+        data = {**case.data, name: np.asarray(array + 10.0**middle * way, dtype=array.dtype)}
+        if case.accepts(data, case.words):
+            best, low = data, middle
+        else:
+            high = middle
+    return None if best is None else (best, name)
+
+
+def _numbers(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    name = rng.choice([name for name, array in data.items() if array.dtype.kind == "f" and array.size])
+    array = data[name]
+    way = rng.normal(size=array.shape) * 10.0 ** rng.uniform(-12, 1)
+    if rng.random() < 0.7:
+        way.ravel()[np.arange(way.size) != rng.integers(way.size)] = 0.0
+    data[name] = (array + way).astype(array.dtype)
+
+
+def _special(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    name = rng.choice([name for name, array in data.items() if array.dtype.kind == "f" and array.size])
+    with np.errstate(over="ignore"):
+        data[name].ravel()[rng.integers(data[name].size)] = rng.choice(_SPECIAL)
+
+
+def _whole_numbers(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    name = rng.choice([n for n, array in data.items() if array.dtype.kind in "iu" and array.size and n != "meta"])
+    array = data[name].ravel()
+    info = np.iinfo(array.dtype)
+    k = rng.integers(array.size)
+    choices = [
+        array[k] + 1 if array[k] < info.max else 0,
+        array[k] - 1 if array[k] > info.min else 0,
+        0,
+        info.max,
+        info.min,
+    ]
+    array[k] = choices[rng.integers(len(choices))]
+    array[k] = rng.choice(array) if rng.random() < 0.3 else array[k]
+
+
+def _witness_gone(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    kept = np.ones(len(data["piece"]), dtype=bool)
+    kept[rng.integers(len(kept))] = False
+    for name in ("piece", "pair", "low", "high", "normal"):
+        data[name] = data[name][kept]
+
+
+def _widened(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    """A wide interval in place of a neighbour's."""
+    k = rng.integers(len(data["piece"]))
+    if rng.random() < 0.5:
+        data["low"][k], data["high"][k] = 0.0, 1.0
+    same = (data["piece"] == data["piece"][k]) & (data["pair"] == data["pair"][k])
+    same[k] = False
+    for name in ("piece", "pair", "low", "high", "normal"):
+        data[name] = data[name][~same]
+    data["low"][k - int(same[:k].sum())], data["high"][k - int(same[:k].sum())] = 0.0, 1.0
+
+
+def _turned(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    k, other = rng.integers(len(data["normal"]), size=2)
+    data["normal"][k] = [-1, 1][rng.integers(2)] * data["normal"][other] + rng.normal(size=3) * 10.0 ** rng.uniform(
+        -4, 1
+    )
+
+
+def _pair_gone(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    """A pair left out, with its witnesses, perhaps as one that is exempt."""
+    gone = rng.integers(len(data["pairs"]))
+    kept = data["pair"] != gone
+    for name in ("piece", "pair", "low", "high", "normal"):
+        data[name] = data[name][kept]
+    data["pair"] = data["pair"] - (data["pair"] > gone).astype(data["pair"].dtype)
+    if rng.random() < 0.7:
+        data["exempt"] = np.concatenate([data["exempt"], data["pairs"][gone : gone + 1]])
+        data["reason"] = np.append(data["reason"], np.uint8(rng.integers(5)))
+    data["pairs"] = np.delete(data["pairs"], gone, axis=0)
+
+
+def _swapped(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    name = rng.choice([name for name, array in data.items() if len(array) > 1 and name != "meta"])
+    a, b = rng.integers(len(data[name]), size=2)
+    data[name][[a, b]] = data[name][[b, a]]
+
+
+def _cut(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    name = rng.choice([name for name in data if name != "meta"])
+    data[name] = data[name][:-1] if rng.random() < 0.5 else data[name].astype(rng.choice(["f8", "f4", "i8", "c16"]))
+
+
+def _said(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    key = rng.choice(list(words))
+    words[key] = [None, "x", -1.0, [], {}, 2, True, float("nan"), 1e9][rng.integers(9)]
+
+
+_KINDS: dict[str, Callable[[Data, dict[str, Any], Rng], None]] = {
+    "numbers": _numbers,
+    "special numbers": _special,
+    "whole numbers": _whole_numbers,
+    "a witness left out": _witness_gone,
+    "an interval widened": _widened,
+    "a plane turned": _turned,
+    "a pair left out": _pair_gone,
+    "rows swapped": _swapped,
+    "an array cut": _cut,
+    "words": _said,
+}

@@ -1,0 +1,107 @@
+"""A plan's certificate: made from a world, a path and perhaps a motion; written as ``proof.npz``."""
+
+from __future__ import annotations
+
+import io
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.base.files import write_whole
+from planner.base.places import Place, place
+from planner.certificate import verify_proof as checker
+from planner.certificate.geometry import Arrays, Cuts, geometry_of, with_dents, words_of
+from planner.certificate.witnesses import Search
+from planner.collision.checker import CollisionChecker
+from planner.collision.world import World
+from planner.kinematics.forward import Chain
+from planner.trajectory.limits import KINDS
+from planner.trajectory.trajectory import Trajectory
+
+PROOF_NAME = "proof.npz"
+_SLABS = (8, 32)  # into which meshes with dents are cut
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """The ``arrays`` of a proof.npz, as :data:`planner.certificate.verify_proof.FIELDS` names them, and its ``words``.
+
+    ``open_pairs`` are the names of pairs that are checked and that no plane between their hulls proves apart: where
+    there are some it is not whole, and no checker accepts it.
+    """
+
+    arrays: Arrays
+    words: dict[str, Any]
+    open_pairs: tuple[tuple[str, str], ...]
+
+    @property
+    def whole(self) -> bool:
+        """Every pair that is checked is proven apart on all of the path and the motion."""
+        return not self.open_pairs
+
+    def content(self) -> bytes:
+        """The file as bytes: the same for the same plan."""
+        file = io.BytesIO()
+        meta = np.frombuffer(json.dumps(self.words, sort_keys=True).encode(), dtype=np.uint8)
+        np.savez_compressed(file, allow_pickle=False, meta=meta, **self.arrays)
+        return file.getvalue()
+
+    def save(self, path: Place) -> None:
+        """Write it whole or not at all; :class:`FileError` where that cannot be done."""
+        write_whole(place(path), self.content())
+
+
+def certificate_of(checker_: CollisionChecker, path: Floats, motion: Trajectory | None = None) -> Certificate:
+    """Witnesses that no checked pair comes as near as the margin on any segment of a ``path`` (k, dof) or a ``motion``.
+
+    The motion has to have the ends of the path. Obstacles that move by themselves are no part of it. Meshes with dents
+    are cut into slabs where their hulls are too close, and into more where that is not enough.
+    """
+    world, curves, cuts = checker_.world, _curves(path, motion), dict[str, int]()
+    found = _certificate(world, curves, cuts)
+    for slabs in _SLABS:
+        close = {name.partition(", slab ")[0] for pair in found.open_pairs for name in pair}
+        cuts |= dict.fromkeys(with_dents(world, close), slabs)
+        found = _certificate(world, curves, cuts) if cuts and not found.whole else found
+    return found
+
+
+def _certificate(world: World, curves: Arrays, cuts: Cuts) -> Certificate:
+    arrays = geometry_of(world, cuts) | curves
+    search = Search(Chain.of(world.robot), world.margin, arrays, checker.curves(arrays))
+    witnesses, lost = search.run()
+    words, opened = words_of(world, cuts), arrays["pairs"][lost]
+    arrays |= witnesses | {
+        "pairs": arrays["pairs"][~lost],
+        "exempt": np.concatenate([arrays["exempt"], opened]),
+        "reason": np.concatenate([arrays["reason"], np.full(len(opened), checker.OPEN, dtype=np.uint8)]),
+    }
+    named = tuple((words["items"][a], words["items"][b]) for a, b in opened.tolist())
+    return Certificate(_as_written(arrays), words, named)
+
+
+def certificate_of_motion(checker_: CollisionChecker, motion: Trajectory) -> Certificate:
+    """The same of a ``motion`` alone, with the straight path through its knots."""
+    return certificate_of(checker_, motion.knots(), motion)
+
+
+def _curves(path: Floats, motion: Trajectory | None) -> Arrays:
+    dof = path.shape[1]
+    if motion is None:
+        none = {"clock": np.zeros(0, dtype=np.int64), "knots": np.zeros((0, 0, dof)), "limits": np.zeros((0, dof))}
+        return {"path": path, **none}
+    assert motion.limits is not None
+    limits = np.array([getattr(motion.limits, kind) for kind in KINDS])
+    return {"path": path, "clock": motion.nanoseconds, "knots": np.array(motion.columns), "limits": limits}
+
+
+def _as_written(arrays: Arrays) -> Arrays:
+    """The arrays as the file holds them."""
+    return {
+        name: np.ascontiguousarray(arrays[name], dtype=f"<{kind}")
+        for name, (kind, _) in checker.FIELDS.items()
+        if name != "meta"
+    }

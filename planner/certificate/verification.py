@@ -1,0 +1,56 @@
+"""``planner verify``: the checker of one file, and what it cannot know: that the world is the one of the plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from planner.base.errors import FileError
+from planner.base.files import is_file
+from planner.certificate import verify_proof as checker
+from planner.certificate.certificate import PROOF_NAME
+from planner.certificate.geometry import geometry_of, words_of
+from planner.collision.world import World
+
+
+def verify(folder: Path, world: World) -> str:
+    """What is proven of the plan in a ``folder``, made in ``world``, as sentences.
+
+    :class:`planner.certificate.verify_proof.Refused` where something is not, :class:`FileError` without a certificate.
+    """
+    require_certificate(folder)
+    require_same_world(folder / PROOF_NAME, world)
+    source = world.robot.source.path
+    said = checker.check(folder, source if source.suffix == ".urdf" else None)
+    return f"{said}\nRobot, scene and the pairs left out are, number by number, those that plan.json names."
+
+
+def require_certificate(folder: Path) -> None:
+    """Raise :class:`FileError` where the folder holds none."""
+    if not is_file(folder / PROOF_NAME):
+        raise FileError(f"{folder / PROOF_NAME} not found: plan with --certificate, which writes it.")
+
+
+def require_same_world(proof: Path, world: World) -> None:
+    """The certificate speaks of these joints, shapes and pairs to the last bit; else it is refused."""
+    try:
+        data, words = checker.read(proof)
+    except checker.Refused:
+        raise
+    except Exception as error:  # as the checker has it
+        raise checker.Refused(f"{proof} is damaged ({type(error).__name__}: {error}).") from None
+    cuts = words.get("cuts")
+    named = isinstance(cuts, dict) and all(isinstance(count, int) and 0 < count <= 1000 for count in cuts.values())
+    checker.require(named, f"{proof} does not say how shapes are cut.")
+    expected = geometry_of(world, words["cuts"])
+    for name in expected.keys() - {"pairs", "exempt", "reason"}:
+        array = expected[name]
+        checker.require(np.array_equal(data[name], array), f"{proof} has other {name} than what plan.json names.")
+    for name, said in words_of(world, words["cuts"]).items():
+        checker.require(words.get(name) == said, f"{proof} says another {name} than what plan.json names.")
+    # pairs that could not be proven are open: the checker names one
+    may = dict(zip(map(tuple, expected["exempt"].tolist()), expected["reason"].tolist(), strict=True))
+    for pair, reason in zip(map(tuple, data["exempt"].tolist()), data["reason"].tolist(), strict=True):
+        same = reason == checker.OPEN or may.get(pair) == reason
+        checker.require(same, f"{proof} leaves out pairs that are checked in this world.")

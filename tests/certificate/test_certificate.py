@@ -1,0 +1,145 @@
+"""Certificates of plans: whole, accepted by the checker of one file, refused where the world is another one."""
+
+from __future__ import annotations
+
+import ast
+import itertools
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.certificate import PROOF_NAME, certificate_of, certificate_of_motion, verify, verify_proof
+from planner.certificate.verify_proof import Refused
+from planner.collision import make_checker
+from planner.kinematics.forward import tool_positions
+from planner.models.poses import pose
+from planner.models.scene import Scene
+from planner.models.shapes import Mesh, Obstacle, Sphere
+from planner.planning.plan import plan
+from planner.planning.result import save_plan_without_page
+from planner.problem.request import PlanRequest, TimingRequest
+from planner.trajectory.timing import time_path
+from tests.certificate.folders import AROUND, folder_of
+from tests.worlds import load, make_post
+
+TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
+
+
+@pytest.mark.parametrize(("robot", "scene"), [("iiwa14", "paper"), ("panda", "table"), ("ur5", "table")])
+def test_plans_are_certified_and_accepted(robot: str, scene: str, tmp_path: Path) -> None:
+    found = plan(PlanRequest(robot=robot, scene=scene, path_only=True, effort=0), timing=TimingRequest())
+    assert found.solved
+    save_plan_without_page(found, tmp_path, certificate=True)
+    said = verify(tmp_path, found.checker.world)
+    assert f"path of {len(found.path)} waypoints and of the motion" in said
+    assert "Joints and shapes are those of" in said
+    assert (tmp_path / PROOF_NAME).stat().st_size < 5e6
+    save_plan_without_page(found, tmp_path)
+    assert not (tmp_path / PROOF_NAME).exists(), "a proof of another plan is not left behind"
+
+
+def test_the_same_plan_has_the_same_certificate() -> None:
+    one, two = (certificate_of(make_post(), AROUND).content() for _ in range(2))
+    assert one == two
+
+
+def test_the_checker_is_one_short_file_that_needs_numpy_alone(tmp_path: Path) -> None:
+    text = TOOL.read_text()
+    assert len(text.splitlines()) <= 500
+    tree = ast.walk(ast.parse(text))
+    names = {a.name for node in tree if isinstance(node, ast.Import) for a in node.names}
+    names |= {str(node.module) for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom)}
+    assert {name.split(".")[0] for name in names} - set(sys.stdlib_module_names) == {"numpy"}
+    folder, _ = folder_of(tmp_path / "out", make_post(), AROUND)
+    run = subprocess.run([sys.executable, "-I", TOOL, folder], capture_output=True, text=True, cwd=tmp_path)
+    assert (run.returncode, run.stdout[:7]) == (0, "Proven:"), run.stderr
+    (folder / "plan.json").write_text("{}")
+    run = subprocess.run([sys.executable, "-I", TOOL, folder], capture_output=True, text=True, cwd=tmp_path)
+    assert (run.returncode, run.stderr[:10]) == (1, "NOT proven")
+
+
+def test_a_motion_is_certified_and_its_limits_are_judged(tmp_path: Path) -> None:
+    checker = make_post()
+    motion = time_path(AROUND, checker)
+    certificate = certificate_of_motion(checker, motion)
+    assert certificate.whole
+    assert len(certificate.arrays["clock"]) == len(motion.times)
+    folder, _ = folder_of(tmp_path / "out", checker, AROUND, motion)
+    assert "velocity, acceleration, jerk" in verify_proof.check(folder)
+    assert motion.limits is not None
+    worst = motion.worst(2, motion.limits.acceleration)[0]
+    for share, accepted in ((worst, True), (worst * (1 - 1e-5), False)):
+        limits = replace(motion.limits, acceleration=share * motion.limits.acceleration)
+        folder_of(tmp_path / "out", checker, AROUND, replace(motion, limits=limits))
+        if accepted:
+            verify_proof.check(folder)
+        else:
+            with pytest.raises(Refused, match="acceleration exceeds its limit"):
+                verify_proof.check(folder)
+
+
+def test_an_obstacle_pushed_into_the_path_is_noticed(tmp_path: Path) -> None:
+    """The certificate is of the world without it: true of what it says, and refused in the world of the plan."""
+    checker = make_post()
+    folder, _ = folder_of(tmp_path / "out", checker, AROUND)
+    verify(folder, checker.world)
+    s = np.linspace(0.0, 1.0, 50)[:, None]
+    along = np.concatenate([a + s * (b - a) for a, b in itertools.pairwise(AROUND)])
+    tips = tool_positions(checker.robot, along)
+    into = tips[np.argmax(np.linalg.norm(tips, axis=1))]  # where it reaches farthest
+    scene = checker.world.scene
+    wrong = replace(scene, obstacles=(*scene.obstacles, Obstacle("pushed", Sphere(0.02), pose(into))))
+    moved = replace(scene, obstacles=(replace(scene.obstacles[0], placement=pose([0.75, 1e-12, 0])),))
+    for other in (wrong, moved):
+        world = make_checker(checker.robot, other).world
+        with pytest.raises(Refused, match=r"than what plan\.json names"):
+            verify(folder, world)
+    _, certificate = folder_of(tmp_path / "out", make_checker(checker.robot, wrong), AROUND)
+    assert any("pushed" in pair for pair in certificate.open_pairs)
+    with pytest.raises(Refused, match=r"'pushed' are not proven apart.*hulls"):
+        verify_proof.check(folder)
+
+
+def test_a_mesh_with_dents_is_cut_into_slabs_where_its_hull_is_too_close(tmp_path: Path) -> None:
+    """Between two walls of one mesh no plane separates the arm from the hull of both."""
+    wall = np.array([[x, y, z] for x in (-0.05, 0.05) for y in (-0.01, 0.01) for z in (-0.1, 0.1)])
+    aside = np.array([0, 0.3, 0])
+    sides = "013 032 475 467 051 045 237 276 026 064 157 173"
+    triangles = np.array([[int(k) for k in side] for side in sides.split()])
+    mesh = Mesh(np.concatenate([wall - aside, wall + aside]), np.concatenate([triangles, triangles + 8]))
+    checker = make_checker(load("planar_2r"), Scene("notch", (Obstacle("walls", mesh, pose([0.8, 0, 0])),)))
+    folder, certificate = folder_of(tmp_path / "out", checker, np.array([[0.0, 0.0], [0.05, 0.0]]))
+    assert certificate.words["cuts"] == {"walls": 8}
+    assert certificate.whole
+    assert "Robot, scene" in verify(folder, checker.world)
+    _, certificate = folder_of(tmp_path / "out", checker, np.array([[0.0, 0.0], [0.6, 0.0]]))
+    assert not certificate.whole
+    assert all("walls" in second for _, second in certificate.open_pairs)
+    with pytest.raises(Refused, match=r"'walls, slab \d+' are not proven apart"):
+        verify_proof.check(folder)
+
+
+def test_the_urdf_counts_where_it_is_given(tmp_path: Path) -> None:
+    checker = make_post()
+    folder, _ = folder_of(tmp_path / "out", checker, AROUND)
+    text, copy = checker.robot.source.path.read_text(), tmp_path / "arm.urdf"
+    copy.write_text(text)
+    assert "Joints and shapes are those of arm.urdf;" in verify_proof.check(folder, copy)
+    for changed in (
+        text.replace('<axis xyz="0 0 1"', '<axis xyz="0 1 0"'),
+        text.replace('<origin xyz="0.5 0 0"/>', '<origin xyz="0.5000001 0 0"/>'),
+        text.replace('lower="-2.9', 'lower="-1.9'),
+        text.replace('radius="0.025" length="0.375"', 'radius="0.025" length="0.9"'),
+        text.replace('name="joint_1"', 'name="another"'),
+        "<robot",
+    ):
+        assert changed != text
+        copy.write_text(changed)
+        with pytest.raises(Refused):
+            verify_proof.check(folder, copy)
+    with pytest.raises(Refused):
+        verify_proof.check(folder, load("panda").source.path)

@@ -1,0 +1,95 @@
+"""The checker's own arithmetic, each part against another method."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.base.polynomials import evaluate
+from planner.certificate import verify_proof as checker
+from planner.certificate.geometry import geometry_of
+from planner.collision.world import World
+from planner.kinematics.forward import Chain, joint_placements
+from planner.models.scene import Scene
+from planner.trajectory.trajectory import Trajectory
+from tests.worlds import ROBOTS, load, random_q
+
+NO_PAIRS: frozenset[frozenset[str]] = frozenset()
+
+
+def world_of(robot: str) -> dict[str, Any]:
+    return geometry_of(World.of(load(robot), Scene.load("shelf"), NO_PAIRS))
+
+
+def test_sine_and_cosine_are_within_what_is_said() -> None:
+    """Against 64 bits of mantissa, near multiples of a quarter turn most of all."""
+    rng = np.random.default_rng(0)
+    near = np.arange(-636, 637) * (np.pi / 2)
+    q = np.concatenate(
+        [rng.uniform(-1000, 1000, 20_000), near, near + rng.normal(size=len(near)) * 1e-8, [0.0, 1000.0]]
+    )
+    sine, cosine = checker.sine_and_cosine(q)
+    exact = q.astype(np.longdouble)
+    assert np.abs(sine - np.sin(exact)).max() < 2e-15
+    assert np.abs(cosine - np.cos(exact)).max() < 2e-15
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_frames_are_those_of_the_robot(robot: str) -> None:
+    q = random_q(load(robot), 50)
+    turn, origin = checker.frames(world_of(robot), q)
+    rotation, position = joint_placements(Chain.of(load(robot)), q)
+    np.testing.assert_allclose(turn, rotation, atol=1e-13)
+    np.testing.assert_allclose(origin, position, atol=1e-13)
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_no_point_moves_faster_than_is_said(robot: str) -> None:
+    """Points of bodies, one joint at a time, at the configurations among many where it moves them most."""
+    data, arm = world_of(robot), load(robot)
+    travel = np.maximum(np.abs(arm.lower), np.abs(arm.upper))
+    reach, size = checker.reaches(data, travel)
+    q, step = random_q(arm, 300), 1e-6
+    for joint in range(arm.dof):
+        before, after = (checker.frames(data, q + by * np.eye(arm.dof)[joint]) for by in (-step, step))
+        for item, (points, radius) in enumerate(checker.shapes(data)):
+            carrier = int(data["joint"][item])
+            if carrier < 1:
+                assert not reach[item].any()
+                continue
+            there = [turn[carrier] @ points.T + origin[carrier][:, :, None] for turn, origin in (before, after)]
+            speed = np.linalg.norm(there[1] - there[0], axis=1).max() / (2 * step)
+            assert speed <= reach[item, joint] + 1e-8
+            assert np.linalg.norm(there[0], axis=1).max() + radius <= size
+
+
+@pytest.mark.parametrize("columns", [1, 2, 3])
+def test_curves_are_those_of_a_trajectory(columns: int) -> None:
+    rng = np.random.default_rng(columns)
+    given = [rng.normal(size=(4, 3)) for _ in range(columns)]
+    motion = Trajectory.through(("a", "b", "c"), np.array([0.0, 0.3, 1.0, 1.2]), *given)
+    data = {"path": given[0], "clock": motion.nanoseconds, "knots": np.array(motion.columns)}
+    pieces = checker.curves(data)[3:]
+    for s in (0.0, 0.3, 1.0):
+        where = np.full(3, s)
+        np.testing.assert_allclose(evaluate(pieces, where), evaluate(motion.coefficients, where), atol=1e-12)
+
+
+@pytest.mark.parametrize("robot", ["panda", "iiwa14"])
+def test_the_gap_is_that_of_supporting_planes(robot: str) -> None:
+    """Of all points, and of rims sampled closely, none is beyond the planes, and some touch them."""
+    data, rng = world_of(robot), np.random.default_rng(1)
+    direction = rng.normal(size=(40, 3))
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    for item, (points, radius) in enumerate(checker.shapes(data)):
+        if data["cylinder"][item]:
+            axis = points[1] - points[0]
+            turned = rng.normal(size=(20_000, 3))
+            turned -= np.outer(turned @ axis, axis) / (axis @ axis)
+            rim = radius * turned / np.linalg.norm(turned, axis=1, keepdims=True)
+            points, radius = np.concatenate([points[0] + rim, points[1] + rim]), 0.0
+        far = (direction @ points.T).max(axis=1) + radius
+        np.testing.assert_allclose(checker.farthest(data, item, direction), far, atol=1e-5)
+        assert (checker.farthest(data, item, direction) >= far - 1e-12).all()

@@ -1,0 +1,116 @@
+"""An adversary changes certificates: of those that are accepted none is false."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.certificate.judge import closest
+from benchmarks.certificate.mutations import Case, largest, mutated
+from planner.certificate import PROOF_NAME, verify_proof
+from planner.certificate.verify_proof import Refused
+from planner.collision import make_checker
+from planner.trajectory.timing import time_path
+from tests.certificate.folders import AROUND, folder_of
+from tests.worlds import make_post
+
+MARGIN = 0.005  # m: what is nearer than that is a counterexample, long before it touches
+RANDOM, CLIMBED = 500, 20  # 'python -m benchmarks certificate' tries more
+
+
+@pytest.fixture(scope="module")
+def cases(tmp_path_factory: pytest.TempPathFactory) -> list[Case]:
+    """A path, and a motion, each in a folder with its certificate."""
+    post = make_post()
+    checker = make_checker(post.robot, post.world.scene, margin=MARGIN)
+    motion = time_path(AROUND, checker)
+    made = []
+    for name, moved in (("path", None), ("motion", motion)):
+        folder, certificate = folder_of(tmp_path_factory.mktemp(name), checker, AROUND, moved)
+        assert certificate.whole
+        made.append(Case.of(folder))
+    return made
+
+
+def judged_true(data: dict[str, np.ndarray], rng: np.random.Generator) -> bool:
+    return closest(data, 6, rng, MARGIN) > MARGIN - 1e-7
+
+
+def test_what_is_not_changed_is_accepted_and_true(cases: list[Case]) -> None:
+    rng = np.random.default_rng(0)
+    for case in cases:
+        assert case.accepts(case.data, case.words)
+        assert judged_true(case.data, rng)
+
+
+def test_the_judge_sees_what_is_false(cases: list[Case]) -> None:
+    data = {name: array.copy() for name, array in cases[0].data.items()}
+    data["radius"][-1] += 0.5
+    assert not judged_true(data, np.random.default_rng(0))
+
+
+def test_no_false_certificate_is_accepted_of_many_changed_at_random(cases: list[Case]) -> None:
+    rng, accepted = np.random.default_rng(1), dict[str, int]()
+    for k in range(RANDOM):
+        case = cases[k % 10 == 0]
+        data, words, kind = mutated(case, rng)
+        if case.accepts(data, words, follow=bool(rng.random() < 0.5)):
+            accepted[kind] = accepted.get(kind, 0) + 1
+            assert judged_true(data, rng), (kind, k)
+    assert 0 < sum(accepted.values()) < 0.5 * RANDOM, accepted
+
+
+def test_no_false_certificate_is_accepted_of_the_largest_changes_that_are(cases: list[Case]) -> None:
+    rng, reached = np.random.default_rng(2), set[str]()
+    for k in range(CLIMBED):
+        case = cases[k % 10 == 0]
+        found = largest(case, rng)
+        if found is not None:
+            data, name = found
+            reached.add(name)
+            assert judged_true(data, rng), (name, k)
+    assert len(reached) >= 4, reached
+
+
+def test_damaged_files_are_refused_in_one_sentence(cases: list[Case]) -> None:
+    case, rng = cases[0], np.random.default_rng(3)
+    assert case.accepts(case.data, case.words)
+    proof = case.folder / PROOF_NAME
+    content = proof.read_bytes()
+    for _ in range(100):
+        broken = bytearray(content)
+        at = rng.integers(len(broken), size=rng.integers(1, 9))
+        broken[int(at[0])] ^= 1 << int(rng.integers(8))
+        proof.write_bytes(bytes(broken) if rng.random() < 0.7 else content[: int(at[0])])
+        _refused_or_the_same(case)
+    proof.write_bytes(content)
+
+
+def _refused_or_the_same(case: Case) -> None:
+    try:
+        verify_proof.check(case.folder)
+    except Refused:
+        return
+    data, _ = verify_proof.read(case.folder / PROOF_NAME)
+    assert all(np.array_equal(data[name], case.data[name]) for name in data if name != "meta")
+
+
+def test_other_arrays_are_refused(cases: list[Case], tmp_path: Path) -> None:
+    case = cases[0]
+    assert case.accepts(case.data, case.words)
+    for name in case.data.keys() - {"meta"}:
+        rest = {key: array for key, array in case.data.items() if key != name}
+        assert not case.accepts(rest, case.words, follow=False), name
+    assert not case.accepts({**case.data, "more": np.zeros(1)}, case.words)
+    pickled = io.BytesIO()
+    np.save(pickled, np.array([object()]), allow_pickle=True)
+    proof = case.folder / PROOF_NAME
+    with zipfile.ZipFile(proof, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
+        archive.writestr("points.npy", pickled.getvalue())
+    with pytest.raises(Refused):
+        verify_proof.check(case.folder)
+    assert case.accepts(case.data, case.words)

@@ -1,0 +1,28 @@
+"""``planner plan --certificate`` and ``planner verify``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.command_line import Run, assert_refused
+
+PLAN = ("plan", "--robot", "planar_2r", "--scene", "empty", "--start", "q:-1,0.5", "--goal", "q:1,0.9", "--path-only")
+
+
+def test_a_certificate_is_written_and_verified(run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    code, _, error = run(*PLAN, "--certificate", "--out", str(out))
+    assert code == 0, error
+    assert (out / "proof.npz").exists()
+    code, said, error = run("verify", str(out))
+    assert (code, said[:7]) == (0, "Proven:"), error
+    assert "number by number, those that plan.json names" in said
+    record = out / "plan.json"
+    record.write_text(record.read_text().replace('"path": [', '"path": [[0.0, 0.0],'))
+    code, said, error = run("verify", str(out))
+    assert (code, said) == (4, "")
+    assert "NOT proven: the path in plan.json is another one." in " ".join(error.split())
+
+
+def test_without_a_certificate_there_is_nothing_to_verify(run: Run, tmp_path: Path) -> None:
+    assert_refused(run("verify", str(tmp_path / "none")), 3, "plan with --certificate", tmp_path / "none")

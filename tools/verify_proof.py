@@ -1,0 +1,1 @@
+../planner/certificate/verify_proof.py
