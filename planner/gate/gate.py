@@ -19,7 +19,7 @@ from planner.gate.verdict import Verdict
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Obstacle
-from planner.problem.request import Backend, LimitsRequest, Thing, WorldRequest
+from planner.problem.request import Backend, Kept, LimitsRequest, Thing, WorldRequest
 from planner.session.live_world import LiveWorld
 from planner.trajectory.limits import MotionLimits
 
@@ -34,10 +34,10 @@ class Gate:
 
     ``robot`` and ``scene`` by name, file or as loaded. ``limits``: the robot's own where left out; ``judged`` are those
     that are asked for, of position, velocity, acceleration and jerk. ``min_manipulability`` is kept by all that is run,
-    stops too. ``margin`` (m) is kept to everything; a larger one refuses more. A first point at 0 s may be
-    ``start_tolerance`` (rad, m) from the robot. A check changes nothing: several threads may check at once, also while
-    another changes the world. Raises :class:`PlannerError` for what cannot be loaded, and where obstacles move along
-    known motions.
+    stops too, and so is what the scene and ``keep`` say. ``margin`` (m) is kept to everything; a larger one refuses
+    more. A first point at 0 s may be ``start_tolerance`` (rad, m) from the robot. A check changes nothing: several
+    threads may check at once, also while another changes the world. Raises :class:`PlannerError` for what cannot be
+    loaded, and where obstacles move along known motions.
     """
 
     def __init__(
@@ -52,9 +52,10 @@ class Gate:
         start_tolerance: float = 0.01,
         tool: str | None = None,
         collision: Backend = "fcl",
+        keep: Kept | None = None,
     ) -> None:
         self._changing = threading.Lock()
-        request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision)
+        request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision, keep=keep)
         self._live = LiveWorld.of(request)
         self._guard = Guard.of(self._live.checker)
         self.checker.first_contact(

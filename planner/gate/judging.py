@@ -14,6 +14,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, frozen
 from planner.base.errors import OptionError, choices
 from planner.base.polynomials import bernstein, derivative
+from planner.constraints.keeps import Keeps
 from planner.gate.chunk import Chunk
 from planner.gate.guard import Guard
 from planner.gate.verdict import Unsafe, Verdict, Where
@@ -153,11 +154,16 @@ class Judged:
         return _Bad(piece, float(time if where != _START else self.chunk.times[0]), found[2])
 
     def first_refused(self, curves: Floats, spans: Floats, on: list[Where]) -> tuple[int, float, Unsafe] | None:
-        """The first of curves (m, degree + 1, dof) that is not proven free and above the floor, where, and why."""
+        """The first of curves (m, degree + 1, dof) that is not proven free, kept to and above the floor; where, why."""
         found = self.guard.first_unproven(curves, spans, on) if len(curves) else None
-        free = len(curves) if found is None else found[0]
-        if self.rules.floor > 0 and free:
-            holds = prove_floor(self.guard.checker.robot, curves[:free], self.rules.floor).holds
+        curves = curves if found is None else curves[: found[0]]
+        for condition in self.guard.checker.world.conditions:
+            holds = Keeps(self.guard.checker.robot, (condition,)).proven(curves)
+            if not holds.all():
+                k = int(holds.argmin())
+                found, curves = (k, 0.0, Unsafe("kept", on[k], kept=condition.text)), curves[:k]
+        if self.rules.floor > 0 and len(curves):
+            holds = prove_floor(self.guard.checker.robot, curves, self.rules.floor).holds
             if not holds.all():
                 k = int(holds.argmin())
                 return k, 0.0, Unsafe("floor", on[k])

@@ -7,7 +7,7 @@ from typing import Any, Literal, Protocol
 
 from planner.trajectory.trajectory import Trajectory
 
-Kind = Literal["contact", "undecided", "reach", "limit", "floor", "start"]
+Kind = Literal["contact", "undecided", "reach", "limit", "floor", "kept", "start"]
 Where = Literal["motion", "stop", "start"]
 
 _HOW: dict[Kind, str] = {
@@ -16,6 +16,7 @@ _HOW: dict[Kind, str] = {
     "reach": "'{1}' may be at '{0}' by then, for all that its speed limit says",
     "limit": "joint '{joint}' is beyond its limit on {limit}",
     "floor": "manipulability is not proven above the floor",
+    "kept": "'{kept}' is not proven to be kept",
     "start": "joint '{joint}' is elsewhere than the first point, which is at 0 s",
 }
 _ON: dict[Where, str] = {
@@ -30,8 +31,9 @@ class Unsafe:
     """Why a chunk is not safe, as data.
 
     ``kind``: "contact", "undecided" (neither proven nor refuted), "reach" (of an obstacle with a speed limit), "limit",
-    "floor", or "start" (the robot is not where the chunk begins). ``on``: "motion", "stop" or "start". ``pair``: the
-    link and what it meets; ``limit`` and ``joint``: what is exceeded (position, velocity, acceleration, jerk).
+    "floor", "kept" (a condition on the motion), or "start" (the robot is not where the chunk begins). ``on``: "motion",
+    "stop" or "start". ``pair``: the link and what it meets; ``limit`` and ``joint``: what is exceeded (position,
+    velocity, acceleration, jerk); ``kept``: the condition.
     """
 
     kind: Kind
@@ -39,9 +41,11 @@ class Unsafe:
     pair: tuple[str, str] | None = None
     limit: str | None = None
     joint: str | None = None
+    kept: str | None = None
 
     def __str__(self) -> str:
-        return f"{_ON[self.on]} {_HOW[self.kind].format(*(self.pair or ()), limit=self.limit, joint=self.joint)}"
+        what = {"limit": self.limit, "joint": self.joint, "kept": self.kept}
+        return f"{_ON[self.on]} {_HOW[self.kind].format(*(self.pair or ()), **what)}"
 
     def to_dict(self) -> dict[str, Any]:
         """As plain data."""

@@ -46,6 +46,7 @@ class Load(_OfWorld):
     replace: bool = False
     margin: Number = 0.0
     tool: Name | None = None
+    keep: list[Name] | None = None
     limits: Limits = Limits()
     judged: list[Literal["position", "velocity", "acceleration", "jerk"]] | None = None
     min_manipulability: Number = 0.0

@@ -44,7 +44,7 @@ class World:
         limits = LimitsRequest(**asked.limits.model_dump())
         judged = JUDGED if asked.judged is None else tuple(asked.judged)
         floor = asked.min_manipulability
-        kept = {"margin": asked.margin, "tool": asked.tool, "min_manipulability": floor}
+        kept = {"margin": asked.margin, "tool": asked.tool, "min_manipulability": floor, "keep": asked.keep}
         gate = Gate(asked.robot, asked.scene, limits, judged=judged, **kept)
         more = {"nodes": asked.nodes, "beta": asked.beta}
         given = {name: value for name, value in more.items() if value is not None}

@@ -120,7 +120,9 @@ def _world(
     pairs = scene.allowed | {frozenset(pair) for pair in allowed}
     holding = robot if held is None else with_carried(robot, [held])
     there = replace(scene, obstacles=obstacles, allowed=pairs)
-    return type(checker)(World.of(holding, there, disabled | holding.touching, margin), checker)
+    return type(checker)(
+        World.of(holding, there, disabled | holding.touching, margin, checker.world.conditions), checker
+    )
 
 
 def _after(

@@ -110,7 +110,9 @@ class Modes:
         standing = [replace(self.objects[p.object], placement=p.pose) for p in (self.places[k] for k in mode.standing)]
         obstacles = (*(base.obstacles if fixed else ()), *standing)
         scene = replace(base.scene, obstacles=obstacles, allowed=base.scene.allowed | mode.allowed)
-        return type(self.checker)(World.of(robot, scene, self.disabled | robot.touching, base.margin), self.checker)
+        return type(self.checker)(
+            World.of(robot, scene, self.disabled | robot.touching, base.margin, base.conditions), self.checker
+        )
 
     def _carried(self, held: int) -> Carried:
         item = self.grasps[held]

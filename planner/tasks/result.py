@@ -103,7 +103,7 @@ class TaskPlan:
         """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
         record = TaskRecord.model_validate({"segments": self._segments(), "events": self._events()})
         world = self.options.modes.checker.world
-        checker = make_checker(world.robot, self.scene, self.request.collision, world.margin)
+        checker = make_checker(world.robot, self.scene, self.request.collision, world.margin, world.conditions)
         return [report for _, report in judged(record, checker, self.trajectory, step)]
 
     def to_dict(self) -> dict[str, Any]:

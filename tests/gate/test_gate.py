@@ -369,3 +369,23 @@ def test_a_box_in_the_way_is_told_by_name() -> None:
     assert found.reason is not None
     assert found.reason.to_dict()["pair"][1] == "box"
     assert "'box'" in str(found.reason)
+
+
+def test_what_is_kept_is_kept_by_the_motion_and_by_its_stops() -> None:
+    """The tool of the arm, 1 m long each link, stays above a line; the stop of a fast chunk would cross it."""
+    keep = planner.KeepPlane((0.0, 1.0, 0.0), 0.0)
+    gate, free = planner.Gate("planar_2r", "empty", keep=keep), planner.Gate("planar_2r", "empty")
+    here, times = (np.array([0.5, 0.0]), np.zeros(2)), [2.0, 4.0]
+    above, across = np.array([[0.4, 0.0], [0.3, 0.0]]), np.array([[0.2, 0.0], [-0.2, 0.0]])
+    assert gate.check(above, np.zeros((2, 2)), times=times, state=here).safe
+    assert free.check(across, np.zeros((2, 2)), times=times, state=here).safe
+    verdict = gate.check(across, np.zeros((2, 2)), times=times, state=here)
+    assert not verdict.safe
+    assert verdict.reason is not None
+    assert (verdict.reason.kind, verdict.reason.on, verdict.safe_until) == ("kept", "motion", 2.0)
+    assert keep.text in str(verdict)
+    fast = np.array([[0.3, 0.0], [0.02, 0.0]]), np.array([[0.0, 0.0], [-1.0, 0.0]])
+    assert free.check(*fast, times=times, state=here).safe
+    verdict = gate.check(*fast, times=times, state=here)
+    assert verdict.reason is not None
+    assert (verdict.reason.kind, verdict.reason.on) == ("kept", "stop")

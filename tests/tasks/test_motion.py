@@ -18,7 +18,7 @@ from planner.objective.integral import costs_along
 from planner.objective.scale import COSTS
 from planner.problem.request import TimingRequest
 from planner.tasks.judge import TaskRecord, judged, summary
-from planner.tasks.plan import task
+from planner.tasks.plan import TaskPlanner, task
 from planner.tasks.result import TaskPlan, _scene_in_motion
 from planner.trajectory.check import sampled_contact
 from tests.tasks.cases import BOARD, MUG, POST, SCENE, SMALL, TABLE, small
@@ -191,3 +191,15 @@ def test_the_waypoints_cost_what_the_plan_says(beta: float) -> None:
     omega = costs_along(found.robot, start, delta, scale)[1][:, COSTS.index("log")] * distance
     assert found.cost.distance == pytest.approx(distance.sum(), rel=1e-9)
     assert found.cost.manipulability == pytest.approx(omega.sum(), rel=1e-9)
+
+
+def test_what_the_scene_keeps_is_kept_by_every_segment() -> None:
+    """A mug that is never tilted by more than half a rad: not by the slanting grasp either."""
+    task = replace(SMALL, scene=replace(SCENE, keep="axis:z,0,0,-1,0.5"))
+    plan = TaskPlanner.of(task, nodes=200, ik_solutions=2).plan(timing=TimingRequest())
+    assert plan.solved
+    assert plan.trajectory is not None
+    t = np.linspace(0.0, plan.trajectory.duration, 2000)
+    axis = np.array([tool_pose(plan.robot, q).rotation[:, 2] for q in plan.trajectory.at(t)])
+    assert np.arccos(-axis[:, 2]).max() <= 0.5 + 1e-9
+    assert all(report.ok for report in plan.check())
