@@ -244,7 +244,8 @@ int world_close(const World* world, int n, const double* rotation, const double*
                           Closeness closeness;
                           closeness.enough = enough[k];
                           bounds[k] = world->close(pair, frames, apart, closeness);
-                          if (normals) normals[3 * k] = apart.x, normals[3 * k + 1] = apart.y, normals[3 * k + 2] = apart.z;
+                          if (normals)
+                              normals[3 * k] = apart.x, normals[3 * k + 1] = apart.y, normals[3 * k + 2] = apart.z;
                       }
                   });
     });
