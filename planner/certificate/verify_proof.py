@@ -492,7 +492,7 @@ def sentence(data: Data, meta: Words, rounding: float, judged: list[str], compar
         f"list and {len(left[2])} that the scene allows: {names}.\n"
         f"{compared or 'The robot is as the certificate has it: its URDF was not compared.'} The scene is as the "
         "certificate has it. Nothing is proven of obstacles that move, of the model and its calibration, of the "
-        "controller, and of a floor under manipulability."
+        "controller, of conditions and tubes that are to be kept, and of a floor under manipulability."
     )
 
 
