@@ -116,7 +116,7 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     },
     "Gate": lambda: {
         "robot": robot(), "scene": scene(), "limits": planner.MotionLimits.of(robot()), "judged": ("velocity",),
-        "min_manipulability": 0.0, "margin": 0.0, "start_tolerance": 0.01, "tool": None, "collision": "fcl",
+        "min_manipulability": 0.0, "margin": 0.0, "start_tolerance": 0.01, "tool": None, "collision": "fcl", "keep": None,
     },
     "KnownMotion": lambda: {"times": [0.0, 1.0], "poses": [EYE, EYE]},
     "MovingObstacle": lambda: {"name": "a", "shape": SPHERE, "motion": known()},
@@ -315,6 +315,7 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
 }  # fmt: skip
 
 JUDGED_INSIDE = {
+    "Gate": {"keep"},
     "FollowRequest": {"start", "goal", "keep"},
     "PlanRequest": {"start", "goal", "keep"},
     "Scene": {"message"},

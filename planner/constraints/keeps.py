@@ -25,7 +25,7 @@ _STEPS, _LARGEST = 30, 0.5  # of a projection, and the largest of a joint, rad (
 _DAMPING = 1e-9  # of the squares of what is off
 _AT_ONCE = 512  # curves
 _CROSS = frozen([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]])  # a to [a]x
-_FINEST = 2e-5  # rad (m): on so short a motion no pose leaves its chord by what is forgiven
+_FINEST = 0.1 * FORGIVEN  # rad (m): pieces that leave their chords by less are not halved
 
 
 @dataclass(frozen=True, eq=False)

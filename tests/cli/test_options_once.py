@@ -28,6 +28,7 @@ OWN_MEANING = {  # of options that a request has too, by command
     "misses": "a seed of obstacles",
     "gate": "a seed of chunks and obstacles",
     "attack": "a seed of searches",
+    "certificate": "a seed of changes",
     "agreement": "every robot in every scene: a margin and a seed",
     "fuzz": "a seed of changes",
     "roadmap": "rows of other programs, which know a robot, a scene and a number of nodes",

@@ -21,8 +21,12 @@ from planner.models.shapes import Box, Capsule, Mesh, Shape
 from tests.worlds import load
 
 
-def believed(self: FclChecker, pair: int, rotation: np.ndarray, position: np.ndarray) -> float:
-    """FCL's own distance of a mesh, as it was once believed."""
+def believed(self: FclChecker, rotation: np.ndarray, position: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    """FCL's own distances of meshes, as they were once believed."""
+    return np.array([believed_of_one(self, int(pair), rotation, position) for pair in pairs])
+
+
+def believed_of_one(self: FclChecker, pair: int, rotation: np.ndarray, position: np.ndarray) -> float:
     first, second = self.world.members(pair)
     is_scene = self.world.is_scene_pair(pair)
     other = self._obstacles[second] if is_scene else self._moved(second, rotation, position)
@@ -31,7 +35,7 @@ def believed(self: FclChecker, pair: int, rotation: np.ndarray, position: np.nda
 
 
 def test_fcls_own_distances_of_meshes_are_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(FclChecker, "_distance", believed)
+    monkeypatch.setattr(FclChecker, "_gaps", believed)
     worst = attack_claims(("cylinder", "mesh"), "fcl", 96, np.random.default_rng(0), QUIET)
     assert worst is not None
     assert worst.over["distances"] > 1e-4
