@@ -116,7 +116,8 @@ CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     },
     "Gate": lambda: {
         "robot": robot(), "scene": scene(), "limits": planner.MotionLimits.of(robot()), "judged": ("velocity",),
-        "min_manipulability": 0.0, "margin": 0.0, "start_tolerance": 0.01, "tool": None, "collision": "fcl", "keep": None,
+        "min_manipulability": 0.0, "margin": 0.0, "start_tolerance": 0.01, "tool": None, "collision": "fcl",
+        "keep": None,
     },
     "KnownMotion": lambda: {"times": [0.0, 1.0], "poses": [EYE, EYE]},
     "MovingObstacle": lambda: {"name": "a", "shape": SPHERE, "motion": known()},
