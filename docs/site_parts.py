@@ -18,7 +18,10 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 _WIDTH = "78"  # columns of the help
-_TEX = str.maketrans({"°": r"^\circ", "∞": r"\infty "})  # characters of our formulas that docutils does not know
+# characters of our formulas that docutils does not know
+_TEX = str.maketrans(
+    {"°": r"^\circ", "∞": r"\infty ", "∈": r"\in ", "≤": r"\le ", "≥": r"\ge ", "·": r"\cdot ", "×": r"\times "}
+)
 _CODE = re.compile(r"(``.*?``|:\w+:`.*?`)")
 
 
