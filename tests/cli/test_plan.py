@@ -278,7 +278,10 @@ def test_no_path_is_an_outcome(run: Run, tmp_path: Path) -> None:
 
 def test_ctrl_c_saves_what_there_is(tmp_path: Path) -> None:
     process = command("plan", "--nodes", "200000", "--out", "o", cwd=tmp_path)
-    time.sleep(6)
+    loaded, until = Path(f"/proc/{process.pid}/maps"), time.monotonic() + 60.0
+    while "ompl" not in loaded.read_text() and time.monotonic() < until:  # imports take their time on a busy machine
+        time.sleep(0.1)
+    time.sleep(3)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=120)
     assert process.returncode == 130, err
