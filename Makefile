@@ -10,7 +10,7 @@
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3 python; do \
 	"$$p" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null && { echo "$$p"; break; }; done)
 BIN := .venv/bin
-WORKERS ?= 2
+WORKERS ?= 3
 NATIVE := $(wildcard planner/native/source/*.?pp planner/native/source/calls/*.?pp)
 
 .PHONY: plan test coverage sanitize docs release pythons lock clean
