@@ -32,6 +32,10 @@ MotionTest = Callable[[Floats, Floats], Bools]
 """Which motions from configurations (m, dof) by joint motions (m, dof) may be taken, (m,)."""
 
 
+MotionCheck = Callable[[Floats, Floats], bool]
+"""Whether the straight motion from a configuration (dof,) by a difference (dof,) is taken for free."""
+
+
 class Verdict(IntEnum):
     """What is known about a segment."""
 
@@ -121,6 +125,24 @@ class EdgeProver:
     def free(self, start: Floats, delta: Floats, room: float = PROOF) -> Bools:
         """(m,) which segments are proven, as :meth:`prove` has it without asking what the others touch."""
         return self.prove(start, delta, room, contacts=False).free
+
+    def each_free(self, room: float = PROOF) -> MotionCheck:
+        """As :meth:`free`, of one motion after the other, from a configuration (dof,) by a difference (dof,).
+
+        One thread asks it.
+        """
+        prove, keeps, inside = self._native.proof(self._bounds, room), self.world.keeps, self.checker.inside
+
+        def free(first: Floats, delta: Floats) -> bool:
+            found = None if self.static_contact is not None or self.progress.stopped else prove(first, delta)
+            if found is None or inside.pairs(first[None])[0] >= 0:
+                return False
+            if keeps and not keeps.proven(np.stack([first, delta])[None])[0]:
+                return False
+            self._note(first[None], delta[None], np.array(found[:1]), np.array(found[1:]))
+            return True
+
+        return free
 
     def first_free(
         self,

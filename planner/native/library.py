@@ -339,6 +339,24 @@ class NativeWorld:
 
         return look
 
+    def proof(self, bounds: NativeBounds, room: float) -> Callable[[Floats, Floats], tuple[float, int] | None]:
+        """Of one straight motion after the other, from a start by a delta (dof,), what :meth:`prove` says of it.
+
+        Its clearance and how many samples it took; None where it is not proven. One thread asks it.
+        """
+        dof, piece = self.dof, np.empty((2, self.dof))
+        verdict, pair, samples = np.empty((3, 1), dtype=np.int64)
+        clearance, where = np.empty((2, 1))
+        ask, found = _library.world_prove, (verdict, pair, samples, clearance, where)
+        known = self.handle, *bounds.addresses, _at(piece), None, 1, 1, room, 1, *map(_at, found)
+
+        def prove(first: Floats, by: Floats, holds: Any = (self, bounds, pair, where)) -> tuple[float, int] | None:
+            piece[0], piece[1] = _floats(first, dof), _floats(by, dof)
+            ask(*known)
+            return None if verdict[0] else (float(clearance[0]), int(samples[0]))
+
+        return prove
+
     def prove(
         self, bounds: NativeBounds, coefficients: Floats, room: float, spans: Floats | None = None
     ) -> tuple[Ints, Ints, Ints, Floats, Floats]:

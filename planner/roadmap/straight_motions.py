@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from planner.base.arrays import Floats
 from planner.base.products import length
 from planner.base.resolutions import PROOF, W_IN_GROWTH
-from planner.collision.edge_prover import EdgeProver
+from planner.collision.edge_prover import EdgeProver, MotionCheck
 from planner.kinematics.manipulability import manipulability
-
-MotionCheck = Callable[[Floats, Floats], bool]
-"""Whether the straight motion from a configuration (dof,) by a difference (dof,) is taken for free."""
 
 
 class Motions:
@@ -27,12 +22,12 @@ class Motions:
     def __init__(self, prover: EdgeProver, floor: float = 0.0, room: float = PROOF) -> None:
         self.prover, self.robot, self.floor, self.room = prover, prover.robot, floor, room
         self.keeps = prover.world.keeps
-        self._ends_look_free = prover.checker.bound.look_along(np.inf)
+        self._ends_look_free, self._is_free = prover.checker.bound.look_along(np.inf), prover.each_free(room)
 
     def proven(self, first: Floats, delta: Floats) -> bool:
         """Whether the motion from ``first`` by ``delta`` (dof,) is proven free as a whole."""
         looks_free = self._ends_look_free(first, delta) and self._well_conditioned(first, delta)
-        return looks_free and bool(self.prover.free(first[None], delta[None], self.room)[0])
+        return looks_free and self._is_free(first, delta)
 
     def looks_free(self, step: float) -> MotionCheck:
         """A check of states between which no point moves further than ``step`` (m): quick, and no proof."""

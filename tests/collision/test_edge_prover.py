@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.sparse.csgraph import dijkstra
 
+from planner.base.progress import QUIET, Progress
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import is_free, keeping
 from planner.collision.coal import CoalChecker
@@ -20,6 +21,7 @@ from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Sphere
 from tests.coal_judge import CoalWorld, coal_geometry, coal_transform
+from tests.models.test_solids import box as closed_box
 from tests.random_shapes import FCL_AT_ITS_WORST, box_mesh, random_pose
 from tests.worlds import body, checker_of, joint_xml, link_xml, load, random_q, scene_of
 
@@ -281,6 +283,29 @@ def test_free_is_what_a_whole_proof_calls_free(paper_prover):
     whole = paper_prover.prove(a, b)
     assert set(whole.verdict) > {Verdict.FREE}
     assert np.array_equal(paper_prover.free(a, b), whole.free)
+
+
+def test_one_after_the_other_they_are_as_free_as_together(paper_prover):
+    a, b = edges_of(load("iiwa14"), 60, 11, 0.6)
+    is_free = paper_prover.each_free()
+    together = paper_prover.free(a, b)
+    assert 0 < together.sum() < len(together)
+    assert [is_free(start, delta) for start, delta in zip(a, b, strict=True)] == together.tolist()
+
+
+def test_one_after_the_other_nothing_is_overlooked():
+    a, b = np.array([0.3, 0.4]), np.array([0.2, -0.1])
+
+    def is_free(scene: Scene, progress: Progress = QUIET, keep: str = "") -> bool:
+        return EdgeProver(make_checker(load("planar_2r"), scene, keep=keep), progress).each_free()(a, b)
+
+    base = scene_of((Box((0.1, 0.1, 0.1)), np.eye(4)))
+    assert is_free(Scene("empty"))
+    assert not is_free(Scene("empty"), Progress(stop=lambda: True))
+    assert not is_free(scene_of((closed_box(8.0), np.eye(4))))  # wholly inside
+    assert not is_free(base)  # what no joint can move
+    assert not is_free(Scene("empty"), keep="box:5,5,5,6,6,6")
+    assert not EdgeProver(make_checker(load("planar_2r"), Scene("empty"))).each_free()(a, np.array([np.nan, 0.0]))
 
 
 def test_backwards_is_the_same_edge(paper_prover):

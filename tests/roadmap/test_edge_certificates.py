@@ -61,6 +61,16 @@ def test_what_was_proven_is_remembered_from_either_end(proven, monkeypatch):
     np.testing.assert_array_equal(looked[:half], samples[:half])
 
 
+def test_what_is_proven_one_after_the_other_is_remembered_too(proven):
+    q, edges, clearance, samples = proven
+    prover = RecordingProver(make_post())
+    is_free = prover.each_free()
+    assert all(is_free(q[i], q[j] - q[i]) for i, j in edges)
+    found, looked = prover.certificates(q, edges)
+    np.testing.assert_array_equal(found, np.maximum(clearance, 0))
+    np.testing.assert_array_equal(looked, samples)
+
+
 def test_what_was_never_proven_alone_is_looked_at(proven):
     q, edges, clearance, samples = proven
     found, looked = RecordingProver(make_post()).certificates(q, edges)

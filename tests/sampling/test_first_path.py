@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.base.progress import Progress
-from planner.collision.edge_prover import EdgeProver, Verdict, recheck
+from planner.collision.edge_prover import EdgeProver, MotionCheck, Verdict, recheck
 from planner.problem.request import PlanRequest
 from planner.roadmap.straight_motions import Motions
 from planner.sampling import first_path
@@ -67,6 +67,9 @@ class Nothing(EdgeProver):
         proofs = super().prove(*motions, **more)
         proofs.verdict[:] = Verdict.UNDECIDED
         return proofs
+
+    def each_free(self, *_: Any, **__: Any) -> MotionCheck:
+        return lambda first, delta: False
 
 
 def test_what_cannot_be_proven_is_not_returned_and_the_search_ends() -> None:
