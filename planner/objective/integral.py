@@ -13,27 +13,29 @@ from planner.kinematics.manipulability import manipulability_along
 from planner.models.robot import Robot
 from planner.objective.scale import COSTS, CostScale, mean_manipulability_cost
 
-_BOUNDS = (W_STATES_PER_EDGE - 1) * W_IN_COST * 2.0 ** np.arange(8)  # rad: on longer motions states are doubled
+_DOUBLED = 2.0 ** np.arange(7)  # on longer motions states are doubled, no more often than this
 
 
-def w_along(robot: Robot, start: Floats, delta: Floats, length: Floats) -> Iterator[tuple[Ints, Floats]]:
+def w_along(
+    robot: Robot, start: Floats, delta: Floats, length: Floats, fewest: int = W_STATES_PER_EDGE
+) -> Iterator[tuple[Ints, Floats]]:
     """w (j, states) along motions from ``start`` by ``delta`` (k, dof), of a ``length`` (k,), by rows (j,) of as many.
 
-    The rows are those of the motions that have equally many states: no farther apart than ``W_IN_COST``, at least
-    W_STATES_PER_EDGE, both ends included, and one more than a multiple of what these leave between them; on motions of
-    more than 100 rad no more than there.
+    The rows are those of the motions that have equally many states: no farther apart than ``W_IN_COST``, at least the
+    ``fewest``, both ends included, and one more than a multiple of what these leave between them; on motions of more
+    than 100 rad no more than there.
     """
-    doubled = np.searchsorted(_BOUNDS[:-1], length)
+    doubled = np.searchsorted((fewest - 1) * W_IN_COST * _DOUBLED, length)
     for level in range(int(doubled.max(initial=-1)) + 1):
         rows = np.flatnonzero(doubled == level)
         if len(rows):
-            yield rows, manipulability_along(robot, start[rows], delta[rows], _shares(level))
+            yield rows, manipulability_along(robot, start[rows], delta[rows], _shares((fewest - 1) * 2**level))
 
 
 @lru_cache
-def _shares(doubled: int) -> Floats:
-    """Of a motion at its states, which are doubled so often."""
-    return frozen(np.linspace(0.0, 1.0, (W_STATES_PER_EDGE - 1) * 2**doubled + 1))
+def _shares(intervals: int) -> Floats:
+    """Of a motion at the ends of so many equal parts of it."""
+    return frozen(np.linspace(0.0, 1.0, intervals + 1))
 
 
 def costs_along(robot: Robot, start: Floats, delta: Floats, scale: CostScale) -> tuple[Floats, Floats]:

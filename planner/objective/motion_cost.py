@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from planner.base.arrays import Floats
+from planner.base.resolutions import W_STATES_PER_EDGE
 from planner.kinematics.forward import tool_path_lengths
 from planner.models.robot import Robot
 from planner.objective.integral import w_along
@@ -39,13 +40,14 @@ class MotionCost:
     The length is divided by the longest edge of the roadmap that ``scale`` was measured on; omega is integrated along
     the motion and multiplied by that, or with ``charge`` "nodes" that of the state it leads to. Infinite for motions
     with a state below the floor, where a continuous joint turns by more than half a turn, and unless beta is 1 for
-    those longer than ``longest``.
+    those longer than ``longest``. ``states``: in how many, at least, w is looked at along each.
     """
 
     robot: Robot
     scale: CostScale
     objective: Objective
     longest: float = LONGEST  # rad
+    states: int = W_STATES_PER_EDGE
 
     def above(self, floor: float) -> MotionCost:
         """The same with another floor under w."""
@@ -59,7 +61,7 @@ class MotionCost:
         tool = tool_path_lengths(self.robot, a, delta) if metric == "workspace" else length
         cost = length_cost(self.scale, metric, length, tool)
         if self.objective.beta < 1.0 or self.objective.floor > 0:
-            for rows, w in w_along(self.robot, a, delta, length):
+            for rows, w in w_along(self.robot, a, delta, length, self.states):
                 cost[rows] = self._traded_off(w, cost[rows], length[rows])
         return np.where((np.abs(delta[:, self.robot.continuous]) > np.pi).any(axis=1), np.inf, cost)
 

@@ -185,9 +185,12 @@ def looked_at_again(made: Trajectory, checker: CollisionChecker) -> Trajectory:
 
 
 def cost_in_motion(found: Plan) -> MotionCost:
-    """The objective along motions of any length, charged along them whatever the roadmap charges."""
+    """The objective along motions of any length, charged along them whatever the roadmap charges.
+
+    Motions in time are priced in short chords, on which the ends and the middle are enough.
+    """
     objective = replace(found.request.objective, charge="edges", floor=0.0)
-    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf)
+    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3)
 
 
 def improved(draft: Plan, progress: Progress) -> Plan:
