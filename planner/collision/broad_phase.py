@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import threading
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,10 @@ from planner.base.process_lock import PROCESS
 from planner.collision.world import World
 from planner.models.poses import se3
 from planner.models.shapes import Obstacle
+from planner.native.loading import threads
 
-_WORTH_THREADS = 128  # states: for fewer, threads that wait for each other on a busy machine cost more than they save
+_WORTH_THREADS = 512  # states: for fewer, managers for every thread take longer to make than they save
+_MOST_THREADS = 8  # each has a copy of the geometry
 _TOGETHER = 250  # obstacles: Pinocchio adds a shape in a time that grows with the square of those that are there
 _SMALL, _MOST_SMALL = _TOGETHER // 2, 4  # obstacles of a part that is small; of those a world has no more
 _MOST_GONE = 32  # obstacles: a part that lacks more is made anew
@@ -96,7 +98,9 @@ class _Part:
         geometry, self.rows = geometry_of(world, shapes, obstacles, own)
         self.placed: list[Obstacle | None] = [world.obstacles[k] for k in obstacles]
         pairs = _numbers(self.rows, world, obstacles)
-        self.pool = Pool(world.robot.model, geometry, world.margin + world.rounding[pairs], os.cpu_count() or 1)
+        self.pool = Pool(
+            world.robot.model, geometry, world.margin + world.rounding[pairs], min(threads(), _MOST_THREADS)
+        )
 
     def place(self, row: int, obstacle: Obstacle | None) -> None:
         """Let the obstacle in a ``row`` stand where it stands in another world; far away where it is not there."""
@@ -156,36 +160,56 @@ def _kept(views: Sequence[_View], world: World) -> list[_View]:
 
 
 class Pool:
-    """A robot's geometry as Pinocchio's broadphase takes it: for batches on threads, and for one configuration.
+    """A robot's geometry as Pinocchio's broadphase takes it: for batches, long ones on threads, and for one state.
 
-    ``models``: every copy of the geometry that the broadphase keeps. Stateful inside: one thread asks at a time.
+    ``models``: every copy of the geometry that the broadphase keeps. What nobody asks for is not made. Stateful inside:
+    one thread asks at a time.
     """
 
     def __init__(self, robot: pin.Model, geometry: pin.GeometryModel, margins: Floats, threads: int) -> None:
         """``margins`` (pairs,) m: what comes closer touches."""
-        self._robot, self._geometry, self._threads = robot, geometry, threads
-        self._data, self._kinematics = pin.GeometryData(geometry), robot.createData()
-        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(robot, geometry, threads)
-        self.models = [geometry, *(manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers())]
-        self._margins = [margins] * threads  # of the batches, by thread
-        _settle((self._data, *self._pool.getGeometryDatas()), margins)
+        self._robot, self._margins, self._threads = robot, margins, threads
+        self._managers: dict[int, _Managers] = {}  # by their number of threads
+        self.models = [geometry]
 
     def touching(self, q: Floats, margins: Floats) -> Bools:
         """(n,) which configurations (n, nq) bring a pair as near as these ``margins`` (pairs,) m."""
         threads = self._threads if len(q) >= _WORTH_THREADS else 1
-        other = [k for k in range(threads) if not np.array_equal(margins, self._margins[k])]
-        if other:
-            _keep([self._pool.getGeometryDatas()[k] for k in other], margins)
-        for k in other:
-            self._margins[k] = margins
-        hits = pin.computeCollisionsInParallel(threads, self._pool, np.asfortranarray(q.T), True, False)
-        return np.asarray(hits).ravel().astype(bool)
+        if threads not in self._managers:
+            self._managers[threads] = _Managers(self._robot, self.models[0], margins, threads)
+            self.models += self._managers[threads].models
+        return self._managers[threads].touching(q, margins)
 
     def touching_row(self, q: Floats) -> int | None:
         """The row of the first pair that touches at a configuration (nq,), by the margins that it was made with."""
-        pin.computeCollisions(self._robot, self._kinematics, self._geometry, self._data, q, True)
-        hits = [k for k, result in enumerate(self._data.collisionResults) if result.isCollision()]
+        kinematics, data = self._of_one
+        pin.computeCollisions(self._robot, kinematics, self.models[0], data, q, True)
+        hits = [k for k, result in enumerate(data.collisionResults) if result.isCollision()]
         return hits[0] if hits else None
+
+    @cached_property
+    def _of_one(self) -> tuple[pin.Data, pin.GeometryData]:
+        data = pin.GeometryData(self.models[0])
+        _settle([data], self._margins)
+        return self._robot.createData(), data
+
+
+class _Managers:
+    """Pinocchio's broadphase managers, one for each of some threads, and the geometry ``models`` of theirs."""
+
+    def __init__(self, robot: pin.Model, geometry: pin.GeometryModel, margins: Floats, threads: int) -> None:
+        self._threads, self._margins = threads, margins
+        self._pool = pin.BroadPhaseManagerPool_DynamicAABBTreeCollisionManager(robot, geometry, threads)
+        self.models = [manager.getGeometryModel() for manager in self._pool.getBroadPhaseManagers()]
+        _settle(self._pool.getGeometryDatas(), margins)
+
+    def touching(self, q: Floats, margins: Floats) -> Bools:
+        """See :meth:`Pool.touching`."""
+        if not np.array_equal(margins, self._margins):
+            _keep(self._pool.getGeometryDatas(), margins)
+            self._margins = margins
+        hits = pin.computeCollisionsInParallel(self._threads, self._pool, np.asfortranarray(q.T), True, False)
+        return np.asarray(hits).ravel().astype(bool)
 
 
 def _keep(geometries: Iterable[pin.GeometryData], margins: Floats) -> None:
