@@ -32,7 +32,7 @@ from planner.trajectory.trajectory import Trajectory
 
 _W_APART, _LOOKS = 0.01, 10_000  # s between two looks at w, and how many there are at most
 _FARTHEST = 1000.0  # rad (m)
-_AT_ONCE = 4096  # states
+_AT_ONCE = 16384  # states
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,9 +19,9 @@ from planner.trajectory.curve import Curve, blends, rounded, straight, without_s
 from planner.trajectory.limits import KINDS, USED, MotionLimits
 from planner.trajectory.proof import MotionProof, prove_motion
 from planner.trajectory.smoothing import Spacing, Timed, knots_of, smoothed, standstill
-from planner.trajectory.time_optimal import quickest
+from planner.trajectory.time_optimal import Phases, quickest
 from planner.trajectory.time_shortcuts import Cost, Shortcuts, curve_cost, joint_motion
-from planner.trajectory.trajectory import Trajectory
+from planner.trajectory.trajectory import NANOSECOND, Trajectory
 
 _NARROWEST = 1 / 64  # of half a segment: a corner that needs less room is stopped at
 _EXTRA = 1e-7  # by so much more than needed is a motion slowed down that is a little too quick, so that once will do
@@ -160,26 +160,27 @@ def _proven_motion(asked: _Asked, law: TimeLaw, rules: Shortcuts | None) -> tupl
     """
     corners = max(len(asked.path) - 2, 0)
     widths = _provable_widths(asked) if law != "stop-at-corners" and corners else np.zeros(corners)
-    motion = _motion(asked, rounded(asked.path, widths))
-    if (found := _shortened(asked, motion, widths, rules)) is not None:
+    curve = rounded(asked.path, widths)
+    if (found := _shortened(asked, curve, widths, rules)) is not None:
         return found
-    proven = motion.proven_for(asked, widths)
+    proven = _motion(asked, curve).proven_for(asked, widths)
     while (narrower := _narrowed(proven)) is not None:
         proven = _motion(asked, rounded(asked.path, narrower)).proven_for(asked, narrower)
     if proven.widths is not widths and proven.proof.whole:
-        found = _shortened(asked, proven, proven.widths, rules)
+        found = _shortened(asked, proven.curve, proven.widths, rules)
     return found or (proven, 0)
 
 
-def _shortened(asked: _Asked, motion: _Motion, widths: Floats, rules: Shortcuts | None) -> tuple[_Proven, int] | None:
-    """The motion with shortcuts, and how many; None where these make nothing quicker that is proven."""
-    if rules is None:
+def _shortened(asked: _Asked, curve: Curve, widths: Floats, rules: Shortcuts | None) -> tuple[_Proven, int] | None:
+    """The motion along a curve with shortcuts, and how many; None where these make nothing quicker that is proven."""
+    shorter, count = rules.shorten(curve) if rules is not None else (curve, 0)
+    if not count:
         return None
-    curve, count = rules.shorten(motion.curve)
-    shorter = _motion(asked, curve) if count else motion
-    if shorter.nanoseconds >= motion.nanoseconds:
+    motion = _motion(asked, shorter)
+    at_least = _quickest(asked, curve).duration / NANOSECOND  # without the window that smoothing takes
+    if motion.nanoseconds >= at_least and motion.nanoseconds >= _motion(asked, curve).nanoseconds:
         return None
-    proven = shorter.proven_for(asked, widths)
+    proven = motion.proven_for(asked, widths)
     return (proven, count) if proven.proof.whole else None
 
 
@@ -218,16 +219,22 @@ def _motion(asked: _Asked, curve: Curve) -> _Motion:
     spacing = Spacing.of(limits, asked.path[:, : asked.dof])
     if len(asked.path) == 1:
         return _Motion(curve, *_apart(standstill(asked.path[0], spacing.window), asked.dof))
-    velocity, acceleration = limits.velocity, limits.acceleration
-    if asked.guide is not None:
-        velocity, acceleration = np.append(velocity, asked.guide.fastest), np.append(acceleration, _FREELY)
-    phases = quickest(curve, velocity, acceleration)
+    phases = _quickest(asked, curve)
     stretch, timed, needed, places = 1.0, None, np.inf, np.zeros((0, 0))
     while timed is None or needed > 1.0:
         timed, places = _apart(smoothed(knots_of(curve, phases, stretch, spacing), spacing), asked.dof)
         needed = _stretch_needed(timed, limits)
         stretch *= needed * (1.0 + _EXTRA)
     return _Motion(curve, timed, places)
+
+
+def _quickest(asked: _Asked, curve: Curve) -> Phases:
+    """The quickest motion along a curve, before it is smoothed."""
+    limits = asked.limits.times(USED)
+    velocity, acceleration = limits.velocity, limits.acceleration
+    if asked.guide is not None:
+        velocity, acceleration = np.append(velocity, asked.guide.fastest), np.append(acceleration, _FREELY)
+    return quickest(curve, velocity, acceleration)
 
 
 def _apart(timed: Timed, dof: int) -> tuple[Timed, Floats]:
