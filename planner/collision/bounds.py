@@ -24,7 +24,7 @@ from planner.collision.world import World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.models.moving import KnownMotion
 from planner.models.shapes import Body, Box, Capsule, Cylinder, Mesh, Obstacle, Shape, Sphere, corners, farthest
-from planner.native.library import NativeBounds, NativeWorld
+from planner.native.library import NativeBounds, NativeChain, NativeWorld
 
 _NONE: Mapping[str, KnownMotion] = MappingProxyType({})
 _SPHERES, _CELL = 6, 0.08  # spheres a body, and the cell size below which none is cut (m)
@@ -50,12 +50,15 @@ class ClearanceBound:
         """
         self.world = world
         self.native = NativeWorld(Chain.of(world.robot).native, world.margin)
+        arm = _arm(world.bodies, Chain.of(world.robot).native)
+        for k in range(len(world.bodies)):
+            self.native.take(arm, k)
         old = {} if known is None else {item: k for k, item in enumerate(known.world.items)}
-        for item in world.items:
-            if known is not None and item in old and not (isinstance(item, Obstacle) and item.name in motions):
+        for item in world.obstacles:
+            if known is not None and item in old and item.name not in motions:
                 self.native.take(known.native, old[item])
             else:
-                _add_item(self.native, item, motions)
+                _add_obstacle(self.native, item, motions.get(item.name))
         bodies, obstacles = len(world.bodies), len(world.obstacles)
         scene = np.stack(np.meshgrid(np.arange(bodies), bodies + np.arange(obstacles), indexing="ij"), axis=-1)
         checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
@@ -108,13 +111,15 @@ class ClearanceBound:
         return self.native.look(self.of_all, step)
 
 
-def _add_item(native: NativeWorld, item: Body | Obstacle, motions: Mapping[str, KnownMotion]) -> None:
-    if isinstance(item, Obstacle):
-        _add_obstacle(native, item, motions.get(item.name))
-        return
-    number, cover = _add(native, item.joint, item.shape, item.placement), _cover(item.shape)
-    turn, shift = item.placement[:3, :3], item.placement[:3, 3]
-    native.add_spheres(number, cover.centres @ turn.T + shift, cover.radii)
+@lru_cache(maxsize=8)
+def _arm(bodies: tuple[Body, ...], chain: NativeChain) -> NativeWorld:
+    """The bodies of an arm, from which worlds take theirs: made once, whatever obstacles there are."""
+    native = NativeWorld(chain, 0.0)
+    for item in bodies:
+        number, cover = _add(native, item.joint, item.shape, item.placement), _cover(item.shape)
+        turn, shift = item.placement[:3, :3], item.placement[:3, 3]
+        native.add_spheres(number, cover.centres @ turn.T + shift, cover.radii)
+    return native
 
 
 @lru_cache(maxsize=1024)
