@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import logging
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -129,6 +130,7 @@ def _length(robot: Robot) -> float:
     return float(sum(map(np.linalg.norm, [*steps, model.frames[robot.tool_id].placement.translation])))
 
 
+@lru_cache(maxsize=1024)  # of meshes that stay from one scene to the next
 def _size(mesh: Mesh) -> float:
     """The longest side (m) of the box around the triangles, along the mesh's own axes."""
     return float(np.ptp(mesh.vertices[mesh.triangles].reshape(-1, 3), axis=0).max())

@@ -98,7 +98,7 @@ class Robot:
     def tool_id(self) -> int:
         return urdf.frame_id(self.model, self.tool)
 
-    @property
+    @cached_property
     def identity(self) -> str:
         """A hash of everything that decides where a configuration puts which geometry, and what is checked."""
         return _identity(self)
