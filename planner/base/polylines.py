@@ -9,7 +9,12 @@ from planner.base.arrays import Floats, Ints, so_far
 
 def lengths_along(path: Floats) -> Floats:
     """How far (k,) each row of a ``path`` (k, n) is from its beginning, along it."""
-    return so_far(np.linalg.norm(np.diff(path, axis=0), axis=1))
+    return so_far(lengths_of(path))
+
+
+def lengths_of(path: Floats) -> Floats:
+    """The lengths (k - 1,) of the segments of a ``path`` (k, n)."""
+    return np.linalg.norm(np.diff(path, axis=0), axis=1)
 
 
 def cut(path: Floats, parts: Ints, delta: Floats | None = None) -> Floats:

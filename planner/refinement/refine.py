@@ -149,11 +149,11 @@ class PathRefiner:
     def _partial_shortcuts(self, path: Floats) -> Floats:
         """The path after ``tries`` tries, each the best of a few stretches on which some joints move evenly."""
         path = path.copy()
+        along, lengths = self._measured(path)
         for _ in range(self.tries if len(path) > 2 else 0):
             if self.progress.stopped:
                 break
-            along = so_far(self.cost(path[:-1], path[1:]))
-            stretches = [self._stretch(path) for _ in range(_STRETCHES)]
+            stretches = [self._stretch(path, lengths) for _ in range(_STRETCHES)]
             ends = np.cumsum([len(q) - 1 for _, q in stretches])[:-1]
             price = self.cost(*_motions([q for _, q in stretches]))
             now = np.array([along[i + len(q) - 1] - along[i] for i, q in stretches])
@@ -168,16 +168,24 @@ class PathRefiner:
             if first >= 0:
                 i, q = chosen[first]
                 path[i : i + len(q)] = q
+                along, lengths = self._measured(path)
         return path
 
-    def _stretch(self, path: Floats) -> tuple[int, Floats]:
-        """A random stretch of the path, by its first row, after some joints were brought nearer to moving evenly."""
+    def _measured(self, path: Floats) -> tuple[Floats, Floats]:
+        """What a path (k, dof) has cost up to each of its rows (k,), and the lengths (k - 1,) of its segments."""
+        return so_far(self.cost(path[:-1], path[1:])), polylines.lengths_of(path)
+
+    def _stretch(self, path: Floats, lengths: Floats) -> tuple[int, Floats]:
+        """A random stretch of the path, by its first row, after some joints were brought nearer to moving evenly.
+
+        ``lengths`` (k - 1,) of the path's segments.
+        """
         first = int(self._rng.integers(0, len(path) - 2))
         last = int(self._rng.integers(first + 2, len(path)))
         q = path[first : last + 1].copy()
         joints = self._rng.random(q.shape[1]) < self._rng.uniform(0.1, 0.6)
         joints[self._rng.integers(len(joints))] = True
-        share = polylines.lengths_along(q)
+        share = so_far(lengths[first:last])
         even = q[0] + (share / max(share[-1], 1e-300))[:, None] * (q[-1] - q[0])
         whole = 1.0 if self._rng.random() < 2.0 / 3.0 else 0.5
         q[1:-1, joints] += whole * (even - q)[1:-1, joints]
@@ -244,7 +252,7 @@ def cut(path: Floats, piece: float, most: int | None = None) -> Floats:
 
     With more than ``most`` points that would have, its pieces are longer.
     """
-    length = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    length = polylines.lengths_of(path)
     if most is not None:
         piece = max(piece, float(length.sum()) / max(most - len(path), 1))
     return polylines.cut(path, polylines.parts_of(length, piece))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, so_far
+from planner.base.polylines import lengths_of
 from planner.base.polynomials import bernstein, derivative, evaluate
 from planner.collision.checker import CollisionChecker
 from planner.paths.clearance import CLOSE, TOO_CLOSE, TOO_CLOSE_TEXT, clearance_text, nearest_pair, smallest_clearance
@@ -34,7 +35,7 @@ class Nearest:
 
 def nearest_on_path(path: Floats, checker: CollisionChecker) -> Nearest | None:
     """The smallest clearance along a joint path (k, dof), to a tenth; None where no joint moves a checked pair."""
-    lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
+    lengths = lengths_of(path)
     passed = so_far(lengths)
     return _nearest(path, passed / max(float(passed[-1]), 1e-300), checker)
 
