@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.certificate.folders import AROUND, folder_of
 from benchmarks.certificate.mutations import Case
 from planner.certificate import verify_proof
 from planner.certificate.verify_proof import Refused
@@ -19,7 +20,6 @@ from planner.models.poses import pose
 from planner.models.robot import Robot
 from planner.models.shapes import Box, Cylinder
 from planner.trajectory.timing import time_path
-from tests.certificate.folders import AROUND, folder_of
 from tests.worlds import joint_xml, link_xml, load, make_post, scene_of
 
 STRETCHED = np.array([[0.0, 0.0]])
