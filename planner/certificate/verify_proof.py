@@ -313,7 +313,7 @@ def farthest(data: Data, item: int, direction: Array) -> Array:
     if not data["cylinder"][item]:
         return reached + radius
     along = points[1] - points[0]
-    require(np.linalg.norm(along) > 1e-9, "a cylinder is too short to have an axis.")  # squares of less may be nothing
+    require(np.linalg.norm(along) > 1e-9, "a cylinder is too short to have an axis.")  # [9]
     return reached + radius * np.linalg.norm(np.cross(direction, along / np.linalg.norm(along)), axis=1)
 
 
@@ -492,7 +492,7 @@ def sentence(data: Data, meta: Words, rounding: float, judged: list[str], compar
         f"list and {len(left[2])} that the scene allows: {names}.\n"
         f"{compared or 'The robot is as the certificate has it: its URDF was not compared.'} The scene is as the "
         "certificate has it. Nothing is proven of obstacles that move, of the model and its calibration, of the "
-        "controller, of conditions and tubes that are to be kept, and of a floor under manipulability."
+        "controller, of the ends asked for, of conditions and tubes to be kept, and of a floor under manipulability."
     )
 
 
