@@ -172,7 +172,8 @@ def certificate(
     """Certificates of plans: what they cost, and whether one that was changed and is false is ever accepted.
 
     Changes are made at random, and by an adversary who looks for the largest one that is still accepted; whatever is
-    accepted is judged by another method. Writes certificate.md. Exit code 4 where a false one was accepted.
+    accepted is judged by another method. What was tried is kept in --out, and not tried again. Writes certificate.md.
+    Exit code 4 where a false one was accepted.
 
     Args:
         changes: Changed certificates to try.
@@ -183,7 +184,7 @@ def certificate(
     from benchmarks.certificate.run import bench_certificate
 
     result = measured(out, lambda progress: bench_certificate(out, changes, robots, scenes, seed, progress))
-    return 130 if not result.complete else 4 * bool(result.false)
+    return 130 if not result.complete else 4 * bool(result.attack.false)
 
 
 def roadmap(

@@ -10,6 +10,7 @@ import itertools
 from typing import Any
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
@@ -40,6 +41,22 @@ def closest(data: dict[str, Any], samples: int, rng: np.random.Generator, below:
                 if rough < min(least, below):
                     least = min(least, _distance(there[a], there[b]) - bodies[a][1] - bodies[b][1])
     return float(least)
+
+
+def beyond_limits(data: dict[str, Any], samples: int = 50) -> float:
+    """By how much (relative, rad or m) a sample of a curve is beyond the limits that the certificate names, at most."""
+    s, found = np.linspace(0.0, 1.0, samples)[:, None], -np.inf
+    free, seconds = data["wraps"] > 0, np.diff(data["clock"]) / 1e9
+    curves = curves_of(data)
+    for number, curve in enumerate(curves):
+        q = polyval(s[:, 0], curve).T
+        found = max(found, float(np.where(free, -np.inf, np.maximum(data["lower"] - q, q - data["upper"])).max()))
+        piece = number - (len(curves) - len(seconds))
+        for order in range(1, 1 + len(data["knots"]) * (piece >= 0)):
+            slope = polyval(s[:, 0], polyder(curve, order)).T / seconds[piece] ** order
+            most = data["limits"][order - 1]
+            found = max(found, float((np.abs(slope) - most * (1.0 + 1e-6)).max()))
+    return found
 
 
 def curves_of(data: dict[str, Any]) -> list[Floats]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,8 @@ from planner.certificate import PROOF_NAME, verify_proof
 
 Data = dict[str, Any]
 Rng = np.random.Generator
+WITNESSES = ("piece", "pair", "low", "high", "normal")
+_STEPS = 30  # of a climb
 _SPECIAL = (np.nan, np.inf, -np.inf, 0.0, -1.0, 1e-300, 1e300)
 
 
@@ -46,9 +49,9 @@ class Case:
         if follow:
             plan = {**plan, "path": data["path"].tolist()}
             motion = motion and {**motion, **_points(data)}
-        (self.folder / "plan.json").write_text(json.dumps(plan))
+        (self.folder / "plan.json").write_text(json.dumps(plan, default=str))
         if motion is not None:
-            (self.folder / "trajectory.json").write_text(json.dumps(motion))
+            (self.folder / "trajectory.json").write_text(json.dumps(motion, default=str))
         try:
             with np.errstate(all="ignore"):
                 return verify_proof.check(self.folder)
@@ -93,13 +96,63 @@ def largest(case: Case, rng: Rng) -> tuple[Data, str] | None:
     return None if best is None else (best, name)
 
 
-def _numbers(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    name = rng.choice([name for name, array in data.items() if array.dtype.kind == "f" and array.size])
-    array = data[name]
+def climbed(case: Case, rng: Rng, margin: float) -> tuple[Data, dict[str, Any]]:
+    """The witnesses, turned and halved until they nearly show a larger ``margin`` (m) than there is."""
+    data, words = {name: array.copy() for name, array in case.data.items()}, {**case.words, "margin": margin}
+    pieces = verify_proof.curves(data)
+    relative, spare = verify_proof.speeds(data, pieces)
+    for _ in range(_STEPS):
+        slack = _slack(data, pieces, relative, slice(None))
+        worst = int((slack - spare[data["pair"]]).argmin())
+        tried = {name: data[name][[worst]] for name in WITNESSES}
+        if rng.random() < 0.5:
+            tried = {name: np.repeat(array, 2, axis=0) for name, array in tried.items()}
+            tried["high"][0] = tried["low"][1] = rng.uniform(tried["low"][0], tried["high"][0])
+        way = rng.normal(size=tried["normal"].shape) * np.linalg.norm(tried["normal"], axis=1, keepdims=True)
+        tried["normal"] += (way * 10.0 ** rng.uniform(-7, -0.5)).astype(np.float32)
+        if _slack(data | tried, pieces, relative, slice(None)).min() > slack[worst]:
+            data |= {name: np.concatenate([np.delete(data[name], worst, axis=0), tried[name]]) for name in WITNESSES}
+    return data, words
+
+
+def _slack(data: Data, pieces: Any, relative: Any, rows: slice) -> Any:
+    """By how much (m) each witness shows more than that its pair does not touch."""
+    apart, need = verify_proof.gaps_and_motions(data, pieces, relative, rows)
+    return apart - need
+
+
+def _numbers(data: Data, words: dict[str, Any], rng: Rng, names: tuple[str, ...] = ()) -> None:
+    named = [name for name in names or data if data[name].dtype.kind == "f" and data[name].size]
+    array = data[name := str(rng.choice(named))]
     way = rng.normal(size=array.shape) * 10.0 ** rng.uniform(-12, 1)
     if rng.random() < 0.7:
         way.ravel()[np.arange(way.size) != rng.integers(way.size)] = 0.0
     data[name] = (array + way).astype(array.dtype)
+
+
+def _nudged(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    """The ends of an interval moved by one number, or swapped."""
+    k, name = rng.integers(len(data["low"])), rng.choice(["low", "high"])
+    if rng.random() < 0.2:
+        data["low"][k], data["high"][k] = data["high"][k], data["low"][k]
+    else:
+        data[name][k] = np.nextafter(data[name][k], rng.choice([-1.0, 2.0]))
+
+
+def _exempted(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    """Another reason, or another pair."""
+    k = rng.integers(len(data["exempt"]))
+    if rng.random() < 0.5:
+        data["reason"][k] = rng.integers(256) if rng.random() < 0.3 else rng.integers(4)
+    else:
+        data["exempt"][k] = rng.integers(len(data["joint"]), size=2)
+
+
+def _hash(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    key = rng.choice(list(words["identity"]))
+    said = words["identity"][key]
+    at = rng.integers(len(said))
+    words["identity"] = {**words["identity"], key: said[:at] + rng.choice(list("0123456789abcdef")) + said[at + 1 :]}
 
 
 def _special(data: Data, words: dict[str, Any], rng: Rng) -> None:
@@ -127,7 +180,7 @@ def _whole_numbers(data: Data, words: dict[str, Any], rng: Rng) -> None:
 def _witness_gone(data: Data, words: dict[str, Any], rng: Rng) -> None:
     kept = np.ones(len(data["piece"]), dtype=bool)
     kept[rng.integers(len(kept))] = False
-    for name in ("piece", "pair", "low", "high", "normal"):
+    for name in WITNESSES:
         data[name] = data[name][kept]
 
 
@@ -138,7 +191,7 @@ def _widened(data: Data, words: dict[str, Any], rng: Rng) -> None:
         data["low"][k], data["high"][k] = 0.0, 1.0
     same = (data["piece"] == data["piece"][k]) & (data["pair"] == data["pair"][k])
     same[k] = False
-    for name in ("piece", "pair", "low", "high", "normal"):
+    for name in WITNESSES:
         data[name] = data[name][~same]
     data["low"][k - int(same[:k].sum())], data["high"][k - int(same[:k].sum())] = 0.0, 1.0
 
@@ -154,7 +207,7 @@ def _pair_gone(data: Data, words: dict[str, Any], rng: Rng) -> None:
     """A pair left out, with its witnesses, perhaps as one that is exempt."""
     gone = rng.integers(len(data["pairs"]))
     kept = data["pair"] != gone
-    for name in ("piece", "pair", "low", "high", "normal"):
+    for name in WITNESSES:
         data[name] = data[name][kept]
     data["pair"] = data["pair"] - (data["pair"] > gone).astype(data["pair"].dtype)
     if rng.random() < 0.7:
@@ -180,13 +233,19 @@ def _said(data: Data, words: dict[str, Any], rng: Rng) -> None:
 
 
 _KINDS: dict[str, Callable[[Data, dict[str, Any], Rng], None]] = {
-    "numbers": _numbers,
-    "special numbers": _special,
-    "whole numbers": _whole_numbers,
-    "a witness left out": _witness_gone,
-    "an interval widened": _widened,
     "a plane turned": _turned,
+    "an interval widened": _widened,
+    "an interval's end moved": _nudged,
     "a pair left out": _pair_gone,
+    "a witness left out": _witness_gone,
+    "a waypoint": partial(_numbers, names=("path", "knots")),
+    "a frame": partial(_numbers, names=("turn", "shift", "axis")),
+    "a hull's vertex": partial(_numbers, names=("points", "radius")),
+    "an exemption": _exempted,
+    "a hash": _hash,
+    "NaN and the like": _special,
+    "other numbers": _numbers,
+    "whole numbers": _whole_numbers,
     "rows swapped": _swapped,
     "an array cut": _cut,
     "words": _said,

@@ -3,9 +3,8 @@
 
     python verify_proof.py OUT [--urdf ROBOT.urdf]
 
-OUT is what `planner plan --certificate` wrote. Exit code 0 with a sentence on what is proven and what is not, else 1
-with the reason. Whoever wrote proof.npz is not believed: each inequality below holds in real arithmetic for the numbers
-in the files. They are derived in docs/explanation/certificate.md, under numbers as [5].
+OUT is what `planner plan --certificate` wrote. Exit code 0 and what is proven and what is not, else 1 and why not.
+Each inequality, as [5], holds in real arithmetic, whoever wrote the numbers: docs/explanation/certificate.md has them.
 """
 
 from __future__ import annotations
@@ -31,36 +30,32 @@ ROUNDED = 1.0 + 1e-12  # what sums of products of non-negative numbers are too s
 SLOPE = 1e-11  # of the size of a piece, over its time to the order: what a derivative is off at most, computed [11]
 LIMIT = FORGIVEN = 1e-6  # relative, of limits on the motion, and rad or m, on positions: what may be exceeded
 MEETS, LISTED, ALLOWED, OPEN = range(4)  # why a pair is not proven apart; the last is no reason
+MOVING = ("revolute", "continuous", "prismatic")
 KINDS, INTERPOLATED = ["velocity", "acceleration", "jerk"], ["lines", "cubics", "quintics"]
-# what the file holds: the kind of number, and the shape, in which each name stands for one number throughout
-FIELDS: dict[str, tuple[str, tuple[int | str, ...]]] = {
-    "meta": ("u1", ("bytes",)),
-    "parent": ("i8", ("dof",)),  # of each joint: the number of the joint before it, counted from 1; 0 the base
-    "prismatic": ("u1", ("dof",)),
-    "turn": ("f8", ("dof", 3, 3)),  # a joint's frame in the frame of that joint: rotation and origin
-    "shift": ("f8", ("dof", 3)),
-    "axis": ("f8", ("dof", 3)),
-    "lower": ("f8", ("dof",)),
-    "upper": ("f8", ("dof",)),
-    "wraps": ("u1", ("dof",)),  # joints without limits
-    "joint": ("i8", ("items",)),  # what carries a body; 0 the base, -1 for obstacles, which stand in the world
-    "cylinder": ("u1", ("items",)),  # else the convex hull of points, with a radius around it
-    "radius": ("f8", ("items",)),
-    "count": ("i8", ("items",)),  # how many of the points are an item's, one after the other
-    "points": ("f8", ("points", 3)),  # in the frame of the joint; of a cylinder the middles of its discs
-    "pairs": ("i8", ("pairs", 2)),  # of items that are proven apart
-    "exempt": ("i8", ("exempt", 2)),  # of items that are not
-    "reason": ("u1", ("exempt",)),
-    "path": ("f8", ("waypoints", "dof")),
-    "clock": ("i8", ("knots",)),  # ns
-    "knots": ("f8", ("columns", "knots", "dof")),  # positions, perhaps velocities, perhaps accelerations
-    "limits": ("f8", ("kinds", "dof")),  # on velocity, acceleration, jerk
-    "piece": ("i4", ("witnesses",)),  # segments of the path first, then pieces of the motion
-    "pair": ("i4", ("witnesses",)),
-    "low": ("f8", ("witnesses",)),  # the interval of the piece that a witness speaks of
-    "high": ("f8", ("witnesses",)),
-    "normal": ("f4", ("witnesses", 3)),  # of a plane between the pair in the interval's middle, first to second
-}
+# what the file holds: names, the kind of number, and the shape, in which each name stands for one number throughout
+LAYOUT: list[tuple[str, str, tuple[int | str, ...]]] = [
+    ("meta", "u1", ("bytes",)),  # JSON
+    ("parent", "i8", ("dof",)),  # of each joint: the number of the joint before it, counted from 1; 0 the base
+    ("prismatic wraps", "u1", ("dof",)),  # joints that slide, joints without limits
+    ("turn", "f8", ("dof", 3, 3)),  # a joint's frame in the frame of that joint: rotation and origin
+    ("shift axis", "f8", ("dof", 3)),
+    ("lower upper", "f8", ("dof",)),
+    ("joint count", "i8", ("items",)),  # what carries a body, 0 the base, -1 the world; how many points are its own
+    ("cylinder", "u1", ("items",)),  # else the convex hull of points, with a radius around it
+    ("radius", "f8", ("items",)),
+    ("points", "f8", ("points", 3)),  # in the frame of the joint, item by item; of a cylinder the middles of its discs
+    ("pairs", "i8", ("pairs", 2)),  # of items that are proven apart
+    ("exempt", "i8", ("exempt", 2)),  # of items that are not
+    ("reason", "u1", ("exempt",)),
+    ("path", "f8", ("waypoints", "dof")),
+    ("clock", "i8", ("knots",)),  # ns
+    ("knots", "f8", ("columns", "knots", "dof")),  # positions, perhaps velocities, perhaps accelerations
+    ("limits", "f8", ("kinds", "dof")),  # on velocity, acceleration, jerk
+    ("piece pair", "i4", ("witnesses",)),  # segments of the path first, then pieces of the motion
+    ("low high", "f8", ("witnesses",)),  # the interval of the piece that a witness speaks of
+    ("normal", "f4", ("witnesses", 3)),  # of a plane between the pair in the interval's middle, first to second
+]
+FIELDS = {name: (kind, shape) for names, kind, shape in LAYOUT for name in names.split()}
 
 
 class Refused(Exception):
@@ -73,6 +68,7 @@ def require(holds: Any, why: str) -> None:
 
 
 def main() -> None:
+    """Read the command line; exit with 1 and the reason where the plan is not proven."""
     reader = argparse.ArgumentParser(description="Check the certificate of a plan.")
     reader.add_argument("out", type=Path, help="the folder with plan.json and proof.npz")
     reader.add_argument("--urdf", type=Path, help="the robot's URDF, whose frames and shapes then count")
@@ -103,19 +99,23 @@ def check(out: Path, urdf: Path | None = None) -> str:
 def read(file: Path) -> tuple[Data, Words]:
     """The arrays of a certificate, of the right kinds and shapes, finite, and what it says in words."""
     with zipfile.ZipFile(file) as archive:
-        names, size = sorted(archive.namelist()), sum(item.file_size for item in archive.infolist())
-    same = names == sorted(f"{name}.npy" for name in FIELDS) and size < 1 << 30
-    require(same, f"{file} holds other arrays than a proof does.")
+        names, size = archive.namelist(), sum(item.file_size for item in archive.infolist())
+    require(sorted(names) == sorted(f"{name}.npy" for name in FIELDS) and size < 1 << 30, f"{file} holds other arrays.")
     with np.load(file, allow_pickle=False) as arrays:
         data = {name: arrays[name] for name in FIELDS}
     sizes: dict[str, int] = {}
-    for name, (kind, shape) in FIELDS.items():
-        array = data[name]
+    for (name, array), (kind, shape) in zip(data.items(), FIELDS.values(), strict=True):
         require(array.dtype == np.dtype(f"<{kind}") and array.ndim == len(shape), f"{name} is of another kind.")
         for size, said in zip(array.shape, shape, strict=True):
             require(size == (said if isinstance(said, int) else sizes.setdefault(said, size)), f"{name} is short.")
         require(np.isfinite(array), f"{name} holds what is no finite number.")
-    return data, json.loads(data["meta"].tobytes().decode())
+    return data, json.loads(data["meta"].tobytes(), object_pairs_hook=once)
+
+
+def once(named: list[tuple[str, Any]]) -> Words:
+    """An object of JSON; refused where a name stands twice, of which readers take one or the other."""
+    require(len(dict(named)) == len(named), "a name stands twice in a file.")
+    return dict(named)
 
 
 def require_sound(data: Data, meta: Words) -> None:
@@ -128,10 +128,9 @@ def require_sound(data: Data, meta: Words) -> None:
     require(1 <= dof <= 100, "no robot has so many joints.")
     require((data["parent"] >= 0) & (data["parent"] <= np.arange(dof)), "a joint stands before what carries it.")
     require((data["joint"] >= -1) & (data["joint"] <= dof), "an item hangs on no joint.")
-    require((data["count"] >= 1) & (data["count"] <= points), "an item has no points.")
-    require(data["count"].sum() == points, "the points are not those of the items.")
-    require(data["count"][data["cylinder"] > 0] == 2, "a cylinder has two ends.")
-    require(data["radius"] >= 0, "a radius is no distance.")
+    count = data["count"]
+    require((count >= 1) & (count <= points) & (count.sum() == points), "the points are not those of the items.")
+    require(((count == 2) | (data["cylinder"] == 0)) & (data["radius"] >= 0), "an item is no shape.")
     for name in ("points", "shift", "path", "radius", "knots"):
         require(np.abs(data[name]) <= (1e6 if name == "knots" else 1.0) * MOST, f"{name} holds an absurd number.")
     require(stretched(data) <= FRAME and (np.linalg.det(data["turn"]) > 0).all(), "a joint's frame is no rotation.")
@@ -139,7 +138,7 @@ def require_sound(data: Data, meta: Words) -> None:
     knots, columns = len(data["clock"]), len(data["knots"])
     same = len(data["path"]) > 0 and (knots != 1 and 1 <= columns <= 3 if knots else columns == 0)
     require(same and len(data["limits"]) == 3 * (knots > 0), "path or motion have no points, or no limits.")
-    require((np.diff(data["clock"]) > 0).all() and (np.abs(data["clock"]) < 1 << 53).all(), "time does not go on.")
+    require((np.diff(data["clock"]) > 0).all() and (np.abs(data["clock"] / 1e9) < 2e6).all(), "time does not go on.")
 
 
 def stretched(data: Data) -> float:
@@ -149,7 +148,8 @@ def stretched(data: Data) -> float:
 
 def require_same_files(data: Data, meta: Words, folder: Path) -> None:
     """The path is that of plan.json, the motion that of trajectory.json, number by number."""
-    plan, beside = json.loads((folder / "plan.json").read_text()), folder / "trajectory.json"
+    plan, beside = (folder / name for name in ("plan.json", "trajectory.json"))
+    plan = json.loads(plan.read_bytes(), object_pairs_hook=once)
     for key in ("robot", "scene", "joints"):
         require(plan[key] == meta[key], f"plan.json is of another {key}.")
     require(np.array_equal(np.array(plan["path"], dtype=float), data["path"]), "the path in plan.json is another one.")
@@ -157,13 +157,12 @@ def require_same_files(data: Data, meta: Words, folder: Path) -> None:
     require(beside.exists() == bool(len(data["clock"])), "trajectory.json is missing, or not certified.")
     if not beside.exists():
         return
-    motion, columns = json.loads(beside.read_text()), len(data["knots"])
+    motion, columns = json.loads(beside.read_bytes(), object_pairs_hook=once), len(data["knots"])
     same = [motion["joints"], motion["interpolation"]] == [meta["joints"], INTERPOLATED[columns - 1]]
-    clock = np.rint(np.array([point["t"] for point in motion["points"]], dtype=float) * 1e9)
-    rows = [[point[key] for point in motion["points"]] for key in ("q", "qd", "qdd")[:columns]]
+    times, *rows = ([point[key] for point in motion["points"]] for key in ("t", "q", "qd", "qdd")[: columns + 1])
     limits = [motion["limits"][kind] for kind in KINDS]
-    for said, name in ((clock, "clock"), (rows, "knots"), (limits, "limits")):
-        same &= np.array_equal(np.array(said, dtype=float), data[name])
+    for said, meant in ((times, data["clock"] / 1e9), (rows, data["knots"]), (limits, data["limits"])):
+        same &= np.array_equal(np.array(said, dtype=float), meant)
     require(same, "the motion in trajectory.json is another one.")
     ends = np.abs(data["knots"][0][[0, -1]] - data["path"][[0, -1]])
     require(ends <= FORGIVEN, "the motion has other ends than the path.")
@@ -174,8 +173,7 @@ def require_every_pair(data: Data, meta: Words) -> None:
     joint = data["joint"]
     listed = np.sort(np.concatenate([data["pairs"], data["exempt"]]), axis=1)
     every = np.argwhere(np.triu(np.maximum(joint[:, None], joint[None, :]) >= 0, 1))
-    same = np.array_equal(listed[np.lexsort(listed.T[::-1])], every)
-    require(same, "not every pair of bodies is either proven or left out for a reason.")
+    require(np.array_equal(listed[np.lexsort(listed.T[::-1])], every), "not every pair is proven or left out, once.")
     first, second = joint[data["exempt"]].T
     rigid, own = (first == second) | (np.maximum(first, second) <= 0), np.minimum(first, second) >= 0
     may = np.select([data["reason"] == reason for reason in (MEETS, LISTED, ALLOWED)], [rigid, own, ~own], False)
@@ -187,23 +185,21 @@ def named(meta: Words, pair: Array) -> str:
     return " and ".join(repr(meta["items"][k]) for k in pair)
 
 
+# c_1, c_2 ... by the rise, the slopes and second derivatives at both ends: Hermite, as ROS 2 controllers have it [3]
+QUINTIC = ((0, 1, 0, 0, 0), (0, 0, 0, 0.5, 0), (10, -6, -4, -1.5, 0.5), (-15, 8, 7, 1.5, -1), (6, -3, -3, -0.5, 0.5))
+HERMITE = (((1,),), ((0, 1, 0), (3, -2, -1), (-2, 1, 1)), QUINTIC)
+
+
 def curves(data: Data) -> Array:
     """Coefficients (pieces, 6, dof) of q(s) = sum of c_k s^k, s in [0, 1]: the path's segments, then the motion [3]."""
     path, h, knots = data["path"], np.diff(data["clock"])[:, None] / 1e9, data["knots"]
-    start = path[:-1] if len(path) > 1 else path
-    made = np.zeros((len(start) + len(h), 6, path.shape[1]))
-    made[: len(start), 0], made[: len(start), 1] = start, np.diff(path, axis=0) if len(path) > 1 else 0.0
-    motion, delta = made[len(start) :], np.diff(knots[0], axis=0) if len(h) else 0.0
-    if len(knots):  # Hermite's polynomials, as ROS 2 controllers have them
-        motion[:, 0], motion[:, 1] = knots[0][:-1], delta
-    v, w = (knots[1][:-1] * h, knots[1][1:] * h) if len(knots) > 1 else (0.0, 0.0)
-    if len(knots) > 1:
-        motion[:, 1], motion[:, 2], motion[:, 3] = v, 3.0 * delta - 2.0 * v - w, v + w - 2.0 * delta
-    if len(knots) > 2:
-        a, b = knots[2][:-1] * h**2, knots[2][1:] * h**2
-        rest, slope, bend = delta - v - 0.5 * a, w - v - a, b - a
-        motion[:, 2], motion[:, 3] = 0.5 * a, 10.0 * rest - 4.0 * slope + 0.5 * bend
-        motion[:, 4], motion[:, 5] = -15.0 * rest + 7.0 * slope - bend, 6.0 * rest - 3.0 * slope + 0.5 * bend
+    path = path if len(path) > 1 else np.repeat(path, 2, axis=0)
+    made = np.zeros((len(path) - 1 + len(h), 6, path.shape[1]))
+    made[: len(path) - 1, 0], made[: len(path) - 1, 1] = path[:-1], np.diff(path, axis=0)
+    if len(h):
+        made[-len(h) :, 0], ends = knots[0][:-1], [np.diff(knots[0], axis=0)]
+        ends += [end * h**k for k, rows in enumerate(knots[1:], start=1) for end in (rows[:-1], rows[1:])]
+        made[-len(h) :, 1 : 2 * len(knots)] = np.einsum("kc,cnd->nkd", HERMITE[len(knots) - 1], ends)
     require(np.abs(made).sum(axis=1) <= MOST, "a joint turns or slides farther than any does.")  # [1]
     return made
 
@@ -211,8 +207,8 @@ def curves(data: Data) -> Array:
 def require_limits(data: Data, meta: Words, pieces: Array) -> list[str]:
     """Positions within the robot's limits, the motion's derivatives within its own; which these are."""
     free = np.where(data["wraps"] > 0, np.inf, FORGIVEN)
-    off, why = np.zeros((len(pieces), len(free))), f"a joint of {meta['robot']} leaves its limits"
-    require_between(pieces, data["lower"] - free, data["upper"] + free, off, why, meta)
+    low, high = data["lower"] - free, data["upper"] + free
+    require_between(pieces, low, high, np.zeros_like(pieces[:, 0]), "a joint leaves its limits", meta)
     if not len(data["clock"]):
         return []
     knots, h = data["knots"], np.diff(data["clock"])[:, None] / 1e9
@@ -221,8 +217,7 @@ def require_limits(data: Data, meta: Words, pieces: Array) -> list[str]:
     slope, judged = pieces[-len(h) :], KINDS[: len(knots)]
     for order, (kind, most) in enumerate(zip(judged, data["limits"] * (1.0 + LIMIT), strict=False), start=1):
         slope = slope[:, 1:] * np.arange(1, slope.shape[1])[:, None] / h[:, None]
-        why = f"the motion's {kind} exceeds its limit"
-        require_between(slope, -most, most, SLOPE * size / h**order, why, meta)
+        require_between(slope, -most, most, SLOPE * size / h**order, f"the motion's {kind} exceeds its limit", meta)
     return judged
 
 
@@ -318,16 +313,16 @@ def farthest(data: Data, item: int, direction: Array) -> Array:
     if not data["cylinder"][item]:
         return reached + radius
     along = points[1] - points[0]
+    require(np.linalg.norm(along) > 1e-9, "a cylinder is too short to have an axis.")  # [9]
     return reached + radius * np.linalg.norm(np.cross(direction, along / np.linalg.norm(along)), axis=1)
 
 
 def require_covered(data: Data, meta: Words, pieces: int) -> None:
     """The intervals of each pair on each piece overlap one another from 0 to 1."""
     piece, pair, low, high = (data[name] for name in ("piece", "pair", "low", "high"))
-    require((piece >= 0) & (piece < pieces), "a witness is of no piece.")
-    require((pair >= 0) & (pair < len(data["pairs"])), "a witness is of no pair.")
-    require((low >= 0.0) & (low < high) & (high <= 1.0), "a witness has no interval.")
     pairs = len(data["pairs"])
+    require((piece >= 0) & (piece < pieces) & (pair >= 0) & (pair < pairs), "a witness is of no piece or no pair.")
+    require((low >= 0.0) & (low < high) & (high <= 1.0), "a witness has no interval.")
     group = piece.astype(np.int64) * pairs + pair
     order = np.lexsort((low, group))
     group, low, high = group[order], low[order], high[order]
@@ -348,8 +343,7 @@ def require_witnesses(data: Data, meta: Words, pieces: Array) -> float:
         apart, need = gaps_and_motions(data, pieces, relative, rows)
         bad = np.flatnonzero(~(apart > meta["margin"] + ROUNDED * need + spare[data["pair"][rows]]))  # [10]
         for k in begin + bad:
-            names = named(meta, data["pairs"][data["pair"][k]])
-            raise Refused(f"witness {k} does not show that {names} stay apart on piece {data['piece'][k]}.")
+            raise Refused(f"witness {k} does not show that {named(meta, data['pairs'][data['pair'][k]])} stay apart.")
     return float(spare.max(initial=0.0))
 
 
@@ -389,18 +383,23 @@ def gaps_and_motions(data: Data, pieces: Array, relative: Array, rows: slice) ->
 
 
 def take_urdf(data: Data, meta: Words, file: Path) -> str:
-    """Joints as the URDF has them, else refused; of its shapes those that can be read take the place of the hulls."""
+    """Joints as the URDF has them, else refused; its frames and shapes take the place of those in the certificate."""
     root: Any = ET.parse(file).getroot()
     joints = root.findall("joint")
-    above = {joint.find("child").get("link"): joint for joint in joints}
+    above, meta["moved"] = {joint.find("child").get("link"): joint for joint in joints}, set(meta["joints"])
+    for joint in joints * len(joints):  # what mimics a planned joint moves too, and what mimics that
+        leaders = {mimic.get("joint") for mimic in joint.findall("mimic")}
+        meta["moved"] |= {joint.get("name")} if leaders & meta["moved"] else set()
     for k, name in enumerate(meta["joints"]):
         joint = next(joint for joint in joints if joint.get("name") == name)
         kind, limit = joint.get("type"), joint.find("limit")
         before, at = place(meta, above, joint.find("parent").get("link"))
         at = at @ origin_in(joint)
-        off = [at[:3, :3] - data["turn"][k], at[:3, 3] - data["shift"][k], axis_of(joint) - data["axis"][k]]
         same = before == data["parent"][k] and (kind == "prismatic") == bool(data["prismatic"][k])
-        same &= (kind == "continuous") == bool(data["wraps"][k]) and all(np.abs(part).max() <= 1e-9 for part in off)
+        same &= kind in MOVING and joint.find("mimic") is None and (kind == "continuous") == bool(data["wraps"][k])
+        for key, part in (("turn", at[:3, :3]), ("shift", at[:3, 3]), ("axis", axis_of(joint))):
+            same &= np.abs(part - data[key][k]).max() <= 1e-9
+            data[key][k] = part
         if kind != "continuous" and not meta.get("widened"):
             same &= float(limit.get("lower", "0")) - 1e-9 <= data["lower"][k]
             same &= float(limit.get("upper", "0")) + 1e-9 >= data["upper"][k]
@@ -409,8 +408,9 @@ def take_urdf(data: Data, meta: Words, file: Path) -> str:
     elements = [(link, *each) for link in root.findall("link") for each in enumerate(link.iter("collision"))]
     for link, k, element in elements:
         name, (joint, there) = f"{link.get('name')}_{k}", place(meta, above, link.get("name"))
-        cut = name in meta["cuts"]  # into slabs, which are not compared
-        points, radius, cylinder = (None, 0.0, 0) if cut else shape_in(element.find("geometry")[0], file)
+        shape = element.find("geometry")[0]
+        cut = shape.tag == "mesh" and name in meta["cuts"]  # into slabs, which are not compared
+        points, radius, cylinder = (None, 0.0, 0) if cut else shape_in(shape, file)
         item = meta["items"].index(f"{name}, slab 1" if cut else name)
         require(data["joint"][item] == joint, f"'{name}' hangs on another joint in {file}.")
         unread += points is None
@@ -419,7 +419,7 @@ def take_urdf(data: Data, meta: Words, file: Path) -> str:
             made[item], data["cylinder"][item] = (points @ at[:3, :3].T + at[:3, 3], radius), cylinder
     data["points"], data["radius"] = np.concatenate([points for points, _ in made]), np.array([r for _, r in made])
     data["count"] = np.array([len(points) for points, _ in made])
-    left = f" but for {unread} meshes that are not read here" if unread else ""
+    left = f" but for {unread} meshes that are cut or not read here" if unread else ""
     left += "; base, held joints and widened limits" if meta.get("widened") else "; base and held joints"
     return f"Joints and shapes are those of {file.name}{left} as the certificate has them."
 
@@ -429,10 +429,10 @@ def place(meta: Words, above: dict[Any, Any], link: Any) -> tuple[int, Array]:
     at = np.eye(4)
     while link in above:
         joint, held = above[link], np.eye(4)
-        kind, value = joint.get("type"), float(meta["held"].get(joint.get("name"), 0.0))
-        if joint.get("name") in meta["joints"]:
-            return meta["joints"].index(joint.get("name")) + 1, at
-        require(kind in ("fixed", "revolute", "continuous", "prismatic"), f"a joint of the URDF is {kind}.")
+        name, kind, value = joint.get("name"), joint.get("type"), float(meta["held"].get(joint.get("name"), 0.0))
+        if name in meta["joints"]:
+            return meta["joints"].index(name) + 1, at
+        require(kind == "fixed" or (kind in MOVING and name not in meta["moved"]), f"'{name}' moves, not planned.")
         if kind == "prismatic":
             held[:3, 3] = value * axis_of(joint)
         elif kind != "fixed":
@@ -471,28 +471,28 @@ def shape_in(shape: Any, file: Path) -> tuple[Array | None, float, int]:
     if kind == ".stl" and len(content) == 84 + 50 * int.from_bytes(content[80:84], "little"):
         rows = np.frombuffer(content[84:], dtype=np.dtype([("at", "<f4", (4, 3)), ("word", "<u2")]))
         points = rows["at"][:, 1:].reshape(-1, 3).astype(float)
-    else:
-        word, text = {".stl": "vertex", ".obj": "v"}.get(kind), content.decode(errors="replace")
-        lines = [line.split() for line in text.splitlines()] if word else []
-        points = np.array([line[1:4] for line in lines if line and line[0] == word], dtype=float).reshape(-1, 3)
-    return (np.unique(points, axis=0) * three(shape, "scale", "1 1 1") if len(points) else None), 0.0, 0
+    else:  # as text, in which lines may end anywhere
+        mark, words = {".stl": "vertex", ".obj": "v"}.get(kind), content.decode(errors="replace").lower().split()
+        points = np.array([words[k + 1 : k + 4] for k, word in enumerate(words) if word == mark], dtype=float)
+    return (np.unique(points.reshape(-1, 3), axis=0) * three(shape, "scale", "1 1 1") if len(points) else None), 0.0, 0
 
 
 def sentence(data: Data, meta: Words, rounding: float, judged: list[str], compared: str) -> str:
     """What is proven of what, and what is not."""
     left = [data["exempt"][data["reason"] == reason].tolist() for reason in (MEETS, LISTED, ALLOWED)]
-    names = ", ".join(f"{meta['items'][a]} - {meta['items'][b]}" for a, b in left[1] + left[2]) or "none"
+    names = ", ".join(named(meta, pair) for pair in left[1] + left[2]) or "none"
     motion = f" and of the motion of {np.ptp(data['clock']) / 1e9:g} s" if judged else ""
-    limits = f" The motion keeps the limits on {', '.join(judged)} that it names." if judged else ""
+    limits = f", the motion within those on {', '.join(judged)} that it names" if judged else ""
     return (
-        f"Proven: along all of the path of {len(data['path'])} waypoints{motion}, {meta['robot']} in {meta['scene']}, "
-        f"each of {len(data['pairs'])} pairs of bodies stays farther apart than {meta['margin']:g} m (by "
-        f"{len(data['piece'])} witnesses, {rounding:.0e} m for rounding), every joint within its limits.{limits}\n"
+        f"Proven: along all of the path of {len(data['path'])} waypoints{motion}, {meta['robot']!r} in "
+        f"{meta['scene']!r}, each of {len(data['pairs'])} pairs of bodies stays farther apart than {meta['margin']} m "
+        f"(by {len(data['piece'])} witnesses, {rounding:.0e} m for rounding), joints keep their limits{limits}, "
+        f"to {FORGIVEN:g}.\n"
         f"Left out: {len(left[0])} pairs that no joint moves against each other; {len(left[1])} that the robot's files "
         f"list and {len(left[2])} that the scene allows: {names}.\n"
         f"{compared or 'The robot is as the certificate has it: its URDF was not compared.'} The scene is as the "
         "certificate has it. Nothing is proven of obstacles that move, of the model and its calibration, of the "
-        "controller, of conditions and tubes that are to be kept, and of a floor under manipulability."
+        "controller, of the ends asked for, of conditions and tubes to be kept, and of a floor under manipulability."
     )
 
 

@@ -12,18 +12,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.certificate.folders import AROUND, folder_of
 from planner.certificate import PROOF_NAME, certificate_of, certificate_of_motion, verify, verify_proof
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
-from planner.kinematics.forward import tool_positions
+from planner.collision.checker import CollisionChecker
 from planner.models.poses import pose
 from planner.models.scene import Scene
-from planner.models.shapes import Mesh, Obstacle, Sphere
+from planner.models.shapes import Mesh, Obstacle
 from planner.planning.plan import plan
 from planner.planning.result import save_plan_without_page
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.trajectory.timing import time_path
-from tests.certificate.folders import AROUND, folder_of
 from tests.worlds import load, make_post
 
 TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
@@ -83,24 +83,36 @@ def test_a_motion_is_certified_and_its_limits_are_judged(tmp_path: Path) -> None
 
 
 def test_an_obstacle_pushed_into_the_path_is_noticed(tmp_path: Path) -> None:
-    """The certificate is of the world without it: true of what it says, and refused in the world of the plan."""
+    """By an optimiser, no farther than it takes; with the certificate of the world in which it was not pushed."""
     checker = make_post()
+    scene = checker.world.scene
+
+    def pushed(angle: float, far: float) -> CollisionChecker:
+        place = scene.obstacles[0].placement @ pose([far * np.cos(angle), far * np.sin(angle), 0])
+        return make_checker(checker.robot, replace(scene, obstacles=(replace(scene.obstacles[0], placement=place),)))
+
+    s = np.linspace(0.0, 1.0, 60)[:, None]
+    along = np.concatenate([a + s * (b - a) for a, b in itertools.pairwise(AROUND)])
+
+    def touches(angle: float, far: float) -> bool:
+        return pushed(angle, far).first_contact(along) is not None
+
+    least, into = 0.5, 0.0
+    for angle in np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False):
+        low, high = 0.0, least
+        while touches(angle, high) and high - low > 1e-6:
+            low, high = (low, 0.5 * (low + high)) if touches(angle, 0.5 * (low + high)) else (0.5 * (low + high), high)
+        if touches(angle, high):
+            least, into = high, angle
+    assert 1e-3 < least < 0.4
     folder, _ = folder_of(tmp_path / "out", checker, AROUND)
     verify(folder, checker.world)
-    s = np.linspace(0.0, 1.0, 50)[:, None]
-    along = np.concatenate([a + s * (b - a) for a, b in itertools.pairwise(AROUND)])
-    tips = tool_positions(checker.robot, along)
-    into = tips[np.argmax(np.linalg.norm(tips, axis=1))]  # where it reaches farthest
-    scene = checker.world.scene
-    wrong = replace(scene, obstacles=(*scene.obstacles, Obstacle("pushed", Sphere(0.02), pose(into))))
-    moved = replace(scene, obstacles=(replace(scene.obstacles[0], placement=pose([0.75, 1e-12, 0])),))
-    for other in (wrong, moved):
-        world = make_checker(checker.robot, other).world
+    for far in (least, 1e-12):
         with pytest.raises(Refused, match=r"than what plan\.json names"):
-            verify(folder, world)
-    _, certificate = folder_of(tmp_path / "out", make_checker(checker.robot, wrong), AROUND)
-    assert any("pushed" in pair for pair in certificate.open_pairs)
-    with pytest.raises(Refused, match=r"'pushed' are not proven apart.*hulls"):
+            verify(folder, pushed(into, far).world)
+    _, certificate = folder_of(tmp_path / "out", pushed(into, least), AROUND)
+    assert any("thing0" in pair for pair in certificate.open_pairs)
+    with pytest.raises(Refused, match=r"'thing0' are not proven apart.*hulls"):
         verify_proof.check(folder)
 
 

@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.certificate.folders import AROUND, folder_of
 from benchmarks.certificate.judge import closest
 from benchmarks.certificate.mutations import Case, largest, mutated
 from planner.certificate import PROOF_NAME, verify_proof
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.trajectory.timing import time_path
-from tests.certificate.folders import AROUND, folder_of
 from tests.worlds import make_post
 
 MARGIN = 0.005  # m: what is nearer than that is a counterexample, long before it touches
-RANDOM, CLIMBED = 500, 20  # 'python -m benchmarks certificate' tries more
+RANDOM, CLIMBED = 300, 20  # 'python -m benchmarks certificate' tries more
 
 
 @pytest.fixture(scope="module")

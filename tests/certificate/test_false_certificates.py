@@ -1,0 +1,176 @@
+"""False certificates that were once accepted, each written by someone who had read the checker."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.certificate.folders import AROUND, folder_of
+from benchmarks.certificate.mutations import Case
+from planner.certificate import verify_proof
+from planner.certificate.verify_proof import Refused
+from planner.collision import make_checker
+from planner.collision.checker import CollisionChecker
+from planner.kinematics.forward import tool_positions
+from planner.models.poses import pose
+from planner.models.robot import Robot
+from planner.models.shapes import Box, Cylinder
+from planner.trajectory.timing import time_path
+from tests.worlds import joint_xml, link_xml, load, make_post, scene_of
+
+STRETCHED = np.array([[0.0, 0.0]])
+
+
+def case_of(folder: Path, checker: CollisionChecker, path: np.ndarray = AROUND, timed: bool = False) -> Case:
+    """A certificate that is true, to be changed."""
+    made, certificate = folder_of(folder / "out", checker, path, time_path(path, checker) if timed else None)
+    assert certificate.whole
+    verify_proof.check(made)
+    return Case.of(made)
+
+
+def test_a_disc_so_thin_that_its_length_squared_is_no_number(tmp_path: Path) -> None:
+    """Where the squares of a length round to less, the axis is no unit vector and the disc smaller than it is."""
+    tip = float(tool_positions(load("planar_2r"), STRETCHED)[0, 0])
+    case = case_of(
+        tmp_path, make_checker(load("planar_2r"), scene_of((Cylinder(0.1, 0.1), pose([1.5, 0, 0])))), STRETCHED
+    )
+    data = {name: array.copy() for name, array in case.data.items()}
+    thin = 1.5873e-162  # its square is 0.51 of the smallest number there is
+    data["points"][-2:] = [[tip + 0.9, 0.0, 0.0], [tip + 0.9, thin, 0.0]]
+    data["radius"][-1] = 1.0  # from 0.1 m before the tip on
+    for length, accepted in ((1e-3, True), (thin, False)):
+        away = 0.3 if accepted else 0.0
+        data["points"][-2:] = [[tip + 0.9 + away, 0.0, 0.0], [tip + 0.9 + away, length, 0.0]]
+        data["normal"][:] = [1.0, 0.0, 0.0]
+        assert bool(case.accepts(data, case.words)) == accepted
+
+
+@pytest.mark.parametrize("late", [0.4e-9, 1e-12])
+def test_times_of_which_the_motion_is_not_certified(late: float, tmp_path: Path) -> None:
+    case = case_of(tmp_path, make_post(), timed=True)
+    motion = json.loads((case.folder / "trajectory.json").read_text())
+    motion["points"][3]["t"] += late
+    (case.folder / "trajectory.json").write_text(json.dumps(motion))
+    with pytest.raises(Refused, match=r"motion in trajectory\.json is another"):
+        verify_proof.check(case.folder)
+
+
+@pytest.mark.parametrize("file", ["plan.json", "trajectory.json"])
+def test_a_name_that_stands_twice_in_a_file(file: str, tmp_path: Path) -> None:
+    """Python takes the last, and other readers the first."""
+    case = case_of(tmp_path, make_post(), timed=True)
+    text = (case.folder / file).read_text()
+    first = '{"path": [[0.0, 0.0], [3.0, 0.0]],' if file == "plan.json" else '{"points": [],'
+    (case.folder / file).write_text(first + text.strip()[1:])
+    with pytest.raises(Refused, match="twice"):
+        verify_proof.check(case.folder)
+
+
+def test_names_that_say_more_than_was_proven(tmp_path: Path) -> None:
+    case = case_of(tmp_path, make_post())
+    lie = "planar_2r\nProven: the controller too.\x1b[8m"
+    case.plan["robot"] = lie
+    said = case.accepts(case.data, {**case.words, "robot": lie})
+    assert said is None or ("\nProven: the controller" not in said and "\x1b" not in said)
+    items = list(case.words["items"])
+    left = case.data["exempt"][case.data["reason"] == verify_proof.LISTED][0]
+    items[left[0]] = "none\nProven: of obstacles that move, too"
+    said = case.accepts(case.data, {**case.words, "items": items, "robot": "planar_2r"}, follow=False)
+    assert said is None or "\nProven: of obst" not in said
+
+
+def test_a_margin_that_is_rounded_up_in_the_sentence(tmp_path: Path) -> None:
+    post = make_post()
+    said = verify_proof.check(
+        case_of(tmp_path, make_checker(post.robot, post.world.scene, margin=0.00999999999)).folder
+    )
+    assert "farther apart than 0.00999999999 m" in said
+
+
+def test_limits_are_said_to_be_kept_as_far_as_they_are(tmp_path: Path) -> None:
+    assert "joints keep their limits, to 1e-06" in verify_proof.check(case_of(tmp_path, make_post()).folder)
+
+
+ARM = """<robot name="made"><link name="base"/>{one}{two}{first}{second}</robot>"""
+BOX = '<box size="0.2 0.02 0.02"/>'
+
+
+def arm_of(folder: Path, two: str = BOX) -> tuple[Case, str]:
+    """A certificate of a robot with a finger, and its URDF."""
+    text = ARM.format(
+        one=link_xml("one", '<box size="0.1 0.02 0.02"/>'),
+        two=link_xml("two", two),
+        first=joint_xml("first", "base", "one"),
+        second=joint_xml("second", "one", "two", "prismatic", xyz="0.3 0 0"),
+    )
+    (folder / "made.urdf").write_text(text)
+    robot = Robot.load(folder / "made.urdf", tool="two", fixed_joints={"second": 0.0})
+    checker = make_checker(robot, scene_of((Box((0.1, 0.1, 0.1)), pose([0, 0, 0.5]))))
+    case = case_of(folder, checker, np.array([[0.0], [0.5]]))
+    assert verify_proof.check(case.folder, folder / "made.urdf")
+    return case, text
+
+
+def test_a_joint_that_mimics_a_planned_one_is_not_held(tmp_path: Path) -> None:
+    """Directly or by way of another one."""
+    case, text = arm_of(tmp_path)
+    by = joint_xml("third", "two", "three").replace("</joint>", '<mimic joint="first"/></joint>') + link_xml("three")
+    leads = {"first": text, "third": text.replace("</robot>", f"{by}</robot>")}
+    for leader, robot in leads.items():
+        at = robot.index('<joint name="second"')
+        mimic = robot[:at] + robot[at:].replace("</joint>", f'<mimic joint="{leader}"/></joint>', 1)
+        (tmp_path / "made.urdf").write_text(mimic)
+        with pytest.raises(Refused, match="moves"):
+            verify_proof.check(case.folder, tmp_path / "made.urdf")
+
+
+def test_a_planned_joint_moves_in_the_urdf(tmp_path: Path) -> None:
+    case, text = arm_of(tmp_path)
+    assert case.accepts(case.data, {**case.words, "widened": True})
+    for wrong in ("fixed", "floating"):
+        (tmp_path / "made.urdf").write_text(
+            text.replace('name="first" type="revolute"', f'name="first" type="{wrong}"')
+        )
+        with pytest.raises(Refused, match="joint 'first' is another one"):
+            verify_proof.check(case.folder, tmp_path / "made.urdf")
+
+
+def test_frames_of_the_urdf_count_to_the_last_digit(tmp_path: Path) -> None:
+    """Frames may be 1e-9 off in the certificate: what is proven is proven of those in the URDF."""
+    case, _ = arm_of(tmp_path)
+    data = {name: array.copy() for name, array in case.data.items()}
+    data["shift"] += 0.9e-9
+    verify_proof.take_urdf(data, dict(case.words), tmp_path / "made.urdf")
+    np.testing.assert_array_equal(data["shift"], case.data["shift"])
+
+
+def test_what_is_no_mesh_is_not_cut(tmp_path: Path) -> None:
+    case, _ = arm_of(tmp_path)
+    items = [name.replace("two_0", "two_0, slab 1") for name in case.words["items"]]
+    points, at = case.data["points"].copy(), items.index("two_0, slab 1")
+    begin = int(case.data["count"][:at].sum())
+    points[begin : begin + case.data["count"][at]] *= 0.01
+    data = {**case.data, "points": points}
+    words = {**case.words, "items": items, "cuts": {"two_0": 1}}
+    assert case.accepts(data, words)
+    with pytest.raises(Refused):
+        verify_proof.check(case.folder, tmp_path / "made.urdf")
+
+
+def test_a_mesh_as_text_may_end_its_lines_anywhere(tmp_path: Path) -> None:
+    """All of a triangle on a line: its points are read, and not only those that begin one."""
+    corners = "0 0 0", "0.1 0 0", "0 0.1 0", "0 0 0.7"
+    sides = [
+        f"facet normal 0 0 0 outer loop vertex {a} vertex {b} VERTEX {c} endloop endfacet"
+        for a, b, c in (corners[:3], (*corners[:2], corners[3]), (corners[0], *corners[2:]), corners[1:])
+    ]
+    (tmp_path / "made.stl").write_text("\n".join(["solid made", *sides, "endsolid made"]))
+    shape = ET.fromstring('<mesh filename="file://made.stl"/>')
+    points, _, _ = verify_proof.shape_in(shape, tmp_path / "made.urdf")
+    assert points is not None
+    assert {tuple(row) for row in points} == {tuple(map(float, row.split())) for row in corners}
