@@ -58,9 +58,7 @@ class Gate:
         request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision, keep=keep)
         self._live = LiveWorld.of(request)
         self._guard = Guard.of(self._live.checker)
-        self.checker.first_contact(
-            np.zeros((1, self.robot.dof))
-        )  # makes its trees of triangles: no check waits for them
+        self.checker.first_contact(np.zeros((1, self.robot.dof)))  # its trees of triangles: no check waits for them
         kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.robot, limits)
         self._limits = _require_own(kept, self.robot)
         self._rules = Rules.of(self.robot, kept, judged, min_manipulability, start_tolerance)

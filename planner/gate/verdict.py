@@ -8,7 +8,8 @@ from typing import Any, Literal, Protocol
 from planner.trajectory.trajectory import Trajectory
 
 Kind = Literal["contact", "undecided", "reach", "limit", "floor", "kept", "start"]
-Where = Literal["motion", "stop", "start"]
+Where = Literal["start", "motion", "stop"]
+WHERE: tuple[Where, ...] = ("start", "motion", "stop")  # by the numbers that compiled code gives them
 
 _HOW: dict[Kind, str] = {
     "contact": "'{0}' and '{1}' touch, or are closer than the margin",

@@ -15,6 +15,7 @@ from planner.collision import make_checker
 from planner.collision.coal import CoalChecker
 from planner.gate.guard import Guard
 from planner.gate.judging import Judged
+from planner.gate.verdict import WHERE, Where
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
 from planner.models.scene import Scene
 from planner.models.shapes import corners
@@ -36,12 +37,12 @@ def test_nothing_that_is_called_safe_touches_or_is_beyond_a_limit(robot: str, tr
 
 
 @pytest.mark.parametrize("left_out", ["motion", "stop"])
-def test_it_finds_what_is_not_proven(monkeypatch: pytest.MonkeyPatch, left_out: str) -> None:
+def test_it_finds_what_is_not_proven(monkeypatch: pytest.MonkeyPatch, left_out: Where) -> None:
     whole = Guard.first_unproven
 
-    def without(self: Guard, curves: Any, spans: Any, on: list[Any]) -> Any:
-        kept = [k for k, what in enumerate(on) if what != left_out]
-        return whole(self, curves[kept], spans[kept], [on[k] for k in kept]) if kept else None
+    def without(self: Guard, curves: Any, spans: Any, on: Any) -> Any:
+        kept = on != WHERE.index(left_out)
+        return whole(self, curves[kept], spans[kept], on[kept]) if kept.any() else None
 
     monkeypatch.setattr(Guard, "first_unproven", without)
     assert any(attacked("planar_2r", 300, seed).found.false for seed in range(1, 5))
