@@ -73,6 +73,13 @@ class Chunk:
         knots = _knots(pieces, seconds, columns, here, bool(rough))
         return Chunk(clock / 1e9, seconds, pieces, knots, 2 * len(columns) - 1, approach, bool(rough))
 
+    def jump(self) -> Floats:
+        """How far (dof,) a first point at 0 s is from where the robot is, and from its velocity where it says one."""
+        if self.approach is None:
+            return np.zeros(1)
+        faster = self.coefficients[0, 1] / self.seconds[0] - self.knots[0, 1] if self.degree > 1 else 0.0
+        return np.maximum(np.abs(self.approach[1]), np.abs(faster))
+
 
 def _columns(dof: int, positions: Rows, velocities: Rows | None, accelerations: Rows | None) -> list[Floats]:
     """Positions, and what else is given, as numbers of one shape."""

@@ -42,7 +42,7 @@ class Rules:
     """What is asked beside clearance: limits ``most`` (3, dof), infinite ones ask for nothing, and on positions.
 
     ``lower`` and ``upper`` (dof,) are those, infinite where they are not asked for.
-    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad): how far from the robot a point at 0 s is.
+    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad, rad/s): of a point at 0 s from the state.
     """
 
     most: Floats
@@ -81,7 +81,7 @@ def judge(guard: Guard, rules: Rules, chunk: Chunk, stop: bool) -> Verdict:
     """The verdict on a chunk, with or without stops."""
     judged = Judged(guard, rules, chunk)
     bad = judged.broken_limit()
-    if chunk.approach is not None and (away := np.abs(chunk.approach[1])).max() > rules.apart:
+    if (away := chunk.jump()).max() > rules.apart:
         joint = guard.checker.robot.joints[int(away.argmax())]
         bad = _Bad(0, float(chunk.times[0]), Unsafe("start", "start", joint=joint))
     bad = judged.unproven(stop, bad) or bad

@@ -18,7 +18,7 @@ _HOW: dict[Kind, str] = {
     "limit": "joint '{joint}' is beyond its limit on {limit}",
     "floor": "manipulability is not proven above the floor",
     "kept": "'{kept}' is not proven to be kept",
-    "start": "joint '{joint}' is elsewhere than the first point, which is at 0 s",
+    "start": "joint '{joint}' is elsewhere, or moves otherwise, than the first point says, which is at 0 s",
 }
 _ON: dict[Where, str] = {
     "motion": "on the motion",
@@ -32,7 +32,7 @@ class Unsafe:
     """Why a chunk is not safe, as data.
 
     ``kind``: "contact", "undecided" (neither proven nor refuted), "reach" (of an obstacle with a speed limit), "limit",
-    "floor", "kept" (a condition on the motion), or "start" (the robot is not where the chunk begins). ``on``: "motion",
+    "floor", "kept" (a condition on the motion), or "start" (not where, or as fast as, it begins). ``on``: "motion",
     "stop" or "start". ``pair``: the link and what it meets; ``limit`` and ``joint``: what is exceeded (position,
     velocity, acceleration, jerk); ``kept``: the condition.
     """
