@@ -49,8 +49,8 @@ class Unsafe:
         return f"{_ON[self.on]} {_HOW[self.kind].format(*(self.pair or ()), **what)}"
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
-        return asdict(self)
+        """As plain data, with the sentence."""
+        return {**asdict(self), "text": str(self)}
 
 
 class Later(Protocol):
@@ -82,6 +82,11 @@ class Verdict:
         if self.safe:
             return f"safe until {self.safe_until:g} s"
         return f"unsafe at {self.first_bad:g} s: {self.reason}; safe until {self.safe_until:g} s"
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data, without what is worked out later; s."""
+        found = {name: getattr(self, name) for name in ("safe", "safe_until", "first_bad")}
+        return found | {"reason": self.reason and self.reason.to_dict(), "notes": list(self.notes)}
 
     @property
     def stop(self) -> Trajectory | None:
