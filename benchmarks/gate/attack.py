@@ -14,6 +14,7 @@ from planner.base.arrays import Floats
 from planner.base.progress import QUIET, Progress
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
+from planner.collision.coal import CoalChecker
 from planner.gate.gate import Gate
 from planner.models.poses import pose
 from planner.models.robot import Robot
@@ -91,7 +92,9 @@ class Attack:
             return -np.inf
         columns, named = case.chunk.arguments()
         verdict = gate.check(*columns, **named)  # pyright: ignore[reportArgumentType]
-        judges = second_checker(gate.checker), gate.checker
+        coal = second_checker(gate.checker)
+        assert isinstance(coal, CoalChecker)
+        judges = coal, gate.checker
         motion = motion_of(case.chunk)
         if not verdict.safe:
             if verdict.reason is not None and verdict.reason.kind == "contact" and verdict.reason.on == "motion":

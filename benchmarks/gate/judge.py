@@ -6,19 +6,26 @@ It shares nothing with the gate but the collision libraries, coal and FCL, which
 # pyright: reportAttributeAccessIssue=false
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from benchmarks.gate.chunks import KINDS, Chunk
 from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
+from planner.collision.coal import CoalChecker
 from planner.gate.verdict import Verdict
 from planner.kinematics.forward import joint_placements
+from planner.models.robot import Robot
+from planner.models.shapes import corners
 from planner.trajectory.limits import MotionLimits
 
-LOOKS = 16e-3, 2e-3, 5e-5  # m between two states: of each look, where something is as near as the one before
+LOOKS = 64e-3, 16e-3, 4e-3, 1e-3, 2.5e-4, 5e-5  # m that a point moves from one state to the next, of each look
+CLOSE = 1e-3  # m: states of such looks are put to both judges
+MEASURED = 8  # states whose distance is measured, for the climb
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +38,22 @@ class Spline:
 
     def at(self, t: Floats, order: int = 0) -> Floats:
         """Values (n, dof) at ``t`` (n,) s since its begin, or a derivative."""
+        c = self._slopes(order)
+        return np.vander(t, len(c), increasing=True) @ c
+
+    def _slopes(self, order: int) -> Floats:
+        """The powers of a derivative."""
         c = self.powers
         for _ in range(order):
             c = c[1:] * np.arange(1, len(c))[:, None] if len(c) > 1 else 0.0 * c
-        return np.vander(t, len(c), increasing=True) @ c
+        return c
+
+    def bound(self, order: int) -> Floats:
+        """No less than the largest absolute value (dof,) of a derivative: that of its control points."""
+        c = self._slopes(order)
+        n = len(c) - 1
+        shares = [[math.comb(i, k) / math.comb(n, k) * self.seconds**k for k in range(n + 1)] for i in range(n + 1)]
+        return np.abs(np.array(shares) @ c).max(axis=0)
 
     def largest(self, order: int) -> Floats:
         """The largest absolute value (dof,) of a derivative, at both ends and where the next one is 0."""
@@ -105,48 +124,77 @@ def beyond_limits(motion: Sequence[Spline], stops: Sequence[Spline], limits: Mot
         for one in curves:
             for order in range(1, count + 1):
                 most = (limits.velocity, limits.acceleration, limits.jerk)[order - 1]
+                if (one.bound(order) <= most).all():
+                    continue
                 worst = max(worst, float((one.largest(order) / most).max()) - 1.0)
     return worst if worst > 1e-5 else 0.0
 
 
-def states_on(curve: Spline, checker: CollisionChecker, apart: float) -> Floats:
+def states_on(curve: Spline, reach: Floats, apart: float) -> Floats:
     """States (n, dof) on a curve between which no point moves farther than ``apart`` (m)."""
-    moved = _fastest(curve, checker) * curve.seconds
-    return curve.at(np.linspace(0.0, curve.seconds, int(np.ceil(moved / apart)) + 2))
+    count = int(np.ceil(_fastest(curve, reach) * curve.seconds / apart)) + 2
+    return curve.at(np.linspace(0.0, curve.seconds, count))
 
 
-def _fastest(curve: Spline, checker: CollisionChecker) -> float:
-    """How fast (m/s) a point moves at most; of the speed at 33 moments 5 % more."""
-    speed = 1.05 * np.abs(curve.at(np.linspace(0.0, curve.seconds, 33), 1)).max(axis=0)
-    return max(float(checker.world.reach.motion(speed[None]).max(initial=0.0)), 1e-9)
+@lru_cache(maxsize=8)
+def reach_of(robot: Robot) -> Floats:
+    """(bodies, dof): metres by which a point of a body moves at most per unit of a joint, of any configuration."""
+    found = np.zeros((len(robot.bodies), robot.dof))
+    for body, row in zip(robot.bodies, found, strict=True):
+        points, radius = corners(body.shape)
+        far = float(np.linalg.norm(points @ body.placement[:3, :3].T + body.placement[:3, 3], axis=1).max()) + radius
+        joint = body.joint
+        while joint:
+            slides = bool(robot.prismatic[joint - 1])
+            row[joint - 1] = 1.0 if slides else far
+            far += float(np.linalg.norm(robot.model.jointPlacements[joint].translation))
+            far += float(max(abs(robot.lower[joint - 1]), abs(robot.upper[joint - 1]))) if slides else 0.0
+            joint = robot.model.parents[joint]
+    return found
 
 
-def nearest(curve: Spline, judge: CollisionChecker) -> tuple[float, Floats]:
-    """The smallest distance (m) seen to an obstacle, and the times (n,) every 0.05 mm where that is 2 mm or less.
+def _fastest(curve: Spline, reach: Floats) -> float:
+    """How fast (m/s) a point moves at most."""
+    return max(float((reach @ curve.bound(1)).max()), 1e-9)
 
-    First every 16 mm: what comes between two states comes nearer to one of them than they are apart.
+
+def looked_at(curves: Sequence[Spline], judge: CoalChecker, reach: Floats) -> tuple[Floats, Floats]:
+    """States (n, dof) on the curves: those every 0.05 mm wherever that may touch, and the last that were near.
+
+    A state stands for all from which no point moves farther than half of ``LOOKS``: where every pair is farther apart
+    than that by coal's own distances, none of these touches, else they are looked at more closely.
     """
-    checked = judge.world.checked.ravel()
-    pairs = np.flatnonzero(checked & judge.world.moving[: len(checked)])
-    fastest = _fastest(curve, judge)
-    t, least = np.linspace(0.0, curve.seconds, int(np.ceil(fastest * curve.seconds / LOOKS[0])) + 2), np.inf
-    for apart, finer in zip(LOOKS, (*LOOKS[1:], 0.0), strict=True):
-        if not finer or not len(t):
-            return least, t
-        rotation, position = joint_placements(judge.chain, curve.at(t))
-        gaps = np.array([judge.distances(rotation[:, k], position[:, k], pairs).min() for k in range(len(t))])
-        least = min(least, float(gaps.min()))
-        around = np.linspace(-0.5, 0.5, 2 * int(np.ceil(apart / finer)) + 1) * 2.0 * apart / fastest
-        t = np.unique(np.clip((t[gaps <= apart][:, None] + around).ravel(), 0.0, curve.seconds))
-    return least, t
+    powers = np.zeros((len(curves), 6, reach.shape[1]))
+    for row, curve in zip(powers, curves, strict=True):
+        row[: len(curve.powers)] = curve.powers
+    seconds = np.array([curve.seconds for curve in curves])
+    moved = np.array([_fastest(curve, reach) for curve in curves]) * seconds
+    count = np.ceil(moved / LOOKS[0]).astype(int)
+    owner, width = np.repeat(np.arange(len(curves)), count), np.repeat(seconds / count, count)
+    t = np.concatenate([(np.arange(n) + 0.5) * whole / n for n, whole in zip(count, seconds, strict=True)])
+    pairs, close, last = judge.world.checked.size, [np.zeros((0, reach.shape[1]))], np.zeros(0)
+    for apart, finer in zip(LOOKS, (*LOOKS[1:], LOOKS[-1]), strict=True):
+        q = np.einsum("nk,nkd->nd", np.vander(t, 6, increasing=True), powers[owner])
+        extra = np.full(pairs + len(judge.world.self_pairs), apart / 2)
+        extra[pairs:] = apart  # both of them move
+        near = judge.near(q, extra)
+        last = q[near] if near.any() else last if len(last) else q
+        close += [q[near]] if apart <= CLOSE else []
+        parts = round(apart / finer)
+        steps = (np.arange(parts) + 0.5) / parts - 0.5
+        t = (t[near][:, None] + width[near][:, None] * steps).ravel()
+        owner, width = np.repeat(owner[near], parts), np.repeat(width[near] / parts, parts)
+    return np.concatenate(close), last
 
 
-def touches(curves: Sequence[Spline], judges: Sequence[CollisionChecker]) -> tuple[float, bool]:
-    """The smallest distance (m) that the first of the ``judges`` sees, and whether one of them sees a contact."""
-    least, touched = np.inf, False
-    for curve in curves:
-        gap, times = nearest(curve, judges[0])
-        least = min(least, gap)
-        states = curve.at(np.concatenate([times, np.linspace(0.0, curve.seconds, 20)]))  # links may meet anywhere
-        touched = touched or any(judge.first_contact(states) is not None for judge in judges)
-    return least, touched
+def touches(curves: Sequence[Spline], judges: tuple[CoalChecker, CollisionChecker]) -> tuple[float, bool]:
+    """The smallest distance (m) to an obstacle that coal has seen, and whether coal or the other sees a contact."""
+    coal, reach = judges[0], reach_of(judges[0].robot)
+    close, last = looked_at(curves, coal, reach)
+    seen = [curve.at(np.linspace(0.0, curve.seconds, 5)) for curve in curves]  # what is inside something stays there
+    states = np.concatenate([close, *seen])
+    touched = any(judge.first_contact(states) is not None for judge in judges)
+    checked = np.flatnonzero(coal.world.checked.ravel() & coal.world.moving[: coal.world.checked.size])
+    rotation, position = joint_placements(coal.chain, last[:: -(-len(last) // MEASURED)])
+    gaps = [coal.distances(rotation[:, k], position[:, k], checked).min() for k in range(rotation.shape[1])]
+    return float(min(gaps)), touched

@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.bench import run_bench, software
 from benchmarks.gate.attack import Attack
 from benchmarks.gate.chunks import KINDS, Chunk, Rng, clutter, random_chunk
-from benchmarks.gate.judge import motion_of, possible_stops, states_on
+from benchmarks.gate.judge import motion_of, possible_stops, reach_of, states_on
 from benchmarks.gate.report import Row, to_markdown
 from planner.base.arrays import Bools
 from planner.base.errors import OptionError
@@ -138,8 +138,8 @@ def _free_by(checker: CollisionChecker, chunk: Chunk, verdict: Verdict) -> Bools
     stops = possible_stops(verdict)
     if stops is None or (verdict.reason is not None and verdict.reason.kind == "limit"):
         return np.zeros(len(FREE), dtype=bool)
-    judge, curves = second_checker(checker), (*motion_of(chunk), *stops)
-    states = np.concatenate([states_on(one, judge, _EVERY) for one in curves])
+    judge, reach, curves = second_checker(checker), reach_of(checker.robot), (*motion_of(chunk), *stops)
+    states = np.concatenate([states_on(one, reach, _EVERY) for one in curves])
     return np.array([keeping(judge, apart).first_contact(states) is None for apart in FREE])
 
 

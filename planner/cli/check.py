@@ -142,7 +142,7 @@ def _check_trajectory(
     prefixes: bool,
     json: bool,
 ) -> int:
-    from planner.gate.prefixes import judge_prefixes, prefixes_record, prefixes_row
+    from planner.gate.prefixes import judge_prefixes, prefixes_row
     from planner.trajectory.check import check_trajectory
     from planner.trajectory.limits import MotionLimits
     from planner.trajectory.report import report_record, report_rows, verdict_sentence
@@ -153,7 +153,7 @@ def _check_trajectory(
     stops = judge_prefixes(checker, points, limits) if asked else None
     if json:
         report = check_trajectory(checker, points, limits, step)
-        record = report_record(report) | ({} if stops is None else {"prefixes": prefixes_record(stops)})
+        record = report_record(report) | ({} if stops is None else {"prefixes": stops.to_dict()})
         say(json_text.dumps(record, indent=1, allow_nan=False))
     else:
         with watching() as progress:

@@ -74,7 +74,7 @@ class CoalChecker(CollisionChecker):
         starts, first = np.arange(0, len(q), _STRETCHES[0]), len(q)
         for width, finer in zip(_STRETCHES, (*_STRETCHES[1:], 1), strict=True):
             middle = np.minimum(starts + width // 2, len(q) - 1)
-            near = self._broad.phase.touching(self.world, q[middle], _with_error((width // 2) * motion))
+            near = self.near(q[middle], (width // 2) * motion)
             enclosed = ~near & (self.inside.pairs(q[middle]) >= 0)
             first = min(first, int(starts[enclosed].min(initial=first)))
             if width == 1:
@@ -83,6 +83,13 @@ class CoalChecker(CollisionChecker):
             starts = starts[starts < first]
         found = self.first_contact(q[first : first + 1]) if first < len(q) else None
         return None if found is None else (first, found[1])
+
+    def near(self, q: Floats, apart: Floats) -> Bools:
+        """(n,) which configurations (n, dof) bring a pair as near as the margin and ``apart`` (pairs,) m.
+
+        Where they do not, every pair is farther apart for certain.
+        """
+        return self._broad.phase.touching(self.world, q, _with_error(apart))
 
     def distances(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         """See :class:`planner.collision.checker.CollisionChecker`."""

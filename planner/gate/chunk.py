@@ -66,12 +66,19 @@ class Chunk:
             approach = np.stack([here[0], columns[0][0] - here[0]])
         if len(clock) < 2:
             raise ArrayError("the chunk is one point and no motion: give a time above 0 and the state, or more points.")
-        seconds = np.diff(clock) / 1e9
+        seconds = (clock[1:] - clock[:-1]) / 1e9
         pieces = pieces_through(seconds[:, None], *columns)
         if rough:
             pieces[0], pieces[0, :4] = 0.0, pieces_through(seconds[:1, None], columns[0][:2], columns[1][:2])[0]
-        knots = _knots(pieces, seconds, columns, here)
+        knots = _knots(pieces, seconds, columns, here, bool(rough))
         return Chunk(clock / 1e9, seconds, pieces, knots, 2 * len(columns) - 1, approach, bool(rough))
+
+    def jump(self) -> Floats:
+        """How far (dof,) a first point at 0 s is from where the robot is, and from its velocity where it says one."""
+        if self.approach is None:
+            return np.zeros(1)
+        faster = self.coefficients[0, 1] / self.seconds[0] - self.knots[0, 1] if self.degree > 1 else 0.0
+        return np.maximum(np.abs(self.approach[1]), np.abs(faster))
 
 
 def _columns(dof: int, positions: Rows, velocities: Rows | None, accelerations: Rows | None) -> list[Floats]:
@@ -89,9 +96,9 @@ def _columns(dof: int, positions: Rows, velocities: Rows | None, accelerations: 
 
 def _clock(times: Row, count: int) -> Ints:
     clock = whole_nanoseconds(numbers("times", times, (count,)))
-    late = np.flatnonzero(np.diff(clock) <= 0)
-    if len(late) or clock[0] < 0:
-        k = int(late[0]) + 1 if len(late) else 0
+    later = clock[1:] > clock[:-1]
+    if clock[0] < 0 or not later.all():
+        k = 0 if later.all() else int(later.argmin()) + 1
         raise ArrayError(f"times[{k}] is {times[k]:g} s: times have to increase strictly, from 0 s, which is now, on.")
     return clock
 
@@ -114,17 +121,17 @@ def _state(robot: Robot, state: RobotState) -> Floats:
     return found
 
 
-def _knots(pieces: Floats, seconds: Floats, columns: list[Floats], here: Floats | None) -> Floats:
+def _knots(pieces: Floats, seconds: Floats, columns: list[Floats], here: Floats | None, rough: bool) -> Floats:
     """See :class:`Chunk`."""
-    n, degree, h = len(pieces), 2 * len(columns) - 1, seconds[:, None]
-    knots = np.zeros((n + 1, 3, pieces.shape[2]))
+    h, powers = seconds[:, None], pieces.shape[1]
+    knots = np.zeros((len(pieces) + 1, 3, pieces.shape[2]))
     for order, column in enumerate(columns):
         knots[:, order] = column
-    if degree == 1:
+    if powers == 2:
         knots[1:, 1] = pieces[:, 1] / h
-    else:  # of a cubic the acceleration that it ends with: the next one begins with another
-        powers = np.arange(2, degree + 1)
-        knots[1:, 2] = np.einsum("k,nkd->nd", powers * (powers - 1.0), pieces[:, 2:]) / h**2
+    last = len(pieces) if powers == 4 else int(rough)  # cubics: the next piece begins with another acceleration
+    if last:
+        knots[1 : last + 1, 2] = (2.0 * pieces[:last, 2] + 6.0 * pieces[:last, 3]) / h[:last] ** 2
     if here is not None:
         knots[0] = here
     return knots

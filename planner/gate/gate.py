@@ -35,9 +35,9 @@ class Gate:
     ``robot`` and ``scene`` by name, file or as loaded. ``limits``: the robot's own where left out; ``judged`` are those
     that are asked for, of position, velocity, acceleration and jerk. ``min_manipulability`` is kept by all that is run,
     stops too, and so is what the scene and ``keep`` say. ``margin`` (m) is kept to everything; a larger one refuses
-    more. A first point at 0 s may be ``start_tolerance`` (rad, m) from the robot. A check changes nothing: several
-    threads may check at once, also while another changes the world. Raises :class:`PlannerError` for what cannot be
-    loaded, and where obstacles move along known motions.
+    more. A first point at 0 s may be ``start_tolerance`` (rad, m, and these per s) from the robot's state. A check
+    changes nothing: several threads may check at once, also while another changes the world. Raises
+    :class:`PlannerError` for what cannot be loaded, and where obstacles move along known motions.
     """
 
     def __init__(
@@ -58,9 +58,7 @@ class Gate:
         request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision, keep=keep)
         self._live = LiveWorld.of(request)
         self._guard = Guard.of(self._live.checker)
-        self.checker.first_contact(
-            np.zeros((1, self.robot.dof))
-        )  # makes its trees of triangles: no check waits for them
+        self.checker.first_contact(np.zeros((1, self.robot.dof)))  # its trees of triangles: no check waits for them
         kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.robot, limits)
         self._limits = _require_own(kept, self.robot)
         self._rules = Rules.of(self.robot, kept, judged, min_manipulability, start_tolerance)
@@ -132,7 +130,10 @@ class Gate:
         self._change(lambda live: live.attach(name, frame, tuple(touch_links), q))
 
     def detach(self, name: str, at: Row) -> None:
-        """Put down what the arm carries where it holds it in the configuration ``at`` (dof,)."""
+        """Put down what the arm carries where it holds it in the configuration ``at`` (dof,).
+
+        What might touch it in the hold still may, as it does when it is let go of: remove it and add it to forbid that.
+        """
         q = self._configuration(at)
         self._change(lambda live: live.detach(name, q))
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats
+from planner.base.arrays import Bools, Floats, Ints
 from planner.base.errors import SceneError, choices
 from planner.base.resolutions import PROOF
 from planner.collision.checker import CollisionChecker
-from planner.gate.verdict import Kind, Unsafe, Where
+from planner.gate.verdict import WHERE, Kind, Unsafe, Where
 from planner.kinematics.forward import joint_placements
 from planner.native.library import NativeBounds
 
@@ -41,24 +41,25 @@ class Guard:
         _ = checker.inside, checker.static_contact  # found now: no check waits for them
         return Guard(checker, bounds, limited)
 
-    def first_unproven(self, curves: Floats, spans: Floats | None, on: list[Where]) -> tuple[int, float, Unsafe] | None:
+    def first_unproven(self, curves: Floats, spans: Floats | None, on: Ints) -> tuple[int, float, Unsafe] | None:
         """The first of curves (m, degree + 1, dof) that is not proven free, where on it, in [0, 1], and why.
 
         Each lies near the ones before and behind it, the first begins where the robot is. ``spans`` (m, 3): when each
-        begins, how long it takes, 0, s; needed where obstacles have speed limits. ``on`` (m,) what each curve is.
+        begins, how long it takes, 0, s; needed where obstacles have speed limits. ``on`` (m,): the place of
+        what each curve is in ``WHERE``.
         """
         checker, contact = self.checker, self.checker.static_contact
         if contact is not None:
-            return 0, 0.0, Unsafe("contact", on[0], (contact.first, contact.second))
+            return 0, 0.0, Unsafe("contact", WHERE[on[0]], (contact.first, contact.second))
         spans = spans if self.limited.any() else None
         enclosed = int(checker.inside.pairs(curves[:1, 0])[0])
         if enclosed >= 0:
-            return 0, 0.0, self._unsafe("contact", on[0], enclosed)
+            return 0, 0.0, self._unsafe("contact", WHERE[on[0]], enclosed)
         verdict, pair, where = checker.bound.native.prove_together(self.bounds, curves, PROOF, spans)
         k = int(verdict.argmax())
         if verdict[k] == 0:
             return None
-        return k, float(where[k]), self._why(curves[k], float(where[k]), int(pair[k]), on[k])
+        return k, float(where[k]), self._why(curves[k], float(where[k]), int(pair[k]), WHERE[on[k]])
 
     def _why(self, curve: Floats, u: float, pair: int, on: Where) -> Unsafe:
         checker = self.checker

@@ -17,10 +17,10 @@ from planner.base.polynomials import bernstein, derivative
 from planner.constraints.keeps import Keeps
 from planner.gate.chunk import Chunk
 from planner.gate.guard import Guard
-from planner.gate.verdict import Unsafe, Verdict, Where
+from planner.gate.verdict import WHERE, Unsafe, Verdict
 from planner.kinematics.manipulability_proof import prove_floor
 from planner.models.robot import Robot
-from planner.native.motions import polynomial_extrema, polynomial_worst, stops_quickest
+from planner.native.motions import chunk_curves, pieces_within, polynomial_extrema, stops_quickest
 from planner.setup.resolve import beyond_limits, position_bounds
 from planner.trajectory.clearance import nearest_on_pieces
 from planner.trajectory.limits import KINDS, MotionLimits
@@ -34,9 +34,6 @@ _JUDGED = {1: 1, 3: 2, 5: 3}  # kinds of limits, by the degree of the pieces: th
 _LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
 _CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not judged; that of stops is"
 _ROUGH = "the state has no acceleration: the first piece is a cubic, and the jerk is not judged where it ends"
-_WHERE: tuple[Where, ...] = ("start", "motion", "stop")
-_START, _MOTION, _STOP = range(3)
-_NO_LIMIT = 1e300
 _NOTES = {1: (_LINES,), 3: (_CUBICS,), 5: ()}
 
 
@@ -45,7 +42,7 @@ class Rules:
     """What is asked beside clearance: limits ``most`` (3, dof), infinite ones ask for nothing, and on positions.
 
     ``lower`` and ``upper`` (dof,) are those, infinite where they are not asked for.
-    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad): how far from the robot a point at 0 s is.
+    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad, rad/s): of a point at 0 s from the state.
     """
 
     most: Floats
@@ -84,7 +81,7 @@ def judge(guard: Guard, rules: Rules, chunk: Chunk, stop: bool) -> Verdict:
     """The verdict on a chunk, with or without stops."""
     judged = Judged(guard, rules, chunk)
     bad = judged.broken_limit()
-    if chunk.approach is not None and (away := np.abs(chunk.approach[1])).max() > rules.apart:
+    if (away := chunk.jump()).max() > rules.apart:
         joint = guard.checker.robot.joints[int(away.argmax())]
         bad = _Bad(0, float(chunk.times[0]), Unsafe("start", "start", joint=joint))
     bad = judged.unproven(stop, bad) or bad
@@ -104,14 +101,15 @@ class Judged:
 
     def broken_limit(self) -> _Bad | None:
         """The first piece that is beyond a limit, by its exact extrema."""
+        chunk, rules = self.chunk, self.rules
+        most, between = rules.most[: _JUDGED[chunk.degree]] * (1.0 + ROUNDING), (rules.lower, rules.upper)
+        if pieces_within(chunk.coefficients, chunk.seconds, most, between):
+            return None
         found = [self._beyond_position(), *map(self._beyond, range(1, _JUDGED[self.chunk.degree] + 1))]
         return min((bad for bad in found if bad is not None), key=lambda bad: bad.piece, default=None)
 
     def _beyond(self, order: int) -> _Bad | None:
         chunk, most = self.chunk, self.rules.most[order - 1]
-        most = np.minimum(most, _NO_LIMIT)
-        if polynomial_worst(chunk.coefficients, chunk.seconds, order, most, 1.0)[0] <= 1.0 + ROUNDING:
-            return None
         limit = most * (1.0 + ROUNDING)
         slopes, unit = derivative(chunk.coefficients, order), chunk.seconds[:, None] ** order
         rows = np.flatnonzero((np.abs(bernstein(slopes)).max(axis=1) / unit > limit).any(axis=1))
@@ -145,28 +143,31 @@ class Judged:
             if len(without):
                 count = int(without[0])
                 first = self._no_stop(count, stops[2][count])
-        curves, spans, what = self._curves(count, stops)
-        found = self.first_refused(curves, spans, [_WHERE[k] for k in what[:, 1].tolist()])
+        taken = None if stops is None else (stops[0][:count], stops[1][:count])
+        times = self.chunk.times[: count + 1]
+        curves, spans, what = chunk_curves(self.chunk.coefficients[:count], times, taken, self.chunk.approach)
+        found = self.first_refused(curves, spans, what[:, 1])
         if found is None:
             return first
-        piece, where = what[found[0]].tolist()
-        time = spans[found[0], 0] + found[1] * spans[found[0], 1] if where == _MOTION else self.chunk.times[piece + 1]
-        return _Bad(piece, float(time if where != _START else self.chunk.times[0]), found[2])
+        k, piece = found[0], int(what[found[0], 0])
+        if found[2].on == "motion":
+            return _Bad(piece, float(spans[k, 0] + found[1] * spans[k, 1]), found[2])
+        return _Bad(piece, float(times[0 if found[2].on == "start" else piece + 1]), found[2])
 
-    def first_refused(self, curves: Floats, spans: Floats, on: list[Where]) -> tuple[int, float, Unsafe] | None:
-        """The first of curves (m, degree + 1, dof) that is not proven free, kept to and above the floor; where, why."""
+    def first_refused(self, curves: Floats, spans: Floats, on: Ints) -> tuple[int, float, Unsafe] | None:
+        """As :meth:`Guard.first_unproven`, of curves (m, degree + 1, dof) that keep conditions and the floor too."""
         found = self.guard.first_unproven(curves, spans, on) if len(curves) else None
         curves = curves if found is None else curves[: found[0]]
         for condition in self.guard.checker.world.conditions:
             holds = Keeps(self.guard.checker.robot, (condition,)).proven(curves)
             if not holds.all():
                 k = int(holds.argmin())
-                found, curves = (k, 0.0, Unsafe("kept", on[k], kept=condition.text)), curves[:k]
+                found, curves = (k, 0.0, Unsafe("kept", WHERE[on[k]], kept=condition.text)), curves[:k]
         if self.rules.floor > 0 and len(curves):
             holds = prove_floor(self.guard.checker.robot, curves, self.rules.floor).holds
             if not holds.all():
                 k = int(holds.argmin())
-                return k, 0.0, Unsafe("floor", on[k])
+                return k, 0.0, Unsafe("floor", WHERE[on[k]])
         return found
 
     def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
@@ -178,31 +179,6 @@ class Judged:
         kind, joint = (*KINDS, POSITION)[int(broken[0])], self.guard.checker.robot.joints[int(broken[1])]
         return _Bad(piece, float(self.chunk.times[piece + 1]), Unsafe("limit", "stop", limit=kind, joint=joint))
 
-    def _curves(self, count: int, stops: tuple[Floats, Floats, Ints] | None) -> tuple[Floats, Floats, Ints]:
-        """The first ``count`` pieces, each with the stop behind it, as curves of one degree with their spans.
-
-        What leads from the robot to a first point at 0 s comes first. Rows (m, 2) say of which piece each curve is, and
-        what: a place in ``_WHERE``.
-        """
-        chunk, k = self.chunk, np.arange(count)
-        degree, begin = (chunk.degree if stops is None else max(chunk.degree, 4)), chunk.times[:count]
-        whole = np.zeros((count, 1 if stops is None else 3, degree + 1, chunk.knots.shape[2]))
-        spans, what = np.zeros((*whole.shape[:2], 3)), np.zeros((*whole.shape[:2], 2), dtype=np.int64)
-        whole[:, 0, : chunk.degree + 1], spans[:, 0, 0] = chunk.coefficients[:count], begin
-        spans[:, 0, 1], what[..., 0], what[..., 1], what[:, 0, 1] = chunk.seconds[:count], k[:, None], _STOP, _MOTION
-        if stops is not None:
-            whole[:, 1:, :5], spans[:, 1:, 1] = stops[0][:count], stops[1][:count]
-            spans[:, 1:, 0] = chunk.times[1 : count + 1, None]
-            spans[:, 2, 0] += stops[1][:count, 0]
-        used = spans[..., 1] > 0.0  # not what takes no time
-        curves, spans, what = whole[used], spans[used], what[used]
-        if chunk.approach is not None:
-            line = np.zeros((1, *curves.shape[1:]))
-            line[0, :2] = chunk.approach
-            curves, spans = np.concatenate([line, curves]), np.concatenate([np.zeros((1, 3)), spans])
-            what = np.concatenate([[[0, _START]], what])
-        return curves, spans, what
-
     def stop(self, pieces: int) -> Trajectory | None:
         """The proven motion to rest from the end of the first ``pieces`` on, if there is one."""
         robot, knot = self.guard.checker.robot, self.chunk.knots[pieces]
@@ -211,11 +187,9 @@ class Judged:
             return None
         used, ends = seconds > 0.0, np.append(0.0, np.cumsum(seconds))
         spans = np.column_stack([self.chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
-        if self.first_refused(stops[used], spans, ["stop"] * len(spans)) is not None:
+        if self.first_refused(stops[used], spans, np.full(len(spans), WHERE.index("stop"))) is not None:
             return None
-        columns = np.zeros(
-            (3, 3, robot.dof)
-        )  # q, qd and qdd where it begins, where the last piece begins, where it ends
+        columns = np.zeros((3, 3, robot.dof))  # q, qd, qdd where it begins, where the last piece begins, where it ends
         columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
         columns[1, 1] = stops[1, 1] / seconds[1]
         rows = [0, 1, 2] if used[0] else [0, 2]

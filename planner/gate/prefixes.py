@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from planner.collision.checker import CollisionChecker
 from planner.gate.chunk import Chunk
 from planner.gate.guard import Guard
@@ -24,10 +22,3 @@ def prefixes_row(verdict: Verdict) -> tuple[str, str]:
     """The verdict as a row of the terminal's table."""
     text = "proven from every point" if verdict.safe else str(verdict)
     return "stops", "; ".join([text, *verdict.notes])
-
-
-def prefixes_record(verdict: Verdict) -> dict[str, Any]:
-    """The verdict as plain data; s."""
-    reason = None if verdict.reason is None else verdict.reason.to_dict()
-    until = {"safe_until": verdict.safe_until, "first_bad": verdict.first_bad}
-    return {"safe": verdict.safe, **until, "reason": reason, "notes": list(verdict.notes)}

@@ -8,7 +8,8 @@ from typing import Any, Literal, Protocol
 from planner.trajectory.trajectory import Trajectory
 
 Kind = Literal["contact", "undecided", "reach", "limit", "floor", "kept", "start"]
-Where = Literal["motion", "stop", "start"]
+Where = Literal["start", "motion", "stop"]
+WHERE: tuple[Where, ...] = ("start", "motion", "stop")  # by the numbers that compiled code gives them
 
 _HOW: dict[Kind, str] = {
     "contact": "'{0}' and '{1}' touch, or are closer than the margin",
@@ -17,7 +18,7 @@ _HOW: dict[Kind, str] = {
     "limit": "joint '{joint}' is beyond its limit on {limit}",
     "floor": "manipulability is not proven above the floor",
     "kept": "'{kept}' is not proven to be kept",
-    "start": "joint '{joint}' is elsewhere than the first point, which is at 0 s",
+    "start": "joint '{joint}' is elsewhere, or moves otherwise, than the first point says, which is at 0 s",
 }
 _ON: dict[Where, str] = {
     "motion": "on the motion",
@@ -31,7 +32,7 @@ class Unsafe:
     """Why a chunk is not safe, as data.
 
     ``kind``: "contact", "undecided" (neither proven nor refuted), "reach" (of an obstacle with a speed limit), "limit",
-    "floor", "kept" (a condition on the motion), or "start" (the robot is not where the chunk begins). ``on``: "motion",
+    "floor", "kept" (a condition on the motion), or "start" (not where, or as fast as, it begins). ``on``: "motion",
     "stop" or "start". ``pair``: the link and what it meets; ``limit`` and ``joint``: what is exceeded (position,
     velocity, acceleration, jerk); ``kept``: the condition.
     """
@@ -48,8 +49,8 @@ class Unsafe:
         return f"{_ON[self.on]} {_HOW[self.kind].format(*(self.pair or ()), **what)}"
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain data."""
-        return asdict(self)
+        """As plain data, with the sentence."""
+        return {**asdict(self), "text": str(self)}
 
 
 class Later(Protocol):
@@ -81,6 +82,11 @@ class Verdict:
         if self.safe:
             return f"safe until {self.safe_until:g} s"
         return f"unsafe at {self.first_bad:g} s: {self.reason}; safe until {self.safe_until:g} s"
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain data, without what is worked out later; s."""
+        found = {name: getattr(self, name) for name in ("safe", "safe_until", "first_bad")}
+        return found | {"reason": self.reason and self.reason.to_dict(), "notes": list(self.notes)}
 
     @property
     def stop(self) -> Trajectory | None:

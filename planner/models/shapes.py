@@ -144,7 +144,7 @@ class Obstacle:
 class Carried:
     """A shape that a link carries, placed (4, 4) in the link's frame, or in ``frame``, one that moves with the link.
 
-    It may touch ``touch_links``.
+    It may touch ``touch_links``. Put down it has its ``speed_limit`` (m/s) again; in the hold it goes along.
     """
 
     link: str
@@ -153,6 +153,7 @@ class Carried:
     placement: Floats
     touch_links: tuple[str, ...] = ()
     frame: str = ""
+    speed_limit: float = 0.0
 
     def __post_init__(self) -> None:
         _require_placed(self, f"'{self.name}', which is carried: placement")

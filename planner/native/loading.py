@@ -21,7 +21,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 20  # of the functions' arguments: what planner_version() says
+_VERSION = 21  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -88,6 +88,8 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], _Pointer)),
     "arcs_new": (_Pointer, (_long, _long, *4 * [_Pointer])),
     "flow_advance": (_double, (_Pointer, _long, _Pointer, _long, *3 * [_Pointer], _double, _double, _int, _Pointer)),
+    "pieces_within": (_int, (_long, *2 * [_int], *2 * [_Pointer], _int, *3 * [_Pointer])),
+    "chunk_curves": (_int, (*4 * [_int], *8 * [_Pointer])),
     "polynomials_worst": (_double, (_long, *3 * [_int], *3 * [_Pointer], _double, _Pointer)),
     "curve_phases": (_int, (_int, _int, *6 * [_Pointer])),
     "curve_knots": (_int, (_int, _int, *2 * [_Pointer], _int, _Pointer, _double, _long, _long, *4 * [_Pointer])),

@@ -155,3 +155,39 @@ def stops_quickest(
         n, dof, _at(states), len(times), *map(_at, (times, limits, lower, upper, pieces, seconds, broken))
     )
     return pieces, seconds, broken
+
+
+def pieces_within(coefficients: Floats, seconds: Floats, most: Floats, positions: tuple[Floats, Floats]) -> bool:
+    """Whether pieces (n, degree + 1, dof) that take ``seconds`` (n,) keep limits, by their exact extrema.
+
+    ``most`` (k, dof) of the first k derivatives by time and ``positions``, lowest and highest (dof,), infinite where
+    there is none.
+    """
+    n, count, dof = coefficients.shape
+    coefficients, seconds, most = _floats(coefficients), _floats(seconds, n), _floats(most, len(most), dof)
+    lower, upper = (_floats(bound, dof) for bound in positions)
+    given = _at(coefficients), _at(seconds), len(most), _at(most), _at(lower), _at(upper)
+    return _library.pieces_within(n, count - 1, dof, *given) == 1
+
+
+def chunk_curves(
+    coefficients: Floats, times: Floats, stops: tuple[Floats, Floats] | None, approach: Floats | None
+) -> tuple[Floats, Floats, Ints]:
+    """Pieces (n, degree + 1, dof) between ``times`` (n + 1,) s, each with its stop behind it, as curves of one degree.
+
+    ``stops``, pieces and seconds, as :func:`stops_quickest` has them, if any. ``approach`` (2, dof) leads to the first
+    point, if it is given. The curves (m, most + 1, dof); their spans (m, 3): when each begins, how long it takes, 0;
+    and rows (m, 2): of which piece each is, and 0 for the approach, 1 for a piece, 2 for a stop.
+    """
+    n, powers, dof = coefficients.shape
+    coefficients, times = _floats(coefficients), _floats(times, n + 1)
+    most = powers if stops is None else max(powers, 5)
+    given = (None, None) if stops is None else (_floats(stops[0], n, 2, 5, dof), _floats(stops[1], n, 2))
+    given = *given, None if approach is None else _floats(approach, 2, dof)
+    room = 1 + (n if stops is None else 3 * n)
+    curves, spans, what = np.empty((room, most, dof)), np.empty((room, 3)), np.empty((room, 2), dtype=np.int64)
+    m = _library.chunk_curves(
+        n, powers - 1, most - 1, dof, _at(coefficients), _at(times),
+        *(None if array is None else _at(array) for array in given), _at(curves), _at(spans), _at(what),
+    )  # fmt: skip
+    return curves[:m], spans[:m], what[:m]

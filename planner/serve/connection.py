@@ -180,6 +180,7 @@ class Connection:
         last = 0.0
 
         def report(stage: str, done: int, total: int) -> None:
+            """Tell the client, but not too often."""
             nonlocal last
             now = time.monotonic()
             if now - last >= _REPORT_EVERY:

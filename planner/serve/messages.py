@@ -30,8 +30,9 @@ class _OfWorld(Strict):
 
 
 class Limits(Strict):
-    """What a gate judges and a motion keeps, in place of the robot's own."""
+    """What a gate judges and a motion keeps, in place of the robot's own; ``file``: a MoveIt joint_limits.yaml."""
 
+    file: Name | None = None
     velocity_scale: Number | None = None
     acceleration_scale: Number | None = None
     acceleration: Number | None = None

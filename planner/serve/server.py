@@ -48,6 +48,7 @@ def running(host: str = HOST, port: int = 0, token: str | None = None) -> Iterat
     worlds = Worlds()
 
     def talk(socket: Any) -> None:
+        """One client from its first frame to its last."""
         connection = Connection(socket, worlds)
         try:
             for frame in socket:
@@ -58,6 +59,7 @@ def running(host: str = HOST, port: int = 0, token: str | None = None) -> Iterat
             connection.close()
 
     def admit(socket: Any, request: Any) -> Any:
+        """None for who knows the token, else the answer that turns it away."""
         given = request.headers.get("Authorization", "")
         if token is None or secrets.compare_digest(given.encode(), f"Bearer {token}".encode()):
             return None

@@ -13,12 +13,12 @@ import numpy as np
 from planner.base.errors import ArrayError, OptionError, PlannerError, choices
 from planner.base.progress import Progress
 from planner.gate.gate import JUDGED, Gate
-from planner.gate.verdict import Verdict
 from planner.models.scene import obstacle_of
 from planner.planning.result import Plan
 from planner.problem.request import LimitsRequest
 from planner.serve import messages as ask
 from planner.session.session import Session
+from planner.trajectory.file import trajectory_record
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 
@@ -41,7 +41,8 @@ class World:
     @staticmethod
     def of(asked: ask.Load) -> World:
         """What a client asked for; :class:`PlannerError` for what cannot be loaded."""
-        limits = LimitsRequest(**asked.limits.model_dump())
+        numbers = asked.limits.model_dump()
+        limits = LimitsRequest(limits=numbers.pop("file"), **numbers)
         judged = JUDGED if asked.judged is None else tuple(asked.judged)
         floor = asked.min_manipulability
         kept = {"margin": asked.margin, "tool": asked.tool, "min_manipulability": floor, "keep": asked.keep}
@@ -76,7 +77,12 @@ class World:
             state=state,
             stop=asked.stop,
         )
-        return _verdict(verdict, asked.want)
+        found = verdict.to_dict()
+        if "stop" in asked.want:
+            found["stop"] = _record(verdict.stop, self.gate.robot.name, self.gate.scene.name)
+        if "clearance" in asked.want:
+            found["clearance"] = verdict.clearance
+        return found
 
     def change(self, asked: ask.Change) -> dict[str, Any]:
         """Apply changes to the gate now, and to the session before it plans again; what comes first is done first."""
@@ -203,37 +209,6 @@ def _applied(asked: ask.Changing, gate: Gate) -> Callable[[Session], object]:
             return lambda session: session.detach(name, at)
 
 
-def _verdict(verdict: Verdict, want: tuple[str, ...]) -> dict[str, Any]:
-    found: dict[str, Any] = {
-        "safe": verdict.safe,
-        "safe_until": verdict.safe_until,
-        "first_bad": verdict.first_bad,
-        "reason": None if verdict.reason is None else {**verdict.reason.to_dict(), "text": str(verdict.reason)},
-        "notes": list(verdict.notes),
-    }
-    if "stop" in want:
-        found["stop"] = None if verdict.stop is None else _points(verdict.stop)
-    if "clearance" in want:
-        found["clearance"] = verdict.clearance
-    return found
-
-
-def _points(trajectory: Trajectory) -> dict[str, Any]:
-    """A trajectory by its points, as ``trajectory.json`` has them."""
-    names = ("q", "qd", "qdd")
-    rows = [column.tolist() for column in trajectory.columns]
-    points = [
-        {"t": t, **dict(zip(names, row, strict=False))}
-        for t, *row in zip(trajectory.times.tolist(), *rows, strict=True)
-    ]
-    return {
-        "joints": list(trajectory.joints),
-        "duration": trajectory.duration,
-        "proven": trajectory.proven,
-        "points": points,
-    }
-
-
 def _field(plan: Plan) -> dict[str, Any]:
     """The state of the field that a plan has left."""
     cost = None if plan.cost is None else plan.cost.total
@@ -253,5 +228,9 @@ def _answer(plan: Plan, motion: Trajectory | None) -> dict[str, Any]:
         "path": plan.path.tolist(),
         "reason": None if plan.reason is None else plan.reason.to_dict(),
         "field": _field(plan),
-        "motion": None if motion is None else _points(motion),
+        "motion": _record(motion, plan.robot.name, plan.scene.name),
     }
+
+
+def _record(trajectory: Trajectory | None, robot: str, scene: str) -> dict[str, Any] | None:
+    return None if trajectory is None else trajectory_record(trajectory, robot, scene)

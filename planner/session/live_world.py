@@ -135,7 +135,8 @@ class LiveWorld:
             raise SceneError(
                 f"link '{unknown[0]}' cannot touch '{name}': links with shapes are {choices(sorted(links))}."
             )
-        item = Carried(frame, name, old.shape, np.linalg.inv(hand) @ old.placement, touch_links)
+        held = np.linalg.inv(hand) @ old.placement
+        item = Carried(frame, name, old.shape, held, touch_links, speed_limit=old.speed_limit)
         obstacles = tuple(o for o in self.scene.obstacles if o is not old)
         return self._in(replace(self.scene, obstacles=obstacles, carried=(*self.scene.carried, item)), other=name)
 
@@ -147,7 +148,8 @@ class LiveWorld:
         item = self.scene.carried[names.index(name)]
         hand = tool_pose(with_tool(self.bare, item.link), q).homogeneous
         carried = tuple(other for other in self.scene.carried if other is not item)
-        obstacles = (*self.scene.obstacles, Obstacle(name, item.shape, hand @ item.placement))
+        put_down = Obstacle(name, item.shape, hand @ item.placement, speed_limit=item.speed_limit)
+        obstacles = (*self.scene.obstacles, put_down)
         allowed = self.scene.allowed | {frozenset((name, link)) for link in (item.link, *item.touch_links)}
         scene = replace(self.scene, obstacles=obstacles, carried=carried, allowed=allowed)
         return self._in(scene, other=name)

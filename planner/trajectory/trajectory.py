@@ -207,7 +207,10 @@ def pieces_through(h: Floats, q: Floats, qd: Floats | None = None, qdd: Floats |
         found = _cubics(q, qd[:-1] * h, qd[1:] * h)
     else:
         found = _quintics(q, qd[:-1] * h, qd[1:] * h, qdd[:-1] * h**2, qdd[1:] * h**2)
-    return np.stack(found, axis=1)
+    pieces = np.empty((len(h), len(found), q.shape[1]))
+    for power, column in enumerate(found):
+        pieces[:, power] = column
+    return pieces
 
 
 def _cubics(q: Floats, start: Floats, end: Floats) -> list[Floats]:

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from benchmarks.gate import judge
 from benchmarks.gate.attack import Attack
+from benchmarks.gate.chunks import random_chunk, thin_obstacle
+from planner.collision import make_checker
+from planner.collision.coal import CoalChecker
 from planner.gate.guard import Guard
 from planner.gate.judging import Judged
+from planner.gate.verdict import WHERE, Where
+from planner.kinematics.forward import Chain, joint_placements, tool_positions
+from planner.models.scene import Scene
+from planner.models.shapes import corners
 from tests.worlds import load
 
 
@@ -28,12 +37,12 @@ def test_nothing_that_is_called_safe_touches_or_is_beyond_a_limit(robot: str, tr
 
 
 @pytest.mark.parametrize("left_out", ["motion", "stop"])
-def test_it_finds_what_is_not_proven(monkeypatch: pytest.MonkeyPatch, left_out: str) -> None:
+def test_it_finds_what_is_not_proven(monkeypatch: pytest.MonkeyPatch, left_out: Where) -> None:
     whole = Guard.first_unproven
 
-    def without(self: Guard, curves: Any, spans: Any, on: list[Any]) -> Any:
-        kept = [k for k, what in enumerate(on) if what != left_out]
-        return whole(self, curves[kept], spans[kept], [on[k] for k in kept]) if kept else None
+    def without(self: Guard, curves: Any, spans: Any, on: Any) -> Any:
+        kept = on != WHERE.index(left_out)
+        return whole(self, curves[kept], spans[kept], on[kept]) if kept.any() else None
 
     monkeypatch.setattr(Guard, "first_unproven", without)
     assert any(attacked("planar_2r", 300, seed).found.false for seed in range(1, 5))
@@ -42,3 +51,50 @@ def test_it_finds_what_is_not_proven(monkeypatch: pytest.MonkeyPatch, left_out: 
 def test_it_finds_limits_that_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Judged, "broken_limit", lambda self: None)
     assert any(attacked("planar_2r", 150, seed).found.beyond for seed in range(1, 5))
+
+
+@pytest.mark.parametrize(("name", "cases"), [("planar_2r", 4), ("ur5", 1)])
+def test_the_judge_passes_over_no_state_that_touches(name: str, cases: int) -> None:
+    """Motions that swing out and back before obstacles that they are just free of, looked at every 0.05 mm."""
+    rng, robot = np.random.default_rng(4), load(name)
+    for _ in range(cases):
+        chunk = random_chunk(robot, "cubics", 1, 0.2, rng, 0.02)
+        chunk.knots[:, 1] = np.outer([1.0, -1.3], rng.choice([-2.0, 2.0], robot.dof))
+        motion = judge.motion_of(chunk)
+        out = np.stack([motion[0].at(np.array([t]))[0] for t in (0.07, 0.08)])
+        thin = thin_obstacle(robot, out[1], rng)
+        away = np.diff(tool_positions(robot, out), axis=0)[0]
+        away /= np.linalg.norm(away)
+
+        def shifted(by: float, thin: Any = thin, away: Any = away) -> CoalChecker:
+            placement = thin.placement.copy()
+            placement[:3, 3] += by * away
+            made = make_checker(robot, Scene("x", (replace(thin, placement=placement),)), "coal")
+            assert isinstance(made, CoalChecker)
+            return made
+
+        def touches(by: float, motion: Any = motion, shifted: Any = shifted) -> bool:
+            return judge.touches(motion, (shifted(by), shifted(by)))[1]
+
+        reach = judge.reach_of(robot)
+        states = np.concatenate([judge.states_on(one, reach, judge.LOOKS[-1]) for one in motion])
+        touching, free = 0.0, 1.0
+        while free - touching > 1e-6 and touches(0.0):
+            middle = 0.5 * (touching + free)
+            touching, free = (middle, free) if touches(middle) else (touching, middle)
+        for by in (0.0, free + 2e-6):
+            assert touches(by) is (shifted(by).first_contact(states) is not None)
+
+
+@pytest.mark.parametrize("name", ["planar_2r", "panda", "ur5"])
+def test_no_point_moves_farther_than_the_judge_takes_for_possible(name: str) -> None:
+    robot, rng = load(name), np.random.default_rng(5)
+    reach, chain = judge.reach_of(robot), Chain.of(robot)
+    q = rng.uniform(np.maximum(robot.lower, -3.0), np.minimum(robot.upper, 3.0), (40, robot.dof))
+    for body, bound in zip(robot.bodies, reach, strict=True):
+        points = corners(body.shape)[0] @ body.placement[:3, :3].T + body.placement[:3, 3]
+        for j in range(robot.dof):
+            step = 1e-6 * np.eye(robot.dof)[j]
+            (before, at), (after, there) = (joint_placements(chain, q + way * step) for way in (-1, 1))
+            moved = (after - before)[body.joint] @ points.T + (there - at)[body.joint][..., None]
+            assert np.linalg.norm(moved, axis=1).max() / 2e-6 <= bound[j] + 1e-6

@@ -132,6 +132,33 @@ def test_what_may_be_met_before_the_stop_ends_is_not_safe() -> None:
     assert moving.safe_until == TIMES[0]
 
 
+def test_what_moves_by_itself_does_so_again_when_it_is_put_down() -> None:
+    gate, _ = beside_the_arm(9.0)
+    before = gate.check(steps(), times=TIMES, state=STATE)
+    gate.attach("child", gate.robot.tool, HERE)
+    gate.detach("child", HERE)
+    after = gate.check(steps(), times=TIMES, state=STATE)
+    assert before.reason is not None
+    assert after.reason is not None
+    assert (before.reason.kind, after.reason.kind) == ("reach", "reach")
+
+
+def test_poses_that_were_given_may_be_used_for_something_else() -> None:
+    """What is changed later in an array of the caller's changes neither world nor verdict."""
+    place, points, times = pose([0.0, 0.0, 3.0]), steps(), TIMES.copy()
+    gate = Gate(load("planar_2r"), Scene("x", (Obstacle("ball", Sphere(0.05), pose([0.0, 0.0, 2.0])),)))
+    gate.move("ball", place)
+    found = gate.check(points, times=times, state=STATE)
+    stop = found.stop
+    assert stop is not None
+    if place.flags.writeable:
+        place[:3, 3] = 0.0
+    points[:], times[:] = 0.0, [7.0, 8.0, 9.0]
+    assert gate.check(steps(), times=TIMES, state=STATE).safe
+    assert found.stop is not None
+    np.testing.assert_array_equal(found.stop.columns[0], stop.columns[0])
+
+
 def test_checks_go_on_while_the_world_changes() -> None:
     """Every answer is that of the world before or of the one after."""
     tip = tool_pose(load("planar_2r"), HERE + 2 * STEP).translation

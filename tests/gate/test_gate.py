@@ -116,6 +116,25 @@ def test_a_point_at_0_s_is_where_the_robot_is() -> None:
     assert found.reason.on in ("start", "motion")
 
 
+def test_a_point_at_0_s_moves_as_the_robot_does() -> None:
+    """Else its velocity jumps there, and no limit on acceleration holds."""
+    points, times = np.vstack([HERE, steps()]), np.array([0.0, *TIMES])
+    rest, going = np.zeros((4, 2)), np.zeros((4, 2))
+    going[0, 1] = 0.05
+    moving = (HERE, going[0])
+    for velocities, state, safe in (
+        (rest, STATE, True),
+        (going, moving, True),
+        (going, STATE, False),
+        (rest, moving, False),
+    ):
+        found = gate().check(points, velocities, times=times, state=state)
+        assert found.safe is safe
+        if found.reason is not None:
+            assert (found.reason.kind, found.reason.joint) == ("start", "joint_2")
+    assert gate_of(FAR, start_tolerance=0.1).check(points, going, times=times, state=STATE).safe
+
+
 @pytest.mark.parametrize(("kind", "order"), [("velocity", 1), ("acceleration", 2), ("jerk", 3)])
 def test_limits_are_judged_by_exact_extrema_and_may_be_left_out(kind: str, order: int) -> None:
     robot = load("planar_2r")

@@ -24,10 +24,12 @@ from planner.native.library import (
     manipulability_costs,
 )
 from planner.native.motions import (
+    chunk_curves,
     curve_knots,
     curve_next_ramp,
     curve_phases,
     motion_mean,
+    pieces_within,
     polynomial_extrema,
     polynomial_worst,
     ramp_quickest,
@@ -321,6 +323,59 @@ def of_stops(rng: Rng, size: Size) -> list[Any]:
     return [pieces, seconds, broken]
 
 
+def of_limits_of_pieces(rng: Rng, size: Size) -> list[Any]:
+    """Within limits if, and only if, no derivative's largest value is beyond one."""
+    n, dof, found = size.rows + 1, size.joints, []
+    pieces, seconds = rng.normal(size=(n, 6, dof)), rng.uniform(0.5, 2.0, n)
+    least, largest = polynomial_extrema(pieces)
+    low, high = least.min(axis=0), largest.max(axis=0)
+    ones = np.ones(dof)
+    most = np.array([ones * polynomial_worst(pieces, seconds, order, ones, 0.0)[0] for order in (1, 2, 3)])
+    wide = 2.0 * most, (low - 1.0, high + 1.0)
+    assert pieces_within(pieces, seconds, *wide)
+    for share in (1.0 + 1e-9, 1.0 - 1e-6):
+        for kind in range(3):
+            found.append(
+                pieces_within(pieces, seconds, np.where(np.arange(3) == kind, share, 2.0)[:, None] * most, wide[1])
+            )
+        room = 1e3 * (share - 1.0)
+        found += [
+            pieces_within(pieces, seconds, wide[0], bounds)
+            for bounds in ((low - room, wide[1][1]), (wide[1][0], high + room))
+        ]
+        assert found[-5:] == 5 * [share > 1.0]
+    free = np.full((3, dof), np.inf)
+    assert pieces_within(pieces, seconds, free, (-ones * np.inf, ones * np.inf))
+    return found
+
+
+def of_curves_of_chunks(rng: Rng, size: Size) -> list[Any]:
+    """Each piece with its stops behind it, one degree for all; stops that take no time are none."""
+    n, dof = size.rows, size.joints
+    times, pieces = np.cumsum(rng.uniform(0.1, 1.0, n + 1)), rng.normal(size=(n, 4, dof))
+    stops, seconds = (
+        rng.normal(size=(n, 2, 5, dof)),
+        rng.uniform(0.1, 1.0, (n, 2)) * np.stack([rng.random(n) < 0.5, np.ones(n)], axis=1),
+    )
+    approach = rng.normal(size=(2, dof))
+    curves, spans, what = chunk_curves(pieces, times, (stops, seconds), approach)
+    np.testing.assert_array_equal(curves[0, :2], approach)
+    np.testing.assert_array_equal(what[0], [0, 0])
+    assert not curves[0, 2:].any()
+    assert curves.shape[1] == 5
+    for k in range(n):
+        own = np.flatnonzero((what[:, 0] == k) & (what[:, 1] > 0))
+        used = np.flatnonzero(seconds[k] > 0)
+        np.testing.assert_array_equal(curves[own], [np.vstack([pieces[k], np.zeros(dof)]), *stops[k, used]])
+        np.testing.assert_array_equal(what[own, 1], [1, *(2 * np.ones(len(used)))])
+        begins = times[k + 1] + np.array([0.0, seconds[k, 0]])
+        np.testing.assert_allclose(spans[own, 0], [times[k], *begins[used]])
+        np.testing.assert_allclose(spans[own, 1], [times[k + 1] - times[k], *seconds[k, used]])
+    alone = chunk_curves(pieces, times, None, None)
+    np.testing.assert_array_equal(alone[0], pieces)
+    return [curves, spans, what, *alone]
+
+
 def assert_one_after_the_other(pieces: Any, seconds: Any) -> None:
     """Two pieces (2, 5, dof): with the position, velocity and acceleration that one ends with the next one begins."""
     powers = np.arange(5.0)[:, None]
@@ -479,6 +534,7 @@ CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
         of_a_chain, of_inverse, of_boxes, of_distances, of_glances, of_proofs, of_proofs_in_time, of_chunks, of_stops,
+        of_limits_of_pieces, of_curves_of_chunks,
         of_choices, of_costs, of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
     )
 }  # fmt: skip

@@ -96,6 +96,11 @@ def test_the_gate_knows_a_change_at_once_and_the_planner_before_its_next_plan(cl
         ("check", {**CHUNK, "times": [0.0, 1.0, 1.0]}, "times have to increase"),
         ("check", {**CHUNK, "positions": [[0.0, float("nan")]] * 3}, "positions"),
         ("check", {**CHUNK, "velocity": [[0.0]]}, "velocit"),
+        ("check", {**CHUNK, "state": {"q": [9.0, 0.0], "qd": [0.0, 0.0]}}, "the state is outside the limits: joint"),
+        ("check", {**CHUNK, "state": {"q": [0.0, float("inf")], "qd": [0.0, 0.0]}}, "state"),
+        ("check", {**CHUNK, "accelerations": [[0.0, 0.0]] * 3}, "give velocities too"),
+        ("load", {"world": "new", "limits": {"file": "/nowhere.yaml"}}, "nowhere.yaml"),
+        ("load", {"world": "new", "limits": {"velocity_scale": 2.0}}, "velocity scale 2"),
         ("check", {**CHUNK, "world": "nowhere"}, "world 'nowhere' not found, there are"),
         ("change", {"changes": [{"do": "remove", "name": "ghost"}]}, "'ghost' not found"),
         ("change", {"changes": [{"do": "explode", "name": "ghost"}]}, "has type 'explode'"),
@@ -153,6 +158,28 @@ def _ends(condition: Any, patience: float = 30.0) -> bool:
     while time.monotonic() < until and not condition():
         time.sleep(0.05)
     return bool(condition())
+
+
+def test_limits_of_a_file_are_kept_by_gate_and_motions(address: str, client: Client, tmp_path: Path) -> None:
+    slow = tmp_path / "joint_limits.yaml"
+    rows = [f"  joint_{k}: {{has_velocity_limits: true, max_velocity: 0.05}}" for k in (1, 2)]
+    slow.write_text("\n".join(["joint_limits:", *rows]) + "\n")
+    ends = {"start": [0.3, 0.4], "goal": "q:1.2,-0.8"}
+    client.ask("load", world="slow", robot="planar_2r", scene="empty", nodes=60, limits={"file": str(slow)})
+    found = client.ask("check", world="slow", **CHUNK)
+    assert (found["reason"]["limit"], found["reason"]["joint"]) == ("velocity", "joint_1")
+    quick, motion = (client.ask("plan", **ends, **world)["motion"] for world in ({}, {"world": "slow"}))
+    assert max(abs(v) for point in motion["points"] for v in point["qd"]) <= 0.05 * (1 + 1e-6)
+    assert motion["duration"] > 2.0 * quick["duration"]
+    assert motion["limits"]["velocity"] == [0.05, 0.05]
+
+
+def test_an_obstacle_that_may_move_is_given_room(client: Client) -> None:
+    child = {"name": "child", "type": "sphere", "radius": 0.1, "position": [0.0, 0.0, 0.6], "speed_limit": 5.0}
+    assert client.ask("check", **CHUNK, stop=False)["safe"]
+    client.ask("change", changes=[{"do": "add", "obstacle": child}])
+    assert client.ask("check", **CHUNK, stop=False)["reason"]["kind"] == "reach"
+    client.ask("change", changes=[{"do": "remove", "name": "child"}])
 
 
 def test_checks_are_answered_while_a_plan_is_under_way(address: str) -> None:

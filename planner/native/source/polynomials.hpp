@@ -16,22 +16,27 @@ inline double value_of(const double* c, int degree, double s) {
 
 // The Bernstein coefficients of a polynomial of its powers: it stays between the least and the largest of them. The i-th
 // one is the sum of binomial(i, k) / binomial(degree, k) c_k; Pascal's triangle adds them up.
-inline void to_bernstein(double* c, int degree) {
+inline void to_bernstein(double* c, int degree, int across = 1) {
     double binomial = 1.0;
-    for (int k = 1; k < degree; ++k) binomial = binomial * (degree - k + 1) / k, c[k] /= binomial;
+    for (int k = 1; k < degree; ++k) {
+        binomial = binomial * (degree - k + 1) / k;
+        for (int j = 0; j < across; ++j) c[k * across + j] /= binomial;
+    }
     for (int row = 1; row <= degree; ++row)
-        for (int i = degree; i >= row; --i) c[i] += c[i - 1];
+        for (int i = degree; i >= row; --i)
+            for (int j = 0; j < across; ++j) c[i * across + j] += c[(i - 1) * across + j];
 }
 
 // The derivative by s, `order` times; its degree, at least 0.
-inline int derive(const double* c, int degree, int order, double* found) {
-    std::copy(c, c + degree + 1, found);
+inline int derive(const double* c, int degree, int order, double* found, int across = 1) {
+    if (c != found) std::copy(c, c + (degree + 1) * across, found);
     for (; order > 0; --order) {
-        for (int k = 0; k < degree; ++k) found[k] = (k + 1) * found[k + 1];
+        for (int k = 0; k < degree; ++k)
+            for (int j = 0; j < across; ++j) found[k * across + j] = (k + 1) * found[(k + 1) * across + j];
         if (degree > 0)
             --degree;
         else
-            found[0] = 0.0;
+            std::fill(found, found + across, 0.0);
     }
     return degree;
 }

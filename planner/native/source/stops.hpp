@@ -66,19 +66,26 @@ class Stop {
 };
 
 // The first of ascending `times` (count,) in which all joints come to rest within their limits, or -1; then `worst` is the
-// kind of limit that is broken in the time that breaks its limits least, and by which joint.
+// kind of limit that is broken in the time that breaks its limits least, and by which joint. What was too much in one
+// time is asked first of the next one.
 inline int quickest_stop(const double* q, const double* v, const double* a, int dof, const double* times, int count,
                          const StopLimits* limits, int* worst) {
     double least = infinity;
+    int tight[2] = {2, 0};
     for (int pass = 0; pass < 2; ++pass)
         for (int k = 0; k < count; ++k) {
+            const int j = tight[1];
+            if (!pass && !(Stop(q[j], v[j], a[j], times[k]).share(tight[0], limits[j]) <= 1.0)) continue;
             double most = 0.0;
             int where[2] = {0, 0};
             for (int kind = 0; kind < 4 && (pass || most <= 1.0); ++kind)
                 for (int j = 0; j < dof; ++j) {
                     const double share = Stop(q[j], v[j], a[j], times[k]).share(kind, limits[j]);
                     if (!(share <= most)) most = share, where[0] = kind, where[1] = j;
-                    if (!pass && !(most <= 1.0)) break;
+                    if (!pass && !(most <= 1.0)) {
+                        tight[0] = kind, tight[1] = j;
+                        break;
+                    }
                 }
             if (!pass && most <= 1.0) return k;
             if (pass && most < least) least = most, worst[0] = where[0], worst[1] = where[1];

@@ -32,6 +32,37 @@ int world_prove_together(const World* world, const double* reach, const double* 
     });
 }
 
+// Pieces (count, degree + 1, dof) that begin and end at `times` (count + 1,), each with the stop behind it, as
+// stops_quickest has them (none where `stops` is null): curves (of, most + 1, dof) with spans (of, 3) of when each
+// begins, s that it takes, 0. What leads from the robot to the first point, `approach` (2, dof) if that is not null, comes
+// first. `what` (of, 2) says of which piece each is, and 0 for the approach, 1 for a piece, 2 for a stop. How many.
+int chunk_curves(int count, int degree, int most, int dof, const double* coefficients, const double* times,
+                 const double* stops, const double* stop_seconds, const double* approach, double* curves, double* spans,
+                 int64_t* what) {
+    return answered([&] {
+        require(degree >= 1 && most >= degree && (!stops || most >= 4), "the curves are of too low a degree");
+        int found = 0;
+        const size_t size = (static_cast<size_t>(most) + 1) * dof;
+        const auto add = [&](const double* c, int powers, double begin, double takes, int piece, int kind) {
+            double* own = curves + found * size;
+            std::fill(std::copy(c, c + static_cast<size_t>(powers) * dof, own), own + size, 0.0);
+            spans[3 * found] = begin, spans[3 * found + 1] = takes, spans[3 * found + 2] = 0.0;
+            what[2 * found] = piece, what[2 * found + 1] = kind, ++found;
+        };
+        if (approach) add(approach, 2, 0.0, 0.0, 0, 0);
+        for (int k = 0; k < count; ++k) {
+            heed_at(k);
+            add(coefficients + static_cast<size_t>(k) * (degree + 1) * dof, degree + 1, times[k],
+                times[k + 1] - times[k], k, 1);
+            double begin = times[k + 1];
+            for (int i = 2 * k; stops && i < 2 * k + 2; begin += stop_seconds[i++])
+                if (stop_seconds[i] > 0.0)  // not what takes no time
+                    add(stops + static_cast<size_t>(i) * 5 * dof, 5, begin, stop_seconds[i], k, 2);
+        }
+        return found;
+    });
+}
+
 // Stops from states (n, 3, dof) of position, velocity and acceleration, in the first of ascending `times` (count,) s in
 // which they keep limits (3, dof) on velocities, accelerations and jerks, infinite ones on none, and positions from lower
 // to upper (dof,): pieces (n, 2, 5, dof) and their seconds (n, 2). The first piece lets accelerations fall to 0; it takes
