@@ -39,9 +39,13 @@ class Chain:
         return NativeChain(self.parent, self.prismatic, self.rotations, self.offset, self.slide, self.axis)
 
     @staticmethod
-    @lru_cache(maxsize=16)
     def of(robot: Robot) -> Chain:
         """The joint tree of ``robot``, its base placement included."""
+        return Chain._of_arm(robot.arm)
+
+    @staticmethod
+    @lru_cache(maxsize=16)
+    def _of_arm(robot: Robot) -> Chain:
         model = robot.model
         data = model.createData()
         joints = range(1, model.njoints)

@@ -107,13 +107,16 @@ def _solve(
     off = np.nan_to_num(distance + _ARM * angle, nan=np.inf)
     nearest = int(np.argmin(off))
     solved = (distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)
-    distinct = _distinct(robot, ends[solved])
+    distinct = distinct_rows(robot, ends[solved])
     return Solutions(distinct, ends[nearest], float(distance[nearest]), float(angle[nearest]))
 
 
-def _distinct(robot: Robot, solved: Floats) -> Floats:
+def distinct_rows(robot: Robot, solved: Floats, apart: float = _APART, most: float = np.inf) -> Floats:
+    """The first of configurations (n, dof) that are ``apart`` (rad, m) from all before them, at most so many."""
     kept = np.empty((0, robot.dof))
     for q in solved:
-        if (np.abs(robot.difference(q, kept)).max(axis=1, initial=0.0) > _APART).all():
+        if len(kept) >= most:
+            break
+        if (np.abs(robot.difference(q, kept)).max(axis=1, initial=0.0) > apart).all():
             kept = np.vstack([kept, robot.normalise(q)])
     return kept

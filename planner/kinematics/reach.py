@@ -32,7 +32,7 @@ class Reach:
         """Reach of the robot's own bodies, or of any others that its joints carry."""
         if bodies is None:
             return _own_reach(robot)
-        return Reach(frozen(np.reshape([_reach_of(robot, body) for body in bodies], (len(bodies), robot.dof))))
+        return Reach(frozen(np.reshape([_reach_of(robot.arm, body) for body in bodies], (len(bodies), robot.dof))))
 
     def motion(self, delta: Floats) -> Floats:
         """The most that any point of each body moves (m), (n, n_bodies), along joint segments ``delta`` (n, dof)."""
@@ -72,13 +72,17 @@ def _reach_of(robot: Robot, body: Body) -> Floats:
         joint = parent
 
 
-@lru_cache(maxsize=2048)
 def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
     """(dof,) metres by which a joint's motion can change the distance of two bodies at most, per unit of each joint.
 
     Where the first hangs above the second, a joint between them as well moves the one as seen from the other: whichever
     body reaches less far from its axis bounds the change. So it is never more than :meth:`Reach.relative`.
     """
+    return _pair_reach(robot.arm, first, second)
+
+
+@lru_cache(maxsize=2048)
+def _pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
     reach = Reach.of(robot, (first, second)).relative(np.array([[0, 1]]))[0]
     chain = Chain.of(robot)
     radius, above = farthest(first.shape, first.placement), first.joint

@@ -99,6 +99,11 @@ class Robot:
         return urdf.frame_id(self.model, self.tool)
 
     @cached_property
+    def arm(self) -> Robot:
+        """The robot before it carried anything: what joints and their limits decide is worked out of it but once."""
+        return self
+
+    @cached_property
     def identity(self) -> str:
         """A hash of everything that decides where a configuration puts which geometry, and what is checked."""
         return _identity(self)
@@ -157,12 +162,14 @@ def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
         placement = frozen(frame.placement.homogeneous @ item.placement)
         bodies.append(Body(item.name, item.name, int(frame.parentJoint), item.shape, placement, (0.8, 0.6, 0.3, 1.0)))
         touching |= {frozenset((item.name, link)) for link in (item.link, *item.touch_links)}
-    return replace(
+    made = replace(
         robot,
         bodies=(*robot.bodies, *bodies),
         carried=(*robot.carried, *bodies),
         touching=frozenset(touching),
     )
+    vars(made)["arm"] = robot.arm
+    return made
 
 
 def held_in(robot: Robot, item: Carried) -> pin.Frame:

@@ -80,11 +80,7 @@ def plan_request(
     Raises :class:`KeywordError` for options that ``what`` does not take, which are not among those ``known``, and for
     those that the objective says already.
     """
-    for name in sorted(options.keys() - set(known)):
-        remedy = f"options are {choices(known)}"
-        if name in (field.name for field in fields(TimingRequest)):
-            remedy = f"give it as timing=planner.TimingRequest({name}=...)"
-        raise KeywordError(f"{what} knows no option '{name}'{nearest(name, known)}: {remedy}.")
+    require_known(options, known, what)
     said: dict[str, Any] = {}
     if objective is not None:
         said = {option: getattr(objective, name) for name, option in _OF_OBJECTIVE.items()}
@@ -92,3 +88,12 @@ def plan_request(
         if twice:
             raise said_twice(twice[0])
     return replace(request or PlanRequest(), **options, **said)
+
+
+def require_known(options: Collection[str], known: Collection[str], what: str) -> None:
+    """Raise :class:`KeywordError` for the first of ``options`` that ``what`` does not take."""
+    for name in sorted(set(options) - set(known)):
+        remedy = f"options are {choices(known)}"
+        if name in (field.name for field in fields(TimingRequest)):
+            remedy = f"give it as timing=planner.TimingRequest({name}=...)"
+        raise KeywordError(f"{what} knows no option '{name}'{nearest(name, known)}: {remedy}.")

@@ -173,19 +173,25 @@ class Message(Part):
 
 
 @dataclass(frozen=True)
-class Targets(Message, Ends):
-    """What start and goal become."""
+class IkSolutions(Part):
+    """How many configurations bring the tool to one place."""
 
     ik_solutions: int = 8
     """Configurations that a position or pose as goal becomes at most: the best by manipulability and the nearest to the
     start, in turn; the dynamics picks one."""
-    widen_limits: bool = False
-    """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 1 <= self.ik_solutions <= 100:
             raise OptionError(f"{self.ik_solutions} IK solutions are not usable: give a whole number from 1 to 100.")
+
+
+@dataclass(frozen=True)
+class Targets(IkSolutions, Message, Ends):
+    """What start and goal become."""
+
+    widen_limits: bool = False
+    """Widen joint limits that a start or goal given in joints exceeds, instead of refusing it."""
 
 
 @checks_kinds
@@ -261,10 +267,9 @@ class RoadmapRequest(Growth, Targets, WorldRequest):
         require_floor(self.min_manipulability)
 
 
-@checks_kinds
 @dataclass(frozen=True)
-class SweepRequest(KeptRoadmap, RoadmapRequest):
-    """A roadmap and what its costs and its dynamics are, for every beta."""
+class CostField(Part):
+    """What costs are, and the dynamics whose field they become."""
 
     law: LawName = "singularity-free"
     """Control law under which the dynamics runs."""
@@ -274,6 +279,20 @@ class SweepRequest(KeptRoadmap, RoadmapRequest):
     """What distance means: joint motion (rad), or the length of the tool's path in the workspace (m)."""
     manipulability_cost: ManipulabilityCost = DEFAULT_COST
     """How the cost of a configuration falls with its manipulability w: 1/w, -ln w or -w, normalised."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 1e-9 <= self.prescribed_time <= 1e9:
+            raise OptionError(
+                f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number up to 1e9."
+            )
+
+
+@checks_kinds
+@dataclass(frozen=True)
+class SweepRequest(CostField, KeptRoadmap, RoadmapRequest):
+    """A roadmap and what its costs and its dynamics are, for every beta."""
+
     charge: Charge = DEFAULT_CHARGE
     """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
     effort: Optional[int] = None
@@ -284,10 +303,6 @@ class SweepRequest(KeptRoadmap, RoadmapRequest):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 1e-9 <= self.prescribed_time <= 1e9:
-            raise OptionError(
-                f"prescribed time {self.prescribed_time:g} s is not usable: give a positive number up to 1e9."
-            )
         if self.effort is not None and not 0 <= self.effort <= 1_000_000:
             raise OptionError(f"effort {self.effort} is not usable: give a whole number from 0 to 1000000.")
         require_margin(self.room, "room")

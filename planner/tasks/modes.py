@@ -13,11 +13,13 @@ from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
 from planner.models.robot import Robot, with_carried
 from planner.models.shapes import Carried, Obstacle
+from planner.problem.conditions import Condition
 from planner.tasks.file import Grasp
 
 OPEN, FREE, BLOCKED = 0, 1, 2
 Pairs = frozenset[frozenset[str]]
 NONE: Pairs = frozenset()
+STRAYS = "strays"  # in the place of two names: what motions keep is not proven of it
 Clause = tuple[Any, ...]
 """Two parts of the world: the arm, what it holds, what stands; and which of their pairs may touch."""
 
@@ -70,13 +72,14 @@ class Modes:
     places: list[Place] = field(default_factory=list)
     grasps: list[Held] = field(default_factory=list)
     verdicts: dict[Clause, Ints] = field(default_factory=dict)  # (motions,) of OPEN, FREE, BLOCKED
-    contacts: dict[tuple[Clause, int], str] = field(default_factory=dict)  # what a blocked motion touches
+    blame: dict[tuple[Clause, int], str] = field(default_factory=dict)  # what a blocked motion touches, or STRAYS
     pieces_proven: int = 0
 
     def __post_init__(self) -> None:
         self.motions = Motions(self.robot)
         self._provers: dict[Clause, EdgeProver] = {}
         self._checkers: dict[Mode, CollisionChecker] = {}
+        self._holding: dict[int | None, Robot] = {None: self.robot}
 
     @property
     def robot(self) -> Robot:
@@ -101,23 +104,24 @@ class Modes:
     def checker_of(self, mode: Mode) -> CollisionChecker:
         """A checker of all that is there in a mode."""
         if mode not in self._checkers:
-            self._checkers[mode] = self._made(mode, fixed=True)
+            self._checkers[mode] = self._made(mode, self.checker.world.conditions)
         return self._checkers[mode]
 
-    def _made(self, mode: Mode, fixed: bool) -> CollisionChecker:
-        base = self.checker.world
-        robot = self.robot if mode.held is None else with_carried(self.robot, [self._carried(mode.held)])
+    def _made(self, mode: Mode, conditions: tuple[Condition, ...] = (), fixed: bool = True) -> CollisionChecker:
+        base, robot = self.checker.world, self._robot(mode.held)
         standing = [replace(self.objects[p.object], placement=p.pose) for p in (self.places[k] for k in mode.standing)]
         obstacles = (*(base.obstacles if fixed else ()), *standing)
         scene = replace(base.scene, obstacles=obstacles, allowed=base.scene.allowed | mode.allowed)
-        return type(self.checker)(
-            World.of(robot, scene, self.disabled | robot.touching, base.margin, base.conditions), self.checker
-        )
+        world = World.of(robot, scene, self.disabled | robot.touching, base.margin, conditions)
+        return type(self.checker)(world, self.checker)
 
-    def _carried(self, held: int) -> Carried:
-        item = self.grasps[held]
-        pose = frozen(np.linalg.inv(item.grasp.pose))
-        return Carried(self.robot.tool, item.object, self.objects[item.object].shape, pose)
+    def _robot(self, held: int | None) -> Robot:
+        """The robot with what a grasp holds."""
+        if held not in self._holding:
+            item, pose = self.grasps[held], frozen(np.linalg.inv(self.grasps[held].grasp.pose))
+            carried = Carried(self.robot.tool, item.object, self.objects[item.object].shape, pose)
+            self._holding[held] = with_carried(self.robot, [carried])
+        return self._holding[held]
 
     def _prover(self, clause: Clause) -> EdgeProver:
         if clause not in self._provers:
@@ -125,7 +129,7 @@ class Modes:
         return self._provers[clause]
 
     def _prover_of(self, clause: Clause) -> EdgeProver:
-        """A prover of the pairs of a clause alone."""
+        """A prover of the pairs of a clause alone; what all motions keep is proven with those of the arm."""
         match clause:
             case ("arm",):
                 return EdgeProver(self.checker)
@@ -133,7 +137,7 @@ class Modes:
                 checker = self._made(Mode((place,), None, allowed), fixed=False)
                 return EdgeProver(checker).only(_scene_pairs(checker.world))
             case ("held", held, allowed):
-                checker = self._made(Mode((), held, allowed), fixed=True)
+                checker = self._made(Mode((), held, allowed))
                 return EdgeProver(checker).only(_of_last_body(checker.world))
             case (_, held, place, allowed):
                 checker = self._made(Mode((place,), held, allowed), fixed=False)
@@ -168,11 +172,11 @@ class Modes:
             known[owner[k]] = BLOCKED
             pair = int(proofs.pair[k])
             contact = prover.static_contact if pair < 0 else prover.world.contact(pair)
-            self.contacts.setdefault((clause, int(owner[k])), str(contact))
+            self.blame.setdefault((clause, int(owner[k])), STRAYS if contact is None else str(contact))
 
     def why(self, mode: Mode, motion: int) -> str | None:
-        """What blocks a motion in a mode, where that is known."""
-        return next((self.contacts[c, motion] for c in self.clauses(mode) if (c, motion) in self.contacts), None)
+        """What a motion touches in a mode, or ``STRAYS``; None where nothing is known to block it."""
+        return next((self.blame[c, motion] for c in self.clauses(mode) if (c, motion) in self.blame), None)
 
 
 class Motions:

@@ -95,7 +95,7 @@ class TaskNetwork:
 
     def started(self, options: Options, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
         """The same from another start ``q`` (dof,), joined to its neighbours in the first layer."""
-        near = _nearest(roadmap, options.modes.robot, q[None])[0]
+        near = np.sort(_nearest(roadmap, options.modes.robot, q[None])[0])  # arcs in the order of the network
         motion = options.modes.motions.straight(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
         start, many = self.nodes, len(near)
         arcs = {

@@ -22,9 +22,9 @@ from planner.tasks.file import Grasp, Move, Pick, Region, Step, Task, TaskError
 from planner.tasks.file import Place as PlaceStep
 from planner.tasks.grasps import generated
 from planner.tasks.gripper import Gripper
-from planner.tasks.modes import BLOCKED, Held, Mode, Modes, Place
+from planner.tasks.modes import BLOCKED, STRAYS, Held, Mode, Modes, Place
 from planner.tasks.placements import at_pose, in_region
-from planner.tasks.reach import Reach, line_poses
+from planner.tasks.reach import along, line_poses, solutions
 
 _SEEDS = 2400  # of inverse kinematics for a step, shared by its grasps or placements
 _FEWEST, _MOST = 12, 100  # for each
@@ -60,7 +60,13 @@ class Tried:
 
     of: int = 0
     out_of_reach: int = 0
+    strays: int = 0
     contacts: Counter[str] = field(default_factory=Counter)
+
+    def blame(self, what: str | None) -> None:
+        """Count one more that is blocked, by ``what`` :meth:`Modes.why` says."""
+        self.strays += what == STRAYS
+        self.contacts.update([what] if what not in (None, STRAYS) else [])
 
 
 class Options:
@@ -69,9 +75,10 @@ class Options:
     ``steps[k]`` are the options of a pick by place, of a placement by grasp; ``goals[k]`` the configurations of a move.
     """
 
-    def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, solutions: int) -> None:
-        self.task, self.modes, self.gripper, self.start, self._most = task, modes, gripper, start, solutions
-        self.reach, robot = Reach(modes.robot), modes.robot
+    def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, most: int) -> None:
+        """``start`` (1, dof); ``most`` configurations of each grasp."""
+        self.task, self.modes, self.gripper, self.start, self._most = task, modes, gripper, start, most
+        robot = modes.robot
         rng = np.random.default_rng(_SEED)
         self._seeds = np.vstack([start, robot.home, rng.uniform(robot.lower, robot.upper, (_MOST, robot.dof))])
         self.steps: list[dict[int, list[Option]]] = []
@@ -149,10 +156,10 @@ class Options:
         """The options that reach one pose of the tool, whose lines can be followed."""
         margin = self.modes.checker.world.margin
         out, away = (line_poses(tool, *line, margin) for line in ((step.approach, False), (step.retreat, True)))
-        add, found = self.modes.motions.through, []
+        add, robot, found = self.modes.motions.through, self.modes.robot, []
         most = self._most if isinstance(step, Pick) else max(1, self._most // 2)  # of a placement there are many
-        for q in self.reach.solutions(tool, seeds, most):
-            before, after = self.reach.along(q, out), self.reach.along(q, away)
+        for q in solutions(robot, tool, seeds, most):
+            before, after = along(robot, q, out), along(robot, q, away)
             if before is None or after is None:
                 continue
             before = before[::-1]
@@ -198,7 +205,7 @@ class Options:
                 option = options[rows[0]]
                 modes = [Mode(()) if k != empty else self.beside(option.place) for k in range(3)]
                 hits = (self.modes.why(mode, int(m)) for mode, m in zip(modes, motions[rows[0]], strict=True))
-                self.tried[-1].contacts[next(hit for hit in hits if hit)] += 1
+                self.tried[-1].blame(next((hit for hit in hits if hit), None))
 
     def _require_outside(self, item: Obstacle, grasps: Iterable[Grasp]) -> None:
         """Raise :class:`TaskError` where every grasp has the hand inside the object."""

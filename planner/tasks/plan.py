@@ -9,7 +9,6 @@ import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats
-from planner.base.errors import KeywordError, choices
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress, Stopwatch
@@ -19,6 +18,7 @@ from planner.collision.world import World
 from planner.construction.build import build_roadmap
 from planner.models.scene import Scene
 from planner.planning.network import PathCost
+from planner.problem.options import require_known
 from planner.problem.outcome import Outcome
 from planner.problem.request import TimingRequest, WorldRequest
 from planner.problem.targets import parse_target
@@ -158,9 +158,11 @@ class TaskPlanner:
         return LazySearch(self.options.modes, self.network, self._seen).pieces(law)
 
     def _field_at(self, beta: float, network: TaskNetwork) -> Floats | None:
-        """What the last search at the same beta left behind."""
-        x = self._fields.get(beta)
-        return None if x is None else np.concatenate([x, np.full(network.nodes - len(x), np.inf)])
+        """What the last search at the nearest beta left behind."""
+        if not self._fields:
+            return None
+        x = self._fields[min(self._fields, key=lambda known: abs(known - beta))]
+        return np.concatenate([x, np.full(network.nodes - len(x), np.inf)])
 
     def _solved(self, draft: TaskPlan, found: Found, timing: TimingRequest | None) -> TaskPlan:
         network, request = draft.network, draft.request
@@ -175,9 +177,7 @@ class TaskPlanner:
 
 
 def _request(request: TaskRequest | None, options: TaskOptions) -> TaskRequest:
-    unknown = sorted(set(options) - set(TaskOptions.__annotations__))
-    if unknown:
-        raise KeywordError(f"option '{unknown[0]}' not found; options are {choices(TaskOptions.__annotations__)}.")
+    require_known(options, TaskOptions.__annotations__, "a task")
     return replace(request or TaskRequest(), **options)
 
 

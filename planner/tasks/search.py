@@ -10,7 +10,7 @@ of all combinations of grasp, configuration, path and placement costs, planned o
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,8 +19,9 @@ from planner.base.arrays import Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
+from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import first_contact_on
-from planner.tasks.modes import BLOCKED, OPEN, Modes
+from planner.tasks.modes import BLOCKED, NONE, OPEN, Modes
 from planner.tasks.network import TaskNetwork
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 
@@ -101,7 +102,7 @@ class LazySearch:
                 if (self.modes.known(clause)[self.network.motion[mine]] == BLOCKED).any():
                     self._prove_more(clause, mode, mine)
                     self._refuse(clause)
-        return not self.refused[arcs].any() and all(self._looks_free(int(arc)) for arc in arcs)
+        return not self.refused[arcs].any() and self._looks_free(arcs)
 
     def _prove_more(self, clause: tuple, mode: int, arcs: Ints) -> None:
         """Prove more of a mode's motions in a clause that has refused some ``arcs``: all, or those at their nodes."""
@@ -119,19 +120,35 @@ class LazySearch:
             mine = self.network.of_mode[mode]
             self.refused[mine[blocked[self.network.motion[mine]]]] = True
 
-    def _looks_free(self, arc: int) -> bool:
-        """A second look at a proven arc, by coal every millimetre, and by the checker; it is refused where one sees."""
-        key = int(self.network.mode[arc]), int(self.network.motion[arc])
-        if key in self._seen:
-            return True
-        checker = self.modes.checker_of(self.network.modes[key[0]])
-        start, delta, _ = self.modes.motions.of(np.array([key[1]]))
-        judges = dict([(checker, RECHECK_BY_BACKEND), (second_checker(checker), RECHECK)])
-        if any(first_contact_on(judge, start, delta, step) is not None for judge, step in judges.items()):
-            self.refused[arc] = True
-            return False
-        self._seen.add(key)
+    def _looks_free(self, arcs: Ints) -> bool:
+        """A second look at proven arcs, by coal every millimetre, and by the checker: what one sees is refused.
+
+        First as if nothing were allowed to touch, in a world that more modes share.
+        """
+        for number in np.unique(self.network.mode[arcs]).tolist():
+            mine = [arc for arc in arcs[self.network.mode[arcs] == number].tolist() if self._key(arc) not in self._seen]
+            mode, touching = self.network.modes[number], None
+            for world in (replace(mode, allowed=NONE), mode) if mine else ():
+                touching = self._touching(self.modes.checker_of(world), self.network.motion[mine])
+                if touching is None:
+                    break
+            if touching is not None:
+                self.refused[mine] |= self.network.motion[mine] == touching
+                return False
+            self._seen.update(map(self._key, mine))
         return True
+
+    def _touching(self, checker: CollisionChecker, motions: Ints) -> int | None:
+        """The first of ``motions`` on which a contact is seen."""
+        start, delta, owner = self.modes.motions.of(motions)
+        for judge, step in {checker: RECHECK_BY_BACKEND, second_checker(checker): RECHECK}.items():
+            contact = first_contact_on(judge, start, delta, step)
+            if contact is not None:
+                return int(owner[contact[0]])
+        return None
+
+    def _key(self, arc: int) -> tuple[int, int]:
+        return int(self.network.mode[arc]), int(self.network.motion[arc])
 
     def reached(self) -> int:
         """The step that no path over what is not refused gets beyond."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass
 
 from planner.base.errors import Reason, choices
 from planner.tasks.file import Move, Pick, Step
-from planner.tasks.options import Options
+from planner.tasks.options import Options, Tried
 from planner.tasks.search import LazySearch
 
 _NAMED = 3  # contacts in the sentence
@@ -17,8 +18,8 @@ class StepFails(Reason):
     """The first ``step`` (from 1) that cannot be done, ``doing`` what, and ``what`` is missing.
 
     Of ``tried`` grasps, or pairs of a grasp and a placement, so many are ``out_of_reach``; ``contacts`` is how often
-    two things were the first that touch where all configurations of one were in contact. ``no_path``: some can be
-    reached, but no path leads there.
+    two things were the first that touch where all configurations of one were in contact, and so many of one ``strays``
+    from the ``conditions`` that all motions keep. ``no_path``: some can be reached, but no path leads there.
     """
 
     step: int
@@ -26,7 +27,9 @@ class StepFails(Reason):
     what: str  # no_grasp, no_placement or no_path
     tried: int
     out_of_reach: int
+    strays: int
     contacts: dict[str, int]
+    conditions: tuple[str, ...] = ()
     kind = "step_fails"
 
     @property
@@ -37,13 +40,17 @@ class StepFails(Reason):
     def sentence(self) -> str:
         """What the user reads."""
         head = f"Step {self.step} ({self.doing}) cannot be done: "
-        hits = choices(f"{count} in contact ({pair})" for pair, count in list(self.contacts.items())[:_NAMED])
-        found = f"{self.out_of_reach} of {self.tried} out of reach" + (f", {hits}" if self.contacts else "")
+        found = f"{self.out_of_reach} of {self.tried} out of reach"
+        for pair, count in list(self.contacts.items())[:_NAMED]:
+            found += f", {count} in contact ({pair})"
+        if self.strays:
+            found += f", {self.strays} straying from what is kept ({choices(self.conditions)})"
+        less = ", or keep less" if self.strays else ""
         match self.what:
             case "no_grasp":
-                return f"{head}no grasp is left, {found}: move the object or the robot, or give other grasps."
+                return f"{head}no grasp is left, {found}: move the object or the robot, or give other grasps{less}."
             case "no_placement":
-                return f"{head}no placement is left, {found}: give another region, or more samples."
+                return f"{head}no placement is left, {found}: give another region, or more samples{less}."
         seen = f" ({found})" if self.tried else ""
         return f"{head}no path leads there within the budget{seen}: raise --nodes, or try another --seed."
 
@@ -59,16 +66,17 @@ def why_stuck(options: Options, search: LazySearch | None) -> StepFails:
     number = dead if dead is not None else search.reached() if search is not None else 0
     number = min(number, len(options.task.steps) - 1)
     step, tried = options.task.steps[number], options.tried[number]
-    contacts = tried.contacts.copy()
-    lost = search is not None and not isinstance(step, Move) and _all_blocked(options, search, number, contacts)
+    tried = deepcopy(tried)
+    lost = search is not None and not isinstance(step, Move) and _all_blocked(options, search, number, tried)
     what = "no_path"
     if dead is not None or lost:
         what = "no_grasp" if isinstance(step, Pick) else "no_placement"
-    by_count = {pair: count for pair, count in contacts.most_common() if count}
-    return StepFails(number + 1, doing(step), what, tried.of, tried.out_of_reach, by_count)
+    kept = options.modes.checker.world.keeps.texts
+    contacts = dict(tried.contacts.most_common())
+    return StepFails(number + 1, doing(step), what, tried.of, tried.out_of_reach, tried.strays, contacts, kept)
 
 
-def _all_blocked(options: Options, search: LazySearch, number: int, contacts) -> bool:
+def _all_blocked(options: Options, search: LazySearch, number: int, tried: Tried) -> bool:
     """Whether the lines of every option of a step are refused in every mode; what they touch is counted."""
     net, modes = search.network, options.modes
     ways = [way for way in net.ways if way.step == number and way.option is not None]
@@ -77,6 +85,5 @@ def _all_blocked(options: Options, search: LazySearch, number: int, contacts) ->
         arcs = [net.arc(way.first + k, way.first + k + 1) for k in range(3)]
         refused = [arc for arc in arcs if search.refused[arc]]
         left = left or not refused
-        hit = next((modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused), None)
-        contacts[hit] += 1 if hit else 0
+        tried.blame(next((modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused), None))
     return bool(ways) and not left

@@ -11,9 +11,11 @@ from planner.collision import pair_survey
 from planner.collision.coal import CoalChecker
 from planner.collision.pair_survey import Reason, adjacent_links, survey_pairs
 from planner.collision.world import World
+from planner.kinematics.forward import Chain
 from planner.kinematics.reach import Reach, pair_reach
-from planner.models.robot import Robot
+from planner.models.robot import Robot, with_carried
 from planner.models.scene import Scene
+from planner.models.shapes import Carried, Sphere
 from tests.coal_judge import CoalWorld
 from tests.worlds import joint_xml, link_xml, load, random_q
 
@@ -147,3 +149,13 @@ def test_no_call_of_the_compiled_library_is_long() -> None:
         proof = pair_survey._Proof(checker, pair)
         assert proof._step * proof._price <= max(pair_survey._AT_ONCE, proof._price)
         assert proof._step >= 1
+
+
+def test_what_an_arm_holds_does_not_make_it_another_arm() -> None:
+    """Reaches of its own links are worked out once, whatever it carries: a task holds one thing in many grasps."""
+    robot = load("panda")
+    held = [with_carried(robot, [Carried(robot.tool, name, Sphere(0.02), np.eye(4))]) for name in ("one", "other")]
+    first, second = robot.bodies[0], robot.bodies[-1]
+    assert {id(pair_reach(each, first, second)) for each in (robot, *held)} == {id(pair_reach(robot, first, second))}
+    assert Chain.of(held[0]) is Chain.of(robot) is Chain.of(with_carried(held[1], []))
+    assert len(Reach.of(held[0]).bodies) == len(robot.bodies) + 1
