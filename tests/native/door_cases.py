@@ -145,7 +145,8 @@ def of_keeping(rng: Rng, size: Size) -> list[Any]:
         turned = turns[joint] @ placements[frame, :3, :3], shifts[joint] + turns[joint] @ placements[frame, :3, 3]
         found.append(keeping.slack(frame, *turned))
         assert (found[-1][good] >= -1e-8).all()
-    none = NativeKeeping(chain, joints[:0], placements[:0], *(array[:0] for array in pieces), free)
+    empty = tuple(array[:0] for array in pieces)
+    none = NativeKeeping(chain, joints[:0], placements[:0], *empty, free)  # type: ignore[call-arg]
     assert none.projected(q, np.ones(len(q)), 0.0, 3)[1].all()
     return [*found, rotation, position]
 
