@@ -21,6 +21,7 @@ from .models.shapes import Cylinder as Cylinder
 from .models.shapes import Mesh as Mesh
 from .models.shapes import Obstacle as Obstacle
 from .models.shapes import Sphere as Sphere
+from .planning.follow import follow as follow
 from .planning.network import build_network as build_network
 from .planning.plan import plan as plan
 from .planning.replanned import Change as Change
@@ -50,7 +51,6 @@ from .tasks.plan import task as task
 from .tasks.request import TaskRequest as TaskRequest
 from .tasks.result import TaskPlan as TaskPlan
 from .tool_paths.file import read_tool_path as read_tool_path
-from .tool_paths.follow import follow as follow
 from .tool_paths.tool_path import ToolPath as ToolPath
 from .tradeoff.sweep import Tradeoff as Tradeoff
 from .tradeoff.sweep import sweep as sweep

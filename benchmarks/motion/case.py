@@ -11,7 +11,8 @@ from benchmarks.motion.toppra_law import installed, toppra_duration
 from planner.base.errors import PlannerError
 from planner.base.progress import Progress
 from planner.collision import BACKENDS, make_checker
-from planner.planning.plan import cost_in_motion, plan
+from planner.planning.motion import cost_in_motion
+from planner.planning.plan import plan
 from planner.planning.result import Plan
 from planner.problem.outcome import Outcome
 from planner.problem.request import DEFAULT_TIME_LAW, LimitsRequest, PlanRequest

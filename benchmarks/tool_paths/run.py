@@ -21,11 +21,11 @@ from planner.batch.results import Results
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.manipulability import manipulability
+from planner.planning.follow import Follower
 from planner.planning.result import Plan
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.setup.open import open_world
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.follow import Follower
 from planner.tool_paths.tool_path import ToolPath
 
 KINDS = ("raster", "line", "circle")

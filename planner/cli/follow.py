@@ -54,7 +54,7 @@ def follow(
     from planner.base.files import require_writable_folder
 
     require_writable_folder(out)
-    from planner.tool_paths.follow import follow as find_plan
+    from planner.planning.follow import follow as find_plan
 
     def find(progress: Progress) -> Plan:
         return find_plan(path, request, progress, None if no_timing else timing)

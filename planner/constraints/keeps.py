@@ -13,18 +13,17 @@ import numpy as np
 from planner.base.arrays import Bools, Floats, Ints, frozen
 from planner.base.errors import RobotError, StateError, choices
 from planner.base.yamlfile import nearest
-from planner.constraints.pieces import Half, Piece, pieces_of
-from planner.kinematics.forward import Chain, joint_placements
+from planner.constraints.pieces import Piece, pieces_of
+from planner.kinematics.forward import Chain
 from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
 from planner.models.poses import quaternion_of
 from planner.models.robot import Robot, with_tool
+from planner.native.library import NativeKeeping
 from planner.problem.conditions import Condition, KeepJoint, OfPoint, OfTurn, Quaternion
 
 FORGIVEN = 1e-9  # rad (m): beyond a condition by what was printed and read back
-_STEPS, _LARGEST = 30, 0.5  # of a projection, and the largest of a joint, rad (m)
-_DAMPING = 1e-9  # of the squares of what is off
+_STEPS = 30  # of a projection
 _AT_ONCE = 512  # curves
-_CROSS = frozen([[0, 0, 0, 0, 0, -1, 0, 1, 0], [0, 0, 1, 0, 0, 0, -1, 0, 0], [0, -1, 0, 1, 0, 0, 0, 0, 0]])  # a to [a]x
 _FINEST = 0.1 * FORGIVEN  # rad (m): pieces that leave their chords by less are not halved
 
 
@@ -41,11 +40,6 @@ class _Group:
     def weights(self) -> tuple[Floats, Floats]:
         """How fast the slack of each piece changes at most with position and rotation, (k,) each."""
         return np.array([p.per_metre for p in self.pieces]), np.array([p.per_turn for p in self.pieces])
-
-    def slack(self, rotation: Floats, position: Floats) -> Floats:
-        """(n, k) what each piece has to spare at poses; negative where it is broken."""
-        y = np.concatenate([position, rotation.reshape(-1, 9)], axis=1)
-        return np.stack([piece.slack(y) for piece in self.pieces], axis=1)
 
 
 @dataclass(frozen=True)
@@ -117,33 +111,62 @@ class Keeps:
             if rows
         )
 
+    @cached_property
+    def _native(self) -> NativeKeeping:
+        """The same in the compiled library, which says what is to spare, and projects."""
+        groups, pieces = self._groups, [piece for group in self._groups for piece in group.pieces]
+        none = np.zeros((0, 4, 4)), np.zeros((0, 12)), np.zeros(0)
+        return NativeKeeping(
+            Chain.of(self.robot).native,
+            np.array([group.frame.joint for group in groups], dtype=np.int64),
+            np.concatenate([none[0], *(group.frame.placement[None] for group in groups)]),
+            np.array([len(group.pieces) for group in groups], dtype=np.int64),
+            np.array([len(piece.rows) for piece in pieces], dtype=np.int64),
+            np.array([piece.ball for piece in pieces], dtype=bool),
+            np.concatenate([none[1], *(piece.rows for piece in pieces)]),
+            np.concatenate([none[2], *(piece.centre for piece in pieces)]),
+            np.array([piece.limit for piece in pieces], dtype=float),
+            np.array([piece.depth for piece in pieces], dtype=float),
+            (self.robot.lower, self.robot.upper, self.robot.continuous),
+        )
+
+    def _slacks(self, q: Floats) -> list[Floats]:
+        """(n, k) for the pieces of each group what they have to spare in states (n, dof); negative where broken."""
+        frames = [group.frame for group in self._groups]
+        return [self._native.slack(k, *frame.poses(self.robot, q)) for k, frame in enumerate(frames)]
+
     def spare(self, q: Floats) -> Floats:
         """(n, conditions) what each has to spare in states (n, dof), m or rad; negative where it is broken."""
         least = np.full((len(q), len(self.conditions)), np.inf)
-        for group in self._groups:
-            slack = group.slack(*group.frame.poses(self.robot, q))
+        for group, slack in zip(self._groups, self._slacks(q), strict=True):
             for k, number in enumerate(group.of.tolist()):
                 least[:, number] = np.minimum(least[:, number], group.pieces[k].spare(slack[:, k]))
         return least
 
     def slack(self, q: Floats) -> Floats:
         """(n,) the least that a piece has to spare in states (n, dof)."""
-        found = [group.slack(*group.frame.poses(self.robot, q)).min(axis=1) for group in self._groups]
-        return np.min(found, axis=0) if found else np.full(len(q), np.inf)
+        return np.concatenate([np.full((len(q), 1), np.inf), *self._slacks(q)], axis=1).min(axis=1)
 
     def holds(self, q: Floats) -> Bools:
         """(n,) in which states (n, dof) all are kept."""
-        return np.asarray(self.slack(q) >= -FORGIVEN) if self else np.ones(len(q), dtype=bool)
+        return self._brought(q, 0.0, FORGIVEN, 0)[1] if self else np.ones(len(q), dtype=bool)
 
     def proven(self, coefficients: Floats) -> Bools:
         """(m,) on which curves sum_k c_k s^k, s in [0, 1], (m, degree + 1, dof), all are proven to be kept."""
         proven = np.ones(len(coefficients), dtype=bool)
-        for group in self._groups:
+        for k in range(len(self._groups)):
             rows = np.flatnonzero(proven)
             for first in range(0, len(rows), _AT_ONCE):
                 part = rows[first : first + _AT_ONCE]
-                proven[part] = _proven(group, coefficients[part])
+                proven[part] = self._proven(k, coefficients[part])
         return proven
+
+    def _proven(self, k: int, coefficients: Floats) -> Bools:
+        def slack(_curve: Ints, _s: Floats, rotation: Floats, position: Floats) -> Floats:
+            return self._native.slack(k, rotation, position)[:, None, :] + FORGIVEN
+
+        group = self._groups[k]
+        return prove_along(group.bound, coefficients, slack, *group.weights, _FINEST).holds
 
     def along(self, q: Floats, coefficients: Floats) -> tuple[Kept, ...]:
         """What came of each condition on curves (m, degree + 1, dof), and on states of them (n, dof)."""
@@ -160,26 +183,10 @@ class Keeps:
         By Gauss-Newton steps into what is allowed, a share ``depth`` (n,) of the way to its middle; those that keep all
         already stay as they are. Continuous joints may turn beyond half a turn.
         """
-        q, depth, robot = np.array(q, dtype=float), np.broadcast_to(depth, len(q)), self.robot
-        good = self.slack(q) >= -exact
-        for _ in range(_STEPS):
-            open_ = np.flatnonzero(~good)
-            if not len(open_):
-                break
-            step = self._step(q[open_], depth[open_])
-            size = np.abs(step).max(axis=1, keepdims=True)
-            there = q[open_] + step * np.minimum(1.0, _LARGEST / np.maximum(size, 1e-300))
-            q[open_] = np.where(robot.continuous, there, np.clip(there, robot.lower, robot.upper))
-            good[open_] = self.slack(q[open_]) >= -exact
-        return q, good
+        return self._brought(q, depth, exact, _STEPS)
 
-    def _step(self, q: Floats, depth: Floats) -> Floats:
-        """(n, dof) the least joint motion that removes what is off, as far as that is linear."""
-        off, rates = zip(*(_off(group, self.robot, q, depth) for group in self._groups), strict=True)
-        error, matrix = np.concatenate(off, axis=1), np.concatenate(rates, axis=1)
-        damping = _DAMPING + 1e-3 * (error * error).sum(axis=1)
-        square = matrix.swapaxes(1, 2) @ matrix + damping[:, None, None] * np.eye(q.shape[1])
-        return -np.linalg.solve(square, (matrix.swapaxes(1, 2) @ error[:, :, None]))[:, :, 0]
+    def _brought(self, q: Floats, depth: Floats | float, exact: float, steps: int) -> tuple[Floats, Bools]:
+        return self._native.projected(q, np.full(len(q), depth), exact, steps)
 
 
 def frame_of(robot: Robot, name: str | None, point: Sequence[float] = (0.0, 0.0, 0.0)) -> Frame:
@@ -238,55 +245,3 @@ def narrowed(robot: Robot, conditions: Iterable[Condition]) -> tuple[Robot, tupl
         return robot, tuple(rest)
     home = np.clip(robot.home, lower, upper)
     return replace(robot, lower=frozen(lower), upper=frozen(upper), home=frozen(home)), tuple(rest)
-
-
-def _proven(group: _Group, coefficients: Floats) -> Bools:
-    def slack(_curve: Ints, _s: Floats, rotation: Floats, position: Floats) -> Floats:
-        return group.slack(rotation, position)[:, None, :] + FORGIVEN
-
-    return prove_along(group.bound, coefficients, slack, *group.weights, _FINEST).holds
-
-
-def _off(group: _Group, robot: Robot, q: Floats, depth: Floats) -> tuple[Floats, Floats]:
-    """What is off (n, k) at states, from ``depth`` (n,) of the way to the middle, and its rates (n, k, dof)."""
-    y, rates = _pose_rates(group.frame, robot, q)
-    errors, matrices = [], []
-    for piece in group.pieces:
-        if isinstance(piece, Half):
-            off = np.minimum(y @ piece.row - piece.least - depth * piece.depth, 0.0)[:, None]
-            errors.append(off)
-            matrices.append((off < 0)[:, :, None] * (piece.row @ rates)[:, None])
-        else:
-            away = y @ piece.rows.T - piece.centre
-            far = np.linalg.norm(away, axis=1, keepdims=True)
-            share = np.maximum(1.0 - (1.0 - depth[:, None]) * piece.radius / np.maximum(far, 1e-300), 0.0)
-            errors.append(share * away)
-            matrices.append((share > 0)[:, :, None] * (piece.rows @ rates))
-    return np.concatenate(errors, axis=1), np.concatenate(matrices, axis=1)
-
-
-def _pose_rates(frame: Frame, robot: Robot, q: Floats) -> tuple[Floats, Floats]:
-    """The pose (n, 12) of a frame, position and rows of its rotation, and its rates (n, 12, dof) by the joints."""
-    chain = Chain.of(robot)
-    rotation, position = joint_placements(chain, q)
-    turned = rotation[frame.joint] @ frame.placement[:3, :3]
-    x = position[frame.joint] + rotation[frame.joint] @ frame.placement[:3, 3]
-    carrying = _carriers(chain, frame.joint)
-    k = carrying - 1
-    axes = (rotation[carrying] @ chain.axis[k][:, None, :, None])[..., 0].swapaxes(0, 1)  # (n, k, 3)
-    across = (axes @ _CROSS).reshape(*axes.shape, 3)
-    arm = (x - position[carrying]).swapaxes(0, 1)[..., None]
-    rates, slides = np.zeros((len(q), 12, robot.dof)), chain.prismatic[k]
-    rates[:, :3, k] = np.where(slides[:, None], axes, (across @ arm)[..., 0]).swapaxes(1, 2)
-    turns = (across @ turned[:, None]).reshape(*axes.shape[:2], 9)
-    rates[:, 3:, k] = np.where(slides[:, None], 0.0, turns).swapaxes(1, 2)
-    return np.concatenate([x, turned.reshape(-1, 9)], axis=1), rates
-
-
-def _carriers(chain: Chain, joint: int) -> Ints:
-    """The numbers of a joint and of those that carry it."""
-    found = []
-    while joint:
-        found.append(joint)
-        joint = int(chain.parent[joint - 1])
-    return np.array(found, dtype=np.int64)

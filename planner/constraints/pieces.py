@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -36,15 +36,18 @@ _RIGHT = 0.5 * math.pi
 
 @dataclass(frozen=True, eq=False)
 class Half:
-    """``row`` (12,) . y >= ``least``; ``depth`` is how much more there can be."""
+    """``row`` (12,) . y >= ``limit``; ``depth`` is how much more there can be."""
 
     row: Floats
-    least: float
+    limit: float
     depth: float
+    ball: ClassVar[bool] = False
+    centre: ClassVar[Floats] = frozen([0.0])
 
-    def slack(self, y: Floats) -> Floats:
-        """(n,) what it has to spare at poses (n, 12), negative where it is broken."""
-        return y @ self.row - self.least
+    @property
+    def rows(self) -> Floats:
+        """(1, 12) as of :class:`Ball`."""
+        return self.row[None]
 
     def spare(self, slack: Floats) -> Floats:
         """A slack in m, or rad."""
@@ -63,27 +66,25 @@ class Half:
 
 @dataclass(frozen=True, eq=False)
 class Ball:
-    """|``rows`` (k, 12) y - ``centre`` (k,)| <= ``radius``; ``per_metre`` and ``per_turn`` as those of :class:`Half`.
+    """|``rows`` (k, 12) y - ``centre`` (k,)| <= ``limit``; ``per_metre`` and ``per_turn`` as those of :class:`Half`.
 
     ``across``: of angles the distance at half a turn, so that one of d is an angle of 2 asin(d / across); 0 for m.
     """
 
     rows: Floats
     centre: Floats
-    radius: float
+    limit: float
     per_metre: float = 0.0
     per_turn: float = 0.0
     across: float = 0.0
-
-    def slack(self, y: Floats) -> Floats:
-        """As of :class:`Half`."""
-        return self.radius - np.linalg.norm(y @ self.rows.T - self.centre, axis=1)
+    ball: ClassVar[bool] = True
+    depth: ClassVar[float] = 0.0
 
     def spare(self, slack: Floats) -> Floats:
         """As of :class:`Half`."""
         if not self.across:
             return slack
-        ends = np.clip(np.stack([np.full_like(slack, self.radius), self.radius - slack]) / self.across, 0.0, 1.0)
+        ends = np.clip(np.stack([np.full_like(slack, self.limit), self.limit - slack]) / self.across, 0.0, 1.0)
         return 2.0 * (np.arcsin(ends[0]) - np.arcsin(ends[1]))
 
 

@@ -11,7 +11,6 @@ from planner.base.arrays import Floats, Ints, numbers, plain_numbers
 from planner.base.errors import OptionError, StateError
 from planner.base.kinds import checks_kinds
 from planner.base.progress import QUIET, Progress
-from planner.base.versions import versions
 from planner.collision.checker import CollisionChecker
 from planner.models.robot import Robot
 from planner.problem.request import PAPER_EDGES, PAPER_NODES, require_nodes, require_seed
@@ -19,8 +18,7 @@ from planner.refinement.best_paths import add_refined_paths
 from planner.roadmap.edge_certificates import RecordingProver
 from planner.roadmap.measure import measure_anew
 from planner.roadmap.node_checks import nobody, with_checked_nodes
-from planner.roadmap.roadmap import Origin, Roadmap
-from planner.roadmap.world_record import record_of
+from planner.roadmap.roadmap import Roadmap, origin_of
 from planner.sampling.connections import connect
 from planner.sampling.grow import ROADMAP, grow
 from planner.sampling.growth_settings import GrowthSettings
@@ -120,20 +118,3 @@ def _measured(prover: RecordingProver, nodes: Floats, edges: Ints, starts: Ints,
         origin=origin_of(prover.checker, seed),
     )
     return with_checked_nodes(roadmap, prover.checker)
-
-
-def origin_of(checker: CollisionChecker, seed: int) -> Origin:
-    """Which robot and scene a roadmap grown with this checker belongs to."""
-    world = checker.world
-    return Origin(
-        robot=world.robot.name,
-        robot_identity=world.robot.identity,
-        scene=world.scene.name,
-        scene_identity=world.scene.identity,
-        joints=world.robot.joints,
-        tool=world.robot.tool,
-        margin=world.margin,
-        seed=seed,
-        versions=versions(),
-        world=record_of(world),
-    )

@@ -19,13 +19,12 @@ from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker, is_free
 from planner.collision.edge_prover import EdgeProver, Verdict
 from planner.collision.world import Contact, World
-from planner.construction.build import origin_of
 from planner.kinematics.forward import joint_placements
 from planner.kinematics.manipulability import node_manipulability
 from planner.models.robot import Robot
 from planner.roadmap.measure import measure_anew, measure_edges
 from planner.roadmap.node_checks import nobody, with_checked_nodes
-from planner.roadmap.roadmap import Roadmap, segments
+from planner.roadmap.roadmap import Roadmap, origin_of, segments
 from planner.roadmap.storage import same_world
 from planner.roadmap.world_record import changes, unproven_pairs
 

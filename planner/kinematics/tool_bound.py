@@ -23,6 +23,7 @@ from planner.models.robot import Robot
 from planner.models.shapes import Body, Sphere
 
 _FINEST = 1e-7  # m, or the length of a column's change: pieces that leave their chord by less are not halved again
+_SHORTEST = 2.0**-40  # of a curve: a change from one alternative to another is not looked for more closely
 _POINT = 1e-9  # m: radius of a point as a body
 _ROUNDED = 64 * np.finfo(np.float64).eps  # relative, a joint: of placements, joint values and derivatives
 
@@ -138,7 +139,8 @@ def prove_along(
 
     ``slack`` says what each has to spare at a point; ``per_metre`` and ``per_turn`` (k,) by how much at most that
     changes with the position (m), and with the length by which each column of the rotation changes (for the Frobenius
-    norm: sqrt(2)). Pieces that their ends do not prove are halved until none of them needs more than ``finest``. Raises
+    norm: sqrt(2)). Pieces that their ends do not prove are halved until none of them needs more than ``finest``, and
+    those on which one alternative takes over from another until one of them holds at both ends. Raises
     :class:`ArrayError` for arrays of other shapes, or with what is no finite number.
     """
     coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", bound.robot.dof))
@@ -151,7 +153,8 @@ def prove_along(
         spare, needs = look.pieces(open_)
         covered = (spare >= 0).all(axis=1)
         np.minimum.at(proofs.least, open_.curve[covered], spare[covered])
-        stuck = ~covered & ~(needs > finest)
+        changing = ~open_.kept_at_both_ends & (open_.high - open_.low > _SHORTEST)
+        stuck = ~covered & ~(needs > finest) & ~changing
         _stop(proofs, open_.curve[stuck], open_.low[stuck], spare[stuck])
         open_ = open_.only(~covered & proofs.holds[open_.curve])
         middle = 0.5 * (open_.low + open_.high)
@@ -171,6 +174,11 @@ class _Pieces:
 
     def only(self, rows: Bools) -> _Pieces:
         return _Pieces(self.curve[rows], self.low[rows], self.high[rows], self.first[rows], self.last[rows])
+
+    @property
+    def kept_at_both_ends(self) -> Bools:
+        """(n,) whether there is one alternative that is kept to at both; else there is a change between them."""
+        return (np.minimum(self.first, self.last) >= 0).all(axis=2).any(axis=1)
 
     def halved(self, middle: Floats, between: Floats) -> _Pieces:
         low, high = np.concatenate([self.low, middle]), np.concatenate([middle, self.high])

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints
 from planner.native.loading import address, floats, ints, library, threads
 
 
@@ -45,3 +45,9 @@ def cheapest_costs(nodes: int, arcs: Ints, cost: Floats, goals: Ints, values: Fl
     graph = nodes, m, address(arcs), address(cost)
     library.graph_costs(*graph, g, address(goals), address(values), address(found))
     return found
+
+
+def reached(begin: Bools, arcs: Ints) -> Bools:
+    """(n,) which nodes a path over ``arcs`` (m, 2), directed, leads to from those where ``begin`` (n,) is True."""
+    starts = np.flatnonzero(begin)
+    return np.isfinite(cheapest_costs(len(begin), arcs[:, ::-1], np.ones(len(arcs)), starts, np.zeros(len(starts))))

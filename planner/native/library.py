@@ -107,6 +107,60 @@ class NativeChain:
         return ends, distance, angle
 
 
+class NativeKeeping:
+    """Convex pieces of the poses y (12,) = position and rows of the rotation of frames (f,) that joints carry.
+
+    A piece is ``row . y >= limit`` or, a ball, ``|rows y - centre| <= limit``; ``depth`` is how much more there can be.
+    """
+
+    def __init__(
+        self,
+        chain: NativeChain,
+        joints: Ints,
+        placements: Floats,
+        pieces: Ints,
+        counts: Ints,
+        balls: Bools,
+        rows: Floats,
+        centres: Floats,
+        limits: Floats,
+        depths: Floats,
+        joint_limits: tuple[Floats, Floats, Bools],
+    ) -> None:
+        """Frames (f,) in ``placements`` (f, 4, 4), of as many ``pieces`` (f,) each, which have ``counts`` (p,) rows.
+
+        ``rows`` (r, 12), ``centres`` (r,), ``limits`` and ``depths`` (p,); ``joint_limits`` as those of
+        :meth:`NativeChain.inverse`.
+        """
+        f, p, r, dof = len(joints), len(counts), len(rows), chain.dof
+        self._dof, self._pieces = dof, _ints(pieces, f)
+        lower, upper, wraps = joint_limits
+        frames = _ints(joints, f), _floats(placements[:, :3, :3], f, 3, 3), _floats(placements[:, :3, 3], f, 3)
+        ends = _ints(so_far(self._pieces), f + 1), _ints(so_far(_ints(counts, p)), p + 1)
+        values = _floats(rows, r, 12), _floats(centres, r), _floats(limits, p), _floats(depths, p)
+        arrays = *frames, *ends, _bytes(balls, p), *values, _floats(lower, dof), _floats(upper, dof), _bytes(wraps, dof)
+        self._handle = _library.keeping_new(chain.handle, f, *map(_at, arrays))
+        given_back(self, _library.keeping_free, self._handle)
+
+    def slack(self, frame: int, rotation: Floats, position: Floats) -> Floats:
+        """What the pieces (k,) of a frame have to spare (n, k) at its poses, (n, 3, 3) and (n, 3)."""
+        n = len(position)
+        rotation, position = _floats(rotation, n, 3, 3), _floats(position, n, 3)
+        slack = np.empty((n, self._pieces[frame]))
+        _library.keeping_slack(self._handle, frame, n, _at(rotation), _at(position), _at(slack))
+        return slack
+
+    def projected(self, q: Floats, depth: Floats, exact: float, steps: int) -> tuple[Floats, Bools]:
+        """States near ``q`` (n, dof) that keep all but for ``exact``, and which do (n,).
+
+        By as many steps at most, a share ``depth`` (n,) into what is allowed.
+        """
+        n = len(q)
+        q, depth, good = _floats(q, n, self._dof).copy(), _floats(depth, n), np.empty(n, bool)
+        _library.keeping_project(self._handle, n, _at(q), _at(depth), exact, steps, threads(), _at(good))
+        return q, good
+
+
 class NativeBoxes:
     """Points (k, 3) in the frames of joints ``inner`` (k,), and a box for each.
 

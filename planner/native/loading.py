@@ -44,6 +44,8 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
         *2 * [_Pointer],
     ),
     "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
+    "keeping_slack": (_Pointer, _int, _int, *3 * [_Pointer]),
+    "keeping_project": (_Pointer, _int, *2 * [_Pointer], _double, _int, _int, _Pointer),
     "world_add_spheres": (_Pointer, _int, _int, *2 * [_Pointer]),
     "world_add_target": (_Pointer, _int, _int, *3 * [_Pointer], _double),
     "world_set_motion": (_Pointer, _int, _int, *6 * [_Pointer], _double),
@@ -76,7 +78,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "graph_costs": (_int, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
-_FREED = ("chain", "boxes", "world", "arcs")  # what is made here and given back, by chain_free() and so on
+_FREED = ("chain", "boxes", "keeping", "world", "arcs")  # what is made here and given back, by chain_free() and so on
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "planner_version": (_int, ()),
     "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
@@ -84,6 +86,7 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "world_add": (_int, (_Pointer, _int, _int, _int, _Pointer, _double, _int, _Pointer, _double)),
     "world_take": (_int, (_Pointer, _Pointer, _int)),
     "boxes_new": (_Pointer, (_Pointer, _int, *7 * [_Pointer])),
+    "keeping_new": (_Pointer, (_Pointer, _int, *13 * [_Pointer])),
     "boxes_hits": (_long, (_Pointer, _int, _Pointer, _long, *2 * [_Pointer])),
     "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], _Pointer)),
     "arcs_new": (_Pointer, (_long, _long, *4 * [_Pointer])),

@@ -6,8 +6,7 @@ and would wait for it longer than it takes itself.
 
 from __future__ import annotations
 
-import logging
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
@@ -17,28 +16,22 @@ from planner.base.arrays import frozen
 from planner.base.errors import SceneError
 from planner.base.kinds import checks_kinds
 from planner.base.progress import QUIET, Progress, Stopwatch
-from planner.collision.checker import CollisionChecker, keeping
 from planner.construction.obtain import obtain_roadmap
-from planner.objective.motion_cost import MotionCost
-from planner.planning.extra_clearance import clearance_of_path
 from planner.planning.healing import HealingNetwork, warm_start
+from planner.planning.legs import legs_of
 from planner.planning.network import build_network, path_cost
 from planner.planning.result import Plan
 from planner.problem.objective import Objective
 from planner.problem.options import PlanOptions, plan_request
 from planner.problem.outcome import Outcome
+from planner.problem.reasons import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
-from planner.roadmap.roadmap import path_waypoints
+from planner.roadmap.roadmap import path_waypoints, roomy_part
 from planner.setup.open import make_query
-from planner.trajectory.check import looked_at
+from planner.tool_paths.ladder_roadmap import roadmap_of
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.timing import time_path
-from planner.trajectory.trajectory import Trajectory
-
-_log = logging.getLogger(__name__)
 
 _EXTREMES, _ROUNDS_PER_EXTREME = (0.0, 1.0), 2  # betas refined too, else the one asked for would be best for all
-_OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
 
 
 @checks_kinds
@@ -70,13 +63,18 @@ def plan(
         limits = None if timing is None else MotionLimits.of(query.robot, timing)
         if query.scene.moving:
             _require_earliest(request, timing)
+        legs = legs_of(query, request)
+    begun = {"robot": query.robot, "scene": query.scene, "checker": query.checker, "timings": clock.seconds}
+    if isinstance(legs, CannotFollow):
+        nowhere = roadmap_of(query.checker, np.concatenate([query.starts, query.goals]), request.seed)
+        return Plan(request, Outcome.NO_PATH, roadmap=nowhere, reason=legs, **begun)
     with clock("roadmap"):
-        roadmap = obtain_roadmap(request, query, progress, request.path_only)
-    draft = Plan(request, Outcome.INTERRUPTED, query.robot, query.scene, query.checker, roadmap, timings=clock.seconds)
+        roadmap = obtain_roadmap(request, legs.between(query), progress, request.path_only)
+    draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
     if progress.stopped:
         return draft
     with clock("improve"):
-        better = improved(draft, progress)
+        better = legs.attached(improved(draft, progress))
     if progress.stopped:
         return draft
     solved = _solved(better, progress, clock)
@@ -92,11 +90,11 @@ def plan(
             solved = _in_time(solved, limits, progress)
         if solved.outcome is not Outcome.SOLVED:
             return solved
-    solved = replace(solved, goal=query.goal_at(solved.path[-1]))
+    solved = replace(solved, goal=query.goal_at(solved.path[-1]), legs=legs.records(query.robot, solved.path))
     if timing is None or solved.trajectory is not None:
         return solved
     with clock("timing"):
-        return replace(solved, trajectory=timed(solved, timing, limits))
+        return replace(solved, trajectory=legs.timed(solved, timing, limits))
 
 
 def _solved(improved: Plan, progress: Progress, clock: Stopwatch) -> Plan:
@@ -120,6 +118,10 @@ def _require_earliest(request: PlanRequest, timing: TimingRequest | None) -> Non
         raise SceneError(
             "obstacles move in this scene, so the motion runs from rest to rest: leave --time-law and --extra-cost out."
         )
+    if request.approach > 0 or request.retreat > 0:
+        raise SceneError(
+            "obstacles move in this scene, so no line is kept to at start or goal: leave --approach and --retreat out."
+        )
     require_no_floor(request)
 
 
@@ -137,7 +139,7 @@ def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
     from planner.trajectory.earliest import earliest_motion, why_not_in_time
 
     none = replace(found, path=found.path[:0], path_nodes=found.path_nodes[:0], cost=None)
-    roomy = found.roadmap.part(np.ones(len(found.roadmap.nodes), bool), found.roadmap.clearance >= found.clearance_kept)
+    roomy = roomy_part(found.roadmap, found.clearance_kept)
     earliest = earliest_motion(roomy, found.checker, limits, progress)
     if progress.stopped:
         return replace(none, outcome=Outcome.INTERRUPTED)
@@ -158,39 +160,6 @@ def _in_time(found: Plan, limits: MotionLimits, progress: Progress) -> Plan:
         trajectory=earliest.trajectory,
         route=earliest.route,
     )
-
-
-def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
-    """The motion along a plan's path."""
-    floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
-    how = {"law": timing.time_law, "floor": floor, "cost": cost_in_motion(found), "extra_cost": timing.extra_cost}
-    wanted = 0.0 if found.scene.limited else found.request.room  # until when these cannot touch is told for the margin
-    kept = min(wanted, found.clearance_kept)
-    clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)
-    made = time_path(found.path, keeping(found.checker, clearance), limits, **how)
-    if not made.proven and clearance > 0:
-        made = time_path(found.path, found.checker, limits, **how)
-    return looked_at_again(made, found.checker)
-
-
-def looked_at_again(made: Trajectory, checker: CollisionChecker) -> Trajectory:
-    """A motion after a second look, which takes the proof from one that is seen to touch."""
-    contact = looked_at(made, checker)
-    if contact is None:
-        return made
-    _log.warning(
-        "the motion touches at %.3f s (%s), against its proof: it is not to be run", contact.begin, contact.contact
-    )
-    return replace(made, proven=False, proof=made.proof | {"contact": asdict(contact.contact) | {"t": contact.begin}})
-
-
-def cost_in_motion(found: Plan) -> MotionCost:
-    """The objective along motions of any length, charged along them whatever the roadmap charges.
-
-    Motions in time are priced in short chords, on which the ends and the middle are enough.
-    """
-    objective = replace(found.request.objective, charge="edges", floor=0.0)
-    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3)
 
 
 def improved(draft: Plan, progress: Progress) -> Plan:

@@ -232,6 +232,18 @@ class ToolPathRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
+class LegRecord(Record):
+    """A straight line of the tool at an end of a path, proven to stay in its tube; deviations are sampled."""
+
+    leg: str
+    """retreat or approach"""
+    length: float
+    """m"""
+    largest_deviation: DeviationRecord
+    tube: DeviationRecord
+
+
+@dataclass(frozen=True, kw_only=True)
 class PlanRecord(RunRecord):
     """What ``planner plan`` writes as plan.json; units rad, m and s."""
 
@@ -260,5 +272,7 @@ class PlanRecord(RunRecord):
     timings_s: dict[str, float]
     tool_path: ToolPathRecord | None = None
     """of ``planner follow`` only"""
+    legs: list[LegRecord] | None = None
+    """lines of the tool from the start and to the goal, where --approach or --retreat ask for them"""
     files: dict[str, str] | None = None
     """SHA-256 of the files written beside this one"""

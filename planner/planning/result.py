@@ -41,6 +41,7 @@ from planner.planning.record import (
     HorizonRecord,
     InTimeRecord,
     KeptRecord,
+    LegRecord,
     LengthRecord,
     ManipulabilityRecord,
     MotionRecord,
@@ -102,6 +103,7 @@ class Plan:
     route: TimedRoute | None = None  # when each waypoint is reached and left, where obstacles move
     alternatives: tuple[ShownPath, ...] = ()
     tool_path: FollowedPath | None = None  # what came of a tool path that was to be followed
+    legs: tuple[LegRecord, ...] = ()  # lines of the tool that the path begins and ends with, where they were asked for
     reason: NoPath | None = None
     replanned: Replanned = Replanned()  # noqa: RUF009 (frozen); what a session did for it
     timings: dict[str, float] = field(default_factory=dict)
@@ -324,6 +326,7 @@ def record_of(plan: Plan) -> PlanRecord:
         gabf=_field_record(plan),
         timings_s=rounded(plan.timings),
         tool_path=None if plan.tool_path is None else plan.tool_path.record,
+        legs=list(plan.legs) or None,
     )
 
 

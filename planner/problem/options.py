@@ -61,6 +61,8 @@ class PlanOptions(SessionOptions, total=False):
     room: float
     beta: float
     above_ends: bool
+    approach: float
+    retreat: float
     path_only: bool
 
 

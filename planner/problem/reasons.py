@@ -197,6 +197,7 @@ class CannotFollow(Reason):
     ``distance`` (rad); "beyond_limit": only beyond the limits of joints, the ``between``; "touching": all solutions
     touch, most of them the two things ``between``; "below_floor": the floor is too high, ``reachable`` the highest
     found with which it goes on; "jump": the solutions there are on other branches, ``distance`` (rad) away at least.
+    ``leg``: "approach" or "retreat", where it is one of a plan's, point 1 its start or goal.
     """
 
     point: int
@@ -205,6 +206,7 @@ class CannotFollow(Reason):
     distance: float = 0.0
     between: tuple[str, ...] = ()
     reachable: float = 0.0
+    leg: str = ""
     kind = "cannot_follow"
 
     @property
@@ -215,6 +217,8 @@ class CannotFollow(Reason):
     def sentence(self) -> str:
         """What the user reads."""
         head = f"The tool path can be followed over {100 * self.followed:.1f} %, not to point {self.point}: "
+        if self.leg:
+            head = f"The {self.leg} goes over {100 * self.followed:.1f} % of its length, seen from its end: "
         match self.cause:
             case "out_of_reach":
                 return head + f"the tool comes no nearer than {self.distance:.3g} m; move the path or the robot's base."

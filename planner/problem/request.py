@@ -326,12 +326,21 @@ class PlanRequest(TradeOff, SweepRequest):
 
     above_ends: bool = False
     """Keep w above that of the lower end all along, where the effort finds such a path at 2 - beta times the cost."""
+    approach: float = 0.0
+    """Metres that the tool goes straight along its z axis into the goal, proven within 1 mm and 0.5 degrees."""
+    retreat: float = 0.0
+    """Metres that it first goes straight back along its z axis from the start."""
     path_only: bool = False
     """Only a path, the first that is proven, after shortcuts: no roadmap grows around it, so beta has next to nothing
     to choose from, and it is refined only where --effort is given."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for name in ("approach", "retreat"):
+            length = getattr(self, name)
+            require_number(name, length)
+            if length != 0 and not 1e-3 <= length <= 1.0:
+                raise OptionError(f"{name} {length:g} m is not usable: give one from 0.001 to 1, or 0 for none.")
         if self.path_only and (self.nodes != PAPER_NODES or self.roadmap is not None):
             raise OptionError("a path only has no roadmap around it: leave out nodes and roadmap, or path-only.")
 
@@ -368,7 +377,7 @@ class FollowRequest(PlanRequest):
         if self.goal != ON_TOOL_PATH:
             raise OptionError("a tool path is followed to its end: leave --goal out.")
         plain = PlanRequest()
-        of_goals = ("motion_plan_request", "widen_limits", "ik_solutions")
+        of_goals = ("motion_plan_request", "widen_limits", "ik_solutions", "approach", "retreat")
         of_free_motions = ("roadmap", "path_only", "above_ends") if self.begins_on_path else ()
         for names, remedy in ((of_goals, "leave it out"), (of_free_motions, "give a start, or leave it out")):
             for name in names:

@@ -15,11 +15,13 @@ from planner.base.errors import StateError
 from planner.base.hashing import content_hash
 from planner.base.html import html_table
 from planner.base.resolutions import W_STATES_PER_EDGE
+from planner.base.versions import versions
+from planner.collision.checker import CollisionChecker
 from planner.constraints.keeps import Keeps
 from planner.models.robot import Robot
 from planner.objective.scale import COSTS, CostScale
 from planner.roadmap.record_text import roadmap_text
-from planner.roadmap.world_record import WorldRecord
+from planner.roadmap.world_record import WorldRecord, record_of
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,23 @@ class Origin:
     seed: int
     versions: Mapping[str, str]
     world: WorldRecord
+
+
+def origin_of(checker: CollisionChecker, seed: int) -> Origin:
+    """Which robot and scene a roadmap grown with this checker belongs to."""
+    world = checker.world
+    return Origin(
+        robot=world.robot.name,
+        robot_identity=world.robot.identity,
+        scene=world.scene.name,
+        scene_identity=world.scene.identity,
+        joints=world.robot.joints,
+        tool=world.robot.tool,
+        margin=world.margin,
+        seed=seed,
+        versions=versions(),
+        world=record_of(world),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,6 +209,11 @@ def path_waypoints(roadmap: Roadmap, robot: Robot, nodes: Ints) -> Floats:
     if not len(nodes):
         return np.zeros((0, robot.dof))
     return frozen(robot.unwound(roadmap.nodes[nodes]))
+
+
+def roomy_part(roadmap: Roadmap, clearance: float) -> Roadmap:
+    """The roadmap of the edges that keep ``clearance`` (m)."""
+    return roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), roadmap.clearance >= clearance)
 
 
 def kept_part(roadmap: Roadmap, keeps: Keeps) -> Roadmap:

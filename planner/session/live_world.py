@@ -16,7 +16,6 @@ from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.self_pairs import generate_disabled_pairs
 from planner.collision.world import Contact, World
-from planner.construction.build import origin_of
 from planner.kinematics.forward import tool_pose
 from planner.models.frames import in_world
 from planner.models.moving import MovingObstacle
@@ -25,7 +24,7 @@ from planner.models.scene import PoseFile, Scene
 from planner.models.shapes import Box, Carried, Mesh, Obstacle, Shape
 from planner.problem.request import WorldRequest
 from planner.roadmap.node_checks import nobody
-from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap
+from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
 from planner.session.edge_proofs import EdgeProofs, displacement
 from planner.setup.open import open_world
 from planner.setup.resolve import touching

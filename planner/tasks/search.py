@@ -21,6 +21,7 @@ from planner.base.resolutions import RECHECK, RECHECK_BY_BACKEND
 from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import first_contact_on
+from planner.native.graphs import reached
 from planner.tasks.modes import BLOCKED, NONE, OPEN, Modes
 from planner.tasks.network import TaskNetwork
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
@@ -152,12 +153,7 @@ class LazySearch:
 
     def reached(self) -> int:
         """The step that no path over what is not refused gets beyond."""
-        open_ = ~self.refused
-        tails, heads = self.network.tails[open_], self.network.heads[open_]
-        reached = np.zeros(self.network.nodes, dtype=bool)
-        reached[self.network.start] = True
-        while True:
-            more = reached[tails] & ~reached[heads]
-            if not more.any():
-                return int(self.network.reaches[reached].max())
-            reached[heads[more]] = True
+        net, begin = self.network, np.zeros(self.network.nodes, dtype=bool)
+        begin[net.start] = True
+        arcs = np.stack([net.tails, net.heads], axis=1)[~self.refused]
+        return int(net.reaches[reached(begin, arcs)].max())

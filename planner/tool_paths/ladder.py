@@ -25,9 +25,7 @@ _ANCHORS = 5  # stations at which solutions are looked for from everywhere
 _STARTS = 64  # descents at each
 _THREADS = 6  # solutions of each that are continued
 _NEAR = 3  # solutions of other threads that a motion may lead to from each
-_STEP = (
-    0.4  # of the square root of the tube (m): stations are no farther apart; twice the step needs four times the tube
-)
+_STEP = 0.4  # of the square root of the tube (m) are stations apart; twice the step needs four times the tube
 _HALVINGS = 5
 _SAME = 1e-4  # rad (m): solutions nearer to each other are one
 _FAR = 0.5  # rad (m): a step of a thread by more is a jump to another branch
@@ -69,13 +67,19 @@ def build_ladder(
     Threads begin at solutions (k, dof) that ``allows`` says yes to, (k,), where there are such. The same for the same
     arguments: it works by counts.
     """
-    path = tube.path
-    step = min(step or np.inf, _STEP * float(np.sqrt(path.tube.position)))
-    count = np.maximum(np.ceil(path.lengths / step - 1e-9), 1).astype(np.int64)
-    line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
-    share = np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0)
-    stations = _Stations.of(tube, line, share)
+    stations = _Stations.along(tube, step or np.inf)
     threads, off = _threads(robot, stations, np.random.default_rng(seed), dense, allows)
+    return _linked(robot, tube, stations, threads, off)
+
+
+def ladder_from(robot: Robot, tube: Tube, q: Floats) -> Ladder:
+    """The ladder of one thread, from the solution ``q`` (dof,) at the beginning of a path."""
+    stations = _Stations.along(tube)
+    s = len(stations.line)
+    threads, off = np.full((1, s, robot.dof), np.nan), np.full((s, 2), np.inf)
+    threads[0, 0] = q
+    for k in range(s - 1):
+        _continue(robot, stations, threads, np.eye(3)[None], off, k, k + 1)
     return _linked(robot, tube, stations, threads, off)
 
 
@@ -91,6 +95,14 @@ class _Stations:
 
     def part(self, rows: Ints) -> _Stations:
         return _Stations(self.line[rows], self.share[rows], self.targets[rows], self.free[rows], self.cones[rows])
+
+    @staticmethod
+    def along(tube: Tube, step: float = np.inf) -> _Stations:
+        """Along all of the path, ``step`` (m) apart at most."""
+        step = min(step, _STEP * float(np.sqrt(tube.path.tube.position)))
+        count = np.maximum(np.ceil(tube.path.lengths / step - 1e-9), 1).astype(np.int64)
+        line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
+        return _Stations.of(tube, line, np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0))
 
     @staticmethod
     def of(tube: Tube, line: Ints, share: Floats) -> _Stations:

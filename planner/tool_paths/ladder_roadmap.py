@@ -7,21 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from planner import gabf
 from planner.base.arrays import Bools, Floats, Ints
 from planner.base.progress import QUIET, Progress
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver, Proofs
-from planner.construction.build import origin_of
 from planner.kinematics.manipulability import node_manipulability
 from planner.kinematics.manipulability_proof import prove_floor
+from planner.models.robot import Robot
+from planner.native.graphs import reached
 from planner.objective.scale import CostScale, measure_scale
-from planner.planning.result import Plan
 from planner.problem.request import PlanRequest
 from planner.roadmap.measure import measure_edges
 from planner.roadmap.node_checks import nobody
-from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap
+from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
 from planner.tool_paths.ladder import Ladder
+
+NEW, LEFT_OUT = -1, -2  # what becomes of a ladder's nodes
 
 
 def ladder_roadmap(
@@ -54,22 +55,12 @@ def _on_the_way(along: Floats, arcs: Ints) -> Bools:
     """
     if not len(arcs):
         return np.zeros(0, dtype=bool)
-    ahead = swept(along <= 1e-9, arcs)
+    ahead = reached(along <= 1e-9, arcs)
     if not ahead[arcs[:, 0]].any():
         return np.zeros(len(arcs), dtype=bool)
     farthest = along[arcs[ahead[arcs[:, 0]], 1]].max()
-    back = swept(ahead & (along >= farthest - 1e-9), arcs[:, ::-1])
+    back = reached(ahead & (along >= farthest - 1e-9), arcs[:, ::-1])
     return ahead[arcs[:, 0]] & back[arcs[:, 1]]
-
-
-def swept(reached: Bools, arcs: Ints) -> Bools:
-    """(n,) what can be reached along arcs (m, 2) from where ``reached`` is True."""
-    while True:
-        more = reached.copy()
-        more[arcs[reached[arcs[:, 0]], 1]] = True
-        if (more == reached).all():
-            return reached
-        reached = more
 
 
 def _roadmap(
@@ -96,7 +87,7 @@ def _roadmap(
         goals=first.sum() + np.arange(last.sum()),
         manipulability=w,
         **measure_edges(robot, nodes, edges, scale),
-        clearance=proofs.clearance[rows],
+        clearance=np.maximum(proofs.clearance[rows], 0.0),
         samples=proofs.samples[rows],
         checked_by=nobody(len(nodes)),
         scale=scale,
@@ -105,45 +96,31 @@ def _roadmap(
     return roadmap, along[order]
 
 
-def roadmap_of_home(checker: CollisionChecker, request: PlanRequest) -> Roadmap:
-    """A roadmap of the arm at home alone, for a path that is followed nowhere."""
-    robot = checker.robot
-    nodes, none = robot.home[None], np.zeros((0, 2), dtype=np.int64)
+def roadmap_of(checker: CollisionChecker, nodes: Floats, seed: int) -> Roadmap:
+    """A roadmap of ``nodes`` (n, dof) alone, the first of them its start, for what is followed nowhere."""
+    robot, none = checker.robot, np.zeros((0, 2), dtype=np.int64)
     w = node_manipulability(robot, nodes)
     scale = measure_scale(w, np.zeros(0), np.zeros(0))
     return Roadmap(
         nodes=nodes, edges=none, proven=np.zeros(0, bool), starts=np.zeros(1, np.int64), goals=np.zeros(0, np.int64),
         manipulability=w, **measure_edges(robot, nodes, none, scale), clearance=np.zeros(0),
-        samples=np.zeros(0, np.int64), checked_by=nobody(1), scale=scale, origin=origin_of(checker, request.seed),
+        samples=np.zeros(0, np.int64), checked_by=nobody(len(nodes)), scale=scale, origin=origin_of(checker, seed),
     )  # fmt: skip
 
 
-def forward(network: gabf.Network, along: Floats) -> gabf.Network:
-    """The network without the arcs that lead back along the path; off it ``along`` is -1."""
-    tails, heads = along[network.tails], along[network.indices]
-    return network.without_arcs(np.flatnonzero((tails > heads) & (tails > 1e-9)))
+def attached(robot: Robot, roadmap: Roadmap, ladder: Roadmap, number: Ints) -> tuple[Roadmap, Ints]:
+    """The roadmap with the nodes of a ladder behind its own, on its scale, and the number (n,) that each has there.
 
-
-def joined(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
-    """The free roadmap with the ladder behind its goals, on its scale; the ladder's other first rungs are left out."""
-    robot, roadmap = free.robot, free.roadmap
-    roomy = roadmap.part(np.ones(len(roadmap.nodes), bool), roadmap.clearance >= free.clearance_kept)
-    roadmap = roomy if roomy.connected else roadmap
-    n = len(roadmap.nodes)
-    number = np.where(along > 1e-9, n + np.cumsum(along > 1e-9) - 1, -1)
-    for goal in roadmap.goals:
-        same = np.abs(ladder.nodes[ladder.starts] - roadmap.nodes[goal]).max(axis=1) < 1e-9
-        number[ladder.starts[same]] = goal
+    ``number`` (n,) says which are the roadmap's own, by their numbers; NEW are the others, and LEFT_OUT those that are
+    not taken.
+    """
+    n, new = len(roadmap.nodes), number == NEW
+    number = np.where(new, n + np.cumsum(new) - 1, number)
     kept = (number >= 0)[ladder.edges].all(axis=1)
     edges = np.sort(number[ladder.edges[kept]], axis=1)
-    behind = along > 1e-9
-    rungs = {name: getattr(ladder, name)[behind] for name in NODE_ARRAYS}
-    nodes = {name: np.concatenate([getattr(roadmap, name), rungs[name]]) for name in NODE_ARRAYS}
+    nodes = {name: np.concatenate([getattr(roadmap, name), getattr(ladder, name)[new]]) for name in NODE_ARRAYS}
     arcs: dict[str, Any] = {name: getattr(ladder, name)[kept] for name in EDGE_ARRAYS} | {"edges": edges}
     arcs |= measure_edges(robot, nodes["nodes"], edges, roadmap.scale)
     joined = {name: np.concatenate([getattr(roadmap, name), arcs[name]]) for name in EDGE_ARRAYS}
     order = np.lexsort((joined["edges"][:, 1], joined["edges"][:, 0]))
-    joined = {name: array[order] for name, array in joined.items()}
-    places = np.concatenate([np.full(n, -1.0), along[behind]])
-    places[roadmap.goals] = 0.0
-    return replace(roadmap, **nodes, **joined, goals=number[ladder.goals]), places
+    return replace(roadmap, **nodes, **{name: array[order] for name, array in joined.items()}), number

@@ -151,7 +151,6 @@ def joined_motion(
     made = Trajectory(first.joints, clock, columns, first.law, limits)
     proof = prove_motion(made, EdgeProver(checker), limits, floor)
     record = proof.to_dict(checker.world.margin, checker.name)
-    for key in ("corners", "corners_blended", "shortcuts"):
-        record[key] = first.proof[key] + second.proof[key]
-    record["pieces_inside"] = second.proof["pieces_inside"]
+    for key in ("corners", "corners_blended", "shortcuts", "pieces_inside"):
+        record[key] = first.proof.get(key, 0) + second.proof.get(key, 0)
     return replace(made, proven=proof.whole and first.proven and second.proven, proof=record)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -53,6 +54,14 @@ class ToolPath:
     def along(self) -> Floats:
         """(k,) m from the first point to each."""
         return so_far(self.lengths)
+
+    @property
+    def backwards(self) -> ToolPath:
+        """The same from its end to its beginning."""
+        turned: dict[str, Any] = {
+            name: getattr(self, name)[::-1] for name in ("positions", "turns", "free", "cones", "given")
+        }
+        return replace(self, **turned)
 
     def evenly_turned(self) -> ToolPath:
         """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""

@@ -13,11 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.kinematics.tool_bound import AlongProofs, ToolBound, prove_along
+from planner.kinematics.tool_bound import AlongProofs, Frame, ToolBound, prove_along
+from planner.models.robot import Robot
 from planner.tool_paths.tool_path import ToolPath, rotation_angles
 
 _BEYOND = 0.05  # of the tube's radius: so far may the projection lie beyond an end of the line
 _FINEST = 1e-3  # of the tube: pieces that leave their chord by less are not halved again
+_SAMPLES = 16  # poses looked at on each motion, for the largest deviation that is told
 _ARC = 0.1  # of the tube's radius is left to the arcs that lines stand for
 
 
@@ -73,6 +75,19 @@ class Tube:
             np.array([0.0, 1.0, 0.0]),
             _FINEST * min(self.path.tube.position, self.path.tube.angle),
         )
+
+    def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, tuple[float, float]]:
+        """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here, and how far it is off.
+
+        At most, sampled, m and rad.
+        """
+        shares, count = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None], len(self._length)
+        q = (path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof)
+        rotation, position = Frame.tool(robot).poses(robot, np.concatenate([q, path[-1:]]))
+        places = np.append((along[:-1, None] + shares[:, 0, 0] * np.diff(along)[:, None]).ravel(), along[-1])
+        line = np.clip(np.searchsorted(self.path.along, places, side="right") - 1, 0, count - 1)
+        off, angle = self.deviations(np.clip(line[:, None] + np.arange(-1, 2), 0, count - 1), rotation, position)
+        return position, (float(off.max()), float(angle.max()))
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
         """How far (n,) m and rad poses are off the nearest of their lines (n, a), and the angle beyond a cone's."""

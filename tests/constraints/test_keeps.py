@@ -86,6 +86,7 @@ def test_states_hold_what_the_words_say(panda, text):
     holds = keeps.holds(q)
     assert holds.any()
     assert not holds.all()
+    assert not keeps.holds(np.full((1, panda.dof), np.nan)).any()
     assert (truth[holds] <= 1e-6).all()
     if "rotvec" not in text:
         assert (truth[~holds].max(axis=1) > -1e-6).all()

@@ -19,6 +19,7 @@ from planner.native.library import (
     NativeBounds,
     NativeBoxes,
     NativeChain,
+    NativeKeeping,
     NativeWorld,
     manipulability_cost_sums,
     manipulability_costs,
@@ -128,6 +129,28 @@ def of_boxes(rng: Rng, size: Size) -> list[Any]:
     nothing = NativeBoxes(chain, *(array[:0] for array in (joints[0], points, joints[1], turns, shifts, -high, high)))
     assert len(nothing.hits(q)[0]) == 0
     return [rows, local]
+
+
+def of_keeping(rng: Rng, size: Size) -> list[Any]:
+    """Two frames, one with half-spaces and one with balls; what is brought to keep them has that to spare."""
+    chain, q, k = a_chain(rng, size.joints), states(rng, size), 1 + size.bodies
+    joints, placements = rng.integers(0, size.joints + 1, 2), np.array([random_pose(rng) for _ in range(2)])
+    wraps, ball = rng.random(size.joints) < 0.2, np.arange(2 * k) >= k
+    rows, limits = rng.normal(size=(4 * k, 12)), rng.uniform(0.5, 2.0, 2 * k) * np.where(ball, 1.0, -1.0)
+    free = np.full(size.joints, -2.5), np.full(size.joints, 2.5), wraps
+    pieces = np.full(2, k), np.where(ball, 3, 1), ball, rows, rng.normal(size=4 * k), limits, np.ones(2 * k)
+    keeping, (rotation, position) = NativeKeeping(chain, joints, placements, *pieces, free), chain.placements(q)
+    there, good = keeping.projected(q, rng.random(len(q)), 1e-9, 20)
+    assert (np.abs(there[(there != q).any(axis=1)][:, ~wraps]) <= 2.5).all()
+    found, (turns, shifts) = [there, good], chain.placements(there)
+    for frame, joint in enumerate(joints):
+        turned = turns[joint] @ placements[frame, :3, :3], shifts[joint] + turns[joint] @ placements[frame, :3, 3]
+        found.append(keeping.slack(frame, *turned))
+        assert (found[-1][good] >= -1e-8).all()
+    empty = tuple(array[:0] for array in pieces)
+    none = NativeKeeping(chain, joints[:0], placements[:0], *empty, free)  # type: ignore[call-arg]
+    assert none.projected(q, np.ones(len(q)), 0.0, 3)[1].all()
+    return [*found, rotation, position]
 
 
 def add_shape(rng: Rng, world: NativeWorld, joint: int) -> tuple[int, np.ndarray, float]:
@@ -533,8 +556,8 @@ def of_flows(rng: Rng, size: Size) -> list[Any]:
 CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
-        of_a_chain, of_inverse, of_boxes, of_distances, of_glances, of_proofs, of_proofs_in_time, of_chunks, of_stops,
-        of_limits_of_pieces, of_curves_of_chunks,
-        of_choices, of_costs, of_curves, of_polynomials, of_graphs, of_dynamics, of_flows,
+        of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_proofs, of_proofs_in_time, of_chunks,
+        of_stops, of_limits_of_pieces, of_curves_of_chunks, of_choices, of_costs, of_curves, of_polynomials, of_graphs,
+        of_dynamics, of_flows,
     )
 }  # fmt: skip

@@ -13,7 +13,7 @@ import pytest
 from planner.base.errors import ArrayError
 from planner.native import dynamics, graphs, library, loading, motions
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
-from planner.native.library import NativeBoxes, NativeChain, NativeWorld
+from planner.native.library import NativeBoxes, NativeChain, NativeKeeping, NativeWorld
 from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_world, body_reach_of, bounds_of
 
 SEED = 5
@@ -141,6 +141,13 @@ def boxes_with(**other: np.ndarray) -> Callable[[], object]:
     return lambda: NativeBoxes(CHAIN, **(given | other))
 
 
+def keeping_with(**other: Any) -> Callable[[], NativeKeeping]:
+    vectors = {name: np.zeros(1) for name in ("centres", "limits", "depths")}
+    given = {"joints": np.ones(1), "placements": EYE[None], "pieces": np.ones(1), "counts": np.ones(1)} | vectors
+    given |= {"balls": np.zeros(1), "rows": np.zeros((1, 12)), "joint_limits": FREE}
+    return lambda: NativeKeeping(CHAIN, **(given | other))
+
+
 ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
 LINE, PHASE = np.ones((1, 3, 2)), np.array([[0.0, 0.0, 1.0, 0.0, 1.0]])
 LIMITS = np.ones(2), np.ones(2)
@@ -173,6 +180,17 @@ WRONG: dict[str, Callable[[], object]] = {
     "boxes: NaN": boxes_with(low=np.full((1, 3), np.nan)),
     "boxes: columns": lambda: boxes_with()().hits(Q[:, :1]),  # type: ignore[attr-defined]
     "boxes: a NaN state": lambda: boxes_with()().hits(NAN3[None]),  # type: ignore[attr-defined]
+    "keeping: joint": keeping_with(joints=np.array([9])),
+    "keeping: rows of two": keeping_with(rows=np.zeros((2, 12))),
+    "keeping: NaN": keeping_with(limits=np.full(1, np.nan)),
+    "keeping: a half-space of two rows": keeping_with(
+        counts=np.full(1, 2), rows=np.zeros((2, 12)), centres=np.zeros(2)
+    ),
+    "keeping: fewer pieces than rows": keeping_with(counts=np.full(1, -1)),
+    "keeping: limits": keeping_with(joint_limits=(np.ones(2), *FREE[1:])),
+    "keeping: columns": lambda: keeping_with()().projected(Q[:, :1], np.ones(4), 0.0, 1),
+    "keeping: depths": lambda: keeping_with()().projected(Q, np.ones(3), 0.0, 1),
+    "keeping: frame": lambda: keeping_with()().slack(0, np.zeros((1, 3, 2)), np.zeros((1, 3))),
     "world: margin": lambda: NativeWorld(CHAIN, NAN),
     "world: no points": lambda: fresh().add_hull(1, np.zeros((0, 3)), 0.1),
     "world: points of two": lambda: fresh().add_hull(1, np.zeros((3, 2)), 0.1),

@@ -17,7 +17,7 @@ import pytest
 
 from planner.base.progress import StopRequest
 from planner.native import graphs
-from planner.native.library import NativeBoxes, NativeChain, NativeWorld
+from planner.native.library import NativeBoxes, NativeChain, NativeKeeping, NativeWorld
 from planner.native.motions import curve_next_ramp, curve_phases, motion_mean, polynomial_extrema
 
 SOON = 1.0  # s
@@ -73,6 +73,12 @@ def boxes(k: int) -> NativeBoxes:
     return NativeBoxes(CHAIN, np.ones(k), np.ones((k, 3)), np.zeros(k), *frames, np.full((k, 3), 5), np.full((k, 3), 6))
 
 
+KEEPING = NativeKeeping(  # of what no position has: x >= 1e5
+    CHAIN, ONE, np.eye(4)[None], ONE, ONE, np.zeros(1), np.eye(12)[:1], np.zeros(1), np.full(1, 1e5), np.ones(1),
+    (np.full(1, -9.0), np.full(1, 9.0), np.zeros(1)),
+)  # fmt: skip
+
+
 def far_away() -> tuple[object, ...]:
     limits, goal = (np.full(1, -9.0), np.full(1, 9.0), np.zeros(1)), np.eye(4)
     goal[1, 3] = 1.0
@@ -114,6 +120,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, 6),
     ),
     "inverse": (CHAIN.inverse, far_away),
+    "keeping": (KEEPING.projected, lambda: (np.zeros((MANY, 1)), np.ones(MANY), 0.0, 1000)),
     "boxes": (boxes(200).hits, lambda: (np.zeros((MANY, 1)),)),
     "close": (
         WORLD.close,

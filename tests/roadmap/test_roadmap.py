@@ -7,10 +7,12 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from planner.base.versions import versions
 from planner.collision.edge_prover import recheck
-from planner.construction.build import build_roadmap, origin_of, versions
+from planner.construction.build import build_roadmap
 from planner.kinematics.manipulability import manipulability
 from planner.roadmap.measure import measure_edges
+from planner.roadmap.roadmap import origin_of
 from tests.worlds import load, make_post, post_roadmap, small_plan
 
 ROADMAP = post_roadmap()

@@ -30,6 +30,13 @@ def raster(rows: int, columns: int, step: float, origin: Any, **more: Any) -> To
     return line_of(points, **more)
 
 
+def pose_of(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rotation (3, 3) and position (3,) of the tool at a configuration (dof,)."""
+    data = robot.model.createData()
+    pin.framesForwardKinematics(robot.model, data, q)
+    return data.oMf[robot.tool_id].rotation, data.oMf[robot.tool_id].translation
+
+
 def outside(path: ToolPath, robot: Robot, q: np.ndarray) -> float:
     """The most by which poses at configurations (n, dof) leave the tube, as a share of it: 1 is its boundary.
 

@@ -13,10 +13,11 @@ from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Obstacle
+from planner.planning.follow import Follower, follow
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
-from planner.tool_paths.follow import Follower, follow
+from planner.roadmap.storage import load_roadmap
 from tests.documents import ROOT
 from tests.tool_paths.judge import line_of, outside, raster
 from tests.worlds import planar_trap
@@ -45,6 +46,12 @@ def test_a_raster_is_followed_without_a_jump(follower: Follower) -> None:
     q = (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)
     assert outside(RASTER, found.robot, q) <= 1.0
     assert found.to_dict()["tool_path"]["followed"] == 1.0
+
+
+def test_its_roadmap_can_be_kept(follower: Follower, tmp_path: Path) -> None:
+    found = follower.plan(REQUEST)
+    found.save(tmp_path)
+    assert load_roadmap(tmp_path / "roadmap.npz").sha256 == found.roadmap.sha256
 
 
 def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -98,6 +98,23 @@ def test_what_leaves_the_tube_is_refuted_and_what_stays_is_proven() -> None:
     assert verdicts == [(True, False), (False, True)]
 
 
+def test_a_short_motion_past_a_point_of_the_path_is_proven() -> None:
+    """It leaves its chord by less than is halved for, and still is beside one line first, then beside the next."""
+    robot, q, rng = load("panda"), np.array([0.1, 0.3, 0.0, -2.0, 0.0, 2.3, 0.8]), np.random.default_rng(0)
+    rotation, position = Frame.tool(robot).poses(robot, q[None])
+    delta = rng.uniform(-1, 1, 7)
+    ends = Frame.tool(robot).poses(robot, np.stack([q - 1e-3 * delta, q + 1e-3 * delta]))[1]
+    way = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    points = position[0] + np.array([[-0.02], [0.0], [0.02]]) * way
+    tube, bound = Tube(line_of(points, axis=rotation[0, :, 2].tolist()).evenly_turned()), ToolBound(robot)
+    size = 1.4e-7 / np.linalg.norm(ends[1] - ends[0])
+    curve = np.stack([q - size * delta, 2.5 * size * delta])[None]
+    assert bound(curve)[0][0] < 1e-6
+    proofs = tube.prove(bound, curve, np.array([[0, 1]]))
+    assert proofs.holds.all()
+    assert not tube.prove(bound, curve, np.array([[0, 0]])).holds.any()
+
+
 def test_deviations_are_what_they_are() -> None:
     tube = Tube(line_of([[0, 0, 0], [1, 0, 0]], axis=[0, 0, 1]).evenly_turned())
     lean = np.array([[np.cos(0.3), 0, np.sin(0.3)], [0, 1, 0], [-np.sin(0.3), 0, np.cos(0.3)]])

@@ -11,7 +11,7 @@ from planner.collision import make_checker, second_checker
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.shapes import Box
-from planner.planning.plan import cost_in_motion
+from planner.planning.motion import cost_in_motion
 from planner.planning.result import Plan
 from planner.problem.request import TimeLaw
 from planner.trajectory.check import sampled_contact

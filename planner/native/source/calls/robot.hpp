@@ -2,6 +2,7 @@
 #pragma once
 
 #include "../inverse.hpp"
+#include "../keeping.hpp"
 #include "../refusals.hpp"
 #include "../sharing.hpp"
 
@@ -202,6 +203,75 @@ int chain_inverse(const Chain* chain, int n, double* q, int last, const double* 
                 const size_t row = k;
                 descent.run(own, {mat_at(turns + 9 * row), vec_at(shifts + 3 * row)}, iterations);
                 descent.miss(own, distance[k], angle[k]);
+            });
+    });
+}
+
+// Frames (frames,) that joints carry, with as many pieces as `pieces` (frames + 1,) says; each of these has the rows
+// (r, 12) and centres (r,) from one of `ends` (all + 1,) to the next, and a limit and a depth (all,). Joints (dof,) have
+// limits where they do not wrap.
+Keeping* keeping_new(const Chain* chain, int frames, const int64_t* joints, const double* turns, const double* shifts,
+                     const int64_t* pieces, const int64_t* ends, const uint8_t* balls, const double* rows,
+                     const double* centres, const double* limits, const double* depths, const double* lower,
+                     const double* upper, const uint8_t* wraps) {
+    return answered([&] {
+        require(between(joints, frames, 0, chain->dof() + 1), "there is no such joint");
+        const int64_t all = pieces[frames], total = ends[all];
+        require(are_offsets(pieces, frames, all) && are_offsets(ends, all, total), "pieces are not in order");
+        require(within(turns, 9 * static_cast<size_t>(frames), farthest) &&
+                    within(shifts, 3 * static_cast<size_t>(frames), farthest),
+                "a frame is no finite number");
+        require(within(rows, 12 * total, farthest) && within(centres, total, farthest) &&
+                    within(limits, all, farthest) && within(depths, all, farthest),
+                "a condition is no finite number");
+        const int dof = chain->dof();
+        std::unique_ptr<Keeping> made(new Keeping{*chain,
+                                                  {},
+                                                  {},
+                                                  {rows, rows + 12 * total},
+                                                  {centres, centres + total},
+                                                  {lower, lower + dof},
+                                                  {upper, upper + dof},
+                                                  {wraps, wraps + dof}});
+        for (int k = 0; k < frames; ++k)
+            made->frames.push_back({static_cast<int>(joints[k]),
+                                    {mat_at(turns + 9 * k), vec_at(shifts + 3 * k)},
+                                    static_cast<int>(pieces[k]),
+                                    static_cast<int>(pieces[k + 1])});
+        for (int64_t k = 0; k < all; ++k) {
+            require(balls[k] || ends[k + 1] == ends[k] + 1, "a half-space has one row");
+            made->pieces.push_back(
+                {static_cast<int>(ends[k]), static_cast<int>(ends[k + 1]), balls[k] != 0, limits[k], depths[k]});
+        }
+        return made.release();
+    });
+}
+
+void keeping_free(Keeping* keeping) { delete keeping; }
+
+// What each piece of a frame has to spare (n, pieces) at its poses: rotations (n, 3, 3) and positions (n, 3).
+int keeping_slack(const Keeping* keeping, int frame, int n, const double* turns, const double* shifts, double* slack) {
+    return answered([&] {
+        require(frame >= 0 && frame < static_cast<int>(keeping->frames.size()), "there is no such frame");
+        const KeptFrame& kept = keeping->frames[frame];
+        for (int row = 0; row < n; ++row) {
+            heed_at(row);
+            double y[12];
+            std::copy(shifts + 3 * static_cast<size_t>(row), shifts + 3 * static_cast<size_t>(row) + 3, y);
+            std::copy(turns + 9 * static_cast<size_t>(row), turns + 9 * static_cast<size_t>(row) + 9, y + 3);
+            for (int k = kept.first; k < kept.behind; ++k) *slack++ = keeping->slack(keeping->pieces[k], y);
+        }
+    });
+}
+
+// States q (n, dof) become states near them that keep all but for `exact`, and `good` (n,) says which do; `depth` (n,).
+int keeping_project(const Keeping* keeping, int n, double* q, const double* depth, double exact, int steps, int threads,
+                    uint8_t* good) {
+    return answered([&] {
+        share_out(
+            n, threads, 64, [&] { return Projection(*keeping); },
+            [&](int k, Projection& projection) {
+                good[k] = projection.run(q + static_cast<size_t>(k) * keeping->chain.dof(), depth[k], exact, steps);
             });
     });
 }

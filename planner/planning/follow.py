@@ -17,11 +17,12 @@ from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.construction.obtain import obtain_roadmap
-from planner.kinematics.tool_bound import Frame
+from planner.native.graphs import reached
 from planner.planning.followed import FollowedPath
 from planner.planning.manipulability_floor import rounded_down
+from planner.planning.motion import looked_at_again, timed
 from planner.planning.network import build_network
-from planner.planning.plan import improved, looked_at_again, solve_and_heal, timed
+from planner.planning.plan import improved, solve_and_heal
 from planner.planning.record import DeviationRecord, ToolPathRecord, ToolSpeedRecord
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
@@ -30,12 +31,12 @@ from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
 from planner.problem.targets import parse_target
-from planner.roadmap.roadmap import Roadmap
+from planner.roadmap.roadmap import Roadmap, roomy_part
 from planner.setup.open import Query, open_world, states_of
 from planner.setup.resolve import resolve
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import Ladder, build_ladder
-from planner.tool_paths.ladder_roadmap import forward, joined, ladder_roadmap, roadmap_of_home, swept
+from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, attached, ladder_roadmap, roadmap_of
 from planner.tool_paths.timing import ToolSpeed, joined_motion, time_tool_path
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
@@ -45,7 +46,6 @@ from planner.trajectory.trajectory import Trajectory
 
 _OPTIONS = tuple(field.name for field in fields(FollowRequest))
 _ENDS = 8  # first rungs that a free motion may lead to: those of the least cost-to-go
-_SAMPLES = 16  # poses looked at on each motion between rungs, for the largest deviation that is told
 _FAST_STEP = 0.004  # m between stations where the tool's speed matters: between them it changes by little
 
 
@@ -122,7 +122,7 @@ class Follower:
         limits = None if timing is None else MotionLimits.of(robot, timing)
         begun = {"robot": robot, "scene": self.checker.world.scene, "checker": self.checker, "timings": clock.seconds}
         if self.roadmap is None:
-            nowhere = roadmap_of_home(self.checker, request)
+            nowhere = roadmap_of(self.checker, robot.home[None], request.seed)
             return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), None)
         roadmap, along = self.roadmap, self.along
         draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
@@ -139,9 +139,9 @@ class Follower:
                 if not free.roadmap.connected:
                     failed = replace(free, outcome=Outcome.NO_PATH)
                     return self._finished(replace(failed, reason=why_no_path(failed, progress)), None)
-                roadmap, along = joined(free, roadmap, along)
+                roadmap, along = _joined(free, roadmap, along)
         with clock("costs"):
-            network = forward(build_network(roadmap, request.objective), along)
+            network = _forward(build_network(roadmap, request.objective), along)
         solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock)
         motion = None
         if timing is not None and limits is not None and len(solved.path):
@@ -166,7 +166,7 @@ class Follower:
         """From the start to the first rungs of the least cost-to-go."""
         checker, ladder = self.checker, draft.roadmap
         start = resolve(parse_target(str(request.start)), checker, states_of(checker.robot, draft.scene), "start")
-        network = forward(build_network(ladder, request.objective), self.along)
+        network = _forward(build_network(ladder, request.objective), self.along)
         cost = gabf.oracle(network)[ladder.starts]
         best = ladder.starts[np.argsort(cost, kind="stable")[: min(_ENDS, int(np.isfinite(cost).sum()))]]
         goals = ladder.nodes[best]
@@ -186,7 +186,7 @@ class Follower:
         low, high = 0, len(levels)
         while high - low > 1:
             middle = (low + high) // 2
-            passes = swept(begin, arcs[w >= levels[middle]])[end].any()
+            passes = reached(begin, arcs[w >= levels[middle]])[end].any()
             low, high = (middle, high) if passes else (low, middle)
         return rounded_down(float(levels[low]))
 
@@ -199,18 +199,16 @@ class Follower:
             outcome = Outcome.PARTLY_FOLLOWED
             there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
             reason = why_not(self.checker, self.ladder, followed, there, self._lower_floor(solved.request))
-        reached, deviation = np.zeros((0, 3)), DeviationRecord(position=0.0, angle=0.0)
+        went, off = np.zeros((0, 3)), (0.0, 0.0)
         if along is not None and len(solved.path):
             places = along[solved.path_nodes]
-            on_path = places >= 0.0
-            reached, deviation = _largest_deviation(
-                self.ladder.tube, self.checker, solved.path[on_path], places[on_path]
-            )
+            rows = places >= 0.0
+            went, off = self.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
         trajectory, speed = motion or (None, None)
         record = ToolPathRecord(
             followed=followed,
             points=int(self.path.given.max()),
-            largest_deviation=deviation,
+            largest_deviation=DeviationRecord(position=off[0], angle=off[1]),
             tube=DeviationRecord(position=self.path.tube.position, angle=self.path.tube.angle),
             proven=bool(len(solved.path)) and (trajectory is None or trajectory.proven),
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
@@ -222,7 +220,7 @@ class Follower:
             reason=reason,
             goal="tool-path" if len(solved.path) else None,
             trajectory=trajectory,
-            tool_path=FollowedPath(record, self.path.positions, reached),
+            tool_path=FollowedPath(record, self.path.positions, went),
         )
 
 
@@ -232,16 +230,21 @@ def _free_at(checker: CollisionChecker) -> Callable[[Floats], Bools]:
     return lambda q: prover.free(q, np.zeros_like(q))
 
 
-def _largest_deviation(
-    tube: Tube, checker: CollisionChecker, path: Floats, along: Floats
-) -> tuple[Floats, DeviationRecord]:
-    """Where the tool goes (n, 3) m along a joint path on the tool path, and how far it is off at most, sampled."""
-    robot = checker.robot
-    shares = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None]
-    q = np.concatenate([(path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof), path[-1:]])
-    rotation, position = Frame.tool(robot).poses(robot, q)
-    places = np.append((along[:-1, None] + shares[:, 0, 0] * np.diff(along)[:, None]).ravel(), along[-1])
-    line = np.clip(np.searchsorted(tube.path.along, places, side="right") - 1, 0, len(tube.path.lengths) - 1)
-    lines = np.clip(line[:, None] + np.arange(-1, 2), 0, len(tube.path.lengths) - 1)
-    off, angle = tube.deviations(lines, rotation, position)
-    return position, DeviationRecord(position=float(off.max()), angle=float(angle.max()))
+def _forward(network: gabf.Network, along: Floats) -> gabf.Network:
+    """The network without the arcs that lead back along the path; off it ``along`` is -1."""
+    tails, heads = along[network.tails], along[network.indices]
+    return network.without_arcs(np.flatnonzero((tails > heads) & (tails > 1e-9)))
+
+
+def _joined(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
+    """The free roadmap with the ladder behind its goals; the ladder's other first rungs are left out."""
+    roomy = roomy_part(free.roadmap, free.clearance_kept)
+    roadmap = roomy if roomy.connected else free.roadmap
+    number = np.where(along > 1e-9, NEW, LEFT_OUT)
+    for goal in roadmap.goals:
+        same = np.abs(ladder.nodes[ladder.starts] - roadmap.nodes[goal]).max(axis=1) < 1e-9
+        number[ladder.starts[same]] = goal
+    joined, number = attached(free.robot, roadmap, ladder, number)
+    places = np.full(len(joined.nodes), -1.0)
+    places[number[number >= 0]] = along[number >= 0]
+    return replace(joined, goals=number[ladder.goals]), places

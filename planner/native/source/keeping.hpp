@@ -1,0 +1,163 @@
+// What a motion keeps: convex pieces of the poses of frames, what these have to spare, and states brought to keep them.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "inverse.hpp"
+
+namespace planner {
+
+// Of y = (position, rows of the rotation) of a frame: row . y >= limit, or in a ball |rows y - centres| <= limit; `depth`
+// is how much more there can be of the first.
+struct Piece {
+    int first, behind;  // its rows
+    bool ball;
+    double limit, depth;
+};
+
+// A frame that a joint carries, and its pieces from `first` on.
+struct KeptFrame {
+    int joint;
+    Frame placement;
+    int first, behind;
+};
+
+struct Keeping {
+    Chain chain;
+    std::vector<KeptFrame> frames;
+    std::vector<Piece> pieces;
+    std::vector<double> rows, centres;  // (rows, 12), (rows,)
+    std::vector<double> lower, upper;   // of the joints, but for those that wrap
+    std::vector<uint8_t> wraps;
+
+    double along(int row, const double* y) const {
+        double sum = 0.0;
+        for (int k = 0; k < 12; ++k) sum += rows[12 * static_cast<size_t>(row) + k] * y[k];
+        return sum;
+    }
+
+    // How far y is from the middle of a ball.
+    double away(const Piece& piece, const double* y) const {
+        double sum = 0.0;
+        for (int row = piece.first; row < piece.behind; ++row) {
+            const double off = along(row, y) - centres[row];
+            sum += off * off;
+        }
+        return std::sqrt(sum);
+    }
+
+    // What a piece has to spare at y; negative where it is broken.
+    double slack(const Piece& piece, const double* y) const {
+        return piece.ball ? piece.limit - away(piece, y) : along(piece.first, y) - piece.limit;
+    }
+};
+
+class Projection {
+   public:
+    explicit Projection(const Keeping& keeping)
+        : keeping_(keeping), dof_(keeping.chain.dof()), frames_(dof_ + 1), linear_(dof_), angular_(dof_),
+          rates_(12 * dof_), row_(dof_), square_(dof_ * dof_), step_(dof_) {}
+
+    // Gauss-Newton steps from q into what is allowed, a share `depth` of the way to its middle, until all is kept but for
+    // `exact`; q becomes where they end. Whether all is kept there.
+    bool run(double* q, double depth, double exact, int steps) {
+        constexpr double largest_step = 0.5;  // rad, m
+        for (int round = 0;; ++round) {
+            heed_at(round);
+            if (holds(q, exact)) return true;
+            if (round == steps) return false;
+            look(depth);
+            double most = 1e-300;
+            for (double part : step_) most = std::max(most, std::fabs(part));
+            const double shrunk = std::min(1.0, largest_step / most);
+            for (int j = 0; j < dof_; ++j) {
+                q[j] -= shrunk * step_[j];
+                if (!keeping_.wraps[j]) q[j] = std::min(std::max(q[j], keeping_.lower[j]), keeping_.upper[j]);
+            }
+        }
+    }
+
+   private:
+    bool holds(const double* q, double exact) {
+        keeping_.chain.place(q, frames_.data());
+        for (const KeptFrame& kept : keeping_.frames) {
+            pose(kept);
+            for (int k = kept.first; k < kept.behind; ++k)
+                if (!(keeping_.slack(keeping_.pieces[k], y_) >= -exact)) return false;
+        }
+        return true;
+    }
+
+    void pose(const KeptFrame& kept) {
+        const Frame& joint = frames_[kept.joint];
+        const Vec position = joint * kept.placement.shift;
+        const Mat turn = joint.turn * kept.placement.turn;
+        y_[0] = position.x, y_[1] = position.y, y_[2] = position.z;
+        std::copy(turn.m, turn.m + 9, y_ + 3);
+    }
+
+    // The least joint motion, with its sign turned, that removes what is off where the chain stands, as far as that is
+    // linear.
+    void look(double depth) {
+        std::fill(square_.begin(), square_.end(), 0.0);
+        std::fill(step_.begin(), step_.end(), 0.0);
+        size_ = 0.0;
+        for (const KeptFrame& kept : keeping_.frames) {
+            pose(kept);
+            rates(kept);
+            for (int k = kept.first; k < kept.behind; ++k) {
+                const Piece& piece = keeping_.pieces[k];
+                if (!piece.ball) {
+                    const double off = keeping_.slack(piece, y_) - depth * piece.depth;
+                    if (off < 0.0) take(piece.first, off);
+                    continue;
+                }
+                const double far = std::max(keeping_.away(piece, y_), 1e-300);
+                const double share = 1.0 - (1.0 - depth) * piece.limit / far;
+                for (int row = piece.first; share > 0.0 && row < piece.behind; ++row)
+                    take(row, share * (keeping_.along(row, y_) - keeping_.centres[row]));
+            }
+        }
+        const double damping = 1e-9 + 1e-3 * size_;
+        for (int j = 0; j < dof_; ++j) square_[j * dof_ + j] += damping;
+        solve_positive(square_.data(), step_.data(), dof_);
+    }
+
+    // How the pose changes with each joint (12, dof).
+    void rates(const KeptFrame& kept) {
+        keeping_.chain.jacobian(frames_.data(), kept.joint, kept.placement.shift, linear_.data(), angular_.data());
+        for (int j = 0; j < dof_; ++j) {
+            rates_[j] = linear_[j].x, rates_[dof_ + j] = linear_[j].y, rates_[2 * dof_ + j] = linear_[j].z;
+            for (int column = 0; column < 3; ++column) {
+                const Vec turned = cross(angular_[j], Vec{y_[3 + column], y_[6 + column], y_[9 + column]});
+                rates_[(3 + column) * dof_ + j] = turned.x, rates_[(6 + column) * dof_ + j] = turned.y;
+                rates_[(9 + column) * dof_ + j] = turned.z;
+            }
+        }
+    }
+
+    // One more row of the least-squares problem.
+    void take(int row, double off) {
+        size_ += off * off;
+        std::fill(row_.begin(), row_.end(), 0.0);
+        for (int k = 0; k < 12; ++k) {
+            const double weight = keeping_.rows[12 * static_cast<size_t>(row) + k];
+            if (weight != 0.0)
+                for (int j = 0; j < dof_; ++j) row_[j] += weight * rates_[k * dof_ + j];
+        }
+        for (int i = 0; i < dof_; ++i) {
+            step_[i] += row_[i] * off;
+            for (int j = 0; j < dof_; ++j) square_[i * dof_ + j] += row_[i] * row_[j];
+        }
+    }
+
+    const Keeping& keeping_;
+    int dof_;
+    double y_[12] = {}, size_ = 0.0;
+    std::vector<Frame> frames_;
+    std::vector<Vec> linear_, angular_;
+    std::vector<double> rates_, row_, square_, step_;
+};
+
+}  // namespace planner

@@ -1,0 +1,160 @@
+"""Straight lines of the tool out of a plan's start and into its goal, each a proven ladder of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.base.arrays import Floats
+from planner.collision.checker import CollisionChecker
+from planner.kinematics.tool_bound import Frame
+from planner.models.robot import Robot
+from planner.planning.motion import timed
+from planner.planning.record import DeviationRecord, LegRecord
+from planner.planning.result import Plan
+from planner.problem.reasons import CannotFollow
+from planner.problem.request import PlanRequest, TimingRequest
+from planner.roadmap.roadmap import Roadmap, roomy_part
+from planner.setup.open import Query
+from planner.tool_paths.ladder import Ladder, ladder_from
+from planner.tool_paths.ladder_roadmap import NEW, attached, ladder_roadmap
+from planner.tool_paths.timing import joined_motion, time_tool_path
+from planner.tool_paths.tool_path import ToolPath
+from planner.tool_paths.tube import Tube
+from planner.tool_paths.why_not import why_not
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A line of the tool from an end of a plan to where the free motion is joined to it.
+
+    ``roadmap``: a chain of proven motions, whose start is that end and whose goal is the other one; ``along`` (n,) m.
+    """
+
+    path: ToolPath
+    roadmap: Roadmap
+    along: Floats
+
+    @property
+    def end(self) -> Floats:
+        return self.roadmap.nodes[self.roadmap.starts[0]]
+
+    @property
+    def free(self) -> Floats:
+        return self.roadmap.nodes[self.roadmap.goals[0]]
+
+    def record(self, name: str, robot: Robot) -> LegRecord:
+        order = np.argsort(self.along)
+        _, off = Tube(self.path).largest_deviation(robot, self.roadmap.nodes[order], self.along[order])
+        tube = self.path.tube
+        return LegRecord(
+            leg=name,
+            length=float(self.along.max()),
+            largest_deviation=DeviationRecord(position=off[0], angle=off[1]),
+            tube=DeviationRecord(position=tube.position, angle=tube.angle),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Legs:
+    """The legs of a plan: ``retreats`` from its starts, ``approaches`` to its goals; empty where none is asked for."""
+
+    retreats: tuple[Leg, ...] = ()
+    approaches: tuple[Leg, ...] = ()
+
+    def between(self, query: Query) -> Query:
+        """What the free motion has to join."""
+        starts = np.array([leg.free for leg in self.retreats]) if self.retreats else query.starts
+        if not self.approaches:
+            return replace(query, starts=starts)
+        goals = np.array([leg.free for leg in self.approaches])
+        return replace(query, starts=starts, goals=goals, goal_names=("approach",) * len(goals))
+
+    def attached(self, free: Plan) -> Plan:
+        """The plan on its roadmap with the legs, in which starts and goals are what was asked for."""
+        if not (self.retreats or self.approaches):
+            return free
+        roadmap = roomy_part(free.roadmap, free.clearance_kept)
+        roadmap = roadmap if roadmap.connected else free.roadmap
+        ends = {"starts": (self.retreats, roadmap.starts), "goals": (self.approaches, roadmap.goals)}
+        for name, (legs, doors) in ends.items():
+            numbers = []
+            for leg in legs:
+                number = np.full(len(leg.along), NEW)
+                away = np.abs(roadmap.nodes[doors] - leg.free).max(axis=1)
+                number[leg.roadmap.goals[0]] = doors[away.argmin()]
+                roadmap, number = attached(free.robot, roadmap, leg.roadmap, number)
+                numbers.append(number[leg.roadmap.starts[0]])
+            if numbers:
+                roadmap = replace(roadmap, **{name: np.array(numbers)})
+        return replace(free, roadmap=roadmap, clearance_kept=0.0)
+
+    def of(self, path: Floats) -> tuple[Leg | None, Leg | None]:
+        """The legs with which a path (k, dof) begins and ends."""
+        begin, end = (
+            next((leg for leg in legs if np.abs(leg.end - q).max() < 1e-9), None)
+            for legs, q in ((self.retreats, path[0]), (self.approaches, path[-1]))
+        )
+        return begin, end
+
+    def timed(self, found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
+        """The motion along a plan's path; it rests between a leg and what is free."""
+        begin, end = self.of(found.path)
+        if begin is None and end is None:
+            return timed(found, timing, limits)
+        limits = limits or MotionLimits.of(found.robot)
+        first = len(begin.along) - 1 if begin else 0
+        last = len(found.path) - (len(end.along) - 1 if end else 0)
+        made = timed(replace(found, path=found.path[first:last]), timing, limits)
+        floor = found.request.min_manipulability
+        for leg, part, before in ((begin, found.path[: first + 1], True), (end, found.path[last - 1 :], False)):
+            if leg is not None:
+                along = np.sort(leg.along)
+                path = leg.path if before else leg.path.backwards
+                places = along if before else along[-1] - along[::-1]
+                straight, _ = time_tool_path(part, places, Tube(path), found.checker, limits, None, floor)
+                parts = (straight, made) if before else (made, straight)
+                made = joined_motion(*parts, found.checker, limits, floor)
+        return made
+
+    def records(self, robot: Robot, path: Floats) -> tuple[LegRecord, ...]:
+        """What ``plan.json`` says of the legs of a path."""
+        begin, end = self.of(path)
+        return tuple(leg.record(name, robot) for name, leg in (("retreat", begin), ("approach", end)) if leg)
+
+
+def legs_of(query: Query, request: PlanRequest) -> Legs | CannotFollow:
+    """The legs that ``request`` asks for, of those ends that have one; why none has, where that is so."""
+    found: dict[str, tuple[Leg, ...]] = {}
+    for name, ends, length in (("retreat", query.starts, request.retreat), ("approach", query.goals, request.approach)):
+        tried = [_leg(query.checker, q, length, request) for q in ends] if length > 0 else []
+        found[name] = tuple(leg for leg in tried if isinstance(leg, Leg))
+        if tried and not found[name]:
+            farthest = max((stuck for stuck in tried if isinstance(stuck, _Stuck)), key=lambda stuck: stuck.followed)
+            return replace(why_not(query.checker, farthest.ladder, farthest.followed, farthest.reached), leg=name)
+    return Legs(found["retreat"], found["approach"])
+
+
+@dataclass(frozen=True, eq=False)
+class _Stuck:
+    """A leg of which only a share is ``followed``, as far as the configurations (k, dof) that are ``reached``."""
+
+    ladder: Ladder
+    followed: float
+    reached: Floats
+
+
+def _leg(checker: CollisionChecker, q: Floats, length: float, request: PlanRequest) -> Leg | _Stuck:
+    """The leg back along the tool's z axis from ``q`` (dof,)."""
+    rotation, position = Frame.tool(checker.robot).poses(checker.robot, q[None])
+    positions = position - np.array([[0.0], [length]]) * rotation[0, :, 2]
+    path = ToolPath("leg", positions, np.repeat(rotation, 2, axis=0), np.zeros(2, bool), np.zeros(2), np.arange(1, 3))
+    ladder = ladder_from(checker.robot, Tube(path), q)
+    roadmap, along = ladder_roadmap(ladder, checker, replace(request, min_manipulability=0.0))
+    followed = float(along.max() / length) if roadmap else 0.0
+    if roadmap is None or followed < 1.0 - 1e-9:
+        return _Stuck(ladder, followed, roadmap.nodes[roadmap.goals] if roadmap else q[None])
+    return Leg(path, roadmap, along)

@@ -1,0 +1,55 @@
+"""The motion along a plan's path, and a second look at it."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import asdict, replace
+
+import numpy as np
+
+from planner.collision.checker import CollisionChecker, keeping
+from planner.objective.motion_cost import MotionCost
+from planner.planning.extra_clearance import clearance_of_path
+from planner.planning.result import Plan
+from planner.problem.request import TimingRequest
+from planner.trajectory.check import looked_at
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.timing import time_path
+from planner.trajectory.trajectory import Trajectory
+
+_log = logging.getLogger(__name__)
+
+_OF_DIP_FLOOR = 0.98  # of it is kept in motion: at a path's ends w is the floor itself, of which there is no proof
+
+
+def timed(found: Plan, timing: TimingRequest, limits: MotionLimits | None) -> Trajectory:
+    """The motion along a plan's path."""
+    floor = max(found.request.min_manipulability, _OF_DIP_FLOOR * found.dip_floor)
+    how = {"law": timing.time_law, "floor": floor, "cost": cost_in_motion(found), "extra_cost": timing.extra_cost}
+    wanted = 0.0 if found.scene.limited else found.request.room  # until when these cannot touch is told for the margin
+    kept = min(wanted, found.clearance_kept)
+    clearance = kept if kept > 0 else clearance_of_path(found.path, found.checker, wanted)
+    made = time_path(found.path, keeping(found.checker, clearance), limits, **how)
+    if not made.proven and clearance > 0:
+        made = time_path(found.path, found.checker, limits, **how)
+    return looked_at_again(made, found.checker)
+
+
+def looked_at_again(made: Trajectory, checker: CollisionChecker) -> Trajectory:
+    """A motion after a second look, which takes the proof from one that is seen to touch."""
+    contact = looked_at(made, checker)
+    if contact is None:
+        return made
+    _log.warning(
+        "the motion touches at %.3f s (%s), against its proof: it is not to be run", contact.begin, contact.contact
+    )
+    return replace(made, proven=False, proof=made.proof | {"contact": asdict(contact.contact) | {"t": contact.begin}})
+
+
+def cost_in_motion(found: Plan) -> MotionCost:
+    """The objective along motions of any length, charged along them whatever the roadmap charges.
+
+    Motions in time are priced in short chords, on which the ends and the middle are enough.
+    """
+    objective = replace(found.request.objective, charge="edges", floor=0.0)
+    return MotionCost(found.robot, found.roadmap.scale, objective, longest=np.inf, states=3)
