@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, so_far
-from planner.certificate.verify_proof import ALLOWED, FORMAT, LISTED, MEETS
+from planner.base.arrays import Floats, Ints
+from planner.certificate.verify_proof import ALLOWED, FORMAT, LISTED, MEETS, shapes
 from planner.collision.hulls import hull_corners, hull_of
 from planner.collision.world import World
 from planner.kinematics.forward import Chain
@@ -163,9 +163,4 @@ def _pairs(world: World, parts: list[Part]) -> Arrays:
 
 def middles_of(arrays: Arrays) -> Floats:
     """A point (items, 3) in the middle of each item, in the frame of what carries it."""
-    return np.array([0.5 * (part.min(axis=0) + part.max(axis=0)) for part in points_of(arrays)])
-
-
-def points_of(arrays: Arrays) -> list[Floats]:
-    """The points (k, 3) of each item."""
-    return [arrays["points"][a:b] for a, b in itertools.pairwise(so_far(arrays["count"]))]
+    return np.array([0.5 * (points.min(axis=0) + points.max(axis=0)) for points, _ in shapes(arrays)])

@@ -13,7 +13,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.certificate import verify_proof as checker
-from planner.certificate.geometry import Arrays, middles_of, points_of
+from planner.certificate.geometry import Arrays, middles_of
 from planner.kinematics.forward import Chain, joint_placements
 from planner.native.library import NativeWorld
 
@@ -126,9 +126,8 @@ class Search:
 def _native(chain: Chain, arrays: Arrays) -> tuple[NativeWorld, Ints]:
     """The items in the compiled library, and the numbers (p,) that the pairs have there."""
     native, bodies = NativeWorld(chain.native, 0.0), int((arrays["joint"] >= 0).sum())
-    for item, points in enumerate(points_of(arrays)):
-        joint, radius = int(arrays["joint"][item]), float(arrays["radius"][item])
-        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    for item, ((points, radius), middle) in enumerate(zip(checker.shapes(arrays), middles_of(arrays), strict=True)):
+        joint = int(arrays["joint"][item])
         far = np.linalg.norm(points - middle, axis=1).max() + radius
         if arrays["cylinder"][item]:
             half = 0.5 * (points[1] - points[0])

@@ -13,18 +13,21 @@ import numpy as np
 import pytest
 
 from benchmarks.certificate.folders import AROUND, folder_of
+from benchmarks.certificate.judge import closest
+from benchmarks.certificate.mutations import Case
 from planner.certificate import PROOF_NAME, certificate_of, certificate_of_motion, verify, verify_proof
 from planner.certificate.verify_proof import Refused
 from planner.collision import make_checker
 from planner.collision.checker import CollisionChecker
 from planner.models.poses import pose
+from planner.models.robot import Robot
 from planner.models.scene import Scene
-from planner.models.shapes import Mesh, Obstacle
+from planner.models.shapes import Box, Mesh, Obstacle
 from planner.planning.plan import plan
 from planner.planning.result import save_plan_without_page
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.trajectory.timing import time_path
-from tests.worlds import load, make_post
+from tests.worlds import joint_xml, link_xml, load, make_post, scene_of
 
 TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
 
@@ -155,3 +158,24 @@ def test_the_urdf_counts_where_it_is_given(tmp_path: Path) -> None:
             verify_proof.check(folder, copy)
     with pytest.raises(Refused):
         verify_proof.check(folder, load("panda").source.path)
+
+
+def test_joints_that_slide_or_turn_for_good_are_certified(tmp_path: Path) -> None:
+    """Held against distances by another method; a path that is nearer than it says is refused."""
+    bar = '<box size="0.2 0.02 0.02"/>'
+    links = link_xml("base") + link_xml("one", bar) + link_xml("two", bar)
+    turning = joint_xml("first", "base", "one", "continuous")
+    sliding = joint_xml("second", "one", "two", "prismatic", axis="1 0 0", xyz="0.25 0 0", limit="0 0.4")
+    urdf = tmp_path / "made.urdf"
+    urdf.write_text(f'<robot name="made">{links}{turning}{sliding}</robot>')
+    scene = scene_of((Box((0.1, 0.1, 0.1)), pose([0, 0.6, 0])))
+    checker = make_checker(Robot.load(urdf), scene, margin=0.01)
+    path = np.array([[0.0, 0.3], [1.0, 0.0], [2.1, 0.1], [9.0, 0.05]])
+    folder, certificate = folder_of(tmp_path / "out", checker, path)
+    assert certificate.whole
+    assert "Joints and shapes" in verify_proof.check(folder, urdf)
+    case = Case.of(folder)
+    near = closest(case.data, 300, np.random.default_rng(0), 1.0)
+    assert near > 0.01
+    assert not case.accepts(case.data, {**case.words, "margin": near + 1e-6})
+    assert not certificate_of(checker, np.array([[0.0, 0.3], [2.1, 0.3]])).whole
