@@ -278,6 +278,7 @@ def gate(
     steps: int = 50,
     seed: int = 0,
     workers: Workers = SERIAL,
+    python: str | None = None,
     debug: Debug = False,
 ) -> int:
     """Verdicts on chunks of joint targets: how long they take, what they refuse without need, and an attack on them.
@@ -288,14 +289,16 @@ def gate(
 
     Args:
         chunks: Chunks of each kind to time and to look at; run it on a quiet machine.
-        attack: Cases of each kind that the optimiser tries; 0.2 s each for a Panda.
+        attack: Cases of each kind that the optimiser tries; 10 ms each for a Panda.
         robots: Names of built-in robots or paths of URDFs.
         steps: Targets in a chunk, 1/30 s apart.
         seed: Seed of chunks and obstacles.
+        python: Python of an environment of its own with hpp-python in it, to prove the same lines.
     """
     from benchmarks.gate.run import bench_gate
 
-    return measure(out, lambda progress: bench_gate(out, chunks, attack, robots, steps, seed, progress, workers))
+    asked = chunks, attack, robots, steps, seed
+    return measure(out, lambda progress: bench_gate(out, *asked, progress, workers, python))
 
 
 def tasks(

@@ -12,6 +12,7 @@ import numpy as np
 from benchmarks.bench import run_bench, software
 from benchmarks.gate.attack import Attack
 from benchmarks.gate.chunks import KINDS, Chunk, Rng, clutter, random_chunk
+from benchmarks.gate.hpp import proven_by_hpp
 from benchmarks.gate.judge import motion_of, possible_stops, reach_of, states_on
 from benchmarks.gate.report import Row, to_markdown
 from planner.base.arrays import Bools
@@ -42,8 +43,11 @@ def bench_gate(
     seed: int = 0,
     progress: Progress = QUIET,
     workers: WorkersRequest = SERIAL,
+    python: str | None = None,
 ) -> Results[Row]:
     """Check ``chunks`` of each kind and try ``attack`` cases against each; write ``gate.csv`` and ``gate.md``.
+
+    ``python``: that of an environment with HPP, which proves the chunks of lines too.
 
     Raises OptionError for numbers out of range, RobotError for an unknown robot, FileError for an unusable folder.
     """
@@ -59,7 +63,7 @@ def bench_gate(
         Row,
         [(name, kind) for name in robots for kind in KINDS],
         lambda table, case: table.find((*case, steps, chunks, attack, seed, here)),
-        partial(_measure, steps=steps, chunks=chunks, attack=attack, seed=seed),
+        partial(_measure, steps=steps, chunks=chunks, attack=attack, seed=seed, python=python),
         to_markdown,
         "kinds of chunks",
         progress,
@@ -68,13 +72,13 @@ def bench_gate(
 
 
 def _measure(
-    case: tuple[str, str], progress: Progress, steps: int, chunks: int, attack: int, seed: int
+    case: tuple[str, str], progress: Progress, steps: int, chunks: int, attack: int, seed: int, python: str | None
 ) -> list[Row] | None:
     name, kind = case
     robot, rng = Robot.load(name), np.random.default_rng([seed, KINDS.index(kind), *name.encode()])
     times: list[tuple[float, ...]] = []
     verdicts: list[tuple[Chunk, Verdict]] = []
-    free, changes = np.zeros((chunks, 2), dtype=bool), []
+    free, changes, hpp = np.zeros((chunks, 2), dtype=bool), [], []
     for first in range(0, chunks, -(-chunks // _SCENES)):
         gate = Gate(robot, Scene("clutter", clutter(OBSTACLES, rng)))
         for k in range(first, min(first + -(-chunks // _SCENES), chunks)):
@@ -85,11 +89,14 @@ def _measure(
             free[k] = _free_by(gate.checker, chunk, verdict)
             if progress.stopped:
                 return None
+        if python is not None and kind == "lines":
+            hpp.append(_by_hpp(python, gate, [chunk for chunk, _ in verdicts[first:]]))
         changes += _changes(gate, rng)
     attacked = Attack(robot, (kind,))
     if not attacked.run(attack, rng, progress):
         return None
     safe, found = np.array([verdict.safe for _, verdict in verdicts]), attacked.found
+    asked, proven, seconds = np.sum(hpp, axis=0) if hpp else (0, 0, 0.0)
     p50, p99 = np.percentile(1e3 * np.array(times), [50, 99], axis=0)
     return [
         Row(
@@ -101,9 +108,12 @@ def _measure(
             seed=seed,
             p50_ms=float(p50[0]),
             p99_ms=float(p99[0]),
+            p50_cpu_ms=float(p50[1]),
             p99_cpu_ms=float(p99[1]),
-            p50_alone_ms=float(p50[2]),
-            p99_alone_ms=float(p99[2]),
+            p50_again_ms=float(p50[2]),
+            p99_again_ms=float(p99[2]),
+            p50_alone_ms=float(p50[3]),
+            p99_alone_ms=float(p99[3]),
             change_ms=float(np.median(changes)),
             safe_chunks=int(safe.sum()),
             free_5=int(free[:, 0].sum()),
@@ -117,20 +127,28 @@ def _measure(
             least_mm=float(1e3 * found.least),
             touching=found.touching,
             sampled=found.sampled,
+            hpp_pieces=int(asked) if asked else None,
+            hpp_proven=int(proven) if asked else None,
+            hpp_ms=float(1e3 * seconds * steps / asked) if asked else None,
             software=software(),
         )
     ]
 
 
-def _timed(gate: Gate, chunk: Chunk) -> tuple[tuple[float, float, float], Verdict]:
-    """Seconds of a check, by the thread's own clock, and of one without stops; and the verdict."""
+def _timed(gate: Gate, chunk: Chunk) -> tuple[tuple[float, ...], Verdict]:
+    """Seconds of a check after other work, by the wall's and the thread's own clock, of it again, of one without stops.
+
+    And the verdict.
+    """
     columns, named = chunk.arguments()
     begin, own = time.perf_counter(), time.thread_time()
     verdict = gate.check(*columns, **named)  # pyright: ignore[reportArgumentType]
-    taken, own = time.perf_counter() - begin, time.thread_time() - own
-    begin = time.perf_counter()
-    gate.check(*columns, **named, stop=False)  # pyright: ignore[reportArgumentType]
-    return (taken, own, time.perf_counter() - begin), verdict
+    taken = [time.perf_counter() - begin, time.thread_time() - own]
+    for stop in (True, False):
+        own = time.thread_time()
+        gate.check(*columns, **named, stop=stop)  # pyright: ignore[reportArgumentType]
+        taken.append(time.thread_time() - own)
+    return tuple(taken), verdict
 
 
 def _free_by(checker: CollisionChecker, chunk: Chunk, verdict: Verdict) -> Bools:
@@ -141,6 +159,13 @@ def _free_by(checker: CollisionChecker, chunk: Chunk, verdict: Verdict) -> Bools
     judge, reach, curves = second_checker(checker), reach_of(checker.robot), (*motion_of(chunk), *stops)
     states = np.concatenate([states_on(one, reach, _EVERY) for one in curves])
     return np.array([keeping(judge, apart).first_contact(states) is None for apart in FREE])
+
+
+def _by_hpp(python: str, gate: Gate, chunks: Sequence[Chunk]) -> tuple[int, int, float]:
+    """Pieces of those chunks that are proven without stops, how many HPP proves, and its seconds."""
+    asked = [(chunk, chunk.arguments()) for chunk in chunks]
+    free = [c for c, (columns, named) in asked if gate.check(*columns, **named, stop=False).safe]  # pyright: ignore[reportArgumentType]
+    return (sum(len(chunk.times) - 1 for chunk in free), *proven_by_hpp(python, gate, free))
 
 
 def _changes(gate: Gate, rng: Rng) -> list[float]:

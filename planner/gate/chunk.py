@@ -52,13 +52,14 @@ class Chunk:
         As joint_trajectory_controller has it: until the first point's time the piece leads there from where the robot
         is, of the highest degree that both know the derivatives for. Raises :class:`ArrayError` for other shapes, what
         is no finite number, times that do not increase from 0 on, and no points; :class:`StateError` for such a state,
-        or one outside the limits on positions.
+        one outside the limits on positions, or one that a wheel may leave either way round.
         """
         columns = _columns(robot.dof, positions, velocities, accelerations)
         here = None if state is None else _state(robot, state)
         clock = _clock(times, len(columns[0]))
         approach = rough = None
         if here is not None and clock[0] > 0:
+            _require_one_way(robot, here[0], columns[0][0])
             rough = len(columns) == 3 and len(state or ()) < 3
             columns = [np.concatenate([row[None], column]) for row, column in zip(here, columns, strict=False)]
             clock = np.concatenate([np.zeros(1, dtype=np.int64), clock])
@@ -119,6 +120,17 @@ def _state(robot: Robot, state: RobotState) -> Floats:
             "bring it back by hand."
         )
     return found
+
+
+def _require_one_way(robot: Robot, here: Floats, first: Floats) -> None:
+    """Refuse a continuous joint more than half a turn from the first point: some controllers turn it the short way."""
+    far = robot.continuous & (np.abs(first - here) > np.pi)
+    if far.any():
+        joint = robot.joints[int(far.argmax())]
+        raise StateError(
+            f"joint '{joint}' is more than half a turn from the first point, and controllers differ on which way round "
+            "it goes: add whole turns to one of the two, or points between them."
+        )
 
 
 def _knots(pieces: Floats, seconds: Floats, columns: list[Floats], here: Floats | None, rough: bool) -> Floats:

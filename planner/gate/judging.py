@@ -34,6 +34,7 @@ _JUDGED = {1: 1, 3: 2, 5: 3}  # kinds of limits, by the degree of the pieces: th
 _LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
 _CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not judged; that of stops is"
 _ROUGH = "the state has no acceleration: the first piece is a cubic, and the jerk is not judged where it ends"
+_LED = "no state: what leads to the first point is not judged"
 _NOTES = {1: (_LINES,), 3: (_CUBICS,), 5: ()}
 
 
@@ -85,7 +86,8 @@ def judge(guard: Guard, rules: Rules, chunk: Chunk, stop: bool) -> Verdict:
         joint = guard.checker.robot.joints[int(away.argmax())]
         bad = _Bad(0, float(chunk.times[0]), Unsafe("start", "start", joint=joint))
     bad = judged.unproven(stop, bad) or bad
-    notes = (*_NOTES[chunk.degree], _ROUGH) if chunk.rough else _NOTES[chunk.degree]
+    more = ((_ROUGH, chunk.rough), (_LED, chunk.times[0] > 0.0))
+    notes = (*_NOTES[chunk.degree], *(note for note, holds in more if holds))
     if bad is None:
         return Verdict(True, float(chunk.times[-1]), None, None, notes, judged, len(chunk.seconds))
     return Verdict(False, float(chunk.times[bad.piece]), bad.why, bad.time, notes, judged, bad.piece)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from planner.gate.guard import Guard
 from planner.gate.judging import Judged
 from planner.gate.verdict import WHERE, Where
 from planner.kinematics.forward import Chain, joint_placements, tool_positions
+from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.models.shapes import corners
 from tests.worlds import load
@@ -34,6 +36,42 @@ def test_nothing_that_is_called_safe_touches_or_is_beyond_a_limit(robot: str, tr
     assert (found.tries, found.false, found.beyond) == (tries, [], 0)
     assert found.safe > tries // 10
     assert found.least < 0.02
+
+
+def test_nor_of_a_robot_that_slides_and_turns_without_end_and_has_fingers(tmp_path: Path) -> None:
+    robot = Robot.load(urdf(tmp_path), tool="arm")
+    attack = Attack(robot)
+    attack.run(90, np.random.default_rng(2))
+    found = attack.found
+    assert (robot.joints, robot.continuous.tolist()) == (("slide", "turn"), [False, True])
+    assert (found.false, found.beyond) == ([], 0)
+    assert found.safe > 20
+
+
+def urdf(folder: Path) -> Path:
+    """A cart with an arm that turns, and two fingers of which one follows the other."""
+    links = "".join(
+        f'<link name="{name}"><collision><origin xyz="{at} 0 0"/>'
+        f'<geometry><box size="{size}"/></geometry></collision></link>'
+        for name, at, size in [
+            ("base", 0, ".1 .1 .1"), ("cart", 0, ".2 .2 .1"), ("arm", 0.25, ".5 .04 .04"),
+            ("left", 0, ".02 .02 .1"), ("right", 0, ".02 .02 .1"),
+        ]
+    )  # fmt: skip
+    limit = '<limit lower="{}" upper="{}" velocity="1" effort="1"/>'
+    joints = "".join(
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{at}"/><axis xyz="{axis}"/>{limit.format(*ends)}{more}</joint>'
+        for name, kind, parent, child, at, axis, ends, more in [
+            ("slide", "prismatic", "base", "cart", "0 0 .2", "1 0 0", (-1, 1), ""),
+            ("turn", "continuous", "cart", "arm", "0 0 .12", "0 0 1", (0, 0), ""),
+            ("l", "prismatic", "arm", "left", ".5 .03 0", "0 1 0", (0, 0.05), ""),
+            ("r", "prismatic", "arm", "right", ".5 -.03 0", "0 -1 0", (0, 0.05), '<mimic joint="l"/>'),
+        ]
+    )
+    path = folder / "cart.urdf"
+    path.write_text(f'<robot name="cart">{links}{joints}</robot>')
+    return path
 
 
 @pytest.mark.parametrize("left_out", ["motion", "stop"])

@@ -329,6 +329,26 @@ def test_bad_input_gets_one_sentence_and_the_gate_goes_on(case: str) -> None:
     assert asked.check(steps(), times=TIMES, state=STATE).safe
 
 
+def test_without_a_state_it_is_said_that_nobody_looks_at_the_way_to_the_first_point() -> None:
+    there, later = (gate().check(steps(), times=times) for times in ([0.0, 1.0, 2.0], [1.0, 2.0, 3.0]))
+    assert (there.safe, later.safe) == (True, True)
+    assert not any("no state" in note for note in there.notes)
+    assert any("no state" in note for note in later.notes)
+
+
+def test_a_wheel_that_controllers_may_turn_either_way_is_refused() -> None:
+    """Some controllers take the short way round to the first point, others the one that is proven here."""
+    robot = load("kinova")
+    asked, joint = Gate(robot, Scene("x", (FAR,))), int(np.flatnonzero(robot.continuous)[0])
+    here = 0.5 * (np.where(robot.continuous, 0.0, robot.lower) + np.where(robot.continuous, 0.0, robot.upper))
+    there = here.copy()
+    here[joint], there[joint] = -3.1, 3.1
+    with pytest.raises(StateError, match="more than half a turn"):
+        asked.check(there[None], times=[5.0], state=(here, 0 * here))
+    here[joint] += 2 * np.pi
+    assert asked.check(there[None], times=[5.0], state=(here, 0 * here), stop=False).safe_until in (0.0, 5.0)
+
+
 def test_what_a_gate_cannot_be_made_of() -> None:
     motion = MovingObstacle("swing", Sphere(0.1), KnownMotion([0, 1], [pose([2, 0, 0]), pose([2, 1, 0])]))
     with pytest.raises(SceneError, match="moves along a known motion"):

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
+from benchmarks.gate import run
 from benchmarks.gate.report import Row
 from benchmarks.gate.run import bench_gate
 from planner.batch.results import read_rows
@@ -24,3 +27,11 @@ def test_rows_are_written_and_kept(tmp_path: Path) -> None:
     text = (tmp_path / "gate.md").read_text()
     assert "## Attacked" in text
     assert "p99 cpu ms" in text
+
+
+def test_lines_are_put_to_hpp_too_where_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run, "proven_by_hpp", lambda python, gate, chunks: (4 * len(chunks), 0.5))
+    rows = bench_gate(tmp_path, chunks=6, attack=0, robots=("planar_2r",), steps=4, python="elsewhere").rows
+    assert rows[0].hpp_pieces == rows[0].hpp_proven
+    assert rows[0].hpp_ms
+    assert [row.hpp_ms for row in rows[1:]] == [None, None]
