@@ -252,6 +252,7 @@ def tool_paths(
     kinds: tuple[str, ...] = ("raster", "line", "circle"),
     paths: int = 3,
     seed: int = 0,
+    python: tuple[str, ...] = (),
     debug: Debug = False,
 ) -> int:
     """Rasters, lines and circles of the tool: what share is followed, how fast, and what a judge of its own sees.
@@ -264,10 +265,13 @@ def tool_paths(
         kinds: Kinds of paths.
         paths: Paths of each kind, for every robot in every scene.
         seed: Seed of the first path.
+        python: roboplan=PATH, the Python of an environment with roboplan, whose Cartesian planner is asked too.
     """
+    from benchmarks.first_motion.run import environments
     from benchmarks.tool_paths.run import bench_tool_paths
 
-    return measure(out, lambda progress: bench_tool_paths(out, robots, scenes, kinds, paths, seed, progress))
+    other = environments(python).get("roboplan", "")
+    return measure(out, lambda progress: bench_tool_paths(out, robots, scenes, kinds, paths, seed, other, progress))
 
 
 def gate(

@@ -24,6 +24,7 @@ TAUGHT = (
     "bring_your_own",
     "motion",
     "a_field_heals",
+    "a_seam_and_a_cup",
 )
 
 each = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import itertools
+import re
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.bench import run_bench, software
+from benchmarks.elsewhere import answer_of
+from benchmarks.motion.other_law import roboplan_motion
+from benchmarks.motion.toppra_law import installed, toppra_duration
+from benchmarks.tool_paths import runner
 from benchmarks.tool_paths.judge import deviations, states_every, tool_frames
 from benchmarks.tool_paths.report import Row, to_markdown
 from planner.base.arrays import Floats
@@ -26,9 +31,14 @@ from planner.planning.result import Plan
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.setup.open import open_world
 from planner.tool_paths.file import read_tool_path
+from planner.tool_paths.timing import ToolGuide
 from planner.tool_paths.tool_path import ToolPath
+from planner.trajectory.limits import MotionLimits
+from planner.trajectory.timing import timed_curve
+from planner.trajectory.trajectory import Trajectory
 
 KINDS = ("raster", "line", "circle")
+_WAIT = 120.0  # s that roboplan may take
 _DENSER = 4  # times the solutions, of the ladder that says what could be followed
 _ROUND = 0.5  # of the limits' middle: begin with configurations that are not at a limit
 
@@ -54,9 +64,12 @@ def bench_tool_paths(
     kinds: Sequence[str] = KINDS,
     paths: int = 3,
     seed: int = 0,
+    python: str = "",
     progress: Progress = QUIET,
 ) -> Results[Row]:
     """``paths`` paths of each kind for every robot in every scene; writes ``tool-paths.csv`` and ``tool-paths.md``.
+
+    ``python``: that of roboplan's environment, whose Cartesian planner is asked too; none where it is empty.
 
     Raises :class:`OptionError` for kinds that are not there and no paths, FileError where the folder cannot be used.
     """
@@ -66,7 +79,7 @@ def bench_tool_paths(
     cases = [Case(*each) for each in itertools.product(robots, scenes, kinds, range(seed, seed + paths))]
     found = run_bench(
         out, "tool-paths", Row, cases, lambda table, case: table.find(case.key),
-        lambda case, progress: _measure(case), to_markdown, "paths", progress,
+        lambda case, progress: _measure(case, python), to_markdown, "paths", progress,
     )  # fmt: skip
     return found
 
@@ -104,39 +117,77 @@ def _flat_points(kind: str) -> Floats:
     return np.array(rows)
 
 
-def _measure(case: Case) -> list[Row]:
+def _measure(case: Case, python: str) -> list[Row]:
     request = FollowRequest(robot=case.robot, scene=case.scene, seed=case.seed)
     checker = open_world(request)
     path = path_of(case, checker)
-    begin = time.perf_counter()
+    begin = time.process_time()
     follower = Follower.of(path, request)
     first = follower.plan(request)
-    planned = time.perf_counter()
+    planned = time.process_time()
     follower.plan(replace(request, beta=0.2))
-    again = time.perf_counter()
+    again = time.process_time()
     timed = follower.plan(request, timing=TimingRequest())
-    motion = time.perf_counter()
+    motion = time.process_time()
     denser = Follower.of(path, replace(request, ladder_density=_DENSER)).followed
     found = timed.tool_path
     assert found is not None
-    judged: dict[str, Any] = _judged(timed, path) if len(timed.path) > 1 else dict.fromkeys(_JUDGED, 0)
+    judged: dict[str, Any] = dict.fromkeys(_JUDGED, 0)
+    if timed.trajectory is not None:
+        judged = _judged(timed.trajectory, checker, path)
     seconds: dict[str, Any] = {"first_s": planned - begin, "again_s": again - planned, "motion_s": motion - again}
     share: dict[str, Any] = {"points": int(path.given.max()), "followed": found.record.followed, "denser": denser}
-    return [Row(*case.key, **share, proven=found.record.proven, **judged, **seconds, outcome=first.outcome.key)]
+    others: dict[str, Any] = {"toppra_s": _toppra(follower, timed)} if installed() and len(timed.path) > 1 else {}
+    others |= _by_roboplan(python, timed, checker, path) if python and len(timed.path) else {}
+    kept: dict[str, Any] = {"proven": found.record.proven, "outcome": first.outcome.key}
+    return [Row(*case.key, **share, **judged, **seconds, **kept, **others)]
+
+
+def _toppra(follower: Follower, timed: Plan) -> float:
+    """Seconds of toppra along the same curve, without limits on jerk."""
+    robot, limits = timed.robot, MotionLimits.of(timed.robot)
+    places = follower.along[timed.path_nodes]
+    guide = ToolGuide.of(timed.path, places, robot, follower.ladder.tube, None)
+    _, curve = timed_curve(timed.path, timed.checker, limits, "blended", 0.0, guide=guide)
+    joints = np.ascontiguousarray(curve.coefficients[..., : robot.dof])
+    return toppra_duration(replace(curve, coefficients=joints), limits.velocity, limits.acceleration)
+
+
+def _by_roboplan(python: str, timed: Plan, checker: CollisionChecker, path: ToolPath) -> dict[str, Any]:
+    """What roboplan's Cartesian planner makes of a path, from where ours begins, with the orientation there."""
+    robot, limits = timed.robot, MotionLimits.of(timed.robot)
+    poses = np.tile(np.eye(4), (len(path.positions), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = tool_frames(robot, timed.path[:1])[0], path.positions
+    problem = {
+        "urdf": robot.source.xml,
+        "package_dirs": robot.source.package_dirs,
+        "joints": list(robot.joints),
+        "velocity": limits.velocity.tolist(),
+        "acceleration": limits.acceleration.tolist(),
+        "tool": robot.tool,
+        "poses": poses.tolist(),
+        "start": timed.path[0].tolist(),
+        "tube": asdict(path.tube),
+    }
+    found = answer_of("roboplan", python, runner.__file__, problem, _WAIT)
+    if "times" not in found:
+        stuck = re.search(r"path fraction ([0-9.]+)", found["message"])
+        return {"roboplan_followed": float(stuck[1]) if stuck else 0.0}
+    judged = _judged(roboplan_motion(found, limits), checker, path)
+    return {"roboplan_followed": 1.0, **{f"roboplan_{name}": value for name, value in judged.items() if name != "jump"}}
 
 
 _JUDGED = ("position", "angle", "contacts", "jump", "w_min", "duration")
 
 
-def _judged(plan: Plan, path: ToolPath) -> dict[str, Any]:
+def _judged(made: Trajectory, checker: CollisionChecker, path: ToolPath) -> dict[str, Any]:
     """Largest deviations as shares of the tube, contacts by coal, largest step of a joint, smallest w, s."""
-    assert plan.trajectory is not None
-    q = states_every(plan.trajectory, plan.robot)
-    off, angle = deviations(path, *tool_frames(plan.robot, q))
-    coal = make_checker(plan.robot, plan.scene, "coal")
+    robot, q = checker.robot, states_every(made, checker.robot)
+    off, angle = deviations(path, *tool_frames(robot, q))
+    coal = make_checker(robot, checker.world.scene, "coal")
     contacts = sum(coal.first_contact(part) is not None for part in np.array_split(q[::10], 10))
-    jump = float(np.abs(np.diff(plan.path, axis=0)).max())
-    w = float(manipulability(plan.robot, q[::10]).min())
+    jump = float(np.abs(np.diff(q, axis=0)).max())
+    w = float(manipulability(robot, q[::10]).min())
     tube = path.tube
-    found = (off.max() / tube.position, angle.max() / tube.angle, contacts, jump, w, plan.trajectory.duration)
+    found = (off.max() / tube.position, angle.max() / tube.angle, contacts, jump, w, made.duration)
     return dict(zip(_JUDGED, found, strict=True))

@@ -27,6 +27,7 @@ from planner.kinematics.forward import joint_placements
 
 _BATCH = 256  # pieces between two looks whether to stop
 _TOGETHER = 32  # motions that are sampled at once
+_SAME = 1e-12  # rad (m): states nearer to each other are one
 
 MotionTest = Callable[[Floats, Floats], Bools]
 """Which motions from configurations (m, dof) by joint motions (m, dof) may be taken, (m,)."""
@@ -336,15 +337,17 @@ def first_contact_on(
 ) -> tuple[int, Contact] | None:
     """The first of motions (m, dof), one after the other, on which a contact is seen every ``step`` (m), and that.
 
-    Without bounds or proofs: this is the second opinion on what is proven.
+    Without bounds or proofs: this is the second opinion on what is proven. Where a motion begins as the one before it
+    ends, that state is looked at once.
     """
+    goes_on = np.append(False, np.abs(start[1:] - start[:-1] - delta[:-1]).max(axis=1) < _SAME)
     for first in range(0, len(start), _TOGETHER):
         rows = range(first, min(first + _TOGETHER, len(start)))
         parts = [dense_states(checker.world, start[row], delta[row], step) for row in rows]
-        moved = np.max([motion for _, motion in parts], axis=0)
-        found = checker.first_contact_along(np.concatenate([states for states, _ in parts]), moved)
+        seen = [states[int(goes_on[row]) :] for row, (states, _) in zip(rows, parts, strict=True)]
+        found = checker.first_contact_along(np.concatenate(seen), np.max([motion for _, motion in parts], axis=0))
         if found is not None:
-            ends = np.cumsum([len(states) for states, _ in parts])
+            ends = np.cumsum([len(states) for states in seen])
             return first + int(np.searchsorted(ends, found[0], side="right")), found[1]
     return None
 

@@ -73,10 +73,9 @@ def follow(
 
 @dataclass(frozen=True, eq=False)
 class Follower:
-    """A tool path with its ladder in one world, to be asked again with another beta or start:
+    """A tool path with its ladder in one world, which :func:`follow` makes and asks once; benchmarks ask it again.
 
-    follower = planner.Follower.of("seam.yaml", planner.FollowRequest(robot="panda", scene="table"))
-    follower.plan(replace(request, beta=0.9))
+    The ladder does not depend on beta or start: ``follower.plan(replace(request, beta=0.9))``.
     """
 
     checker: CollisionChecker

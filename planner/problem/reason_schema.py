@@ -91,6 +91,8 @@ class CannotFollowRecord(Record):
     """the two things that touch, or joints whose limits would have to be left"""
     reachable: float
     """the highest floor found with which it goes on, where the floor is too high"""
+    cone: float | None
+    """rad: the narrowest about the tool's axis with which it was found to go on; 0: a free turn about it will do"""
     leg: Literal["", "approach", "retreat"]
     """which leg of a plan it is, point 1 the plan's goal or start"""
 

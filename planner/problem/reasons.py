@@ -197,6 +197,7 @@ class CannotFollow(Reason):
     ``distance`` (rad); "beyond_limit": only beyond the limits of joints, the ``between``; "touching": all solutions
     touch, most of them the two things ``between``; "below_floor": the floor is too high, ``reachable`` the highest
     found with which it goes on; "jump": the solutions there are on other branches, ``distance`` (rad) away at least.
+    ``cone``: the narrowest about the axis (rad) that was found to let it there; 0 where a free turn will do.
     ``leg``: "approach" or "retreat", where it is one of a plan's, point 1 its start or goal.
     """
 
@@ -207,7 +208,15 @@ class CannotFollow(Reason):
     between: tuple[str, ...] = ()
     reachable: float = 0.0
     leg: str = ""
+    cone: float | None = None
     kind = "cannot_follow"
+
+    @property
+    def _remedy(self) -> str:
+        """What to do where the tool cannot turn so."""
+        if self.cone is None:
+            return "move the path or the robot's base"
+        return f"give a cone of {self.cone:g} rad about its axis" if self.cone else "let it turn about its axis"
 
     @property
     def names(self) -> frozenset[str]:
@@ -221,11 +230,11 @@ class CannotFollow(Reason):
             head = f"The {self.leg} goes over {100 * self.followed:.1f} % of its length, seen from its end: "
         match self.cause:
             case "out_of_reach":
-                return head + f"the tool comes no nearer than {self.distance:.3g} m; move the path or the robot's base."
+                return head + f"the tool comes no nearer than {self.distance:.3g} m; {self._remedy}."
             case "turned":
-                return head + f"the tool stays turned away by {self.distance:.3g} rad; free its axis, or give a cone."
+                return head + f"the tool stays turned away by {self.distance:.3g} rad; {self._remedy}."
             case "beyond_limit":
-                return head + f"the arm would have to leave the limits of {choices(self.between)}; move the path."
+                return head + f"the arm would have to leave the limits of {choices(self.between)}; {self._remedy}."
             case "touching":
                 first, second = (f"'{name}'" for name in self.between)
                 return (

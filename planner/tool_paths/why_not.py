@@ -13,8 +13,10 @@ from planner.kinematics.inverse import POSITION_TOLERANCE
 from planner.models.robot import Robot
 from planner.problem.reasons import CannotFollow
 from planner.tool_paths.ladder import Ladder, solutions_at
+from planner.tool_paths.tube import Tube
 
 _STARTS = 300
+_CONES = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)  # rad
 _LOOKED_AT = 40  # solutions whose contacts are named
 
 
@@ -56,6 +58,7 @@ def _solutions(robot: Robot, ladder: Ladder, along: float) -> tuple[Floats, Floa
 
 def _no_solution(robot: Robot, ladder: Ladder, there: float, miss: Floats, begun: dict) -> CannotFollow:
     """By how much it is out of reach, or which limits keep the arm from it."""
+    begun = begun | {"cone": _cone(robot, ladder, there)}
     wide = np.where(robot.prismatic, 10.0, 4.0 * np.pi)
     unlimited = replace(robot, lower=frozen(robot.lower - wide), upper=frozen(robot.upper + wide))
     q, _ = _solutions(unlimited, ladder, there)
@@ -68,3 +71,15 @@ def _no_solution(robot: Robot, ladder: Ladder, there: float, miss: Floats, begun
     if miss[0] > POSITION_TOLERANCE:
         return CannotFollow(cause="out_of_reach", distance=float(miss[0]), **begun)
     return CannotFollow(cause="turned", distance=float(miss[1]), **begun)
+
+
+def _cone(robot: Robot, ladder: Ladder, there: float) -> float | None:
+    """The narrowest cone (rad) with which solutions are found at a place; 0 where a free turn will do."""
+    path = ladder.tube.path
+    n = len(path.positions)
+    for cone in _CONES:
+        if (cone > path.cones.max()) if cone else not path.free.any():
+            wider = replace(path, free=np.ones(n, bool), cones=np.full(n, cone))
+            if len(_solutions(robot, replace(ladder, tube=Tube(wider)), there)[0]):
+                return cone
+    return None

@@ -13,7 +13,7 @@ from planner.base.progress import QUIET, Progress
 from planner.collision import BACKENDS, make_checker
 from planner.collision.checker import is_free, keeping
 from planner.collision.coal import CoalChecker
-from planner.collision.edge_prover import EdgeProver, Verdict, first_contact_on, recheck, states_along
+from planner.collision.edge_prover import EdgeProver, Verdict, dense_states, first_contact_on, recheck, states_along
 from planner.collision.fcl import FclChecker
 from planner.collision.world import World
 from planner.models.poses import pose
@@ -430,6 +430,15 @@ def test_recheck_sees_a_wall_of_a_millimetre_and_names_it():
     assert contact is not None
     assert contact.second == "thing0"
     assert recheck(checker, np.zeros(2), np.array([-1.2, 0.0])) is None
+
+
+def test_a_path_is_looked_at_once_where_its_motions_meet(paper):
+    start, delta = edges_of(load("iiwa14"), 1, 16, 0.5)
+    start, delta = start + np.linspace(0, 1, 9)[:-1, None] * delta, np.repeat(delta / 8, 8, axis=0)
+    before = paper.queries
+    assert first_contact_on(paper, start, delta, 0.1) is None
+    apart = sum(len(dense_states(paper.world, q, d, 0.1)[0]) for q, d in zip(start, delta, strict=True))
+    assert paper.queries - before == apart - 7
 
 
 def test_recheck_agrees_with_proofs(paper):

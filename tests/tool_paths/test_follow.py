@@ -139,6 +139,22 @@ def test_what_is_out_of_reach_says_by_how_much() -> None:
     nowhere.page()
 
 
+@pytest.mark.parametrize("orientation", [{"axis": [0, 0, -1]}, {"quaternion": [1, 0, 0, 0]}])
+def test_the_cone_that_would_do_is_told_and_does(orientation: dict[str, list[float]]) -> None:
+    points = [[0.6, y, 0.7] for y in (-0.02, 0.02)]
+    found = follow(line_of(points, **orientation), REQUEST)
+    assert isinstance(found.reason, CannotFollow)
+    cone = found.reason.cone
+    assert cone is not None
+    assert cone > 0
+    assert f"give a cone of {cone:g} rad" in found.message
+    wider = follow(line_of(points, cone={"axis": [0, 0, -1], "angle": cone}), REQUEST)
+    assert wider.outcome is Outcome.SOLVED
+    far = follow(line_of([[1.6, 0, 0.5], [1.7, 0, 0.5]]), REQUEST)
+    assert isinstance(far.reason, CannotFollow)
+    assert far.reason.cone is None
+
+
 @pytest.mark.parametrize(("name", "tube"), [("panda", 1e-3), ("ur5", 1e-4)])
 def test_the_motion_itself_stays_in_the_tube(name: str, tube: float) -> None:
     path = raster(2, 6, 0.01, [0.45, -0.05, 0.4], tube=(tube, 8.7e-3))
