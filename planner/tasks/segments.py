@@ -169,4 +169,5 @@ def joined(segments: Sequence[Segment], events: Sequence[Event]) -> Trajectory |
     first = timed_parts[0]
     proven = all(part.proven for part in timed_parts)
     proof = {"segments": len(timed_parts), "segments_proven": sum(part.proven for part in timed_parts)}
-    return Trajectory(first.joints, np.concatenate(clock), whole, first.law, first.limits, proven, proof)
+    told = tuple(event.to_dict() for event in events)
+    return Trajectory(first.joints, np.concatenate(clock), whole, first.law, first.limits, proven, proof, told)
