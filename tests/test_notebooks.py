@@ -24,6 +24,7 @@ TAUGHT = (
     "bring_your_own",
     "motion",
     "a_field_heals",
+    "take_and_place",
 )
 
 each = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

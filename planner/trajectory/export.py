@@ -130,7 +130,7 @@ def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> s
 
 def _npz(trajectory: Trajectory, t: Floats, columns: list[Floats]) -> bytes:
     content = io.BytesIO()
-    given = dict(zip(("q", "qd", "qdd"), columns, strict=False))
+    given: dict[str, Any] = dict(zip(("q", "qd", "qdd"), columns, strict=False))
     if trajectory.events:
         given["events"] = np.array([json.dumps(dict(event), allow_nan=False) for event in trajectory.events])
     np.savez(content, t=t, **given, joints=np.array(trajectory.joints))
