@@ -25,6 +25,7 @@ TAUGHT = (
     "motion",
     "a_field_heals",
     "a_seam_and_a_cup",
+    "take_and_place",
 )
 
 each = pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -22,6 +22,7 @@ from planner import gabf
 from planner.base.errors import PlannerError
 from planner.base.kinds import kinds_of
 from planner.models.files.robot_files import JointChoice
+from planner.tasks.file import Move
 from planner.tradeoff.sweep import Tradeoff
 from planner.trajectory.time_shortcuts import joint_motion
 from tests.tasks import cases
@@ -291,6 +292,9 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
     "Session.attach": lambda: {"name": "box", "frame": robot().tool, "touch_links": (), "at": FINE[0]},
     "Session.detach": lambda: {"name": "box", "at": FINE[0]},
     "Session.plan": lambda: {"start": FINE[0], "goal": FINE[1], "beta": 0.5, "progress": planner.Progress()},
+    "Session.task": lambda: {
+        "what": (Move("home"),), "start": FINE[0], "progress": planner.Progress(), "timing": None, "nodes": 4,
+    },
     "Session.replan": lambda: {"progress": planner.Progress()},
     "Session.plan_in_time": lambda: {"start": FINE[0], "goal": FINE[1], "limits": None},
     "FollowRequest.objective_at": lambda: {"beta": 0.5},
@@ -323,6 +327,7 @@ JUDGED_INSIDE = {
     "Session.attach": {"at"},
     "Session.detach": {"at"},
     "Session.plan": {"start", "goal"},
+    "Session.task": {"start"},
     "Session.plan_in_time": {"start", "goal"},
     "SweepRequest": {"start", "goal", "keep"},
     "Trajectory.stop_at": {"checker"},

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import tyro
 
-from planner.base.errors import FileError, OptionError, PlannerError
+from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.cli.common import Debug, Flag
 from planner.cli.terminal import complain, say
 
@@ -41,6 +41,8 @@ def export(
 
     planner export out --format ros-json --skip-first-point
 
+    The events of a task (attach, detach, gripper) stand in trajectory.json and npz; of others they are told.
+
     With --rate the points are rows on an exact grid, for a controller that takes one a cycle. The motion is averaged
     over two periods for that, so that it keeps the same limits, and its end is held to a row: what it takes longer and
     how far it leaves the planned curve is told. It is proven anew in the world of the plan.json beside it.
@@ -68,11 +70,16 @@ def export(
     folder = trajectory if is_folder(trajectory) else trajectory.parent
     place = out or folder / f"trajectory-{format}.{formats.SUFFIX[format]}"
     made, said = load_trajectory(trajectory), ""
+    left = choices(f"{event['kind']} '{event['object']}' at {event['t']:.3f} s" for event in made.events)
     if rate is not None:
         made, said = _between_knots(made, rate) if knots else _on_grid(made, rate, folder)
     content = formats.export(made, format, skip_first_point)
     require_writable_file(place)
     write_whole(place, content)
+    if left and not made.events:
+        complain(f"the grid shifts times, so no events are written: by the knots they are {left}; add --knots.")
+    elif left and format != "npz":
+        complain(f"{format} has no place for the events of a task: they are {left}; trajectory.json and npz hold them.")
     if not said and not made.proven:
         complain("the trajectory is not proven as a whole: see 'proof' in its file, or 'planner check'.")
     if format == "ros-json":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Literal
+from typing import Any, Literal
 
 import tyro
 
@@ -16,7 +16,8 @@ Format = Literal["plan", "sweep", "scene", "robot", "serve"]
 def schema(file: tyro.conf.Positional[Format], debug: Debug = False) -> int:
     """Print the JSON schema of a file: what plan.json and sweep.json hold, what scene and robot files may hold.
 
-    'serve' is no file, but what a client may ask of 'planner serve'.
+    A plan.json is of 'planner plan' and 'follow', or of 'planner task'. 'serve' is no file, but what
+    a client may ask of 'planner serve'.
 
     planner schema scene > scene.schema.json
 
@@ -37,12 +38,13 @@ def schema(file: tyro.conf.Positional[Format], debug: Debug = False) -> int:
     return 0
 
 
-def _model(file: Literal["plan", "sweep", "scene", "robot"]) -> type:
+def _model(file: Literal["plan", "sweep", "scene", "robot"]) -> Any:
     match file:
         case "plan":
             from planner.planning.record import PlanRecord
+            from planner.tasks.record import TaskPlanRecord
 
-            return PlanRecord
+            return PlanRecord | TaskPlanRecord
         case "sweep":
             from planner.tradeoff.schema import SweepRecord
 

@@ -172,6 +172,18 @@ def with_carried(robot: Robot, carried: Sequence[Carried]) -> Robot:
     return made
 
 
+def without_carried(robot: Robot, name: str) -> Robot:
+    """The robot without one of the shapes that it holds; as it is where it holds none of that name."""
+    if name not in {body.link for body in robot.carried}:
+        return robot
+    return replace(
+        robot,
+        bodies=tuple(body for body in robot.bodies if body.link != name),
+        carried=tuple(body for body in robot.carried if body.link != name),
+        touching=frozenset(pair for pair in robot.touching if name not in pair),
+    )
+
+
 def held_in(robot: Robot, item: Carried) -> pin.Frame:
     """The frame that a carried shape is placed in; :class:`RobotError` where it does not move with its link."""
     holder = robot.model.frames[urdf.frame_id(robot.model, item.link)]

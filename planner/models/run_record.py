@@ -10,10 +10,10 @@ from planner.models.model_checks import notes
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.outcome import Outcome
-from planner.problem.request import RoadmapRequest
+from planner.problem.request import Growth
 
 
-def run_record(request: RoadmapRequest, outcome: Outcome, robot: Robot, scene: Scene) -> dict[str, Any]:
+def run_record(request: Growth, outcome: Outcome, robot: Robot, scene: Scene) -> dict[str, Any]:
     """How the run ended, what it was asked for, and with which software, as plain data."""
     return {
         "format_version": FORMAT_VERSION,

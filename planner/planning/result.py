@@ -233,14 +233,7 @@ def save_plan_without_page(
 
     The record comes last, with the hashes of the others, see :mod:`planner.base.beside`.
     """
-    make_folder(folder)
-    remove(folder / PAGE_NAME)
-    save_roadmap(plan.roadmap, folder / ROADMAP_NAME)
-    if plan.trajectory is None:
-        remove(folder / TRAJECTORY_NAME)
-    else:
-        save_trajectory(plan.trajectory, folder / TRAJECTORY_NAME, plan.robot.name, plan.scene.name)
-    remove(folder / PROOF_NAME)
+    save_parts(folder, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
     began = time.perf_counter()
     made = plan.certify() if certificate else None
     if made is not None:
@@ -251,6 +244,24 @@ def save_plan_without_page(
     record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME, PROOF_NAME))
     write_json(folder / JSON_NAME, record)
     return record
+
+
+def save_parts(folder: Path, roadmap: Roadmap | None, motion: Trajectory | None, robot: str, scene: str) -> None:
+    """Write ``roadmap.npz`` and ``trajectory.json``, as far as there are such, in place of an earlier plan's files.
+
+    The folder is made if it does not exist.
+    """
+    make_folder(folder)
+    for name in (PAGE_NAME, PROOF_NAME):
+        remove(folder / name)
+    if roadmap is None:
+        remove(folder / ROADMAP_NAME)
+    else:
+        save_roadmap(roadmap, folder / ROADMAP_NAME)
+    if motion is None:
+        remove(folder / TRAJECTORY_NAME)
+    else:
+        save_trajectory(motion, folder / TRAJECTORY_NAME, robot, scene)
 
 
 def save_plan_page(plan: Plan, folder: Path, record: dict[str, Any]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from planner.base.errors import SceneError, choices
 from planner.base.yamlfile import SMALLEST, validate
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.self_pairs import generate_disabled_pairs
+from planner.collision.self_pairs import disabled_pairs
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import tool_pose
 from planner.models.frames import in_world
@@ -53,9 +53,7 @@ class LiveWorld:
         scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
         checker = open_world(replace(request, scene=replace(scene, carried=())))
         bare, kind = checker.robot, type(checker)
-        disabled = bare.disabled_pairs
-        if disabled is None:
-            disabled = generate_disabled_pairs(bare, kind)
+        disabled = disabled_pairs(bare, kind)
         stands = np.zeros((0, bare.dof))
         live = LiveWorld(bare, disabled, checker, EdgeProofs.of(checker.world, np.zeros(0)), stands)
         return live._in(in_world(scene, bare))

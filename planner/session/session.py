@@ -7,13 +7,14 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from os import PathLike
 from typing import Unpack
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Floats, Ints
-from planner.base.errors import OptionError, PlannerError, StateError
+from planner.base.errors import OptionError, PlannerError, SceneError, StateError
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress
@@ -26,10 +27,11 @@ from planner.planning.plan import require_no_floor
 from planner.planning.replanned import Change
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
+from planner.problem.conditions import keeps_text
 from planner.problem.objective import Objective
 from planner.problem.options import SessionOptions, plan_request
-from planner.problem.request import PlanRequest, State, Thing
-from planner.problem.targets import parse_target, parse_targets, state_text
+from planner.problem.request import PlanRequest, State, Thing, TimingRequest
+from planner.problem.targets import joints_text, parse_target, parse_targets, state_text
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
 from planner.sampling.growth_settings import GrowthSettings
@@ -39,7 +41,13 @@ from planner.session.live_world import LiveWorld
 from planner.session.search import go_on, prove_path
 from planner.setup.open import Query, resolve_query, states_of
 from planner.setup.resolve import resolve_as_is
+from planner.tasks.file import Step, Task
+from planner.tasks.plan import TaskPlanner, task_request
+from planner.tasks.request import TaskOptions, TaskRequest
+from planner.tasks.result import TaskPlan
 from planner.trajectory.limits import MotionLimits
+
+_OF_TASKS = ("seed", "beta", "collision", "margin", "law", "prescribed_time", "metric", "manipulability_cost")
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +107,7 @@ class Session:
             live = adopted(live, roadmap if isinstance(roadmap, Roadmap) else load_roadmap(roadmap))
         self._now = Moment(live, np.zeros(0))
         self._asked: tuple[Planning, Query] | None = None
+        self._task: tuple[tuple, TaskPlanner] | None = None  # the last one, and what it was asked
         self._end: Floats | None = None  # where the last path ends
         self._steps: Ints = np.zeros(0, dtype=np.int64)  # and the nodes it goes over
 
@@ -217,6 +226,39 @@ class Session:
             query = _still_free(self._now.live, query) or _resolved(self._now.live, planning.request)
             return self._answer(planning, query)
 
+    def task(
+        self,
+        what: Task | Place | Sequence[Step],
+        start: State | None = None,
+        progress: Progress = QUIET,
+        timing: TimingRequest | None = None,
+        **options: Unpack[TaskOptions],
+    ) -> TaskPlan:
+        """Plan a task, or steps, in the world as it is now: from where the arm is, holding what it holds.
+
+            found = session.task([Pick("mug"), Place("mug", Region("board", ((0.4, 0.1), (0.7, 0.3)))), Move("home")])
+
+        Of a :class:`planner.Task`, or its file, robot and scene are the session's. ``start`` is where the arm is; left
+        out, the end of the session's last path, and without one where the task begins. What the arm carries may be
+        placed first. ``options`` are fields of :class:`planner.TaskRequest`, in place of the session's. The same
+        question in the same world, from any start and at any beta, is answered on what is known. Raises as
+        :func:`planner.task`, and :class:`SceneError` where the session has a floor, which no task keeps to.
+        """
+        with self._alone():
+            plain, live = self._planning.request, self._now.live
+            if plain.min_manipulability > 0:
+                raise SceneError("the session keeps a floor under manipulability, which no task does: leave it out.")
+            own = TaskRequest(**{name: getattr(plain, name) for name in _OF_TASKS})
+            beta = options.pop("beta", plain.beta)
+            request, progress = task_request(own, options), self._watched(self._planning, progress).progress
+            q = self._end if start is None else self._held_at(live, start, "start")
+            asked = Task.load(what) if isinstance(what, str | PathLike) else what
+            key = live.scene, asked if isinstance(asked, Task) else tuple(asked), request, q is None
+            if self._task is None or self._task[0] != key:
+                self._task = key, TaskPlanner.of(_task_in(live, asked, q), request, progress)
+                q = None
+            return self._task[1].plan(beta, q, progress, timing)
+
     def holds(self) -> bool:
         """Whether the last answer's path is free in the world as it is now, proven as it was then; quicker than a plan.
 
@@ -277,10 +319,10 @@ class Session:
             edges = after.proofs.since(before.proofs, checked=False)
             return Change(what, edges, time.perf_counter() - begin)
 
-    def _held_at(self, live: LiveWorld, at: State | None) -> Floats:
+    def _held_at(self, live: LiveWorld, at: State | None, role: str = "at") -> Floats:
         if at is not None:
             target = parse_target(state_text(at))
-            return resolve_as_is(target, live.checker, states_of(live.bare, live.scene), "at")
+            return resolve_as_is(target, live.checker, states_of(live.bare, live.scene), role)
         if self._end is None:
             raise StateError("no path has been planned at whose end the arm stands: say where it is with at=.")
         return self._end
@@ -299,6 +341,13 @@ class Session:
 def _resolved(live: LiveWorld, request: PlanRequest) -> Query:
     start, goals = parse_target(str(request.start)), parse_targets(str(request.goal))
     return resolve_query(live.checker, start, goals, request.ik_solutions)
+
+
+def _task_in(live: LiveWorld, what: Task | Sequence[Step], q: Floats | None) -> Task:
+    """A task, or steps, by the robot in the world as it is now, from ``q`` (dof,) where that is given."""
+    scene = replace(live.scene, keep=keeps_text(live.world.conditions))
+    task = what if isinstance(what, Task) else Task(live.bare, scene, tuple(what))
+    return replace(task, robot=live.bare, scene=scene, start=task.start if q is None else joints_text(q.tolist()))
 
 
 def _still_free(live: LiveWorld, query: Query) -> Query | None:

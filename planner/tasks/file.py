@@ -150,6 +150,10 @@ class Task:
     gripper: GripperSaid = field(default_factory=GripperSaid)
     name: str = "task"
 
+    def __post_init__(self) -> None:
+        if not self.steps:
+            raise TaskError("a task has no steps: give at least one Pick, Place or Move.")
+
     @staticmethod
     def load(path: FilePlace) -> Task:
         """The task in a YAML file; :class:`TaskError` or ``FileError`` name the key that is wrong."""

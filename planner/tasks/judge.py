@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,57 +13,28 @@ import pydantic
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder
-from planner.base.yamlfile import Name, Number, read_text, validate
+from planner.base.yamlfile import read_text, validate
 from planner.collision.checker import CollisionChecker
-from planner.collision.self_pairs import generate_disabled_pairs
+from planner.collision.self_pairs import disabled_pairs
 from planner.collision.world import World
 from planner.kinematics.forward import tool_pose
-from planner.models.robot import Robot, with_carried, with_tool
-from planner.models.scene import Scene
-from planner.models.shapes import Carried
+from planner.models.robot import with_carried, with_tool, without_carried
+from planner.models.shapes import Carried, Obstacle
 from planner.paths.check import PathReport
 from planner.paths.file import matrix, parse
 from planner.planning.result import JSON_NAME
+from planner.tasks.record import Event, SegmentRecord, SegmentTimes
 from planner.trajectory.check import TrajectoryReport, check, looked_at
 from planner.trajectory.trajectory import Trajectory
 
 Report = PathReport | TrajectoryReport
 
 
-class _Part(pydantic.BaseModel):
-    model_config = pydantic.ConfigDict(frozen=True, allow_inf_nan=False)
-
-
-class _Times(_Part):
-    begin: Number
-    duration: Number
-
-
-class SegmentRecord(_Part):
-    """A segment as ``plan.json`` has it."""
-
-    step: int
-    doing: str
-    part: str
-    carried: Name | None
-    may_touch: list[tuple[Name, Name]]
-    at_rest: list[tuple[Name, Name]]
-    path: list[list[Number]] = pydantic.Field(min_length=1)
-    trajectory: _Times | None
-
-
-class _Event(_Part):
-    kind: str
-    object: Name
-    link: Name
-    segment: int
-
-
-class TaskRecord(_Part):
+class TaskRecord(pydantic.BaseModel):
     """What a check needs of a task's ``plan.json``."""
 
     segments: list[SegmentRecord]
-    events: list[_Event]
+    events: list[Event]
 
 
 def task_record(path: Path) -> TaskRecord | None:
@@ -85,63 +56,75 @@ def judged(
     every ``step`` metres. Where an object may touch what it stands on at its rest, all that is off the rest is looked
     at without that too. Raises :class:`FileError` for events that are not of this scene.
     """
-    robot, scene, disabled = checker.robot, checker.world.scene, checker.robot.disabled_pairs
-    if disabled is None:
-        disabled = generate_disabled_pairs(robot, type(checker))
-    poses: dict[str, Floats] = {item.name: item.placement for item in scene.obstacles}
-    held: Carried | None = None
+    stage = Stage(checker, record.events)
     for number, segment in enumerate(record.segments):
         path = matrix(segment.path, f"segment {number + 1}")
-        if path.shape[1] != robot.dof:
-            raise FileError(f"segment {number + 1} has {path.shape[1]} columns, {robot.name} has {robot.dof} joints.")
-
-        def there(allowed: list[tuple[str, str]], held: Carried | None = held) -> CollisionChecker:
-            return _world(checker, disabled, poses, held, allowed)
-
+        if path.shape[1] != stage.robot.dof:
+            raise FileError(
+                f"segment {number + 1} has {path.shape[1]} columns, {stage.robot.name} has {stage.robot.dof} joints."
+            )
         made = None if whole is None or segment.trajectory is None else _part(whole, segment.trajectory)
-        report = check(path if made is None else made, there([*segment.may_touch, *segment.at_rest]), step)
+        touching = [*segment.may_touch, *segment.at_rest]
+        report = check(path if made is None else made, stage.checker(touching), step)
         if isinstance(report, TrajectoryReport) and segment.at_rest and report.contact is None and made is not None:
-            contact = looked_at(off_rest(made, path, segment.part), there(segment.may_touch), step)
+            contact = looked_at(off_rest(made, path, segment.part), stage.checker(segment.may_touch), step)
             report = replace(report, contact=contact)
         yield segment, report
-        for event in (each for each in record.events if each.segment == number and each.kind != "gripper"):
-            held = _after(event, path[-1], robot, scene, poses, held)
+        for event in (each for each in record.events if each.segment == number):
+            stage.after(event, path[-1])
 
 
-def _world(
-    checker: CollisionChecker,
-    disabled: frozenset[frozenset[str]],
-    poses: dict[str, Floats],
-    held: Carried | None,
-    allowed: list[tuple[str, str]],
-) -> CollisionChecker:
-    robot, scene, margin = checker.robot, checker.world.scene, checker.world.margin
-    obstacles = tuple(replace(o, placement=poses[o.name]) for o in scene.obstacles if not held or o.name != held.name)
-    pairs = scene.allowed | {frozenset(pair) for pair in allowed}
-    holding = robot if held is None else with_carried(robot, [held])
-    there = replace(scene, obstacles=obstacles, allowed=pairs)
-    return type(checker)(
-        World.of(holding, there, disabled | holding.touching, margin, checker.world.conditions), checker
-    )
+class Stage:
+    """What stands where and what is held, event after event: the scene of a ``checker`` before the task at first.
+
+    What the scene lets the arm carry, and the first event lets go of, is held at the beginning.
+    """
+
+    def __init__(self, checker: CollisionChecker, events: Sequence[Event]) -> None:
+        self._base, self.scene = checker.world, checker.world.scene
+        self._known, self._disabled = checker, disabled_pairs(checker.robot, type(checker))
+        self.standing = {item.name: item for item in self.scene.obstacles}
+        first = next((event for event in events if event.kind != "gripper"), None)
+        name = first.object if first is not None and first.kind == "detach" else None
+        self.held = next((item for item in self.scene.carried if item.name == name), None)
+        self.robot = checker.robot if self.held is None else without_carried(checker.robot, self.held.name)
+
+    def checker(self, allowed: Iterable[tuple[str, str]]) -> CollisionChecker:
+        """A checker of what there is now, where these pairs of names may touch besides."""
+        pairs = self.scene.allowed | {frozenset(pair) for pair in allowed}
+        robot = self.robot if self.held is None else with_carried(self.robot, [self.held])
+        there = replace(self.scene, obstacles=tuple(self.standing.values()), allowed=pairs)
+        disabled = self._disabled | robot.touching
+        world = World.of(robot, there, disabled, self._base.margin, self._base.conditions)
+        return type(self._known)(world, self._known)
+
+    def pose(self, name: str, q: Floats) -> Floats:
+        """Where an object is (4, 4) in a configuration (dof,)."""
+        if self.held is None or self.held.name != name:
+            return self.standing[name].placement
+        return self._hand(self.held.link, q) @ self.held.placement
+
+    def after(self, event: Event, q: Floats) -> None:
+        """Take or let go, in a configuration (dof,); :class:`FileError` for what is not there."""
+        name, held = event.object, self.held
+        if event.kind == "attach":
+            if name not in self.standing:
+                raise FileError(
+                    f"the task takes '{name}', which is not in scene '{self.scene.name}': give its --scene."
+                )
+            item = self.standing.pop(name)
+            pose = frozen(np.linalg.inv(self._hand(event.link, q)) @ item.placement)
+            self.held = Carried(event.link, name, item.shape, pose)
+        elif event.kind == "detach":
+            if held is None or held.name != name:
+                raise FileError(f"the task lets go of '{name}', which it does not hold: mend the file.")
+            self.standing[name], self.held = Obstacle(name, held.shape, frozen(self.pose(name, q))), None
+
+    def _hand(self, link: str, q: Floats) -> Floats:
+        return tool_pose(with_tool(self.robot, link), q).homogeneous
 
 
-def _after(
-    event: _Event, q: Floats, robot: Robot, scene: Scene, poses: dict[str, Floats], held: Carried | None
-) -> Carried | None:
-    """What is held after an event; ``poses`` are brought up to date."""
-    tool = tool_pose(with_tool(robot, event.link), q).homogeneous
-    if event.kind == "attach":
-        item = next((each for each in scene.obstacles if each.name == event.object), None)
-        if item is None:
-            raise FileError(f"the task takes '{event.object}', which is not in scene '{scene.name}': give its --scene.")
-        return Carried(event.link, item.name, item.shape, frozen(np.linalg.inv(tool) @ poses[item.name]))
-    if held is None or held.name != event.object:
-        raise FileError(f"the task lets go of '{event.object}', which it does not hold: mend the file.")
-    poses[held.name] = frozen(tool @ held.placement)
-    return None
-
-
-def _part(whole: Trajectory, times: _Times) -> Trajectory:
+def _part(whole: Trajectory, times: SegmentTimes) -> Trajectory:
     """The part of a motion that a segment is."""
     begin, end = round(times.begin * 1e9), round((times.begin + times.duration) * 1e9)
     rows = np.flatnonzero((whole.nanoseconds >= begin) & (whole.nanoseconds <= end))

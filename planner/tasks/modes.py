@@ -11,10 +11,11 @@ from planner.base.arrays import Bools, Floats, Ints, frozen, ranges, so_far
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.world import World
-from planner.models.robot import Robot, with_carried
+from planner.kinematics.forward import tool_pose
+from planner.models.robot import Robot, held_in, with_carried
 from planner.models.shapes import Carried, Obstacle
 from planner.problem.conditions import Condition
-from planner.tasks.file import Grasp
+from planner.tasks.file import Grasp, TaskError
 
 OPEN, FREE, BLOCKED = 0, 1, 2
 Pairs = frozenset[frozenset[str]]
@@ -50,10 +51,11 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """An object in a grasp."""
+    """An object in a grasp, which the links ``touch`` may touch besides the tool's."""
 
     object: str
     grasp: Grasp
+    touch: tuple[str, ...] = ()
 
 
 @dataclass(eq=False)
@@ -84,6 +86,19 @@ class Modes:
     @property
     def robot(self) -> Robot:
         return self.checker.robot
+
+    def take(self, item: Carried) -> int:
+        """Let the arm hold something from the beginning: the number of its grasp."""
+        robot, holder = self.robot, held_in(self.robot, item)
+        tool = robot.model.frames[robot.tool_id]
+        if holder.parentJoint != tool.parentJoint:
+            raise TaskError(f"'{item.name}' is held by '{item.link}', which does not move with the tool: detach it.")
+        in_hand = (tool.placement.inverse() * holder.placement).homogeneous @ item.placement
+        at = tool_pose(robot, robot.home).homogeneous @ in_hand
+        self.objects[item.name] = Obstacle(item.name, item.shape, at)
+        touch = (item.link, *item.touch_links)
+        self.grasps.append(Held(item.name, Grasp(np.linalg.inv(in_hand)), touch))
+        return len(self.grasps) - 1
 
     def clauses(self, mode: Mode) -> list[Clause]:
         """What has to be proven of a motion in ``mode``."""
@@ -117,9 +132,9 @@ class Modes:
 
     def _robot(self, held: int | None) -> Robot:
         """The robot with what a grasp holds."""
-        if held not in self._holding:
+        if held is not None and held not in self._holding:
             item, pose = self.grasps[held], frozen(np.linalg.inv(self.grasps[held].grasp.pose))
-            carried = Carried(self.robot.tool, item.object, self.objects[item.object].shape, pose)
+            carried = Carried(self.robot.tool, item.object, self.objects[item.object].shape, pose, item.touch)
             self._holding[held] = with_carried(self.robot, [carried])
         return self._holding[held]
 

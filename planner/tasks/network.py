@@ -146,9 +146,8 @@ class _Builder:
             self.links[key] = (near[2 * k], there[2 * k]), (near[2 * k + 1], off[2 * k + 1])
 
     def network(self, objective: Objective) -> TaskNetwork:
-        first = Mode(tuple(sorted(places[0] for places in _initial(self.options).values())))
         self.layer_of: dict[tuple[int, Mode], int] = {}
-        self._layer(0, first)
+        self._layer(0, self.options.first)
         crossings: list[Crossing] = []
         for layer, (stage, mode) in enumerate(self.layers):  # to which the ways add
             crossings += [(layer, *way) for way in self._ways(stage, mode)]
@@ -252,12 +251,6 @@ class _Builder:
             legs = (APPROACH, APPROACH, RETREAT)
         for k, (one, leg) in enumerate(zip(modes, legs, strict=True)):
             arcs(node + k, node + k + 1, option.motions[k], one, 3 * stage + leg)
-
-
-def _initial(options: Options) -> dict[str, list[int]]:
-    """The places of the beginning, which came first, by object."""
-    names = list(options.modes.objects)
-    return {name: [k] for k, name in enumerate(names)}
 
 
 def _nearest(roadmap: Roadmap, robot, ends: Floats) -> Ints:

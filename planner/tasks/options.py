@@ -14,7 +14,8 @@ from planner.base.yamlfile import nearest, repeated
 from planner.collision import coal_checker
 from planner.collision.world import World
 from planner.kinematics.forward import joint_placements, tool_joint, tool_pose
-from planner.models.shapes import Obstacle
+from planner.models.scene import Scene
+from planner.models.shapes import Carried, Obstacle
 from planner.problem.targets import HOME, Named, parse_target
 from planner.setup.open import states_of
 from planner.setup.resolve import resolve
@@ -73,10 +74,11 @@ class Options:
     """What each step of a task can choose from, as far as it is not blocked by what all modes share.
 
     ``steps[k]`` are the options of a pick by place, of a placement by grasp; ``goals[k]`` the configurations of a move.
+    ``first`` is the mode of the beginning.
     """
 
     def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, most: int) -> None:
-        """``start`` (1, dof); ``most`` configurations of each grasp."""
+        """``start`` (1, dof); ``most`` configurations of each grasp. What is held by now has a grasp."""
         self.task, self.modes, self.gripper, self.start, self._most = task, modes, gripper, start, most
         robot = modes.robot
         rng = np.random.default_rng(_SEED)
@@ -85,7 +87,10 @@ class Options:
         self.goals: list[Floats] = []
         self.tried: list[Tried] = []
         self.stands = {name: [self._new_place(initial)] for name, initial in _initial(modes).items()}
-        self._held: list[int] = []  # grasps that are left, of the object that is held
+        self._held = list(range(len(modes.grasps)))  # grasps that are left, of the object that is held
+        self._seeds_of: dict[int, list[Floats]] = {}  # configurations that hold it, by grasp
+        standing = tuple(sorted(places[0] for places in self.stands.values()))
+        self.first = Mode(standing, self._held[0] if self._held else None)
         for k, step in enumerate(task.steps):
             self.tried.append(Tried())
             self.goals.append(self._goals(k, step) if isinstance(step, Move) else np.zeros((0, robot.dof)))
@@ -235,10 +240,11 @@ def _initial(modes: Modes) -> dict[str, Place]:
     """Where the objects stand at the beginning; on what they rest is found among all that stands."""
     from planner.tasks.placements import supports
 
-    world = modes.checker.world
-    found = {}
-    for name, item in modes.objects.items():
-        others = (*world.obstacles, *(other for other in modes.objects.values() if other is not item))
+    world, found = modes.checker.world, {}
+    held = {item.object for item in modes.grasps}
+    objects = {name: item for name, item in modes.objects.items() if name not in held}
+    for name, item in objects.items():
+        others = (*world.obstacles, *(other for other in objects.values() if other is not item))
         among = type(modes.checker)(replace_scene(world, others), modes.checker)
         found[name] = Place(name, np.array(item.placement), supports(item, item.placement, among))
     return found
@@ -249,13 +255,19 @@ def replace_scene(world: World, obstacles: tuple[Obstacle, ...]) -> World:
     return World.of(world.robot, replace(world.scene, obstacles=obstacles), frozenset(), world.margin)
 
 
-def require_sensible(task: Task, obstacles: Sequence[Obstacle]) -> None:
-    """Raise :class:`TaskError` for objects that are not there, or not one thing, and for steps out of order."""
-    names = [item.object for item in obstacles]
-    twice = repeated(item.name for item in obstacles)
+def require_sensible(task: Task, scene: Scene) -> Carried | None:
+    """Raise :class:`TaskError` for objects that are not there, or not one thing, and for steps out of order.
+
+    Returns what the scene lets the arm carry, if that is what the task places first.
+    """
+    names = [item.object for item in scene.obstacles]
+    twice = repeated(item.name for item in (*scene.obstacles, *scene.carried))
     if twice:
         raise TaskError(f"two objects of the scene are called '{twice[0]}': names must differ.")
-    held: str | None = None
+    handled = next((step for step in task.steps if not isinstance(step, Move)), None)
+    placed = handled.object if isinstance(handled, PlaceStep) else None
+    first = next((item for item in scene.carried if item.name == placed), None)
+    held = None if first is None else first.name
     for k, step in enumerate(task.steps, start=1):
         if isinstance(step, Pick):
             _require_object(step.object, names, k)
@@ -266,7 +278,9 @@ def require_sensible(task: Task, obstacles: Sequence[Obstacle]) -> None:
             if held != step.object:
                 what = f"'{held}' is held" if held else "nothing is held"
                 raise TaskError(f"step {k} places '{step.object}', but {what}: pick it first.")
+            names.append(step.object) if step.object not in names else None
             held = None
+    return first
 
 
 def _require_object(name: str, names: list[str], step: int) -> None:

@@ -13,9 +13,9 @@ from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
-from planner.collision.self_pairs import generate_disabled_pairs
-from planner.collision.world import World
+from planner.collision.self_pairs import disabled_pairs
 from planner.construction.build import build_roadmap
+from planner.models.frames import in_world
 from planner.models.scene import Scene
 from planner.planning.network import PathCost
 from planner.problem.options import require_known
@@ -31,7 +31,7 @@ from planner.tasks.modes import Modes
 from planner.tasks.network import TaskNetwork, task_network
 from planner.tasks.options import Options, picked, require_sensible
 from planner.tasks.request import TaskOptions, TaskRequest
-from planner.tasks.result import TaskPlan
+from planner.tasks.result import TaskPlan, scene_without
 from planner.tasks.search import Found, LazySearch
 from planner.tasks.segments import events_of, segments_of, timed
 from planner.tasks.why import why_stuck
@@ -87,15 +87,17 @@ class TaskPlanner:
         **options: Unpack[TaskOptions],
     ) -> TaskPlanner:
         """Read, find grasps and placements, grow the roadmap, join the modes."""
-        clock, request = Stopwatch(), _request(request, options)
+        clock, request = Stopwatch(), task_request(request, options)
         what = what if isinstance(what, Task) else Task.load(what)
         with clock("setup"):
             scene = what.scene if isinstance(what.scene, Scene) else Scene.load(str(what.scene))
-            modes = _modes(what, scene, request)
-            start = _start(what, modes)
+            scene, modes = _modes(what, scene, request)
+            states = states_of(modes.robot, modes.checker.world.scene)
+            start = resolve(parse_target(what.start), modes.checker, states, "start")[0]
         with clock("grasps"):
             gripper = gripper_of(modes.robot, what.gripper)
             found = Options(what, modes, gripper, start[None], request.ik_solutions)
+            start = free_configuration(start, modes.checker_of(found.first), "start")
         if found.dead_end is not None:
             return TaskPlanner(request, what, found, scene, None, None, clock.seconds)
         with clock("roadmap"):
@@ -176,34 +178,27 @@ class TaskPlanner:
         return replace(draft, outcome=Outcome.SOLVED, cost=cost, segments=tuple(segments), events=events)
 
 
-def _request(request: TaskRequest | None, options: TaskOptions) -> TaskRequest:
+def task_request(request: TaskRequest | None, options: TaskOptions) -> TaskRequest:
+    """A request, the default for None, with ``options`` in place of its fields."""
     require_known(options, TaskOptions.__annotations__, "a task")
     return replace(request or TaskRequest(), **options)
 
 
-def _modes(what: Task, scene: Scene, request: TaskRequest) -> Modes:
-    """The robot among what is never picked, and what is."""
-    require_sensible(what, scene.obstacles)
+def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes]:
+    """The scene in its own frame, and the robot among what is never picked, and what is."""
+    held = require_sensible(what, scene)
     if scene.moving or scene.limited:
         raise TaskError(f"in scene '{scene.name}' obstacles move, and a task has no times: give a scene that stands.")
     names = picked(what.steps)
-    fixed = replace(scene, obstacles=tuple(item for item in scene.obstacles if item.name not in names))
+    fixed = replace(scene_without(scene, names), carried=tuple(item for item in scene.carried if item is not held))
     world = WorldRequest(robot=what.robot, scene=fixed, collision=request.collision, margin=request.margin)
     checker = open_world(world)
-    disabled = checker.robot.disabled_pairs
-    if disabled is None:
-        disabled = generate_disabled_pairs(checker.robot, type(checker))
+    scene = in_world(scene, checker.robot)
     objects = {item.name: item for item in scene.obstacles if item.name in names}
-    return Modes(checker, disabled, objects)
-
-
-def _start(what: Task, modes: Modes) -> Floats:
-    """Where the arm is at the beginning (dof,), free among all that stands."""
-    robot, scene = modes.robot, modes.checker.world.scene
-    q = resolve(parse_target(what.start), modes.checker, states_of(robot, scene), "start")[0]
-    everything = replace(scene, obstacles=(*scene.obstacles, *modes.objects.values()))
-    world = World.of(robot, everything, modes.disabled | robot.touching, modes.checker.world.margin)
-    return free_configuration(q, type(modes.checker)(world, modes.checker), "start")
+    modes = Modes(checker, disabled_pairs(checker.robot, type(checker)), objects)
+    if held is not None:
+        modes.take(next(item for item in scene.carried if item.name == held.name))
+    return scene, modes
 
 
 def _ends(options: Options, modes: Modes) -> Floats:

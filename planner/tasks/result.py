@@ -13,32 +13,40 @@ import numpy as np
 from planner import gabf
 from planner.base.arrays import Floats
 from planner.base.beside import hashes
-from planner.base.files import make_folder, remove, write_json
-from planner.base.formats import FORMAT_VERSION
+from planner.base.files import write_json
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.progress import rounded
 from planner.base.resolutions import RECHECK
-from planner.base.versions import versions
 from planner.collision import make_checker
-from planner.kinematics.forward import tool_pose
+from planner.collision.checker import CollisionChecker
 from planner.models.moving import KnownMotion, MovingObstacle
 from planner.models.robot import Robot
+from planner.models.run_record import run_record
 from planner.models.scene import Scene
 from planner.planning.network import PathCost
-from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME
+from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_parts
 from planner.problem.outcome import Outcome
+from planner.problem.run_schema import RoadmapRecord
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
-from planner.roadmap.storage import save_roadmap
 from planner.tasks.file import Task
-from planner.tasks.judge import Report, TaskRecord, judged
+from planner.tasks.judge import Report, Stage, TaskRecord, judged
 from planner.tasks.network import TaskNetwork
 from planner.tasks.options import Options
+from planner.tasks.record import (
+    Event,
+    ModesRecord,
+    SegmentRecord,
+    StepFailsRecord,
+    TaskFieldRecord,
+    TaskMotionRecord,
+    TaskPlanRecord,
+)
 from planner.tasks.request import TaskRequest
-from planner.tasks.segments import Event, Segment, begins_of, joined
+from planner.tasks.segments import Segment, begins_of, joined
 from planner.tasks.why import StepFails
-from planner.trajectory.file import TRAJECTORY_NAME, save_trajectory
+from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.trajectory import Trajectory
 from planner.view.page import Content, page, save_page
 from planner.view.shown_path import Rows, ShownMotion, ShownPath, path_rows
@@ -101,55 +109,58 @@ class TaskPlan:
     @checks_kinds
     def check(self, step: float = RECHECK) -> list[Report]:
         """Each segment as ``planner check`` judges a task, from its record: see :func:`planner.tasks.judge.judged`."""
-        record = TaskRecord.model_validate({"segments": self._segments(), "events": self._events()})
+        record = TaskRecord(segments=self._segments(), events=list(self.events))
+        return [report for _, report in judged(record, self.judge, self.trajectory, step)]
+
+    @cached_property
+    def judge(self) -> CollisionChecker:
+        """A checker of the scene before the task."""
         world = self.options.modes.checker.world
-        checker = make_checker(world.robot, self.scene, self.request.collision, world.margin, world.conditions)
-        return [report for _, report in judged(record, checker, self.trajectory, step)]
+        return make_checker(world.robot, self.scene, self.request.collision, world.margin, world.conditions)
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of ``plan.json``; units in rad, m and s."""
-        whole, x = self.trajectory, self.cost_to_go
-        return {
-            "format_version": FORMAT_VERSION,
-            "outcome": self.outcome.key,
-            "message": self.message,
-            "reason": None if self.reason is None else self.reason.to_dict(),
-            "task": self.task.name,
-            "robot": self.robot.name,
-            "scene": self.scene.name,
-            "seed": self.request.seed,
-            "config": self.request.to_dict(),
-            "versions": versions(),
-            "joints": list(self.robot.joints),
-            "tool": self.robot.tool,
-            "path": self.path.tolist(),
-            "cost": None if self.cost is None else vars(self.cost),
-            "segments": self._segments(),
-            "events": self._events(),
-            "trajectory": None if whole is None else {"duration": whole.duration, "proven": whole.proven},
-            "roadmap": None if self.roadmap is None else self.roadmap.record(),
-            "modes": None if self.network is None else self._modes(),
-            "gabf": None if x is None else self._gabf(x),
-            "timings_s": rounded(self.timings),
-        }
+        return self.record().to_dict()
 
-    def _segments(self) -> list[dict[str, Any]]:
+    def record(self) -> TaskPlanRecord:
+        """What there is to be written."""
+        begun: dict[str, Any] = run_record(self.request, self.outcome, self.robot, self.scene)
+        begun["message"] = self.message
+        whole, net, x = self.trajectory, self.network, self.cost_to_go
+        sizes = net and {"modes": len(net.modes), "nodes": net.nodes, "arcs": len(net.tails)}
+        return TaskPlanRecord(
+            **begun,
+            task=self.task.name,
+            reason=None if self.reason is None else StepFailsRecord(**self.reason.to_dict()),
+            path=self.path.tolist(),
+            cost=self.cost,
+            segments=self._segments(),
+            events=list(self.events),
+            trajectory=None if whole is None else TaskMotionRecord(duration=whole.duration, proven=whole.proven),
+            roadmap=None if self.roadmap is None else RoadmapRecord(**self.roadmap.record()),
+            modes=None
+            if sizes is None
+            else ModesRecord(
+                **sizes,
+                pieces_proven=self.options.modes.pieces_proven,
+                rounds=self.rounds,
+                arcs_refused=self.refused,
+            ),
+            gabf=None
+            if x is None
+            else TaskFieldRecord(
+                law=self.request.law,
+                prescribed_time=self.request.prescribed_time,
+                settling_time=x.settling_time,
+                steps=x.steps,
+                max_error_vs_oracle=gabf.max_error(x, gabf.oracle(x.network)),
+            ),
+            timings_s=rounded(self.timings),
+        )
+
+    def _segments(self) -> list[SegmentRecord]:
         begins = begins_of(self.segments, self.events)
-        return [segment.to_dict(begin / 1e9) for segment, begin in zip(self.segments, begins, strict=True)]
-
-    def _events(self) -> list[dict[str, Any]]:
-        return [event.to_dict() for event in self.events]
-
-    def _modes(self) -> dict[str, int]:
-        assert self.network is not None
-        known, net = self.options.modes, self.network
-        sizes = {"modes": len(net.modes), "nodes": net.nodes, "arcs": len(net.tails)}
-        return {**sizes, "pieces_proven": known.pieces_proven, "rounds": self.rounds, "arcs_refused": self.refused}
-
-    def _gabf(self, x: gabf.CostToGo) -> dict[str, Any]:
-        error = gabf.max_error(x, gabf.oracle(x.network))
-        law = {"law": self.request.law, "prescribed_time": self.request.prescribed_time}
-        return {**law, "settling_time": x.settling_time, "steps": x.steps, "max_error_vs_oracle": error}
+        return [segment.record(begin / 1e9) for segment, begin in zip(self.segments, begins, strict=True)]
 
     def page(self) -> str:
         """The page as HTML text: the whole motion, the objects going with the hand."""
@@ -163,13 +174,7 @@ class TaskPlan:
 
 def save_task(plan: TaskPlan, folder: Path, timings: dict[str, float] | None = None) -> dict[str, Any]:
     """Write the files; ``timings`` (s) go beside the plan's own. Returns the record that was written."""
-    make_folder(folder)
-    for name in (PAGE_NAME, ROADMAP_NAME, TRAJECTORY_NAME):
-        remove(folder / name)
-    if plan.roadmap is not None:
-        save_roadmap(plan.roadmap, folder / ROADMAP_NAME)
-    if plan.trajectory is not None:
-        save_trajectory(plan.trajectory, folder / TRAJECTORY_NAME, plan.robot.name, plan.scene.name)
+    save_parts(folder, plan.roadmap, plan.trajectory, plan.robot.name, plan.scene.name)
     record = plan.to_dict()
     record["timings_s"] |= rounded(timings or {})
     record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME))
@@ -229,32 +234,24 @@ def task_page(plan: TaskPlan) -> str:
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:
     """The scene with what is picked as obstacles that move as the hand moves them."""
-    names, fixed = plan.options.modes.objects, plan.scene.obstacles
+    names, stage = plan.options.modes.objects, Stage(plan.judge, plan.events)
     times = np.linspace(0.0, motion.duration, max(2, int(motion.duration / _SHOWN_APART)))
-    at = np.unique(np.concatenate([times, [e.t for e in plan.events if e.t is not None]]))
+    left = [(event.t, event) for event in plan.events if event.t is not None]
+    at = np.unique(np.concatenate([times, [t for t, _ in left]]))
     at = at[np.append(True, np.diff(at) > 1e-5)]
+    poses: dict[str, list[Floats]] = {name: [] for name in names}
+    for now in at.tolist():
+        while left and left[0][0] <= now:
+            t, event = left.pop(0)
+            stage.after(event, motion.at(t)[0])
+        for name, found in poses.items():
+            found.append(stage.pose(name, motion.at(now)[0]))
     moving = tuple(
-        MovingObstacle(name, item.shape, KnownMotion(at, _poses(plan, motion, name, at)))
-        for name, item in names.items()
+        MovingObstacle(name, item.shape, KnownMotion(at, np.array(poses[name]))) for name, item in names.items()
     )
-    return replace(scene_without(plan.scene, set(names)), moving=moving) if fixed else plan.scene
+    return replace(scene_without(plan.scene, set(names)), moving=moving)
 
 
 def scene_without(scene: Scene, names: set[str]) -> Scene:
     """The scene without some obstacles."""
     return replace(scene, obstacles=tuple(item for item in scene.obstacles if item.name not in names))
-
-
-def _poses(plan: TaskPlan, motion: Trajectory, name: str, at: Floats) -> Floats:
-    """Where an object is (k, 4, 4) at times ``at`` (k,)."""
-    pose, poses = np.array(plan.options.modes.objects[name].placement), []
-    events = [event for event in plan.events if event.object == name and event.kind != "gripper"]
-    held: Floats | None = None
-    for t in at.tolist():
-        tool = tool_pose(plan.robot, motion.at(t)[0]).homogeneous
-        while events and events[0].t is not None and events[0].t <= t:
-            held = np.linalg.inv(tool) @ pose if events.pop(0).kind == "attach" else None
-        if held is not None:
-            pose = tool @ held
-        poses.append(pose)
-    return np.array(poses)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from planner.tasks.judge import off_rest
 from planner.tasks.modes import Mode
 from planner.tasks.network import APPROACH, TaskNetwork
 from planner.tasks.options import Options
+from planner.tasks.record import Event, SegmentRecord, SegmentTimes
 from planner.tasks.why import doing
 from planner.trajectory.check import looked_at
 from planner.trajectory.limits import MotionLimits
@@ -28,7 +29,8 @@ from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 
 PAUSE = 0.5  # s that the arm rests while a gripper moves
-PARTS = ("transit", "approach", "retreat")
+Part = Literal["transit", "approach", "retreat"]
+PARTS: tuple[Part, ...] = get_args(Part)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,42 +44,29 @@ class Segment:
 
     step: int
     doing: str
-    part: str
+    part: Part
     carried: str | None
     mode: Mode
     strict: Mode
     path: Floats
     trajectory: Trajectory | None = None
 
-    def to_dict(self, begin: float = 0.0) -> dict[str, Any]:
+    def record(self, begin: float = 0.0) -> SegmentRecord:
         """As ``plan.json`` has it; it begins at ``begin`` s of the whole."""
-        timed = self.trajectory
-        motion = None
-        if timed is not None:
-            motion = {"begin": begin, "duration": timed.duration, "law": timed.law, "proven": timed.proven}
-        head = {"step": self.step, "doing": self.doing, "part": self.part, "carried": self.carried}
-        pairs = {"may_touch": self.strict.allowed, "at_rest": self.mode.allowed - self.strict.allowed}
-        named = {name: sorted(sorted(pair) for pair in allowed) for name, allowed in pairs.items()}
-        return {**head, **named, "path": self.path.tolist(), "trajectory": motion}
-
-
-@dataclass(frozen=True)
-class Event:
-    """At ``t`` s (None without times), at the end of a ``segment``: ``kind`` attach, detach or gripper.
-
-    An attach or a detach is of ``object`` to ``link``, a gripper's of ``joints`` to values.
-    """
-
-    t: float | None
-    kind: str
-    object: str
-    link: str
-    segment: int
-    joints: dict[str, float] | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """As ``plan.json`` has it."""
-        return {name: value for name, value in asdict(self).items() if name != "joints" or value is not None}
+        made, pairs = self.trajectory, (self.strict.allowed, self.mode.allowed - self.strict.allowed)
+        may_touch, at_rest = ([(min(pair), max(pair)) for pair in sorted(map(sorted, each))] for each in pairs)
+        return SegmentRecord(
+            step=self.step,
+            doing=self.doing,
+            part=self.part,
+            carried=self.carried,
+            may_touch=may_touch,
+            at_rest=at_rest,
+            path=self.path.tolist(),
+            trajectory=None
+            if made is None
+            else SegmentTimes(begin=begin, duration=made.duration, law=made.law, proven=made.proven),
+        )
 
 
 def segments_of(options: Options, network: TaskNetwork, arcs: Ints) -> list[Segment]:
@@ -180,4 +169,5 @@ def joined(segments: Sequence[Segment], events: Sequence[Event]) -> Trajectory |
     first = timed_parts[0]
     proven = all(part.proven for part in timed_parts)
     proof = {"segments": len(timed_parts), "segments_proven": sum(part.proven for part in timed_parts)}
-    return Trajectory(first.joints, np.concatenate(clock), whole, first.law, first.limits, proven, proof)
+    told = tuple(event.to_dict() for event in events)
+    return Trajectory(first.joints, np.concatenate(clock), whole, first.law, first.limits, proven, proof, told)

@@ -48,7 +48,7 @@ def export(trajectory: Trajectory, kind: Format, skip_first_point: bool = False)
     if kind == "csv":
         return _csv(trajectory.joints, nanoseconds, columns).encode()
     if kind == "npz":
-        return _npz(trajectory.joints, nanoseconds / _PER_SECOND, columns)
+        return _npz(trajectory, nanoseconds / _PER_SECOND, columns)
     message = _message(trajectory.joints, nanoseconds, columns)
     if kind == "moveit":
         message = {"joint_trajectory": message, "multi_dof_joint_trajectory": {"joint_names": [], "points": []}}
@@ -128,8 +128,10 @@ def _csv(joints: tuple[str, ...], nanoseconds: Ints, columns: list[Floats]) -> s
     return "\n".join(lines) + "\n"
 
 
-def _npz(joints: tuple[str, ...], t: Floats, columns: list[Floats]) -> bytes:
+def _npz(trajectory: Trajectory, t: Floats, columns: list[Floats]) -> bytes:
     content = io.BytesIO()
-    given = dict(zip(("q", "qd", "qdd"), columns, strict=False))
-    np.savez(content, t=t, **given, joints=np.array(joints))
+    given: dict[str, Any] = dict(zip(("q", "qd", "qdd"), columns, strict=False))
+    if trajectory.events:
+        given["events"] = np.array([json.dumps(dict(event), allow_nan=False) for event in trajectory.events])
+    np.savez(content, t=t, **given, joints=np.array(trajectory.joints))
     return content.getvalue()

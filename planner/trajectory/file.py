@@ -40,6 +40,15 @@ class _Limits(pydantic.BaseModel):
     source: dict[str, str]
 
 
+class _Event(pydantic.BaseModel):
+    model_config = pydantic.ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+
+    t: float
+    kind: str
+    object: str
+    link: str
+
+
 class _File(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -52,6 +61,7 @@ class _File(pydantic.BaseModel):
     limits: _Limits | None = None
     proven: bool = False
     proof: dict[str, Any] = pydantic.Field(default_factory=dict)
+    events: list[_Event] = pydantic.Field(default_factory=list)
     points: list[_Point] = pydantic.Field(min_length=2)
 
 
@@ -75,6 +85,7 @@ def trajectory_record(trajectory: Trajectory, robot: str | None = None, scene: s
         "joints": list(trajectory.joints),
         "proven": trajectory.proven,
         "proof": trajectory.proof,
+        **({"events": [dict(event) for event in trajectory.events]} if trajectory.events else {}),
         "points": [{"t": t, "q": q, "qd": qd, "qdd": qdd} for t, q, qd, qdd in zip(*columns, strict=True)],
     }
 
@@ -109,7 +120,8 @@ def load_trajectory(path: Place) -> Trajectory:
     given = (DEGREE[file.interpolation] + 1) // 2
     made = Trajectory.through(tuple(file.joints), times, *map(_rows, columns[:given]), law=file.law)
     limits = _limits(file.limits, made.joints, where)
-    return replace(made, limits=limits, proven=file.proven, proof=file.proof)
+    events = tuple(event.model_dump() for event in file.events)
+    return replace(made, limits=limits, proven=file.proven, proof=file.proof, events=events)
 
 
 def require_near(rows: Floats, where: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -37,7 +38,8 @@ class Trajectory:
     powers.
 
     ``law`` says how the times came about, ``limits`` what they were made for, ``proven`` whether all of it is proven,
-    and ``proof`` what. Of times in seconds make one with :meth:`through`.
+    and ``proof`` what. ``events`` are what happens meanwhile, each with its time ``t`` (s), as ``trajectory.json`` has
+    them. Of times in seconds make one with :meth:`through`.
     """
 
     joints: tuple[str, ...]
@@ -47,6 +49,7 @@ class Trajectory:
     limits: MotionLimits | None = None
     proven: bool = False
     proof: dict[str, Any] = field(default_factory=dict)
+    events: tuple[Mapping[str, Any], ...] = ()
     times: Floats = field(init=False)
     seconds: Floats = field(init=False)
     coefficients: Floats = field(init=False)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import get_args
 
+import numpy as np
 import pytest
 
 from planner.base.resources import data_folder
+from planner.trajectory.export import Format
 from tests.command_line import Run, assert_refused
 
 EXAMPLES = data_folder("scenes") / "examples"
@@ -73,6 +76,25 @@ def test_the_whole_motion_is_exported(tidy: Path, run: Run) -> None:
     rows = (tidy / "trajectory-csv.csv").read_text().splitlines()
     times = [float(row.split(",")[0]) for row in rows[1:]]
     assert times == sorted(set(times))
+
+
+def test_events_stand_where_there_is_a_place_for_them_and_are_told_elsewhere(tidy: Path, run: Run) -> None:
+    written = json.loads((tidy / "plan.json").read_text())["events"]
+    assert json.loads((tidy / "trajectory.json").read_text())["events"] == written
+    for kind in get_args(Format):
+        code, _, error = run("export", str(tidy), "--format", kind)
+        assert code == 0, error
+        told = " ".join(error.split())
+        assert ("has no place for the events of a task" in told) == (kind != "npz")
+        assert kind == "npz" or all(f"{event['t']:.3f} s" in told for event in written)
+    with np.load(tidy / "trajectory-npz.npz", allow_pickle=False) as arrays:
+        assert [json.loads(text) for text in arrays["events"]] == written
+    code, text, error = run("export", str(tidy), "--rate", "100", "--format", "npz", "--out", str(tidy / "grid.npz"))
+    assert code == 0, error
+    assert "NOT proven" in text
+    assert "no events are written" in " ".join(error.split())
+    with np.load(tidy / "grid.npz", allow_pickle=False) as arrays:
+        assert "events" not in arrays
 
 
 def test_what_cannot_be_done_is_said_with_code_4(run: Run, tmp_path: Path) -> None:

@@ -20,3 +20,23 @@ def spoilt(record: dict[str, Any]) -> list[dict[str, Any]]:
     out[1]["seed"] = "zero"
     out[2]["joints"] = [[1]]
     return out
+
+
+def unknown_keys(record: Any, schema: dict[str, Any]) -> list[str]:
+    """The keys of a record that a schema does not name, at any depth."""
+
+    def unknown(value: Any, part: dict[str, Any], where: str) -> list[str]:
+        if "$ref" in part:
+            part = schema["$defs"][part["$ref"].split("/")[-1]]
+        for other in part.get("anyOf", []):
+            if other.get("type") != "null":
+                return unknown(value, other, where) if value is not None else []
+        if isinstance(value, list):
+            return [x for item in value for x in unknown(item, part.get("items", {}), where)]
+        if not isinstance(value, dict) or "properties" not in part:
+            return []
+        known = part["properties"]
+        inside = [x for k, item in value.items() if k in known for x in unknown(item, known[k], f"{where}.{k}")]
+        return [f"{where}.{key}" for key in value if key not in known] + inside
+
+    return unknown(record, schema, "plan")

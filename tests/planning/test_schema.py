@@ -12,7 +12,7 @@ from planner.planning.plan import plan
 from planner.planning.record import PlanRecord
 from planner.planning.result import Plan, plan_record
 from planner.problem.request import PlanRequest, TimingRequest
-from tests.planning.records import SMALL, as_written, spoilt
+from tests.planning.records import SMALL, as_written, spoilt, unknown_keys
 
 UNREACHED: dict[str, Any] = {"robot": "planar_2r", "scene": "empty", "nodes": 2, "min_manipulability": 0.199}
 
@@ -31,20 +31,6 @@ def test_the_schema_names_every_key_that_is_written(solved: Plan) -> None:
     """The record's own types are the schema: nothing is written that it does not know, at any depth."""
     schema = pydantic.TypeAdapter(PlanRecord).json_schema()
 
-    def unknown(value: Any, part: dict[str, Any], where: str) -> list[str]:
-        if "$ref" in part:
-            part = schema["$defs"][part["$ref"].split("/")[-1]]
-        for other in part.get("anyOf", []):
-            if other.get("type") != "null":
-                return unknown(value, other, where) if value is not None else []
-        if isinstance(value, list):
-            return [x for item in value for x in unknown(item, part.get("items", {}), where)]
-        if not isinstance(value, dict) or "properties" not in part:
-            return []
-        known = part["properties"]
-        inside = [x for k, item in value.items() if k in known for x in unknown(item, known[k], f"{where}.{k}")]
-        return [f"{where}.{key}" for key in value if key not in known] + inside
-
     timed = plan(PlanRequest(**SMALL), timing=TimingRequest())
     for made in (solved, timed, plan(PlanRequest(**UNREACHED))):
-        assert unknown(as_written(plan_record(made)), schema, "plan") == []
+        assert unknown_keys(as_written(plan_record(made)), schema) == []

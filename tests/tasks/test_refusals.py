@@ -85,6 +85,11 @@ def test_two_objects_of_one_name(folder: Path) -> None:
         task(replace(SMALL, scene=twice))
 
 
+def test_a_task_without_steps() -> None:
+    with pytest.raises(TaskError, match="a task has no steps: give at least one Pick, Place or Move"):
+        replace(SMALL, steps=())
+
+
 def test_links_that_are_not_there_grasp_nothing() -> None:
     with pytest.raises(TaskError, match="link 'claw' cannot touch what is grasped: links with shapes are"):
         task(replace(SMALL, gripper=GripperSaid(touch=("claw",))))

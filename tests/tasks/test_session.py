@@ -1,0 +1,111 @@
+"""A session's tasks: from where the arm is, holding what it holds, in the world as it is by then."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.base.errors import SceneError
+from planner.kinematics.forward import tool_pose
+from planner.problem.request import TimingRequest
+from planner.session.session import Session
+from planner.tasks.file import Move, Pick, Place, TaskError
+from planner.tasks.judge import TaskRecord, judged
+from planner.tasks.plan import task
+from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, SCENE, SMALL
+
+FEW = {"nodes": 100, "ik_solutions": 2}
+
+
+@pytest.fixture(scope="module")
+def session() -> Session:
+    return Session("panda", SCENE)
+
+
+@pytest.fixture(scope="module")
+def carrying(session: Session):
+    """The session after the first steps: the arm half way, the mug in its hand."""
+    first = session.task(SMALL, **FEW)
+    assert first.solved, first.message
+    before, grasp, way = session.snapshot(), first.segments[1].path[-1], first.segments[3].path
+    session.attach("mug", first.robot.tool, at=grasp)
+    yield session, 0.5 * (way[0] + way[1]), grasp
+    session.restore(before)
+
+
+def test_it_plans_what_a_task_plans(session: Session) -> None:
+    found, alone = session.task(SMALL.steps, **FEW), task(SMALL, **FEW)
+    assert found.cost == alone.cost
+    np.testing.assert_array_equal(found.path, alone.path)
+
+
+def test_the_same_steps_are_answered_on_what_is_known(session: Session) -> None:
+    steps = SMALL.steps
+    first = session.task(steps, start="home", **FEW)
+    again = session.task(steps, start=first.roadmap.nodes[30], beta=0.3, **FEW)
+    assert again.options is first.options
+    np.testing.assert_allclose(again.path[0], first.roadmap.nodes[30])
+    session.move("post", position=[0.75, 0.0, 0.225])
+    moved = session.task(steps, start="home", **FEW)
+    assert moved.options is not first.options
+    assert moved.solved
+    session.move("post", position=[0.62, 0.0, 0.225])
+
+
+def test_what_is_held_is_put_down_from_where_the_arm_is(carrying) -> None:
+    session, q, grasp = carrying
+    found = session.task((ON_BOARD, Move("home")), start=q, timing=TimingRequest(), **FEW)
+    assert found.solved, found.message
+    assert [(s.step, s.part, s.carried) for s in found.segments] == [
+        (1, "transit", "mug"),
+        (1, "approach", "mug"),
+        (1, "retreat", None),
+        (2, "transit", None),
+    ]
+    assert [event.kind for event in found.events] == ["detach", "gripper"]
+    np.testing.assert_allclose(found.path[0], q)
+    robot = found.robot
+    hold = np.linalg.inv(tool_pose(robot, grasp).homogeneous) @ MUG.placement
+    put = tool_pose(robot, found.segments[1].path[-1]).homogeneous @ hold
+    np.testing.assert_allclose(put[2], [0, 0, 1, 0.22 + 0.12 + 1e-3], atol=1e-4)
+    assert found.trajectory is not None
+    assert found.trajectory.proven
+    assert all(report.ok for report in found.check(1e-4))
+    assert "mug" in found.page()
+
+
+def test_what_is_held_is_judged_from_the_record_too(carrying) -> None:
+    """``planner check`` in a scene that says what is carried; not in one where the mug still stands."""
+    session, q, _ = carrying
+    found = session.task((ON_BOARD,), start=q, **FEW)
+    record = TaskRecord.model_validate(found.to_dict())
+    reports = [report for _, report in judged(record, session.checker, None, 1e-3)]
+    assert len(reports) == 3
+    assert all(report.ok for report in reports)
+    last = reports[-1].checker.world
+    assert "mug" in {item.name for item in last.scene.obstacles}
+    assert "mug" not in {body.link for body in last.bodies}
+
+
+def test_it_may_be_taken_again_and_moved_while_held(carrying) -> None:
+    session, q, _ = carrying
+    found = session.task((Move("home"), ON_BOARD, Pick("mug", GRASPS), Move("home")), start=q, **FEW)
+    assert found.solved, found.message
+    assert [event.kind for event in found.events if event.kind != "gripper"] == ["detach", "attach"]
+    assert [s.carried for s in found.segments][:2] == ["mug", "mug"]
+    assert found.segments[-1].carried == "mug"
+    assert all(report.ok for report in found.check())
+
+
+def test_what_is_held_elsewhere_is_not_put_down() -> None:
+    session = Session("panda", SCENE)
+    session.attach("mug", "panda_link4", at="home")
+    with pytest.raises(TaskError, match="'mug' is held by 'panda_link4', which does not move with the tool"):
+        session.task((ON_BOARD,), start="home", **FEW)
+
+
+def test_a_floor_is_refused_and_nothing_is_held_at_first() -> None:
+    with pytest.raises(TaskError, match="nothing is held: pick it first"):
+        Session("panda", SCENE).task((Place("mug", (BOARD.placement,)),), **FEW)
+    with pytest.raises(SceneError, match="a floor under manipulability, which no task does"):
+        Session("panda", SCENE, min_manipulability=0.01).task(SMALL)
