@@ -164,11 +164,11 @@ def test_limits_of_a_file_are_kept_by_gate_and_motions(address: str, client: Cli
     slow = tmp_path / "joint_limits.yaml"
     rows = [f"  joint_{k}: {{has_velocity_limits: true, max_velocity: 0.05}}" for k in (1, 2)]
     slow.write_text("\n".join(["joint_limits:", *rows]) + "\n")
-    ends = {"start": [0.3, 0.4], "goal": "q:1.2,-0.8"}
+    ends: dict[str, Any] = {"start": [0.3, 0.4], "goal": "q:1.2,-0.8"}
     client.ask("load", world="slow", robot="planar_2r", scene="empty", nodes=60, limits={"file": str(slow)})
     found = client.ask("check", world="slow", **CHUNK)
     assert (found["reason"]["limit"], found["reason"]["joint"]) == ("velocity", "joint_1")
-    quick, motion = (client.ask("plan", **ends, **world)["motion"] for world in ({}, {"world": "slow"}))
+    quick, motion = (client.ask("plan", world=world, **ends)["motion"] for world in ("main", "slow"))
     assert max(abs(v) for point in motion["points"] for v in point["qd"]) <= 0.05 * (1 + 1e-6)
     assert motion["duration"] > 2.0 * quick["duration"]
     assert motion["limits"]["velocity"] == [0.05, 0.05]
