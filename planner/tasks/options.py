@@ -63,6 +63,7 @@ class Tried:
     out_of_reach: int = 0
     strays: int = 0
     contacts: Counter[str] = field(default_factory=Counter)
+    unreached: list[Floats] = field(default_factory=list)  # where the tool was to be (3,)
 
     def blame(self, what: str | None) -> None:
         """Count one more that is blocked, by ``what`` :meth:`Modes.why` says."""
@@ -153,7 +154,9 @@ class Options:
             many = min(max(share, _FEWEST_BESIDE if grasp in seeds else _FEWEST), _MOST)
             near = np.vstack([*seeds.get(grasp, ()), *self._seeds[:many]])
             options = self._at(step, grasp, place, tool, near)
-            tried.out_of_reach += not options
+            if not options:
+                tried.out_of_reach += 1
+                tried.unreached.append(tool[:3, 3])
             found += options
         return self._unblocked(step, found)
 

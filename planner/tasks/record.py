@@ -80,6 +80,8 @@ class StepFailsRecord(Record):
     """how often which two things were the first that touch"""
     conditions: list[str]
     """what motions keep"""
+    beyond: float | None
+    """m that the nearest is beyond where the arm can ever bring the tool; null where that is not proven of all"""
 
 
 @dataclass(frozen=True, kw_only=True)

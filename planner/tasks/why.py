@@ -6,11 +6,13 @@ from copy import deepcopy
 from dataclasses import dataclass
 
 from planner.base.errors import Reason, choices
+from planner.kinematics.inverse import beyond_reach
 from planner.tasks.file import Move, Pick, Step
 from planner.tasks.options import Options, Tried
 from planner.tasks.search import LazySearch
 
 _NAMED = 3  # contacts in the sentence
+_WORTH_SAYING = 5e-3  # m
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,9 @@ class StepFails(Reason):
 
     Of ``tried`` grasps, or pairs of a grasp and a placement, so many are ``out_of_reach``; ``contacts`` is how often
     two things were the first that touch where all configurations of one were in contact, and so many of one ``strays``
-    from the ``conditions`` that all motions keep. ``no_path``: some can be reached, but no path leads there.
+    from the ``conditions`` that all motions keep. ``beyond``: how far (m) the nearest is beyond where the arm can ever
+    bring the tool, where all are: as much nearer is the least that could work. ``no_path``: some can be reached, but no
+    path leads there.
     """
 
     step: int
@@ -30,6 +34,7 @@ class StepFails(Reason):
     strays: int
     contacts: dict[str, int]
     conditions: tuple[str, ...] = ()
+    beyond: float | None = None
     kind = "step_fails"
 
     @property
@@ -41,6 +46,7 @@ class StepFails(Reason):
         """What the user reads."""
         head = f"Step {self.step} ({self.doing}) cannot be done: "
         found = f"{self.out_of_reach} of {self.tried} out of reach"
+        found += f" (the nearest by {self.beyond:.2f} m or more)" if self.beyond else ""
         for pair, count in list(self.contacts.items())[:_NAMED]:
             found += f", {count} in contact ({pair})"
         if self.strays:
@@ -73,7 +79,16 @@ def why_stuck(options: Options, search: LazySearch | None) -> StepFails:
         what = "no_grasp" if isinstance(step, Pick) else "no_placement"
     kept = options.modes.checker.world.keeps.texts
     contacts = dict(tried.contacts.most_common())
-    return StepFails(number + 1, doing(step), what, tried.of, tried.out_of_reach, tried.strays, contacts, kept)
+    counts = tried.of, tried.out_of_reach, tried.strays, contacts
+    return StepFails(number + 1, doing(step), what, *counts, kept, _beyond(options, tried))
+
+
+def _beyond(options: Options, tried: Tried) -> float | None:
+    """How far (m) the nearest is proven beyond reach; None where not all are."""
+    if tried.out_of_reach < tried.of or not tried.unreached:
+        return None
+    nearest = min(beyond_reach(options.modes.robot, position) for position in tried.unreached)
+    return nearest if nearest >= _WORTH_SAYING else None
 
 
 def _all_blocked(options: Options, search: LazySearch, number: int, tried: Tried) -> bool:

@@ -110,6 +110,24 @@ def test_no_grasp_within_reach() -> None:
     assert found.to_dict()["reason"]["kind"] == "step_fails"
 
 
+def test_how_much_nearer_the_object_would_have_to_be_is_said() -> None:
+    """Proven from the arm's lengths: as much nearer it is out of reach still, and 10 cm nearer it lacks 10 cm less."""
+    beyond = []
+    for x in (2.0, 1.9):
+        mug = Obstacle("mug", MUG.shape, pose((x, 0.0, 0.22)))
+        found = task(replace(SMALL, scene=Scene("away", (TABLE, BOARD, mug))), nodes=10)
+        assert found.reason is not None
+        assert found.reason.beyond is not None
+        assert f"(the nearest by {found.reason.beyond:.2f} m or more)" in found.message
+        beyond.append(found.reason.beyond)
+    assert beyond[0] - beyond[1] == pytest.approx(0.1, abs=1e-3)
+    assert beyond[1] > 0.5
+    near = Obstacle("mug", MUG.shape, pose((1.9 - beyond[1], 0.0, 0.22)))
+    last = task(replace(SMALL, scene=Scene("away", (TABLE, BOARD, near))), nodes=10).reason
+    assert last is not None
+    assert (last.out_of_reach, last.beyond) == (3, None)
+
+
 def test_grasps_in_contact_are_counted_by_what_they_touch() -> None:
     lid = Obstacle("lid", Box((0.2, 0.2, 0.02)), pose((0.5, -0.3, 0.35)))
     found = task(replace(SMALL, scene=Scene("covered", (TABLE, BOARD, lid, MUG))), nodes=10)

@@ -123,6 +123,7 @@ def test_what_all_motions_keep_is_proven_once_a_motion() -> None:
     task = replace(SMALL, scene=replace(SCENE, keep="plane:0,0,1,0.05"))
     planner = TaskPlanner.of(task, nodes=20, ik_solutions=1)
     modes = planner.options.modes
+    assert planner.network is not None
     for mode in planner.network.modes:
         arm, *others = modes.clauses(mode)
         assert modes._prover(arm).world.conditions

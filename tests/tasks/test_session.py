@@ -12,9 +12,10 @@ from planner.session.session import Session
 from planner.tasks.file import Move, Pick, Place, TaskError
 from planner.tasks.judge import TaskRecord, judged
 from planner.tasks.plan import task
+from planner.tasks.request import TaskOptions
 from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, SCENE, SMALL
 
-FEW = {"nodes": 100, "ik_solutions": 2}
+FEW: TaskOptions = {"nodes": 100, "ik_solutions": 2}
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +43,8 @@ def test_it_plans_what_a_task_plans(session: Session) -> None:
 def test_the_same_steps_are_answered_on_what_is_known(session: Session) -> None:
     steps = SMALL.steps
     first = session.task(steps, start="home", **FEW)
-    again = session.task(steps, start=first.roadmap.nodes[30], beta=0.3, **FEW)
+    assert first.roadmap is not None
+    again = session.task(steps, start=first.roadmap.nodes[30], **(FEW | TaskOptions(beta=0.3)))
     assert again.options is first.options
     np.testing.assert_allclose(again.path[0], first.roadmap.nodes[30])
     session.move("post", position=[0.75, 0.0, 0.225])
