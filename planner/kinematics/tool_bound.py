@@ -178,7 +178,8 @@ class _Pieces:
     @property
     def kept_at_both_ends(self) -> Bools:
         """(n,) whether there is one alternative that is kept to at both; else there is a change between them."""
-        return (np.minimum(self.first, self.last) >= 0).all(axis=2).any(axis=1)
+        held: Bools = (np.minimum(self.first, self.last) >= 0).min(axis=2).max(axis=1)
+        return held
 
     def halved(self, middle: Floats, between: Floats) -> _Pieces:
         low, high = np.concatenate([self.low, middle]), np.concatenate([middle, self.high])

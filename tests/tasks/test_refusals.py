@@ -16,7 +16,7 @@ from planner.models.shapes import Box, Obstacle
 from planner.problem.outcome import Outcome
 from planner.tasks.file import Grasp, GripperSaid, Move, Pick, Place, Region, Task, TaskError
 from planner.tasks.plan import TaskPlanner, task
-from tests.tasks.cases import BOARD, GRASPS, MUG, POST, SMALL, TABLE
+from tests.tasks.cases import BOARD, GRASPS, MUG, POST, SCENE, SMALL, TABLE
 
 SCENE_TEXT = """
 obstacles:
@@ -144,7 +144,7 @@ KEEPS = {"plane:0,0,1,0.45": ("no_grasp", 3), "axis:z,0,0,-1,0.1": ("no_path", 1
 @pytest.mark.parametrize("keep", KEEPS)
 def test_what_strays_from_what_is_kept_is_counted_as_that(keep: str) -> None:
     """Grasps below a plane that the tool stays above, and one that tilts more than the tool may: nothing touches."""
-    found, (what, strays) = task(replace(SMALL, scene=replace(SMALL.scene, keep=keep)), nodes=20), KEEPS[keep]
+    found, (what, strays) = task(replace(SMALL, scene=replace(SCENE, keep=keep)), nodes=20), KEEPS[keep]
     assert found.reason is not None
     assert found.reason.what == what
     assert (found.reason.strays, found.reason.contacts, found.reason.conditions) == (strays, {}, (keep,))

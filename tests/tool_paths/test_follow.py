@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -140,7 +141,7 @@ def test_what_is_out_of_reach_says_by_how_much() -> None:
 
 
 @pytest.mark.parametrize("orientation", [{"axis": [0, 0, -1]}, {"quaternion": [1, 0, 0, 0]}])
-def test_the_cone_that_would_do_is_told_and_does(orientation: dict[str, list[float]]) -> None:
+def test_the_cone_that_would_do_is_told_and_does(orientation: dict[str, Any]) -> None:
     points = [[0.6, y, 0.7] for y in (-0.02, 0.02)]
     found = follow(line_of(points, **orientation), REQUEST)
     assert isinstance(found.reason, CannotFollow)
