@@ -483,16 +483,16 @@ def sentence(data: Data, meta: Words, rounding: float, judged: list[str], compar
     names = ", ".join(named(meta, pair) for pair in left[1] + left[2]) or "none"
     motion = f" and of the motion of {np.ptp(data['clock']) / 1e9:g} s" if judged else ""
     limits = f", the motion within those on {', '.join(judged)} that it names" if judged else ""
+    ends = " to ".join(str(q) for q in data["path"][[0, -1]].tolist())
     return (
-        f"Proven: along all of the path of {len(data['path'])} waypoints{motion}, {meta['robot']!r} in "
+        f"Proven: along all of the path of {len(data['path'])} waypoints from {ends}{motion}, {meta['robot']!r} in "
         f"{meta['scene']!r}, each of {len(data['pairs'])} pairs of bodies stays farther apart than {meta['margin']} m "
         f"(by {len(data['piece'])} witnesses, {rounding:.0e} m for rounding), joints keep their limits{limits}, "
-        f"to {FORGIVEN:g}.\n"
-        f"Left out: {len(left[0])} pairs that no joint moves against each other; {len(left[1])} that the robot's files "
-        f"list and {len(left[2])} that the scene allows: {names}.\n"
+        f"to {FORGIVEN:g}.\nLeft out: {len(left[0])} pairs that no joint moves against each other; {len(left[1])} that "
+        f"the robot's files list and {len(left[2])} that the scene allows: {names}.\n"
         f"{compared or 'The robot is as the certificate has it: its URDF was not compared.'} The scene is as the "
         "certificate has it. Nothing is proven of obstacles that move, of the model and its calibration, of the "
-        "controller, of the ends asked for, of conditions and tubes to be kept, and of a floor under manipulability."
+        "controller, of the choice of these ends, of conditions and tubes to be kept, and of a floor under w."
     )
 
 

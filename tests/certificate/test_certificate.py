@@ -38,7 +38,8 @@ def test_plans_are_certified_and_accepted(robot: str, scene: str, tmp_path: Path
     assert found.solved
     save_plan_without_page(found, tmp_path, certificate=True)
     said = verify(tmp_path, found.checker.world)
-    assert f"path of {len(found.path)} waypoints and of the motion" in said
+    ends = f"{found.path[0].tolist()} to {found.path[-1].tolist()}"
+    assert f"path of {len(found.path)} waypoints from {ends} and of the motion" in said
     assert "Joints and shapes are those of" in said
     assert (tmp_path / PROOF_NAME).stat().st_size < 5e6
     save_plan_without_page(found, tmp_path)
