@@ -59,10 +59,10 @@ class ClearanceBound:
                 self.native.take(known.native, old[item])
             else:
                 _add_obstacle(self.native, item, motions.get(item.name))
-        bodies, obstacles = len(world.bodies), len(world.obstacles)
-        scene = np.stack(np.meshgrid(np.arange(bodies), bodies + np.arange(obstacles), indexing="ij"), axis=-1)
+        bodies, obstacles = np.indices(world.checked.shape).reshape(2, -1)
+        scene = np.stack([bodies, len(world.bodies) + obstacles], axis=1)
         checked = np.concatenate([world.checked.ravel(), np.ones(len(world.self_pairs), dtype=bool)])
-        self.native.set_pairs(np.concatenate([scene.reshape(-1, 2), world.self_pairs]), checked)
+        self.native.set_pairs(np.concatenate([scene, world.self_pairs]), checked)
 
     def coarse(self, rotation: Floats, position: Floats) -> Floats:
         """(n, pairs) lower bounds in metres; +inf for pairs that are not checked.
