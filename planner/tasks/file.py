@@ -167,11 +167,17 @@ class Task:
 
 
 class LineFile(Strict):
-    """A line: its length, which may stand for it alone, and where it is not the usual one its axis."""
+    """A line: its length, which may stand for it alone, and where it is not the usual one its axis in a frame."""
 
     distance: Annotated[Number, pydantic.Field(ge=0, le=_FARTHEST_LINE)] = 0.1
     axis: Triple | None = None
-    frame: Frame = "tool"
+    frame: Frame | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _of_an_axis(self) -> LineFile:
+        if self.frame is not None and self.axis is None:
+            raise ValueError("a frame is that of an axis: give both, or neither")
+        return self
 
 
 Along = Annotated[LineFile, pydantic.BeforeValidator(lambda said: {"distance": said} if _plain(said) else said)]
@@ -306,7 +312,7 @@ def _step(file: PickFile | PlaceFile | MoveFile) -> Step:
 def _line(said: LineFile, plain: Line) -> Line:
     if said.axis is None:
         return replace(plain, distance=said.distance)
-    return Line(said.distance, said.axis, said.frame)
+    return Line(said.distance, said.axis, said.frame or "tool")
 
 
 def _grasps(file: GraspFile) -> Iterator[Grasp]:

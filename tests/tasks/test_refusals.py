@@ -35,6 +35,10 @@ WRONG = {
         "[{pick: mug, grasps: [{position: [0, 0, 0.08]}]}]",
         "every grasp of 'mug' has the hand inside it",
     ),
+    "a frame of nothing": (
+        "[{pick: mug, retreat: {distance: 0.1, frame: tool}}]",
+        "a frame is that of an axis: give both, or neither",
+    ),
     "in the air": (f"[{PICK}, {{place: mug, pose: {{position: [0.5, 0.3, 0.4]}}}}]", "stand in the air at (0.5, 0.3"),
     "inside": (f"[{PICK}, {{place: mug, pose: {{position: [0.5, 0.3, 0.2]}}}}]", "would lie inside 'board'"),
     "small region": (f"[{PICK}, {{place: mug, on: board, at: [[0.4, 0.3], [0.45, 0.4]]}}]", "smaller than 'mug'"),
