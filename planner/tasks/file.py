@@ -239,6 +239,8 @@ class PlaceFile(Strict):
             raise ValueError("'on' and 'at' go together: the box that it is put on, and two corners of a region")
         if (self.pose is None) == (self.on is None):
             raise ValueError("give either 'on' and 'at', or a 'pose'")
+        if self.on is None and "samples" in self.model_fields_set:
+            raise ValueError("'samples' are taken in a region, and poses are given: leave them out")
         return self
 
 

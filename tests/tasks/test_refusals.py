@@ -39,6 +39,10 @@ WRONG = {
         "[{pick: mug, retreat: {distance: 0.1, frame: tool}}]",
         "a frame is that of an axis: give both, or neither",
     ),
+    "samples of poses": (
+        f"[{PICK}, {{place: mug, pose: {{position: [0.5, 0.3, 0.27]}}, samples: 5}}]",
+        "'samples' are taken in a region, and poses are given: leave them out",
+    ),
     "in the air": (f"[{PICK}, {{place: mug, pose: {{position: [0.5, 0.3, 0.4]}}}}]", "stand in the air at (0.5, 0.3"),
     "inside": (f"[{PICK}, {{place: mug, pose: {{position: [0.5, 0.3, 0.2]}}}}]", "would lie inside 'board'"),
     "small region": (f"[{PICK}, {{place: mug, on: board, at: [[0.4, 0.3], [0.45, 0.4]]}}]", "smaller than 'mug'"),
