@@ -36,6 +36,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         )
     if record.get("tool_path"):
         rows += _tool_path_rows(record["tool_path"])
+    rows += [(leg["leg"], _leg_text(leg)) for leg in record.get("legs") or ()]
     if record["trajectory"]:
         rows.append(("motion", _motion_text(record["trajectory"], bool(w and "floor" in w))))
     rows += [("kept", _kept_text(kept)) for kept in record["kept"]]
@@ -46,6 +47,15 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
         rows += _certified(field)
         rows.append(("error against oracle", f"{field['max_error_vs_oracle']:.1e} relative"))
     return rows
+
+
+def _leg_text(leg: dict[str, Any]) -> str:
+    """How long a straight line of the tool is, and how far the tool is off it."""
+    off, tube = leg["largest_deviation"], leg["tube"]
+    return (
+        f"{leg['length']:.3g} m straight along the tool's z axis; at most {1e3 * off['position']:.3g} mm off where "
+        f"sampled, proven within {1e3 * tube['position']:g} mm and {tube['angle']:g} rad"
+    )
 
 
 def _tool_path_rows(found: dict[str, Any]) -> list[tuple[str, str]]:

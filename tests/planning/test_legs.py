@@ -15,6 +15,7 @@ from planner.models.scene import Scene
 from planner.models.shapes import Box, Obstacle
 from planner.planning.plan import plan
 from planner.planning.result import Plan
+from planner.planning.summary import summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
@@ -59,7 +60,11 @@ def test_the_motion_keeps_to_both_lines(found: Plan, tmp_path: Path) -> None:
     assert found.goal == DOWN["goal"]
     np.testing.assert_allclose(found.path[0], found.robot.home)
     found.save(tmp_path)
-    said = json.loads((tmp_path / "plan.json").read_text())["legs"]
+    record = json.loads((tmp_path / "plan.json").read_text())
+    rows = dict(summary_rows(record))
+    assert rows["retreat"].startswith("0.05 m straight along the tool's z axis; at most 0.0")
+    assert rows["approach"].endswith("proven within 1 mm and 0.0087 rad")
+    said = record["legs"]
     assert [(leg["leg"], round(leg["length"], 9)) for leg in said] == [("retreat", 0.05), ("approach", 0.1)]
     assert all(0 < leg["largest_deviation"]["position"] <= leg["tube"]["position"] == 1e-3 for leg in said)
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == found.roadmap.sha256
