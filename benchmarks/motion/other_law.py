@@ -41,12 +41,16 @@ def roboplan_motion(found: dict[str, Any], limits: MotionLimits) -> Trajectory:
 
 def timed_by_roboplan(python: str, path: Floats, robot: Robot, limits: MotionLimits) -> dict[str, Any]:
     """What :mod:`benchmarks.motion.runner` answers about a path (k, dof)."""
-    problem = {
+    problem = told(robot, limits) | {"path": path.tolist()}
+    return answer_of("roboplan", python, runner.__file__, problem, _WAIT)
+
+
+def told(robot: Robot, limits: MotionLimits) -> dict[str, Any]:
+    """What another environment is told of a robot: its URDF, its joints, and limits without those on jerk."""
+    return {
         "urdf": robot.source.xml,
         "package_dirs": robot.source.package_dirs,
         "joints": list(robot.joints),
         "velocity": limits.velocity.tolist(),
         "acceleration": limits.acceleration.tolist(),
-        "path": path.tolist(),
     }
-    return answer_of("roboplan", python, runner.__file__, problem, _WAIT)

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.bench import run_bench, software
 from benchmarks.elsewhere import answer_of
-from benchmarks.motion.other_law import roboplan_motion
+from benchmarks.motion.other_law import roboplan_motion, told
 from benchmarks.motion.toppra_law import installed, toppra_duration
 from benchmarks.tool_paths import runner
 from benchmarks.tool_paths.judge import deviations, states_every, tool_frames
@@ -158,12 +158,7 @@ def _by_roboplan(python: str, timed: Plan, checker: CollisionChecker, path: Tool
     robot, limits = timed.robot, MotionLimits.of(timed.robot)
     poses = np.tile(np.eye(4), (len(path.positions), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = tool_frames(robot, timed.path[:1])[0], path.positions
-    problem = {
-        "urdf": robot.source.xml,
-        "package_dirs": robot.source.package_dirs,
-        "joints": list(robot.joints),
-        "velocity": limits.velocity.tolist(),
-        "acceleration": limits.acceleration.tolist(),
+    problem = told(robot, limits) | {
         "tool": robot.tool,
         "poses": poses.tolist(),
         "start": timed.path[0].tolist(),

@@ -135,6 +135,7 @@ class EdgeProver:
         prove, keeps, inside = self._native.proof(self._bounds, room), self.world.keeps, self.checker.inside
 
         def free(first: Floats, delta: Floats) -> bool:
+            """Whether one motion is proven, and what is kept by it too."""
             found = None if self.static_contact is not None or self.progress.stopped else prove(first, delta)
             if found is None or inside.pairs(first[None])[0] >= 0:
                 return False

@@ -31,7 +31,7 @@ from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
 from planner.problem.targets import parse_target
-from planner.roadmap.roadmap import Roadmap, roomy_part
+from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.setup.open import Query, open_world, states_of
 from planner.setup.resolve import resolve
 from planner.tool_paths.file import read_tool_path
@@ -237,8 +237,7 @@ def _forward(network: gabf.Network, along: Floats) -> gabf.Network:
 
 def _joined(free: Plan, ladder: Roadmap, along: Floats) -> tuple[Roadmap, Floats]:
     """The free roadmap with the ladder behind its goals; the ladder's other first rungs are left out."""
-    roomy = roomy_part(free.roadmap, free.clearance_kept)
-    roadmap = roomy if roomy.connected else free.roadmap
+    roadmap = roomy_where_joined(free.roadmap, free.clearance_kept)
     number = np.where(along > 1e-9, NEW, LEFT_OUT)
     for goal in roadmap.goals:
         same = np.abs(ladder.nodes[ladder.starts] - roadmap.nodes[goal]).max(axis=1) < 1e-9

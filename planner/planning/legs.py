@@ -15,7 +15,7 @@ from planner.planning.record import DeviationRecord, LegRecord
 from planner.planning.result import Plan
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
-from planner.roadmap.roadmap import Roadmap, roomy_part
+from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.setup.open import Query
 from planner.tool_paths.ladder import Ladder, ladder_from
 from planner.tool_paths.ladder_roadmap import NEW, attached, ladder_roadmap
@@ -47,6 +47,7 @@ class Leg:
         return self.roadmap.nodes[self.roadmap.goals[0]]
 
     def record(self, name: str, robot: Robot) -> LegRecord:
+        """What ``plan.json`` says of it under a ``name``."""
         order = np.argsort(self.along)
         _, off = Tube(self.path).largest_deviation(robot, self.roadmap.nodes[order], self.along[order])
         tube = self.path.tube
@@ -77,8 +78,7 @@ class Legs:
         """The plan on its roadmap with the legs, in which starts and goals are what was asked for."""
         if not (self.retreats or self.approaches):
             return free
-        roadmap = roomy_part(free.roadmap, free.clearance_kept)
-        roadmap = roadmap if roadmap.connected else free.roadmap
+        roadmap = roomy_where_joined(free.roadmap, free.clearance_kept)
         ends = {"starts": (self.retreats, roadmap.starts), "goals": (self.approaches, roadmap.goals)}
         for name, (legs, doors) in ends.items():
             numbers = []

@@ -216,6 +216,12 @@ def roomy_part(roadmap: Roadmap, clearance: float) -> Roadmap:
     return roadmap.part(np.ones(len(roadmap.nodes), dtype=bool), roadmap.clearance >= clearance)
 
 
+def roomy_where_joined(roadmap: Roadmap, clearance: float) -> Roadmap:
+    """The :func:`roomy_part` where it still leads from a start to a goal, else the roadmap."""
+    roomy = roomy_part(roadmap, clearance)
+    return roomy if roomy.connected else roadmap
+
+
 def kept_part(roadmap: Roadmap, keeps: Keeps) -> Roadmap:
     """The part of a roadmap that is proven to keep what motions keep, whatever was kept when it grew."""
     if not keeps:

@@ -146,6 +146,7 @@ class _Builder:
             self.links[key] = (near[2 * k], there[2 * k]), (near[2 * k + 1], off[2 * k + 1])
 
     def network(self, objective: Objective) -> TaskNetwork:
+        """All layers that the steps lead to from the first, and the crossings between them."""
         self.layer_of: dict[tuple[int, Mode], int] = {}
         self._layer(0, self.options.first)
         crossings: list[Crossing] = []

@@ -281,7 +281,8 @@ def require_sensible(task: Task, scene: Scene) -> Carried | None:
             if held != step.object:
                 what = f"'{held}' is held" if held else "nothing is held"
                 raise TaskError(f"step {k} places '{step.object}', but {what}: pick it first.")
-            names.append(step.object) if step.object not in names else None
+            if step.object not in names:
+                names.append(step.object)
             held = None
     return first
 

@@ -106,6 +106,7 @@ class _Stations:
 
     @staticmethod
     def of(tube: Tube, line: Ints, share: Floats) -> _Stations:
+        """At shares (n,) of the lines (n,) of the path."""
         path = tube.path
         position, turn, free, cone = path.at(line, share)
         targets = np.tile(np.eye(4), (len(line), 1, 1))
