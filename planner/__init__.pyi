@@ -40,6 +40,7 @@ from .problem.request import FollowRequest as FollowRequest
 from .problem.request import LimitsRequest as LimitsRequest
 from .problem.request import PlanRequest as PlanRequest
 from .problem.request import SweepRequest as SweepRequest
+from .problem.request import TaskRequest as TaskRequest
 from .problem.request import TimingRequest as TimingRequest
 from .problem.targets import ToolGoal as ToolGoal
 from .roadmap.roadmap import Roadmap as Roadmap
@@ -48,7 +49,6 @@ from .roadmap.storage import save_roadmap as save_roadmap
 from .session.session import Session as Session
 from .tasks.file import Task as Task
 from .tasks.plan import task as task
-from .tasks.request import TaskRequest as TaskRequest
 from .tasks.result import TaskPlan as TaskPlan
 from .tool_paths.file import read_tool_path as read_tool_path
 from .tool_paths.tool_path import ToolPath as ToolPath

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout, suppress
+from functools import cache
+from io import StringIO
 from pathlib import Path
+
+from planner.cli import app
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -30,3 +36,20 @@ def assert_refused(result: tuple[int, str, str], code: int, text: str, out: Path
     if code == 3:
         assert error.count("planner: error: ") == 1
         assert error.rstrip().endswith(".")
+
+
+def assert_remedies_are_options(arguments: Sequence[str], text: str) -> None:
+    """A command names none but its own ``--options``; of other commands only where it quotes them whole."""
+    told = " ".join(line for line in text.splitlines() if line.startswith("planner: "))
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", re.sub(r"'planner [^']*'", "", told)))
+    own = _options(tuple(arguments[: 2 if arguments[:1] in (["roadmap"], ("roadmap",)) else 1]))
+    assert named - set(arguments) <= own, f"{arguments[0]} has no {named - own}: {told}"
+
+
+@cache
+def _options(command: tuple[str, ...]) -> frozenset[str]:
+    """The options that the help of a command tells of."""
+    text = StringIO()
+    with redirect_stdout(text), suppress(SystemExit):
+        app.run([*command, "--help"])
+    return frozenset(re.findall(r"(?<![\w-])--[a-z][a-z-]*", text.getvalue()))

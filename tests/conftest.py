@@ -17,7 +17,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.planning.result import Plan
 from planner.roadmap.roadmap import Roadmap
 from tests.batch.posts import write_problem
-from tests.command_line import Run
+from tests.command_line import Run, assert_remedies_are_options
 from tests.worlds import (
     checker_of,
     make_post,
@@ -95,6 +95,8 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> 
         with pytest.raises(SystemExit) as stop:
             programs[program]()
         output = capsys.readouterr()
+        if program == "planner":
+            assert_remedies_are_options(arguments, output.err)
         return int(stop.value.code or 0), output.out, output.err
 
     return call

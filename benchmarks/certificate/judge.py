@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
-from scipy.optimize import nnls
+from scipy.optimize import minimize_scalar, nnls
 from scipy.spatial.transform import Rotation
 
 from planner.base.arrays import Floats
@@ -26,7 +26,7 @@ def closest(data: dict[str, Any], samples: int, rng: np.random.Generator, below:
     Never below the truth. Pairs whose enclosing spheres are ``below`` m apart count as that.
     """
     least = np.inf
-    bodies = [_points(data, item) for item in range(len(data["joint"]))]
+    bodies, pairs = [_points(data, item) for item in range(len(data["joint"]))], proven_pairs(data)
     for curve in curves_of(data):
         for s in np.concatenate([[0.0, 1.0], rng.uniform(size=samples)]):
             placed = _placed(data, np.sum([c * s**k for k, c in enumerate(curve)], axis=0))
@@ -36,11 +36,55 @@ def closest(data: dict[str, Any], samples: int, rng: np.random.Generator, below:
                 np.linalg.norm(p - m, axis=1).max() + bodies[k][1]
                 for k, (p, m) in enumerate(zip(there, middles, strict=True))
             ]
-            for a, b in data["pairs"].tolist():
+            for a, b in pairs:
                 rough = float(np.linalg.norm(middles[a] - middles[b]) - sizes[a] - sizes[b])
                 if rough < min(least, below):
                     least = min(least, _distance(there[a], there[b]) - bodies[a][1] - bodies[b][1])
     return float(least)
+
+
+def proven_pairs(data: dict[str, Any]) -> list[tuple[int, int]]:
+    """The pairs of items that are said to be apart: of those that a joint moves against each other, in order."""
+    carriers = np.maximum(data["joint"], 0).tolist()
+    moving = [pair for pair in itertools.combinations(range(len(carriers)), 2) if len({carriers[k] for k in pair}) > 1]
+    return [pair for pair, left in zip(moving, data["left"].tolist(), strict=True) if left == 0]
+
+
+def least_w(data: dict[str, Any], words: dict[str, Any], samples: int) -> float:
+    """The smallest w in ``samples`` configurations of each interval with a floor; inf of none.
+
+    By singular values, and from the smallest sample on by a search along its interval.
+    """
+    curves, found = curves_of(data), np.inf
+    high, claims = (data[name][int(data["parts"][:-1].sum()) :] for name in ("high", "normal"))
+    pieces = np.repeat(np.arange(len(curves)), data["parts"][-1])
+    for k, piece in enumerate(pieces):
+        low = high[k - 1] if k and pieces[k - 1] == piece else 0.0
+        if not claims[k].any():
+            continue
+        curve, s = curves[piece], np.linspace(low, high[k], samples)
+        w = np.array([_w(data, words, polyval(each, curve)) for each in s])
+        found = min(found, float(w.min()))
+        if w.min() < 1.01 * data["floor"]:
+            ends = s[max(w.argmin() - 1, 0)], s[min(w.argmin() + 1, samples - 1)]
+            at: Any = minimize_scalar(lambda t, c=curve: _w(data, words, polyval(t, c)), bounds=ends, method="bounded")
+            found = min(found, float(at.fun))
+    return found
+
+
+def _w(data: dict[str, Any], words: dict[str, Any], q: Floats) -> float:
+    """The product of the singular values of the tool's Jacobian."""
+    placed, joint = _placed(data, q), int(data["carrier"])
+    turn, origin = placed[joint]
+    tool, matrix = origin + turn @ data["tool"][:3, 3], np.zeros((6, len(q)))
+    while joint > 0:
+        turn, origin = placed[joint]
+        axis = turn @ data["axis"][joint - 1]
+        slides = bool(data["prismatic"][joint - 1])
+        matrix[:, joint - 1] = [*axis, 0, 0, 0] if slides else [*np.cross(axis, tool - origin), *axis]
+        joint = int(data["parent"][joint - 1])
+    rows = {"pose": 6, "translation": 3, "planar": 2}[words["rows"]]
+    return float(np.linalg.svd(matrix[:rows], compute_uv=False).prod())
 
 
 def beyond_limits(data: dict[str, Any], samples: int = 50) -> float:

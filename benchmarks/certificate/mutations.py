@@ -16,6 +16,7 @@ from planner.certificate import PROOF_NAME, verify_proof
 Data = dict[str, Any]
 Rng = np.random.Generator
 WITNESSES = ("piece", "pair", "low", "high", "normal")
+DERIVED = ("piece", "pair", "low", "pairs", "exempt", "shapes")  # from what the file holds
 _STEPS = 30  # of a climb
 _SPECIAL = (np.nan, np.inf, -np.inf, 0.0, -1.0, 1e-300, 1e300)
 
@@ -34,6 +35,7 @@ class Case:
     def of(folder: Path) -> Case:
         """The case in a folder."""
         data, words = verify_proof.read(folder / PROOF_NAME)
+        verify_proof.take_parts(data, words, verify_proof.curves(data))
         motion = folder / "trajectory.json"
         record = json.loads(motion.read_text()) if motion.exists() else None
         return Case(folder, data, words, json.loads((folder / "plan.json").read_text()), record)
@@ -44,10 +46,13 @@ class Case:
         ``follow``: what plan.json and trajectory.json say of path and motion follows the certificate.
         """
         meta = np.frombuffer(json.dumps(words).encode(), dtype=np.uint8)
-        np.savez(self.folder / PROOF_NAME, **{**data, "meta": meta})
+        held = {name: array for name, array in data.items() if name not in DERIVED}
+        np.savez(self.folder / PROOF_NAME, **{**held, "meta": meta})
         plan, motion = self.plan, self.motion
         if follow:
-            plan = {**plan, "path": data["path"].tolist()}
+            start, goal = ("q:" + ",".join(map(repr, q)) for q in data["path"][[0, -1]].tolist())
+            config = {**plan["config"], "start": start, "goal": goal}
+            plan = {**plan, "path": data["path"].tolist(), "config": config, "goal": goal}
             motion = motion and {**motion, **_points(data)}
         (self.folder / "plan.json").write_text(json.dumps(plan, default=str))
         if motion is not None:
@@ -57,6 +62,14 @@ class Case:
                 return verify_proof.check(self.folder)
         except verify_proof.Refused:
             return None
+
+
+def packed(data: Data) -> Data:
+    """The same witnesses, of which rows were changed, as the file has them: as many as there are of each piece."""
+    order = np.lexsort((data["low"], data["piece"], data["pair"]))
+    parts = np.zeros((int((data["left"] == verify_proof.PROVEN).sum()) + 1, data["parts"].shape[1]), dtype=np.int32)
+    np.add.at(parts, (data["pair"], data["piece"]), 1)
+    return {**data, **{name: data[name][order] for name in WITNESSES}, "parts": parts}
 
 
 def _points(data: Data) -> dict[str, Any]:
@@ -72,12 +85,12 @@ def mutated(case: Case, rng: Rng) -> tuple[Data, dict[str, Any], str]:
     data, words = {name: array.copy() for name, array in case.data.items()}, dict(case.words)
     kind = rng.choice(list(_KINDS))
     _KINDS[kind](data, words, rng)
-    return data, words, str(kind)
+    return packed(data) if kind in _OF_ROWS else data, words, str(kind)
 
 
 def largest(case: Case, rng: Rng) -> tuple[Data, str] | None:
     """The largest change in a random direction that is still accepted, by bisection; None where the smallest is not."""
-    name = str(rng.choice(["points", "shift", "radius", "path", "knots", "low", "high", "normal"]))
+    name = str(rng.choice(["points", "shift", "radius", "path", "knots", "high", "normal"]))
     if not case.data[name].size:
         return None
     array, way = case.data[name], rng.normal(size=case.data[name].shape)
@@ -98,32 +111,39 @@ def largest(case: Case, rng: Rng) -> tuple[Data, str] | None:
 
 def climbed(case: Case, rng: Rng, margin: float) -> tuple[Data, dict[str, Any]]:
     """The witnesses, turned and halved until they nearly show a larger ``margin`` (m) than there is."""
-    data, words = {name: array.copy() for name, array in case.data.items()}, {**case.words, "margin": margin}
-    pieces = verify_proof.curves(data)
-    relative, spare = verify_proof.speeds(data, pieces)
+    data, words = {name: array.copy() for name, array in case.data.items()}, case.words
+    data["margin"] = np.array(margin)
+    pieces, of_w = verify_proof.curves(data), data["pair"] == len(data["pairs"])
+    last = {name: data[name][of_w] for name in WITNESSES}
+    data |= {name: data[name][~of_w] for name in WITNESSES}
+    reach, spare = verify_proof.reaches(data, pieces)
     for _ in range(_STEPS):
-        slack = _slack(data, pieces, relative, slice(None))
-        worst = int((slack - spare[data["pair"]]).argmin())
+        slack = _slack(data, pieces, reach)
+        worst = int((slack - spare).argmin())
         tried = {name: data[name][[worst]] for name in WITNESSES}
         if rng.random() < 0.5:
             tried = {name: np.repeat(array, 2, axis=0) for name, array in tried.items()}
             tried["high"][0] = tried["low"][1] = rng.uniform(tried["low"][0], tried["high"][0])
         way = rng.normal(size=tried["normal"].shape) * np.linalg.norm(tried["normal"], axis=1, keepdims=True)
         tried["normal"] += (way * 10.0 ** rng.uniform(-7, -0.5)).astype(np.float32)
-        if _slack(data | tried, pieces, relative, slice(None)).min() > slack[worst]:
+        if _slack(data | tried, pieces, reach).min() > slack[worst]:
             data |= {name: np.concatenate([np.delete(data[name], worst, axis=0), tried[name]]) for name in WITNESSES}
-    return data, words
+    return packed(data | {name: np.concatenate([data[name], last[name]]) for name in WITNESSES}), words
 
 
-def _slack(data: Data, pieces: Any, relative: Any, rows: slice) -> Any:
+def _slack(data: Data, pieces: Any, reach: Any) -> Any:
     """By how much (m) each witness shows more than that its pair does not touch."""
-    apart, need = verify_proof.gaps_and_motions(data, pieces, relative, rows)
+    apart, need = verify_proof.gaps_and_motions(data, pieces, reach, np.arange(len(data["piece"])))
     return apart - need
 
 
+def _held(data: Data, kinds: str) -> list[str]:
+    """The names of the arrays of these kinds that are in the file and not empty."""
+    return [name for name in verify_proof.FIELDS if data[name].dtype.kind in kinds and data[name].size]
+
+
 def _numbers(data: Data, words: dict[str, Any], rng: Rng, names: tuple[str, ...] = ()) -> None:
-    named = [name for name in names or data if data[name].dtype.kind == "f" and data[name].size]
-    array = data[name := str(rng.choice(named))]
+    array = data[name := str(rng.choice([name for name in _held(data, "f") if name in (names or data)]))]
     way = rng.normal(size=array.shape) * 10.0 ** rng.uniform(-12, 1)
     if rng.random() < 0.7:
         way.ravel()[np.arange(way.size) != rng.integers(way.size)] = 0.0
@@ -131,21 +151,31 @@ def _numbers(data: Data, words: dict[str, Any], rng: Rng, names: tuple[str, ...]
 
 
 def _nudged(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    """The ends of an interval moved by one number, or swapped."""
-    k, name = rng.integers(len(data["low"])), rng.choice(["low", "high"])
+    """The end of an interval moved by one number, or swapped with another."""
+    a, b = rng.integers(len(data["high"]), size=2)
     if rng.random() < 0.2:
-        data["low"][k], data["high"][k] = data["high"][k], data["low"][k]
+        data["high"][[a, b]] = data["high"][[b, a]]
     else:
-        data[name][k] = np.nextafter(data[name][k], rng.choice([-1.0, 2.0]))
+        data["high"][a] = np.nextafter(data["high"][a], rng.choice([-1.0, 2.0]))
+
+
+def _counted(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    """A witness is said to be of the piece or the pair beside its own."""
+    parts = data["parts"].ravel()
+    a = rng.integers(len(parts))
+    b = (a + rng.choice([1, -1, data["parts"].shape[1]])) % len(parts)
+    by = rng.integers(1, 3)
+    parts[a], parts[b] = parts[a] - by, parts[b] + by
+    data["parts"] = parts.reshape(data["parts"].shape)
 
 
 def _exempted(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    """Another reason, or another pair."""
-    k = rng.integers(len(data["exempt"]))
+    """Another reason, perhaps one pair for another."""
+    a, b = rng.integers(len(data["left"]), size=2)
     if rng.random() < 0.5:
-        data["reason"][k] = rng.integers(256) if rng.random() < 0.3 else rng.integers(4)
+        data["left"][a] = rng.integers(256) if rng.random() < 0.3 else rng.integers(3)
     else:
-        data["exempt"][k] = rng.integers(len(data["joint"]), size=2)
+        data["left"][[a, b]] = data["left"][[b, a]]
 
 
 def _hash(data: Data, words: dict[str, Any], rng: Rng) -> None:
@@ -156,14 +186,14 @@ def _hash(data: Data, words: dict[str, Any], rng: Rng) -> None:
 
 
 def _special(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    name = rng.choice([name for name, array in data.items() if array.dtype.kind == "f" and array.size])
+    name = rng.choice(_held(data, "f"))
     with np.errstate(over="ignore"):
         data[name].ravel()[rng.integers(data[name].size)] = rng.choice(_SPECIAL)
 
 
 def _whole_numbers(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    name = rng.choice([n for n, array in data.items() if array.dtype.kind in "iu" and array.size and n != "meta"])
-    array = data[name].ravel()
+    name = rng.choice(_held(data, "iu")[1:])  # but for meta
+    array = data[name].reshape(-1)
     info = np.iinfo(array.dtype)
     k = rng.integers(array.size)
     choices = [
@@ -209,21 +239,21 @@ def _pair_gone(data: Data, words: dict[str, Any], rng: Rng) -> None:
     kept = data["pair"] != gone
     for name in WITNESSES:
         data[name] = data[name][kept]
-    data["pair"] = data["pair"] - (data["pair"] > gone).astype(data["pair"].dtype)
-    if rng.random() < 0.7:
-        data["exempt"] = np.concatenate([data["exempt"], data["pairs"][gone : gone + 1]])
-        data["reason"] = np.append(data["reason"], np.uint8(rng.integers(5)))
-    data["pairs"] = np.delete(data["pairs"], gone, axis=0)
+    data["pair"] = data["pair"] - (data["pair"] > gone)
+    at = np.flatnonzero(data["left"] == verify_proof.PROVEN)[gone]
+    data["left"][at] = rng.integers(1, 4)
+    if rng.random() < 0.3:
+        data["left"] = np.delete(data["left"], at)
 
 
 def _swapped(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    name = rng.choice([name for name, array in data.items() if len(array) > 1 and name != "meta"])
+    name = rng.choice([name for name in _held(data, "fiu")[1:] if data[name].ndim and len(data[name]) > 1])
     a, b = rng.integers(len(data[name]), size=2)
     data[name][[a, b]] = data[name][[b, a]]
 
 
 def _cut(data: Data, words: dict[str, Any], rng: Rng) -> None:
-    name = rng.choice([name for name in data if name != "meta"])
+    name = rng.choice([name for name in verify_proof.FIELDS if name != "meta" and data[name].ndim])
     data[name] = data[name][:-1] if rng.random() < 0.5 else data[name].astype(rng.choice(["f8", "f4", "i8", "c16"]))
 
 
@@ -232,10 +262,24 @@ def _said(data: Data, words: dict[str, Any], rng: Rng) -> None:
     words[key] = [None, "x", -1.0, [], {}, 2, True, float("nan"), 1e9][rng.integers(9)]
 
 
+def _floor(data: Data, words: dict[str, Any], rng: Rng) -> None:
+    """A higher floor, or one of other rows or of another tool."""
+    what = rng.integers(5)
+    if what < 2:
+        data["floor"] = data["floor"] * (1.0 + 10.0 ** rng.uniform(-9, 0))
+    elif what == 2:
+        words["rows"] = str(rng.choice(["planar", "translation", "pose"]))
+    elif what == 3:
+        data["normal"][data["pair"] == len(data["pairs"])] = 1.0  # where nothing was claimed too
+    else:
+        data["tool"] = data["tool"] + rng.normal(size=(4, 4)) * 10.0 ** rng.uniform(-9, 0)
+
+
 _KINDS: dict[str, Callable[[Data, dict[str, Any], Rng], None]] = {
     "a plane turned": _turned,
     "an interval widened": _widened,
     "an interval's end moved": _nudged,
+    "witnesses counted otherwise": _counted,
     "a pair left out": _pair_gone,
     "a witness left out": _witness_gone,
     "a waypoint": partial(_numbers, names=("path", "knots")),
@@ -248,5 +292,7 @@ _KINDS: dict[str, Callable[[Data, dict[str, Any], Rng], None]] = {
     "whole numbers": _whole_numbers,
     "rows swapped": _swapped,
     "an array cut": _cut,
+    "a floor": _floor,
     "words": _said,
 }
+_OF_ROWS = ("an interval widened", "a pair left out", "a witness left out")

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.certificate.folders import AROUND, folder_of
-from benchmarks.certificate.judge import beyond_limits, closest
+from benchmarks.certificate.judge import beyond_limits, closest, least_w
 from benchmarks.certificate.mutations import Case, Data, climbed, largest, mutated
 from planner.base.errors import OptionError
 from planner.base.files import make_folder, write_whole
@@ -37,6 +37,7 @@ from planner.problem.request import PlanRequest, TimingRequest, require_seed
 from planner.trajectory.timing import time_path
 
 MARGIN = 0.005  # m, of the path whose certificate is changed: what is nearer is a counterexample
+FLOOR = 0.09  # m^2, of the path whose least w is 0.097
 _CHUNK = 50  # certificates, of which one is the largest change in its direction that is accepted, and one a climb
 _MOTIONS = 0.1  # the share of motions, which take longer to judge
 _SAMPLES = 3  # configurations of each piece that an accepted certificate is judged by
@@ -175,7 +176,7 @@ def _cases(folder: Path, seed: int) -> list[tuple[Case, World, float]]:
     scene = Scene("post", (Obstacle("post", Box((0.1, 0.02, 0.2)), pose([0.75, 0.0, 0.0])),))
     checker, made = make_checker(Robot.load("planar_2r"), scene, margin=MARGIN), []
     for name, motion in (("path", None), ("motion", time_path(AROUND, checker))):
-        case = Case.of(folder_of(folder / name, checker, AROUND, motion)[0])
+        case = Case.of(folder_of(folder / name, checker, AROUND, motion, FLOOR)[0])
         made.append((case, checker.world, closest(case.data, 200, np.random.default_rng(seed), 1.0)))
     return made
 
@@ -206,14 +207,14 @@ def _tried(cases: list[tuple[Case, World, float]], rng: np.random.Generator) -> 
 def _wrong(case: Case, data: Data, words: dict[str, Any], world: World, rng: np.random.Generator) -> list[str]:
     """What is not true of a certificate that was accepted; and whether it passes as one of another world's."""
     found = ["too close"] if closest(data, _SAMPLES, rng, MARGIN) < MARGIN - 1e-7 else []
+    found += ["below the floor"] if least_w(data, words, _SAMPLES) < data["floor"] - 1e-9 else []
     found += ["beyond limits"] if beyond_limits(data) > 2e-6 else []
     try:
         require_same_world(case.folder / PROOF_NAME, world)
     except Refused:
         return found
-    pairs = [{(*sorted(pair),) for pair in each["pairs"].tolist()} for each in (data, case.data)]
-    same = _same(data, case.data, tuple(geometry_of(world).keys() - {"pairs", "exempt", "reason"}))
-    return found + ([] if same and pairs[0] == pairs[1] and words == case.words else ["of another world"])
+    same = words == case.words and _same(data, case.data, tuple(geometry_of(world)))
+    return found + ([] if same else ["of another world"])
 
 
 def _same(one: Data, two: Data, names: tuple[str, ...]) -> bool:

@@ -16,11 +16,11 @@ class Row:
     ``p50_ms``, ``p99_ms``: of ``chunks`` checks on one thread after other work, ``_cpu`` by the thread's own clock,
     which other work on the machine does not count in; by that clock ``_again``: the same once more, ``_alone``: without
     stops. ``free_5``, ``free_20``: chunks that keep, stops included, 5 and 20 mm from everything as coal sees it every
-    millimetre, and how many of these are called safe. ``change_ms``: the median of moving one obstacle. ``tries``: of
-    the attack, of which ``safe`` were called safe, ``false`` of these touch or have no stop, ``beyond`` a limit.
-    ``touching``: refused for a contact on the motion, of which samples every 0.05 rad call ``sampled`` free.
-    ``hpp_pieces``: of the chunks of lines that are proven without stops, of which HPP proves ``hpp_proven`` in
-    ``hpp_ms`` a chunk; None where it was not asked.
+    millimetre, and how many of these are called safe. ``change_ms``: the median of moving one obstacle after other
+    work, ``change_again_ms``: of moving it back, by that clock. ``tries``: of the attack, of which ``safe`` were called
+    safe, ``false`` of these touch or have no stop, ``beyond`` a limit. ``touching``: refused for a contact on the
+    motion, of which samples every 0.05 rad call ``sampled`` free. ``hpp_pieces``: of the chunks of lines that are
+    proven without stops, of which HPP proves ``hpp_proven`` in ``hpp_ms`` a chunk; None where it was not asked.
     """
 
     robot: str
@@ -38,6 +38,7 @@ class Row:
     p50_alone_ms: float
     p99_alone_ms: float
     change_ms: float
+    change_again_ms: float
     safe_chunks: int
     free_5: int
     accepted_5: int
@@ -62,7 +63,7 @@ class Row:
 
 
 _TIMES = ("p50_ms", "p99_ms", "p50_cpu_ms", "p99_cpu_ms", "p50_again_ms", "p99_again_ms")
-_TIMES = (*_TIMES, "p50_alone_ms", "p99_alone_ms", "change_ms")
+_TIMES = (*_TIMES, "p50_alone_ms", "p99_alone_ms", "change_ms", "change_again_ms")
 _ACCEPTED = ("chunks", "safe_chunks", "free_5", "accepted_5", "free_20", "accepted_20")
 _HPP = ("p50_alone_ms", "hpp_ms", "hpp_pieces", "hpp_proven")
 _ATTACK = ("tries", "safe", "false", "beyond", "least_mm", "touching", "sampled")

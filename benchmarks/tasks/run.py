@@ -157,7 +157,7 @@ def greedy_cost(planner: TaskPlanner, beta: float = 0.5) -> float | None:
     network, total, start = planner.network, 0.0, planner.network and planner.network.start
     assert network is not None and start is not None  # noqa: PT018
     for step in range(len(planner.task.steps)):
-        ends = [way.first + (3 if way.option else 0) for way in network.ways if way.step == step]
+        ends = [way.last for way in network.ways if way.step == step]
         part = replace(network, start=start, goals=np.array(ends, dtype=np.int64))
         found = LazySearch(planner.options.modes, part).path(beta, gabf.named_law("singularity-free", 4.0))
         if not len(found.arcs):

@@ -160,7 +160,7 @@ def _by_roboplan(python: str, timed: Plan, checker: CollisionChecker, path: Tool
     poses[:, :3, :3], poses[:, :3, 3] = tool_frames(robot, timed.path[:1])[0], path.positions
     problem = told(robot, limits) | {
         "tool": robot.tool,
-        "poses": poses.tolist(),
+        "poses": (np.linalg.inv(robot.base) @ poses).tolist(),  # it knows of no scene that places the robot
         "start": timed.path[0].tolist(),
         "tube": asdict(path.tube),
     }

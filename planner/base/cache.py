@@ -41,8 +41,13 @@ def cached(kind: str, made_of: Iterable[Any], make: Callable[[], Arrays]) -> Arr
 
 
 def cache_folder() -> Path:
-    """Where the planner keeps what it can make again: below XDG_CACHE_HOME, or ~/.cache."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "planner"
+    """Where the planner keeps what it can make again: below XDG_CACHE_HOME, or where that is not absolute ~/.cache.
+
+    Where the user has no home it is below a device, where nothing can be kept, rather than in the working directory.
+    """
+    named = os.environ.get("XDG_CACHE_HOME", "")
+    folder = Path(named if os.path.isabs(named) else os.path.expanduser("~/.cache"))
+    return (folder if folder.is_absolute() else Path(os.devnull)) / "planner"
 
 
 def _read(path: Path) -> Arrays | None:

@@ -18,7 +18,7 @@ import types
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from functools import wraps
 from numbers import Integral, Real
-from typing import Any, Literal, NamedTuple, TypeVar, Union, cast, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar, Union, cast, get_args, get_origin
 
 from planner.base.errors import ArrayError, FileError, KindError, OptionError, PlannerError, choices
 
@@ -84,6 +84,8 @@ def kinds_of(function: Callable[..., Any]) -> dict[str, Kind | None]:
 def kind_of(hint: Any) -> Kind | None:
     """What fits a type hint; None for everything."""
     origin, args = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return kind_of(args[0])
     if hint in _PLAIN:
         return _PLAIN[hint]
     if origin in (Union, types.UnionType):

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import fcntl
 import logging
 import os
 import re
 import sys
 import tempfile
 import threading
+import time
 from types import TracebackType
 from typing import IO
 
@@ -17,6 +19,7 @@ from planner.base.process_lock import PROCESS
 
 _log = logging.getLogger(__name__)
 _MOST = 1 << 20  # bytes of text that are read back
+_WAITS, _WAIT = 100, 0.001  # s: how often and how long what another thread is just writing is waited for
 _OF_URDFDOM = re.compile(rb"(Error|Warning):   | +at line \d+ in ")  # what it said, and where in its source it was
 
 
@@ -40,7 +43,7 @@ class Silenced:
         self._stack.enter_context(PROCESS)
         with contextlib.suppress(OSError):  # a full disk
             for stream, number in ((sys.stdout, 1), (sys.stderr, 2)):
-                kept = self._stack.enter_context(tempfile.TemporaryFile())
+                kept = self._stack.enter_context(tempfile.NamedTemporaryFile("ab", buffering=0))
                 if stream is not None:
                     stream.flush()
                 before = os.dup(number)
@@ -58,14 +61,18 @@ class Silenced:
     def _restore(self, kept: IO[bytes], before: int, number: int) -> None:
         """Let descriptor ``number`` be what it was ``before``, and read what was ``kept`` of it."""
         ctypes.CDLL(None).fflush(None)  # C keeps what goes to a file in a buffer of its own
-        os.dup2(before, number)
-        os.close(before)
-        kept.seek(0)
-        self.text += kept.read(_MOST).decode(errors="replace")
-        if threading.active_count() > 1:
-            kept.seek(0)
-            with contextlib.suppress(OSError), open(os.dup(number), "wb") as out:  # nobody may read there any more
-                out.writelines(line for line in kept if not _OF_URDFDOM.match(line))
+        with open(kept.name, "rb") as printed:
+            with contextlib.suppress(OSError):  # a file system without locks
+                fcntl.flock(kept, fcntl.LOCK_EX)
+            os.dup2(before, number)
+            os.close(before)
+            kept.close()
+            _wait_for_writers(printed)
+            self.text += printed.read(_MOST).decode(errors="replace")
+            if threading.active_count() > 1:
+                printed.seek(0)
+                with contextlib.suppress(OSError), open(os.dup(number), "wb") as out:  # nobody may read there any more
+                    out.writelines(line for line in printed if not _OF_URDFDOM.match(line))
 
     def complaint(self, start: str = "Error:") -> str:
         """The first line that begins with ``start``, without it, up to its first full stop; empty where there is none.
@@ -75,3 +82,15 @@ class Silenced:
         lines = [line.strip() for line in self.text.splitlines()]
         line = next((line for line in lines if line.startswith(start)), "")
         return line.removeprefix(start).strip().partition(". ")[0].rstrip(".")[:200]
+
+
+def _wait_for_writers(printed: IO[bytes]) -> None:
+    """Wait until nobody writes to the file any more: a thread that began to before it was closed holds its lock.
+
+    So does a program that was started meanwhile and prints there, for as long as it runs: what it prints is its own.
+    """
+    for _ in range(_WAITS):
+        with contextlib.suppress(BlockingIOError):
+            fcntl.flock(printed, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        time.sleep(_WAIT)

@@ -6,8 +6,9 @@ import difflib
 import reprlib
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from dataclasses import is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_args
+from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 import pydantic
 import yaml
@@ -144,6 +145,9 @@ def _require_plain(events: Iterable[Any]) -> None:
             open_.append((set() if isinstance(event, yaml.MappingStartEvent) else None, True))
 
 
+_UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")  # of a model, of a dataclass
+
+
 def validate(model: type[Model], data: Any, where: str, error_type: type[PlannerError] = FileError) -> Model:
     """``data`` as a ``model``, or one sentence naming the first key that is wrong."""
     if not isinstance(data, dict):
@@ -153,15 +157,16 @@ def validate(model: type[Model], data: Any, where: str, error_type: type[Planner
         return model.model_validate(data)
     except pydantic.ValidationError as error:
         errors = error.errors(include_url=False)  # a key that is misspelt is missing too: of the two say the former
-        first = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
+        first = next((each for each in errors if each["type"] in _UNKNOWN), errors[0])
         raise error_type(f"{where}: {_sentence(first, model)}") from None
 
 
 def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
     key = shown(".".join(map(str, error["loc"])))
     more = f" (got {shown(error['input'])})" if not isinstance(error["input"], dict | list) else ""
-    if error["type"] == "extra_forbidden":
-        meant = nearest(str(error["loc"][-1]), _keys_at(model, error["loc"][:-1]))
+    if error["type"] in _UNKNOWN:
+        *place, name = error["loc"]
+        meant = nearest(str(name), (known for known in _keys_at(model, place) if known != name))
         return f"unknown key {key}{meant}; remove it or check its spelling."
     if error["type"] == "union_tag_not_found":
         return f"{key} says no type; add 'type'."
@@ -171,7 +176,7 @@ def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
         context = error.get("ctx", {})
         return f"{key} has type {shown(context.get('tag'))}; types are {context.get('expected_tags')}."
     about = f"{key} is wrong: " if error["loc"] else ""
-    return f"{about}{error['msg'].removeprefix('Value error, ')}{more}."
+    return f"{about}{error['msg'].removeprefix('Value error, ').removesuffix('.')}{more}."
 
 
 def repeated(names: Iterable[str]) -> list[str]:
@@ -187,21 +192,25 @@ def nearest(name: str, known: Iterable[str], alike: float = 0.7) -> str:
 
 def _keys_at(model: type[pydantic.BaseModel], place: Iterable[Any]) -> list[str]:
     """The keys of the models that may stand at ``place``, as pydantic says where something is."""
-    here = [model]
+    here = [_fields(model)]
     for step in place:
-        inner = [kind for one in here if step in one.model_fields for kind in models_in(one.model_fields[step])]
-        tagged = [
-            one for one in here if "type" in one.model_fields and step in get_args(one.model_fields["type"].annotation)
-        ]
+        inner = [_fields(kind) for one in here if step in one for kind in models_in(one[step])]
+        tagged = [one for one in here if "type" in one and step in get_args(one["type"].annotation)]
         here = inner or tagged or here  # a number, of a list's item, leads to no other model
-    return [name for one in here for name in one.model_fields]
+    return [name for one in here for name in one]
 
 
-def models_in(annotation: Any) -> Iterator[type[pydantic.BaseModel]]:
-    """The file models that a field, or what it is annotated with, is made of."""
+def _fields(model: Any) -> dict[str, Any]:
+    """The fields of a model, or of a dataclass that is read as one, and what they are annotated with."""
+    return get_type_hints(model, include_extras=True) if is_dataclass(model) else model.model_fields
+
+
+def models_in(annotation: Any) -> Iterator[Any]:
+    """The file models that a field, or what it is annotated with, is made of; dataclasses are some too."""
     if isinstance(annotation, pydantic.fields.FieldInfo):
         annotation = annotation.annotation
-    if isinstance(annotation, type) and not get_args(annotation) and issubclass(annotation, pydantic.BaseModel):
+    plain = isinstance(annotation, type) and not get_args(annotation)
+    if plain and (is_dataclass(annotation) or issubclass(annotation, pydantic.BaseModel)):
         yield annotation
     for part in get_args(annotation):
         yield from models_in(part)

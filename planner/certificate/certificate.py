@@ -13,7 +13,7 @@ from planner.base.arrays import Floats
 from planner.base.files import write_whole
 from planner.base.places import Place, place
 from planner.certificate import verify_proof as checker
-from planner.certificate.geometry import Arrays, Cuts, geometry_of, with_dents, words_of
+from planner.certificate.geometry import Arrays, Cuts, geometry_of, moving_pairs, with_dents, words_of
 from planner.certificate.witnesses import Search
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import World
@@ -54,33 +54,33 @@ class Certificate:
         write_whole(place(path), self.content())
 
 
-def certificate_of(checker_: CollisionChecker, path: Floats, motion: Trajectory | None = None) -> Certificate:
+def certificate_of(
+    checker_: CollisionChecker, path: Floats, motion: Trajectory | None = None, floor: float = 0.0
+) -> Certificate:
     """Witnesses that no checked pair comes as near as the margin on any segment of a ``path`` (k, dof) or a ``motion``.
 
-    The motion has to have the ends of the path. Obstacles that move by themselves are no part of it. Meshes with dents
-    are cut into slabs where their hulls are too close, and into more where that is not enough.
+    And that w keeps to ``floor``, wherever that can be shown. The motion has to have the ends of the path. Obstacles
+    that move by themselves are no part of it. Meshes with dents are cut into slabs where their hulls are too close, and
+    into more where that is not enough.
     """
     world, curves, cuts = checker_.world, _curves(path, motion), dict[str, int]()
-    found = _certificate(world, curves, cuts)
+    found = _certificate(world, curves, cuts, floor)
     for slabs in _SLABS:
         close = {name.partition(", slab ")[0] for pair in found.open_pairs for name in pair}
         cuts |= dict.fromkeys(with_dents(world, close), slabs)
-        found = _certificate(world, curves, cuts) if cuts and not found.whole else found
+        found = _certificate(world, curves, cuts, floor) if cuts and not found.whole else found
     return found
 
 
-def _certificate(world: World, curves: Arrays, cuts: Cuts) -> Certificate:
-    arrays = geometry_of(world, cuts) | curves
-    search = Search(Chain.of(world.robot), world.margin, arrays, checker.curves(arrays))
-    witnesses, lost = search.run()
-    words, opened = words_of(world, cuts), arrays["pairs"][lost]
-    arrays |= witnesses | {
-        "pairs": arrays["pairs"][~lost],
-        "exempt": np.concatenate([arrays["exempt"], opened]),
-        "reason": np.concatenate([arrays["reason"], np.full(len(opened), checker.OPEN, dtype=np.uint8)]),
-    }
-    named = tuple((words["items"][a], words["items"][b]) for a, b in opened.tolist())
-    return Certificate(_as_written(arrays), words, named)
+def _certificate(world: World, curves: Arrays, cuts: Cuts, floor: float) -> Certificate:
+    words = words_of(world, cuts)
+    arrays: Arrays = geometry_of(world, cuts) | curves | {"floor": floor}
+    rows, proven = checker.ROWS[words["rows"]], arrays["left"] == checker.PROVEN
+    pairs = moving_pairs(arrays["joint"])[proven]
+    witnesses, lost = Search(Chain.of(world.robot), arrays, pairs, checker.curves(arrays), rows).run()
+    arrays["left"][proven] = np.where(lost, checker.OPEN, checker.PROVEN)
+    opened = tuple((words["items"][a], words["items"][b]) for a, b in pairs[lost].tolist())
+    return Certificate(_as_written(arrays | witnesses), words, opened)
 
 
 def certificate_of_motion(checker_: CollisionChecker, motion: Trajectory) -> Certificate:
@@ -101,7 +101,7 @@ def _curves(path: Floats, motion: Trajectory | None) -> Arrays:
 def _as_written(arrays: Arrays) -> Arrays:
     """The arrays as the file holds them."""
     return {
-        name: np.ascontiguousarray(arrays[name], dtype=f"<{kind}")
-        for name, (kind, _) in checker.FIELDS.items()
+        name: np.asarray(arrays[name], dtype=f"<{kind}", order="C")
+        for name, (kind, *_) in checker.FIELDS.items()
         if name != "meta"
     }

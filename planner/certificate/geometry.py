@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
@@ -12,11 +13,13 @@ from typing import Any
 import numpy as np
 
 from planner.base.arrays import Floats, Ints
-from planner.certificate.verify_proof import ALLOWED, FORMAT, LISTED, MEETS, shapes
+from planner.base.errors import StateError
+from planner.certificate.verify_proof import EXEMPT, FORMAT, PROVEN, Shape
 from planner.collision.hulls import hull_corners, hull_of
 from planner.collision.world import World
-from planner.kinematics.forward import Chain
+from planner.kinematics.forward import Chain, tool_joint
 from planner.models.shapes import Body, Cylinder, Mesh, Obstacle, corners
+from planner.problem.targets import HOME, follow, joints_text
 
 Arrays = dict[str, Any]
 Cuts = Mapping[str, int]  # of bodies and obstacles whose hull is too much: into how many slabs each is cut
@@ -36,11 +39,13 @@ class Part:
 def geometry_of(world: World, cuts: Cuts = _WHOLE) -> Arrays:
     """The arrays that say what stands where and what is checked."""
     parts = _parts(world, cuts)
-    return _joints(world) | _items(world, parts) | _pairs(world, parts)
+    items = _items(world, parts)
+    left = _left(world, parts, moving_pairs(items["joint"]))
+    return _joints(world) | items | {"left": left, "margin": world.margin}
 
 
 def words_of(world: World, cuts: Cuts = _WHOLE) -> dict[str, Any]:
-    """What the certificate says in words: names, and the margin (m)."""
+    """What the certificate says in words."""
     robot, model = world.robot, world.robot.model
     own = np.array_equal(robot.lower, model.lowerPositionLimit) and np.array_equal(
         robot.upper, model.upperPositionLimit
@@ -53,11 +58,24 @@ def words_of(world: World, cuts: Cuts = _WHOLE) -> dict[str, Any]:
         "items": [part.name for part in _parts(world, cuts)],
         "cuts": dict(cuts),
         "held": dict(robot.fixed_joints),
-        "base": robot.base.tolist(),
         "widened": not own,
-        "margin": float(world.margin),
+        "rows": robot.manipulability,
+        "tool link": robot.tool,
+        "states": _states(world),
         "identity": {"robot": robot.identity, "scene": world.scene.identity},
     }
+
+
+def _states(world: World) -> dict[str, list[str]]:
+    """The texts that each named state of the robot stands for in the scene."""
+    robot = world.robot
+    named = {name: joints_text(values) for name, values in robot.states.items()} | {HOME: joints_text(robot.home)}
+    named |= world.scene.states_of(robot.name)
+    made = {}
+    for name in named:
+        with suppress(StateError):  # of one that leads back to itself, which no plan takes
+            made[name] = follow(name, named)
+    return made
 
 
 def names_of(world: World) -> list[str]:
@@ -121,6 +139,7 @@ def _slabs(mesh: Mesh, count: int) -> list[Floats]:
 
 def _joints(world: World) -> Arrays:
     robot, chain = world.robot, Chain.of(world.robot)
+    carrier, tool = tool_joint(robot)
     return {
         "parent": chain.parent,
         "prismatic": chain.prismatic.astype(np.uint8),
@@ -130,6 +149,9 @@ def _joints(world: World) -> Arrays:
         "lower": robot.lower,
         "upper": robot.upper,
         "wraps": robot.continuous.astype(np.uint8),
+        "base": robot.base,
+        "tool": tool.homogeneous,
+        "carrier": carrier,
     }
 
 
@@ -144,23 +166,28 @@ def _items(world: World, parts: list[Part]) -> Arrays:
     }
 
 
-def _pairs(world: World, parts: list[Part]) -> Arrays:
-    """Which pairs of parts are to be proven apart, as they are checked and a joint moves them; why others are not."""
+def moving_pairs(joint: Ints) -> Ints:
+    """The pairs (k, 2), in order, of items on these joints (n,), 0 the base, -1 the world, that some joint moves."""
+    moved = (joint[:, None] != joint) & (np.maximum(joint[:, None], joint) > 0)
+    return np.argwhere(np.triu(moved))
+
+
+def _left(world: World, parts: list[Part], pairs: Ints) -> Ints:
+    """Of each of ``pairs`` (k, 2) of parts whether it is to be proven apart, as it is checked, or left out."""
     count = len(world.bodies)
     listed = np.zeros((len(world.items), len(world.items)), dtype=bool)
     listed[:count, count:] = world.checked
     listed[world.self_pairs[:, 0], world.self_pairs[:, 1]] = True
-    item: Ints = np.array([part.item for part in parts], dtype=np.int64)
-    joint = np.array([body.joint for body in world.bodies] + [0] * len(world.obstacles))[item]
-    first, second = np.argwhere(np.triu((item < count)[:, None] | (item < count)[None, :], 1)).T
-    rigid = joint[first] == joint[second]
-    proven = (listed | listed.T)[item[first], item[second]] & ~rigid
-    other = np.where(item[second] < count, LISTED, ALLOWED)
-    pairs = np.column_stack([first, second])
-    reason = np.where(rigid, MEETS, other).astype(np.uint8)
-    return {"pairs": pairs[proven], "exempt": pairs[~proven], "reason": reason[~proven]}
+    first, second = np.array([part.item for part in parts])[pairs].T
+    return np.where((listed | listed.T)[first, second], PROVEN, EXEMPT)
 
 
-def middles_of(arrays: Arrays) -> Floats:
-    """A point (items, 3) in the middle of each item, in the frame of what carries it."""
-    return np.array([0.5 * (points.min(axis=0) + points.max(axis=0)) for points, _ in shapes(arrays)])
+def shapes_of(arrays: Arrays) -> list[Shape]:
+    """The shape of each item, in the frame of what carries it, as the checker has it."""
+    points = np.split(arrays["points"], np.cumsum(arrays["count"])[:-1])
+    return list(zip(points, arrays["radius"].tolist(), arrays["cylinder"].tolist(), strict=True))
+
+
+def middles_of(shapes: list[Shape]) -> Floats:
+    """A point (items, 3) in the middle of each shape."""
+    return np.array([0.5 * (points.min(axis=0) + points.max(axis=0)) for points, *_ in shapes])

@@ -12,50 +12,54 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import re
 import sys
 import xml.etree.ElementTree as ET
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 Array = np.ndarray
-Data = dict[str, np.ndarray]
-Words = dict[str, Any]
-FORMAT, MOST = 1, 1000.0  # rad, m, also velocities times seconds and so on: larger numbers are refused [1]
-TURNED, FRAME = 1e-11, 1e-6  # what a joint's rotation is off at most, computed [6]; the frames that are read [2]
-ANGLE = 1e-12  # of the size of a joint's numbers: what its value is off at most, computed [5]
+Data = dict[str, Any]
+Shape = tuple[Array, float, bool]  # the convex hull of points (k, 3) with a radius around it, or a cylinder of two
+FORMAT, MOST = 3, 1000.0  # rad, m, also velocities times seconds and so on: larger numbers are refused [1]
+TURNED = 2e-11  # what a joint's rotation is off at most, computed [6]
+OFF = 2e-11  # of the sum of a polynomial's coefficients: what it is off at most, computed [5], and derivatives [11]
 ROUNDED = 1.0 + 1e-12  # what sums of products of non-negative numbers are too small by at most [7]
-SLOPE = 1e-11  # of the size of a piece, over its time to the order: what a derivative is off at most, computed [11]
+ROWS = {"planar": 2, "translation": 3, "pose": 6}  # of the tool's Jacobian, of which w is
+ENDS = {"q": 0, "xyz": 3, "pose": 7}  # how many numbers are asked of an end, 0 one a joint
+SAME, REACHED = 1e-8, 2e-6  # rad or m: what an end may be off joint values, or a tool's position and pose [13]
 LIMIT = FORGIVEN = 1e-6  # relative, of limits on the motion, and rad or m, on positions: what may be exceeded
-MEETS, LISTED, ALLOWED, OPEN = range(4)  # why a pair is not proven apart; the last is no reason
+PROVEN, EXEMPT, OPEN = range(3)  # a pair: apart; left out by the robot's files or the scene; no plane was found
 MOVING = ("revolute", "continuous", "prismatic")
 KINDS, INTERPOLATED = ["velocity", "acceleration", "jerk"], ["lines", "cubics", "quintics"]
-# what the file holds: names, the kind of number, and the shape, in which each name stands for one number throughout
-LAYOUT: list[tuple[str, str, tuple[int | str, ...]]] = [
-    ("meta", "u1", ("bytes",)),  # JSON
-    ("parent", "i8", ("dof",)),  # of each joint: the number of the joint before it, counted from 1; 0 the base
-    ("prismatic wraps", "u1", ("dof",)),  # joints that slide, joints without limits
-    ("turn", "f8", ("dof", 3, 3)),  # a joint's frame in the frame of that joint: rotation and origin
-    ("shift axis", "f8", ("dof", 3)),
-    ("lower upper", "f8", ("dof",)),
-    ("joint count", "i8", ("items",)),  # what carries a body, 0 the base, -1 the world; how many points are its own
-    ("cylinder", "u1", ("items",)),  # else the convex hull of points, with a radius around it
-    ("radius", "f8", ("items",)),
-    ("points", "f8", ("points", 3)),  # in the frame of the joint, item by item; of a cylinder the middles of its discs
-    ("pairs", "i8", ("pairs", 2)),  # of items that are proven apart
-    ("exempt", "i8", ("exempt", 2)),  # of items that are not
-    ("reason", "u1", ("exempt",)),
-    ("path", "f8", ("waypoints", "dof")),
-    ("clock", "i8", ("knots",)),  # ns
-    ("knots", "f8", ("columns", "knots", "dof")),  # positions, perhaps velocities, perhaps accelerations
-    ("limits", "f8", ("kinds", "dof")),  # on velocity, acceleration, jerk
-    ("piece pair", "i4", ("witnesses",)),  # segments of the path first, then pieces of the motion
-    ("low high", "f8", ("witnesses",)),  # the interval of the piece that a witness speaks of
-    ("normal", "f4", ("witnesses", 3)),  # of a plane between the pair in the interval's middle, first to second
-]
-FIELDS = {name: (kind, shape) for names, kind, shape in LAYOUT for name in names.split()}
+# what the file holds: names; the kind of number, the shape (a name is one size throughout), the least and the most [1]
+LAYOUT: dict[str, tuple[str, tuple[int | str, ...], float, float]] = {
+    "meta": ("u1", ("bytes",), 0, 255),  # JSON
+    "parent": ("i8", ("dof",), 0, 100),  # of each joint: the number of the one before it, from 1; 0 the base
+    "prismatic wraps": ("u1", ("dof",), 0, 1),  # joints that slide, joints without limits
+    "turn": ("f8", ("dof", 3, 3), -2, 2),  # a joint's frame in the frame of that joint: rotation and origin
+    "shift axis": ("f8", ("dof", 3), -MOST, MOST),
+    "lower upper": ("f8", ("dof",), -1e300, 1e300),
+    "base tool": ("f8", (4, 4), -MOST, MOST),  # the tool, whose w it is, in the frame of its joint
+    "carrier": ("i8", (), 0, 100),  # that joint
+    "margin floor": ("f8", (), 0, MOST),  # m; under w
+    "joint": ("i8", ("items",), -1, 100),  # what carries a body, 0 the base, -1 the world
+    "count": ("i8", ("items",), 1, 1 << 30),  # how many points are its own
+    "cylinder": ("u1", ("items",), 0, 1),  # else the convex hull of points, with a radius around it
+    "radius": ("f8", ("items",), 0, MOST),
+    "points": ("f8", ("points", 3), -MOST, MOST),  # in the joint's frame, item by item; of a cylinder both ends
+    "left": ("u1", ("moving",), PROVEN, OPEN),  # of each pair of items that a joint moves against each other
+    "path": ("f8", ("waypoints", "dof"), -MOST, MOST),
+    "clock": ("i8", ("knots",), -2e15, 2e15),  # ns
+    "knots": ("f8", ("columns", "knots", "dof"), -1e9, 1e9),  # positions, perhaps velocities, perhaps accelerations
+    "limits": ("f8", ("kinds", "dof"), -1e300, 1e300),  # on velocity, acceleration, jerk
+    "parts": ("i4", ("pairs and w", "pieces"), 1, 1 << 30),  # into which segments and then pieces of the motion are cut
+    "high": ("f8", ("witnesses",), 0, 1),  # where each part ends, which a witness speaks of
+    "normal": ("f4", ("witnesses", 3), -1e6, 1e6),  # of a plane in the part's middle, first to second; of w: 0 or not
+}
+FIELDS = {name: row for names, row in LAYOUT.items() for name in names.split()}
 
 
 class Refused(Exception):
@@ -67,122 +71,114 @@ def require(holds: Any, why: str) -> None:
         raise Refused(why)
 
 
-def main() -> None:
-    """Read the command line; exit with 1 and the reason where the plan is not proven."""
-    reader = argparse.ArgumentParser(description="Check the certificate of a plan.")
-    reader.add_argument("out", type=Path, help="the folder with plan.json and proof.npz")
-    reader.add_argument("--urdf", type=Path, help="the robot's URDF, whose frames and shapes then count")
-    try:
-        print(check(**vars(reader.parse_args())))
-    except Refused as why:
-        sys.exit(f"NOT proven: {why}")
-
-
 def check(out: Path, urdf: Path | None = None) -> str:
     """What is proven of the plan in a folder, as a sentence; :class:`Refused` where something is not."""
+    require((out / "proof.npz").is_file(), f"{out / 'proof.npz'} not found: plan with --certificate, which writes it.")
     try:
         data, meta = read(out / "proof.npz")
-        require_sound(data, meta)
         compared = "" if urdf is None else take_urdf(data, meta, urdf)
-        require_same_files(data, meta, out)
-        require_every_pair(data, meta)
-        pieces = curves(data)
-        require_covered(data, meta, len(pieces))
-        rounding = require_witnesses(data, meta, pieces)
-        return sentence(data, meta, rounding, require_limits(data, meta, pieces), compared)
+        require_sound(data, meta)
+        plan, pieces = require_same_files(data, meta, out), curves(data)
+        take_parts(data, meta, pieces)
+        rounding, judged = require_witnesses(data, meta, pieces), require_limits(data, meta, pieces)
+        ends = f"{require_ends(data, meta, plan)}\n{floor_kept(data, meta, plan)}"
+        return sentence(data, meta, rounding, judged, ends, compared)
     except Refused:
         raise
     except Exception as error:  # whatever a damaged zip, JSON or URDF ends in
         raise Refused(f"a file is missing or damaged ({type(error).__name__}: {error}).") from error
 
 
-def read(file: Path) -> tuple[Data, Words]:
-    """The arrays of a certificate, of the right kinds and shapes, finite, and what it says in words."""
-    with zipfile.ZipFile(file) as archive:
-        names, size = archive.namelist(), sum(item.file_size for item in archive.infolist())
-    require(sorted(names) == sorted(f"{name}.npy" for name in FIELDS) and size < 1 << 30, f"{file} holds other arrays.")
+def read(file: Path) -> tuple[Data, Data]:
+    """The arrays of a certificate, of the right kinds, shapes and sizes [1], and what it says in words."""
     with np.load(file, allow_pickle=False) as arrays:
-        data = {name: arrays[name] for name in FIELDS}
-    sizes: dict[str, int] = {}
-    for (name, array), (kind, shape) in zip(data.items(), FIELDS.values(), strict=True):
+        held, names = arrays.zip.infolist(), sorted(f"{name}.npy" for name in FIELDS)
+        there = sorted(item.filename for item in held) == names and sum(item.file_size for item in held) < 1 << 30
+        require(there, f"{file} holds other arrays than those of format {FORMAT}: write it again.")
+        data: Data = {name: arrays[name] for name in FIELDS}
+    sizes: dict[int | str, int] = {}
+    for name, (kind, shape, least, most) in FIELDS.items():
+        array = data[name]
         require(array.dtype == np.dtype(f"<{kind}") and array.ndim == len(shape), f"{name} is of another kind.")
         for size, said in zip(array.shape, shape, strict=True):
             require(size == (said if isinstance(said, int) else sizes.setdefault(said, size)), f"{name} is short.")
-        require(np.isfinite(array), f"{name} holds what is no finite number.")
+        require((array >= least) & (array <= most), f"{name} holds a number that is not finite, or absurd.")
+    points = np.split(data["points"], np.cumsum(data["count"])[:-1])
+    data["shapes"] = list(zip(points, data["radius"].tolist(), (data["cylinder"] > 0).tolist(), strict=True))
     return data, json.loads(data["meta"].tobytes(), object_pairs_hook=once)
 
 
-def once(named: list[tuple[str, Any]]) -> Words:
+def once(named: list[tuple[str, Any]]) -> Data:
     """An object of JSON; refused where a name stands twice, of which readers take one or the other."""
     require(len(dict(named)) == len(named), "a name stands twice in a file.")
     return dict(named)
 
 
-def require_sound(data: Data, meta: Words) -> None:
-    """Indices point at what is there, sizes are sane [1], frames turn and do not stretch [2]."""
-    dof, items, points = len(data["parent"]), len(data["joint"]), len(data["points"])
-    require(meta["format"] == FORMAT, "the certificate is of another format.")
-    for names, size in ((meta["joints"], dof), (meta["items"], items)):
+def require_sound(data: Data, meta: Data) -> None:
+    """Indices point at what is there, axes are unit vectors [2], shapes are shapes, time goes on."""
+    dof, count = len(data["parent"]), data["count"]
+    require(meta["format"] == FORMAT, "the certificate is of another version's format: write it again.")
+    for names, size in ((meta["joints"], dof), (meta["items"], len(count))):
         require(len(names) == size == len({str(name) for name in names}), "joints and items need a name each.")
-    require(isinstance(meta["margin"], float) and 0.0 <= meta["margin"] <= MOST, "the margin is no distance.")
-    require(1 <= dof <= 100, "no robot has so many joints.")
-    require((data["parent"] >= 0) & (data["parent"] <= np.arange(dof)), "a joint stands before what carries it.")
-    require((data["joint"] >= -1) & (data["joint"] <= dof), "an item hangs on no joint.")
-    count = data["count"]
-    require((count >= 1) & (count <= points) & (count.sum() == points), "the points are not those of the items.")
-    require(((count == 2) | (data["cylinder"] == 0)) & (data["radius"] >= 0), "an item is no shape.")
-    for name in ("points", "shift", "path", "radius", "knots"):
-        require(np.abs(data[name]) <= (1e6 if name == "knots" else 1.0) * MOST, f"{name} holds an absurd number.")
-    require(stretched(data) <= FRAME and (np.linalg.det(data["turn"]) > 0).all(), "a joint's frame is no rotation.")
-    require(np.abs(np.linalg.norm(data["axis"], axis=1) - 1.0) <= 1e-13, "a joint's axis is no unit vector.")  # [2]
-    knots, columns = len(data["clock"]), len(data["knots"])
-    same = len(data["path"]) > 0 and (knots != 1 and 1 <= columns <= 3 if knots else columns == 0)
-    require(same and len(data["limits"]) == 3 * (knots > 0), "path or motion have no points, or no limits.")
-    require((np.diff(data["clock"]) > 0).all() and (np.abs(data["clock"] / 1e9) < 2e6).all(), "time does not go on.")
+    require((data["parent"] <= np.arange(dof)) & (1 <= dof <= 100), "a joint stands before what carries it.")
+    require(np.append(data["joint"], data["carrier"]) <= dof, "an item or the tool hangs on no joint.")
+    require((data["prismatic"] == 0) | (data["wraps"] == 0), "a joint slides and turns.")
+    require(np.abs(np.linalg.norm(data["axis"], axis=1) - 1.0) <= 1e-13, "a joint's axis is no unit vector.")
+    require(((count == 2) | (data["cylinder"] == 0)) & (count.sum() == len(data["points"])), "an item is no shape.")
+    require(len(data["clock"]) != 1 and (np.diff(data["clock"]) > 0).all(), "time does not go on.")
 
 
-def stretched(data: Data) -> float:
-    """By how much the joints' frames are no rotations [2]."""
-    return float(np.abs(data["turn"].transpose(0, 2, 1) @ data["turn"] - np.eye(3)).max())
+def require_same_files(data: Data, meta: Data, folder: Path) -> Data:
+    """What plan.json holds; the path is the one in there, the motion that of trajectory.json, number by number."""
+    plan, beside = json.loads((folder / "plan.json").read_bytes(), object_pairs_hook=once), folder / "trajectory.json"
+    for key, said in (*((key, meta[key]) for key in ("robot", "scene", "joints")), ("path", data["path"].tolist())):
+        require(plan[key] == said, f"plan.json is of another {key}.")
+    require(data["margin"] >= plan["config"]["margin"], "plan.json asks for a larger margin.")
+    require(beside.exists() == (len(data["clock"]) > 0), "trajectory.json is missing, or not certified.")
+    if beside.exists():
+        motion, knots = json.loads(beside.read_bytes(), object_pairs_hook=once), data["knots"]
+        found = [[point[key] for point in motion["points"]] for key in ("t", "q", "qd", "qdd")[: len(knots) + 1]]
+        found += [motion["joints"], motion["interpolation"], [motion["limits"][kind] for kind in KINDS]]
+        said = [(data["clock"] / 1e9).tolist(), *knots.tolist(), meta["joints"], INTERPOLATED[len(knots) - 1]]
+        same = found == [*said, data["limits"].tolist()] and not motion.get("events")
+        require(same, "trajectory.json is of another motion.")
+        require(np.abs(knots[0][[0, -1]] - data["path"][[0, -1]]) <= FORGIVEN, "the motion has other ends.")
+    return plan
 
 
-def require_same_files(data: Data, meta: Words, folder: Path) -> None:
-    """The path is that of plan.json, the motion that of trajectory.json, number by number."""
-    plan, beside = (folder / name for name in ("plan.json", "trajectory.json"))
-    plan = json.loads(plan.read_bytes(), object_pairs_hook=once)
-    for key in ("robot", "scene", "joints"):
-        require(plan[key] == meta[key], f"plan.json is of another {key}.")
-    require(np.array_equal(np.array(plan["path"], dtype=float), data["path"]), "the path in plan.json is another one.")
-    require(meta["margin"] >= plan["config"]["margin"], "plan.json asks for a larger margin.")
-    require(beside.exists() == bool(len(data["clock"])), "trajectory.json is missing, or not certified.")
-    if not beside.exists():
-        return
-    motion, columns = json.loads(beside.read_bytes(), object_pairs_hook=once), len(data["knots"])
-    same = [motion["joints"], motion["interpolation"]] == [meta["joints"], INTERPOLATED[columns - 1]]
-    times, *rows = ([point[key] for point in motion["points"]] for key in ("t", "q", "qd", "qdd")[: columns + 1])
-    limits = [motion["limits"][kind] for kind in KINDS]
-    for said, meant in ((times, data["clock"] / 1e9), (rows, data["knots"]), (limits, data["limits"])):
-        same &= np.array_equal(np.array(said, dtype=float), meant)
-    require(same, "the motion in trajectory.json is another one.")
-    ends = np.abs(data["knots"][0][[0, -1]] - data["path"][[0, -1]])
-    require(ends <= FORGIVEN, "the motion has other ends than the path.")
+def require_ends(data: Data, meta: Data, plan: Data) -> str:
+    """The path's ends are those that plan.json asks for; which, in words, and which are not judged here [13]."""
+    config, goal, said = plan["config"], plan["goal"], []
+    if config.get("request") is not None:
+        return f"Whether its ends are those of {config['request']!r} is not judged."
+    choices = re.findall(r"[^;,:]*:[^;]*|[^;,]+", str(config.get("goal")))  # numbers, or a name
+    require(goal in (None, *map(str.strip, choices)), "plan.json reaches a goal that it does not ask for.")
+    for end, text, q in (("start", config.get("start"), data["path"][0]), ("goal", goal, data["path"][-1])):
+        texts = [text] if ":" in str(text) else meta["states"].get(text, [])
+        offs = [missed(data, q, each) for each in texts]
+        require(not offs or not all(off > 1.0 for off in offs), f"the path's {end} is not {text!r}.")
+        met = [each for each, off in zip(texts, offs, strict=True) if off <= 1.0]
+        said.append(f"Its {end} is {text!r}, {met[0]!r}." if met else f"Whether its {end} is {text!r} is not judged.")
+    return " ".join(said)
 
 
-def require_every_pair(data: Data, meta: Words) -> None:
-    """Each body with each other item is in one list, once; none is left out but for a reason."""
-    joint = data["joint"]
-    listed = np.sort(np.concatenate([data["pairs"], data["exempt"]]), axis=1)
-    every = np.argwhere(np.triu(np.maximum(joint[:, None], joint[None, :]) >= 0, 1))
-    require(np.array_equal(listed[np.lexsort(listed.T[::-1])], every), "not every pair is proven or left out, once.")
-    first, second = joint[data["exempt"]].T
-    rigid, own = (first == second) | (np.maximum(first, second) <= 0), np.minimum(first, second) >= 0
-    may = np.select([data["reason"] == reason for reason in (MEETS, LISTED, ALLOWED)], [rigid, own, ~own], False)
-    for pair in data["exempt"][~may]:
-        raise Refused(f"{named(meta, pair)} are not proven apart, and nothing says why: are their hulls too close?")
-
-
-def named(meta: Words, pair: Array) -> str:
-    return " and ".join(repr(meta["items"][k]) for k in pair)
+def missed(data: Data, q: Array, text: str) -> float:
+    """How far a configuration is off joint values, a position or a pose, over what it may be; 0/0 of other texts."""
+    kind, _, rest = text.partition(":")
+    if kind not in ENDS or "&" in text:
+        return np.nan
+    asked = np.array(rest.split(","), dtype=float)
+    require(len(asked) == (ENDS[kind] or len(q)), f"{text!r} has too many numbers, or too few.")
+    if kind == "q":
+        off = q - asked - data["wraps"] * 2.0 * np.pi * np.rint((q - asked) / (2.0 * np.pi))
+        return float(np.abs(off).max()) / SAME
+    turn, origin = (each[data["carrier"], 0] for each in frames(data, q[None]))
+    off = [origin + turn @ data["tool"][:3, 3] - asked[:3]]
+    if kind == "pose":
+        x, y, z, w = asked[3:] / np.linalg.norm(asked[3:])
+        cross = np.cross([x, y, z], np.eye(3)).T
+        off += list(turn @ data["tool"][:3, :3] - np.eye(3) - 2.0 * (w * cross + cross @ cross))
+    return float(np.abs(off).max()) / REACHED
 
 
 # c_1, c_2 ... by the rise, the slopes and second derivatives at both ends: Hermite, as ROS 2 controllers have it [3]
@@ -204,241 +200,239 @@ def curves(data: Data) -> Array:
     return made
 
 
-def require_limits(data: Data, meta: Words, pieces: Array) -> list[str]:
+def require_limits(data: Data, meta: Data, pieces: Array) -> list[str]:
     """Positions within the robot's limits, the motion's derivatives within its own; which these are."""
     free = np.where(data["wraps"] > 0, np.inf, FORGIVEN)
-    low, high = data["lower"] - free, data["upper"] + free
-    require_between(pieces, low, high, np.zeros_like(pieces[:, 0]), "a joint leaves its limits", meta)
-    if not len(data["clock"]):
-        return []
-    knots, h = data["knots"], np.diff(data["clock"])[:, None] / 1e9
-    size = np.abs(np.diff(knots[0], axis=0))
-    size += sum(np.maximum(np.abs(rows[1:]), np.abs(rows[:-1])) * h**k for k, rows in enumerate(knots[1:], start=1))
-    slope, judged = pieces[-len(h) :], KINDS[: len(knots)]
-    for order, (kind, most) in enumerate(zip(judged, data["limits"] * (1.0 + LIMIT), strict=False), start=1):
-        slope = slope[:, 1:] * np.arange(1, slope.shape[1])[:, None] / h[:, None]
-        require_between(slope, -most, most, SLOPE * size / h**order, f"the motion's {kind} exceeds its limit", meta)
+    off = OFF * np.abs(pieces).sum(axis=1)
+    require_between(pieces, data["lower"] - free, data["upper"] + free, off, "a joint leaves its limits", meta)
+    judged, h = KINDS[: len(data["knots"])], np.diff(data["clock"])[:, None] / 1e9
+    slope = pieces[len(pieces) - len(h) :]
+    off = OFF * np.abs(slope[:, 1:]).sum(axis=1)
+    for kind, most in zip(judged, data["limits"] * (1.0 + LIMIT), strict=False):
+        slope, off = slope[:, 1:] * np.arange(1, slope.shape[1])[:, None] / h[:, None], off / h
+        require_between(slope, -most, most, off, f"the motion's {kind} exceeds its limit", meta)
     return judged
 
 
-def require_between(pieces: Array, low: Array, high: Array, off: Array, why: str, meta: Words) -> None:
+def require_between(pieces: Array, low: Array, high: Array, off: Array, why: str, meta: Data) -> None:
     """Polynomials, off by ``off`` as computed, stay within bounds: so do Bernstein coefficients of their parts [11]."""
-    degree = pieces.shape[1] - 1
+    degree, dof = pieces.shape[1] - 1, pieces.shape[2]
     choose = np.array([[math.comb(j, k) for k in range(degree + 1)] for j in range(degree + 1)], dtype=float)
-    piece, joint = (grid.ravel() for grid in np.indices((len(pieces), pieces.shape[2])))
-    control = np.einsum("jk,nkd->ndj", choose / choose[-1], pieces).reshape(-1, degree + 1)
     half = choose / 2.0 ** np.arange(degree + 1)[:, None]  # de Casteljau: of a whole piece to its first half
+    control, row = np.einsum("jk,nkd->ndj", choose / choose[-1], pieces).reshape(-1, degree + 1), np.arange(off.size)
     for _ in range(40):
-        spare = 1e-13 * np.abs(control).max(axis=1, initial=0.0) + off[piece, joint]  # these sums too are rounded
-        beyond = np.maximum(control - high[joint, None], low[joint, None] - control) + spare[:, None]
-        open_ = beyond.max(axis=1, initial=-np.inf) > 0.0
-        if not open_.any():
+        beyond = np.maximum(control - high[row % dof, None], low[row % dof, None] - control) + off.ravel()[row, None]
+        bad = (beyond > 0.0).any(axis=1)
+        if not bad.any():
             return
-        piece, joint, control = np.tile(piece[open_], 2), np.tile(joint[open_], 2), control[open_]
-        if beyond[open_][:, [0, -1]].max() > 0.0 or len(control) > 1_000_000:  # its ends are values themselves
+        row, control, beyond = row[bad], control[bad], beyond[bad]
+        if beyond[:, [0, -1]].max() > 0.0 or len(row) > 1_000_000:  # its ends are values themselves
             break
-        control = np.concatenate([control @ half.T, control[:, ::-1] @ half.T])
-    raise Refused(f"{why}: joint {meta['joints'][joint[0]]} on piece {piece[0]}.")
+        row, control = np.tile(row, 2), np.concatenate([control @ half.T, control[:, ::-1] @ half.T])
+    raise Refused(f"{why}: joint {meta['joints'][row[0] % dof]} on piece {row[0] // dof}.")
 
 
-# pi / 2 in three parts, of which the first two have 40 bits: their products with whole numbers up to 2^13 are exact [4]
-HALF_TURNS = [float.fromhex(part) for part in ("0x1.921fb54442p+0", "0x1.a308d31318p-41", "0x1.8a2e03707344ap-81")]
-SINE, COSINE = ([(-1) ** k / math.factorial(2 * k + odd) for k in range(10)] for odd in (1, 0))
-
-
-def sine_and_cosine(q: Array) -> tuple[Array, Array]:
-    """Of angles up to 1000 rad, each within 2e-15: nothing rests on the machine's library [4]."""
-    turns = np.rint(q * (2.0 / math.pi))
-    rest = q
-    for part in HALF_TURNS:
-        rest = rest - turns * part
-    square = rest * rest
-    sine, cosine = np.full_like(rest, SINE[-1]), np.full_like(rest, COSINE[-1])
-    for a, b in zip(SINE[-2::-1], COSINE[-2::-1], strict=True):
-        sine, cosine = sine * square + a, cosine * square + b
-    sine, quarter = rest * sine, turns.astype(np.int64) % 4
-    swapped = quarter % 2 == 1
-    s, c = np.where(swapped, cosine, sine), np.where(swapped, sine, cosine)
-    return np.where(quarter >= 2, -s, s), np.where((quarter == 1) | (quarter == 2), -c, c)
-
-
-def rotation(axis: Array, sine: Any, cosine: Any) -> Array:
-    """(..., 3, 3) about a unit vector (3,), by sines and cosines (..., 1, 1): Rodrigues' formula."""
+def rotation(axis: Array, angle: Any) -> Array:
+    """(..., 3, 3) about a unit vector (3,) by angles (..., 1, 1), Rodrigues' formula, no library's sine [4]."""
+    require(np.abs(angle) <= MOST, "a joint turns farther than any does.")
+    turned: Any = np.ones_like(angle, dtype=complex)
     cross = np.cross(axis, np.eye(3)).T
-    return np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross)
+    for k in range(20, 0, -1):
+        turned = 1.0 + angle / (1024 * k) * 1j * turned
+    for _ in range(10):
+        turned = turned * turned
+    return np.eye(3) + turned.imag * cross + (1.0 - turned.real) * (cross @ cross)
 
 
 def frames(data: Data, q: Array) -> tuple[Array, Array]:
     """Rotations (dof + 1, n, 3, 3) and origins (dof + 1, n, 3) of the base and all joints in configurations [6]."""
-    n, dof = q.shape
-    turn, origin = np.empty((dof + 1, n, 3, 3)), np.zeros((dof + 1, n, 3))
+    turn, origin = np.empty((q.shape[1] + 1, len(q), 3, 3)), np.zeros((q.shape[1] + 1, len(q), 3))
     turn[0] = np.eye(3)
-    for j in range(dof):
-        before, axis = int(data["parent"][j]), data["axis"][j]
-        turn[j + 1] = turn[before] @ data["turn"][j]
+    for j, (before, axis, slides) in enumerate(zip(data["parent"], data["axis"], data["prismatic"] > 0, strict=True)):
+        turn[j + 1] = turn[before] @ data["turn"][j] @ rotation(axis, np.where(slides, 0.0, q[:, j, None, None]))
         origin[j + 1] = origin[before] + turn[before] @ data["shift"][j]
-        if data["prismatic"][j]:
-            origin[j + 1] += q[:, j, None] * (turn[j + 1] @ axis)
-        else:
-            sine, cosine = sine_and_cosine(q[:, j, None, None])
-            turn[j + 1] = turn[j + 1] @ rotation(axis, sine, cosine)
+        origin[j + 1] += np.where(slides, q[:, j, None], 0.0) * (turn[j + 1] @ axis)
     return turn, origin
 
 
-def reaches(data: Data, travel: Array) -> tuple[Array, float]:
-    """(items, dof) how fast a joint moves an item's points at most [8], 0 where it does not carry it; and sizes, m."""
-    found, size = np.zeros((len(data["joint"]), len(travel))), 0.0
-    for item, (points, radius) in enumerate(shapes(data)):
-        far, joint = float(np.linalg.norm(points, axis=1).max()) + radius, int(data["joint"][item]) - 1
+def reaches(data: Data, pieces: Array) -> tuple[Array, float]:
+    """(items + 1, dof) how fast a joint moves items and tool at most [8], 0 if it carries them not; for rounding, m."""
+    made, joints = [*data["shapes"], (data["tool"][None, :3, 3], 0.0)], np.append(data["joint"], data["carrier"])
+    travel = np.where(data["prismatic"] > 0, np.abs(pieces).sum(axis=1).max(axis=0), 0.0)
+    found, size = np.zeros((len(made), len(travel))), 1.0
+    for item, (points, radius, *_) in enumerate(made):
+        joint, far = joints[item] - 1, np.linalg.norm(points, axis=1).max() + radius
+        across = np.linalg.norm(np.cross(points, data["axis"][max(joint, 0)]), axis=1).max() + radius
         size = max(size, far)
-        across = float(np.linalg.norm(np.cross(points, data["axis"][max(joint, 0)]), axis=1).max()) + radius
         while joint >= 0:
             found[item, joint] = 1.0 if data["prismatic"][joint] else max(across, 1e-9)
-            far += travel[joint] if data["prismatic"][joint] else 0.0
-            before, shift = int(data["parent"][joint]) - 1, data["shift"][joint]
-            across = far + float(np.linalg.norm(np.cross(shift, data["axis"][before])))
-            far, joint = far + float(np.linalg.norm(shift)), before
-    return found, size + float(np.linalg.norm(data["shift"], axis=1).sum() + travel[data["prismatic"] > 0].sum())
+            before, shift = data["parent"][joint] - 1, data["shift"][joint]
+            across = far + travel[joint] + np.linalg.norm(np.cross(shift, data["axis"][before]))
+            far, joint = far + travel[joint] + np.linalg.norm(shift), before
+    size += np.linalg.norm(data["shift"], axis=1).sum() + travel.sum()
+    require(np.linalg.det(data["turn"]) > 0.0, "a joint's frame is no rotation.")
+    stretched = np.abs(data["turn"].transpose(0, 2, 1) @ data["turn"] - np.eye(3)).max()  # [2]
+    return found, float((TURNED + 8.0 * stretched) * (len(travel) + 1) * size)  # [10]
 
 
-def shapes(data: Data) -> list[tuple[Array, float]]:
-    """The points (k, 3) and the radius of every item."""
-    return list(zip(np.split(data["points"], np.cumsum(data["count"])[:-1]), data["radius"].tolist(), strict=True))
-
-
-def farthest(data: Data, item: int, direction: Array) -> Array:
-    """(n,) how far an item goes in unit directions (n, 3) of its frame [9]."""
-    points, radius = shapes(data)[item]
+def farthest(shape: Shape, direction: Array) -> Array:
+    """(n,) how far a shape goes in unit directions (n, 3) of its frame [9]."""
+    points, radius, cylinder = shape
     reached = (direction @ points.T).max(axis=1)
-    if not data["cylinder"][item]:
+    if not cylinder:
         return reached + radius
-    along = points[1] - points[0]
-    require(np.linalg.norm(along) > 1e-9, "a cylinder is too short to have an axis.")  # [9]
-    return reached + radius * np.linalg.norm(np.cross(direction, along / np.linalg.norm(along)), axis=1)
+    along, length = points[1] - points[0], np.linalg.norm(points[1] - points[0])
+    require(length > 1e-9, "a cylinder is too short to have an axis.")
+    return reached + radius * np.linalg.norm(np.cross(direction, along / length), axis=1)
 
 
-def require_covered(data: Data, meta: Words, pieces: int) -> None:
-    """The intervals of each pair on each piece overlap one another from 0 to 1."""
-    piece, pair, low, high = (data[name] for name in ("piece", "pair", "low", "high"))
-    pairs = len(data["pairs"])
-    require((piece >= 0) & (piece < pieces) & (pair >= 0) & (pair < pairs), "a witness is of no piece or no pair.")
-    require((low >= 0.0) & (low < high) & (high <= 1.0), "a witness has no interval.")
-    group = piece.astype(np.int64) * pairs + pair
-    order = np.lexsort((low, group))
-    group, low, high = group[order], low[order], high[order]
-    require(np.array_equal(np.unique(group), np.arange(pieces * pairs)), "a pair has no witness on some piece.")
-    fresh = np.diff(group, prepend=-1) > 0
-    bad = np.where(fresh, low != 0.0, low > np.roll(high, 1)) | (np.roll(fresh, -1) & (high != 1.0))
-    if bad.any():
-        k, p = divmod(int(group[bad][0]), pairs)
-        raise Refused(f"{named(meta, data['pairs'][p])} are not covered on all of piece {k}.")
+def take_parts(data: Data, meta: Data, pieces: Array) -> None:
+    """Which pairs are proven apart; of which pair, or in the end of w, and of which part of a piece each witness is."""
+    joint, parts, high, names = data["joint"], data["parts"], data["high"], meta["items"]
+    pairs = np.argwhere(np.triu((joint[:, None] != joint) & (np.maximum(joint[:, None], joint) > 0)))
+    require(len(pairs) == len(data["left"]), "not every pair is proven apart or left out.")
+    for a, b in pairs[data["left"] == OPEN]:
+        raise Refused(f"{names[a]!r} and {names[b]!r} are not proven apart: are their hulls too close?")
+    data["pairs"], data["exempt"] = pairs[data["left"] == PROVEN], pairs[data["left"] == EXEMPT]
+    require(parts.shape == (len(data["pairs"]) + 1, len(pieces)) and parts.sum() == len(high), "parts are missing.")
+    data["pair"], data["piece"] = np.divmod(np.repeat(np.arange(parts.size), parts.ravel()), len(pieces))
+    first = np.cumsum(parts) - parts.ravel()
+    data["low"] = np.append(0.0, high[:-1])  # a part begins where the one before it ends
+    data["low"][first] = 0.0
+    require((data["low"] < high) & (high[first - 1] == 1.0).all(), "a piece is not covered from 0 to 1.")
 
 
-def require_witnesses(data: Data, meta: Words, pieces: Array) -> float:
-    """Each witness holds: the pair is farther apart in the middle than it moves from there; what rounding took, m."""
-    relative, spare = speeds(data, pieces)
+def floor_kept(data: Data, meta: Data, plan: Data) -> str:
+    """Where w is shown to keep the floor, in words, and what was asked for."""
+    of_w, asked = data["pair"] == len(data["pairs"]), float(plan["config"].get("min_manipulability", 0.0))
+    low, high, piece, shown = (data[name][of_w] for name in ("low", "high", "piece", "normal"))
+    gaps = [f"{low[k]} to {high[k]} of piece {piece[k]}" for k in np.flatnonzero(~shown.any(axis=1))]
+    where = "no piece" if not shown.any() else f"every piece but for {', '.join(gaps)}" if gaps else "every piece"
+    said = f"Of w ({meta['rows']}) of {meta['tool link']!r} at least {data['floor']} is shown on {where}"
+    return f"{said}; plan.json asks for {asked}{'' if asked <= data['floor'] else ', which is more'}."
+
+
+def require_witnesses(data: Data, meta: Data, pieces: Array) -> float:
+    """Each witness holds; what rounding took from distances, m."""
+    reach, spare = reaches(data, pieces)
     require(spare <= 1e-5, "the numbers are too large for their rounding.")
-    for begin in range(0, len(data["piece"]), 20_000):
-        rows = slice(begin, begin + 20_000)
-        apart, need = gaps_and_motions(data, pieces, relative, rows)
-        bad = np.flatnonzero(~(apart > meta["margin"] + ROUNDED * need + spare[data["pair"][rows]]))  # [10]
-        for k in begin + bad:
-            raise Refused(f"witness {k} does not show that {named(meta, data['pairs'][data['pair'][k]])} stay apart.")
-    return float(spare.max(initial=0.0))
+    for rows in np.array_split(np.arange(len(data["piece"])), len(data["piece"]) // 20_000 + 1):
+        of_pairs = data["pair"][rows] < len(data["pairs"])
+        planes, floor = rows[of_pairs], rows[~of_pairs & data["normal"][rows].any(axis=1)]
+        apart, need = gaps_and_motions(data, pieces, reach, planes)
+        for k in planes[~(apart > data["margin"] + ROUNDED * need + spare)]:  # [10]
+            a, b = data["pairs"][data["pair"][k]]
+            raise Refused(f"witness {k} does not show {meta['items'][a]!r} and {meta['items'][b]!r} apart.")
+        for k in floor[~(least_w(data, pieces, reach[-1], spare, ROWS[meta["rows"]], floor) >= data["floor"])]:  # [12]
+            raise Refused(f"witness {k} does not show that w keeps its floor.")
+    return spare
 
 
-def speeds(data: Data, pieces: Array) -> tuple[Array, Array]:
-    """(pairs, dof) how fast joints change a pair's distance at most [8]; (pairs,) what rounding takes of it, m [10]."""
-    off, longest = np.abs(data["path"]).max(axis=0), np.diff(data["clock"]).max(initial=10**9) / 1e9
-    off = ANGLE * (off + sum(np.abs(rows).max(axis=0) * longest**k for k, rows in enumerate(data["knots"])))  # [5]
-    reach, size = reaches(data, np.abs(pieces).sum(axis=1).max(axis=0))
-    first, second = reach[data["pairs"].T]
-    relative = np.where((first > 0) & (second > 0), 0.0, first + second)  # joints that carry both do not count
-    return relative, (TURNED + 8.0 * stretched(data)) * (len(off) + 1) * size + ROUNDED * (relative @ off)
-
-
-def gaps_and_motions(data: Data, pieces: Array, relative: Array, rows: slice) -> tuple[Array, Array]:
-    """(n,) each: the width between the planes in the middles of the intervals [9], the motion from there [7], m."""
-    low, high, pair = data["low"][rows], data["high"][rows], data["pair"][rows]
-    middle = 0.5 * (low + high)
+def middles(data: Data, pieces: Array, rows: Array) -> tuple[Array, Array]:
+    """(n, dof) each: configurations in the middles of the intervals, how far joints move from there at most [7]."""
+    low, high, c = data["low"][rows], data["high"][rows], pieces[data["piece"][rows]]
+    middle, off = 0.5 * (low + high), OFF * np.abs(c).sum(axis=1)
     half = np.maximum(high - middle, middle - low)
-    c = pieces[data["piece"][rows]]
     for k in range(5):  # Taylor's expansion at the middle, by Horner's scheme once a power
         for j in range(4, k - 1, -1):
             c[:, j] += middle[:, None] * c[:, j + 1]
-    moved = sum(np.abs(c[:, k]) * half[:, None] ** k for k in range(1, 6))
-    normal = data["normal"][rows].astype(float)
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    require((length > 1e-6) & (length < 1e6), "a plane has no normal.")
-    normal /= length
-    turn, origin = frames(data, c[:, 0])
-    apart = np.zeros(len(pair))
-    for sign, items in zip((1.0, -1.0), data["pairs"][pair].T, strict=True):
+    return c[:, 0], off + sum(np.abs(c[:, k]) * half[:, None] ** k for k in range(1, 6))
+
+
+def gaps_and_motions(data: Data, pieces: Array, reach: Array, rows: Array) -> tuple[Array, Array]:
+    """(n,) each: the width between the planes in the middles of the intervals [9], the motion from there [7], m."""
+    pair, normal = data["pairs"][data["pair"][rows]], data["normal"][rows].astype(float)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)  # NaN of none, which shows nothing
+    begin = np.unique(data["piece"][rows] + 1j * data["low"][rows], return_inverse=True)[1]
+    _, one, own = np.unique(begin + 1j * data["high"][rows], return_index=True, return_inverse=True)
+    q, moved = middles(data, pieces, rows[one])  # of intervals that pairs have in common once
+    turn, origin = frames(data, q)
+    apart = np.zeros(len(rows))
+    for sign, items in zip((1.0, -1.0), pair.T, strict=True):
         for item in np.unique(items):
             mine = np.flatnonzero(items == item)
-            joint, direction = max(int(data["joint"][item]), 0), sign * normal[mine]
-            local = (direction[:, None, :] @ turn[joint][mine])[:, 0]
-            apart[mine] -= farthest(data, int(item), local) + np.einsum("ni,ni->n", direction, origin[joint][mine])
-    return apart, np.einsum("nd,nd->n", moved, relative[pair])
+            joint, direction = max(data["joint"][item], 0), sign * normal[mine]
+            apart[mine] -= np.einsum("ni,ni->n", direction, origin[joint][own[mine]])
+            apart[mine] -= farthest(data["shapes"][item], (direction[:, None, :] @ turn[joint][own[mine]])[:, 0])
+    first, second = reach[pair.T]
+    relative = np.where((first > 0) & (second > 0), 0.0, first + second)  # joints that carry both do not count [8]
+    return apart, np.einsum("nd,nd->n", moved[own], relative)
 
 
-def take_urdf(data: Data, meta: Words, file: Path) -> str:
-    """Joints as the URDF has them, else refused; its frames and shapes take the place of those in the certificate."""
+def least_w(data: Data, pieces: Array, reach: Array, spare: float, count: int, rows: Array) -> Array:
+    """(n,) what w of the first rows of the tool's Jacobian is at least on the intervals of witnesses [12]."""
+    q, moved = middles(data, pieces, rows)
+    turn, origin = frames(data, q)
+    order = np.arange(len(reach))
+    tool = origin[data["carrier"]] + turn[data["carrier"]] @ data["tool"][:3, 3]
+    matrix = np.zeros((len(rows), 6, len(reach)))
+    for k in np.flatnonzero(reach):
+        axis = turn[k + 1] @ data["axis"][k]
+        matrix[:, :3, k] = axis if data["prismatic"][k] else np.cross(axis, tool - origin[k + 1])
+        matrix[:, 3:, k] = 0.0 if data["prismatic"][k] else axis
+    turns = (order < order[:, None]) & (count == 6)  # the joint before turns the axis of the one behind
+    rate = np.hypot(reach[np.maximum(order, order[:, None])], turns) * (np.outer(reach, reach) > 0)
+    change = ROUNDED * np.linalg.norm(moved @ rate.T, axis=1) + 4.0 * len(reach) * spare
+    matrix, one = matrix[:, :count], np.eye(min(count, len(reach)))
+    u, s, v = np.linalg.svd(matrix, full_matrices=False)  # nothing rests on how good it is
+    wrong = (u.transpose(0, 2, 1) @ u - one, v @ v.transpose(0, 2, 1) - one, matrix - (u * s[:, None]) @ v)
+    bent, skewed, lost = (np.linalg.norm(each, axis=(1, 2))[:, None] for each in wrong)
+    least = s * (1.0 - bent - skewed - 1e-12) - (lost + change[:, None] + 1e-12 * s.max(axis=1, keepdims=True))
+    return np.maximum(least, 0.0).prod(axis=1) / ROUNDED
+
+
+def take_urdf(data: Data, meta: Data, file: Path) -> str:
+    """The URDF's joints, tool and shapes take the place of those in the certificate; what that leaves, in words."""
     root: Any = ET.parse(file).getroot()
-    joints = root.findall("joint")
-    above, meta["moved"] = {joint.find("child").get("link"): joint for joint in joints}, set(meta["joints"])
-    for joint in joints * len(joints):  # what mimics a planned joint moves too, and what mimics that
-        leaders = {mimic.get("joint") for mimic in joint.findall("mimic")}
-        meta["moved"] |= {joint.get("name")} if leaders & meta["moved"] else set()
-    for k, name in enumerate(meta["joints"]):
-        joint = next(joint for joint in joints if joint.get("name") == name)
+    joints = {joint.get("name"): joint for joint in root.findall("joint")}
+    links = {joint.find("child").get("link"): joint for joint in joints.values()}
+    moved = meta["moved"] = set(meta["joints"])
+    for name in [*joints] * len(joints):  # what mimics a planned joint moves too, and what mimics that
+        moved |= {name for mimic in joints[name].findall("mimic") if mimic.get("joint") in moved}
+    for k, (name, joint) in enumerate((name, joints[name]) for name in meta["joints"]):
         kind, limit = joint.get("type"), joint.find("limit")
-        before, at = place(meta, above, joint.find("parent").get("link"))
+        require(kind in MOVING and joint.find("mimic") is None, f"joint '{name}' does not move by itself in {file}.")
+        data["parent"][k], at = place(data, meta, links, joint.find("parent").get("link"))
         at = at @ origin_in(joint)
-        same = before == data["parent"][k] and (kind == "prismatic") == bool(data["prismatic"][k])
-        same &= kind in MOVING and joint.find("mimic") is None and (kind == "continuous") == bool(data["wraps"][k])
-        for key, part in (("turn", at[:3, :3]), ("shift", at[:3, 3]), ("axis", axis_of(joint))):
-            same &= np.abs(part - data[key][k]).max() <= 1e-9
-            data[key][k] = part
-        if kind != "continuous" and not meta.get("widened"):
-            same &= float(limit.get("lower", "0")) - 1e-9 <= data["lower"][k]
-            same &= float(limit.get("upper", "0")) + 1e-9 >= data["upper"][k]
-        require(same, f"joint '{name}' is another one in {file}, or stands elsewhere.")
-    made, unread = shapes(data), 0
-    elements = [(link, *each) for link in root.findall("link") for each in enumerate(link.iter("collision"))]
-    for link, k, element in elements:
-        name, (joint, there) = f"{link.get('name')}_{k}", place(meta, above, link.get("name"))
-        shape = element.find("geometry")[0]
-        cut = shape.tag == "mesh" and name in meta["cuts"]  # into slabs, which are not compared
-        points, radius, cylinder = (None, 0.0, 0) if cut else shape_in(shape, file)
-        item = meta["items"].index(f"{name}, slab 1" if cut else name)
-        require(data["joint"][item] == joint, f"'{name}' hangs on another joint in {file}.")
-        unread += points is None
-        if points is not None:
-            at = there @ origin_in(element)
-            made[item], data["cylinder"][item] = (points @ at[:3, :3].T + at[:3, 3], radius), cylinder
-    data["points"], data["radius"] = np.concatenate([points for points, _ in made]), np.array([r for _, r in made])
-    data["count"] = np.array([len(points) for points, _ in made])
-    left = f" but for {unread} meshes that are cut or not read here" if unread else ""
-    left += "; base, held joints and widened limits" if meta.get("widened") else "; base and held joints"
-    return f"Joints and shapes are those of {file.name}{left} as the certificate has them."
+        data["turn"][k], data["shift"][k], data["axis"][k] = at[:3, :3], at[:3, 3], axis_of(joint)
+        data["prismatic"][k], data["wraps"][k] = kind == "prismatic", kind == "continuous"
+        if kind != "continuous" and not meta["widened"]:
+            data["lower"][k] = max(data["lower"][k], float(limit.get("lower", "0")))
+            data["upper"][k] = min(data["upper"][k], float(limit.get("upper", "0")))
+    unread = 0
+    for link in root.findall("link"):
+        for k, element in enumerate(link.iter("collision")):
+            name, geometry = f"{link.get('name')}_{k}", element.find("geometry")[0]
+            cut = geometry.tag == "mesh" and name in meta["cuts"]  # into slabs, which are not compared
+            item, (joint, at) = f"{name}, slab 1" if cut else name, place(data, meta, links, link.get("name"))
+            require(data["joint"][meta["items"].index(item)] == joint, f"'{name}' hangs on another joint in {file}.")
+            shape = None if cut else shape_in(geometry, file)
+            unread += shape is None
+            if shape is not None:
+                require(shape[1] >= 0.0, f"'{name}' has no shape in {file}.")
+                at = at @ origin_in(element)
+                data["shapes"][meta["items"].index(item)] = shape[0] @ at[:3, :3].T + at[:3, 3], *shape[1:]
+    own = root.find(f"link[@name='{meta['tool link']}']") is not None
+    if own:
+        data["carrier"], data["tool"] = place(data, meta, links, meta["tool link"])
+    left = ["tool"] * (not own) + ["widened limits"] * bool(meta["widened"]) + ["base and held joints"]
+    but = f" but for {unread} meshes, cut or of another kind" if unread else ""
+    return f"Joints and shapes are those of {file.name}{but}; {', '.join(left)} are as the certificate has them."
 
 
-def place(meta: Words, above: dict[Any, Any], link: Any) -> tuple[int, Array]:
+def place(data: Data, meta: Data, links: Data, link: str) -> tuple[int, Array]:
     """The number of the planned joint that carries a link, 0 the base, and where the link is in its frame (4, 4)."""
-    at = np.eye(4)
-    while link in above:
-        joint, held = above[link], np.eye(4)
-        name, kind, value = joint.get("name"), joint.get("type"), float(meta["held"].get(joint.get("name"), 0.0))
-        if name in meta["joints"]:
-            return meta["joints"].index(name) + 1, at
-        require(kind == "fixed" or (kind in MOVING and name not in meta["moved"]), f"'{name}' moves, not planned.")
-        if kind == "prismatic":
-            held[:3, 3] = value * axis_of(joint)
-        elif kind != "fixed":
-            held[:3, :3] = rotation(axis_of(joint), math.sin(value), math.cos(value))
-        at, link = origin_in(joint) @ held @ at, joint.find("parent").get("link")
-    return 0, np.array(meta["base"], dtype=float) @ at
+    if link not in links:
+        return 0, data["base"]
+    joint, held = links[link], np.eye(4)
+    name, kind, value = joint.get("name"), joint.get("type"), float(meta["held"].get(joint.get("name"), 0.0))
+    if name in meta["joints"]:
+        return meta["joints"].index(name) + 1, held
+    require(kind == "fixed" or (kind in MOVING and name not in meta["moved"]), f"'{name}' moves, not planned.")
+    held[:3, 3] = value * (kind == "prismatic") * axis_of(joint)
+    held[:3, :3] = rotation(axis_of(joint), value * (kind in MOVING[:2]))
+    number, at = place(data, meta, links, joint.find("parent").get("link"))
+    return number, at @ origin_in(joint) @ held
 
 
 def three(element: Any, key: str, otherwise: str = "0 0 0") -> Array:
@@ -446,55 +440,61 @@ def three(element: Any, key: str, otherwise: str = "0 0 0") -> Array:
 
 
 def axis_of(joint: Any) -> Array:
-    return (axis := three(joint.find("axis"), "xyz", "1 0 0")) / np.linalg.norm(axis)
+    return (axis := three(joint.find("axis"), "xyz", "1 0 0")) / max(np.linalg.norm(axis), 1e-300)
 
 
 def origin_in(element: Any) -> Array:
     """Where the origin of a joint or a shape is (4, 4): turned about x, y and z in this order, then shifted."""
     found = np.eye(4)
     for axis, angle in zip(np.eye(3), three(element.find("origin"), "rpy"), strict=True):
-        found[:3, :3] = rotation(axis, math.sin(angle), math.cos(angle)) @ found[:3, :3]
+        found[:3, :3] = rotation(axis, angle) @ found[:3, :3]
     found[:3, 3] = three(element.find("origin"), "xyz")
     return found
 
 
-def shape_in(shape: Any, file: Path) -> tuple[Array | None, float, int]:
-    """Points, radius and whether it is a cylinder, of a shape in its own frame; no points where it is not read here."""
+def shape_in(shape: Any, file: Path) -> Shape | None:
+    """A shape of the URDF in its own frame; of a mesh the vertices, None where its file is not read here."""
     if shape.tag == "box":
-        return np.stack(np.meshgrid(*([-0.5, 0.5],) * 3), axis=-1).reshape(-1, 3) * three(shape, "size"), 0.0, 0
+        return (np.indices((2, 2, 2)).reshape(3, 8).T - 0.5) * three(shape, "size"), 0.0, False
     if shape.tag in ("sphere", "cylinder", "capsule"):
         ends = np.array([[0.0, 0.0, -0.5], [0.0, 0.0, 0.5]]) * float(shape.get("length", "0"))
-        return ends, float(shape.get("radius")), int(shape.tag == "cylinder")
+        return ends, float(shape.get("radius")), shape.tag == "cylinder"
     name = shape.get("filename", "").rpartition("://")[2].lstrip("/")
-    files = [folder / name for folder in file.resolve().parents if (folder / name).is_file()]
-    kind, content = files[0].suffix.lower() if files else "", files[0].read_bytes() if files else b""
-    if kind == ".stl" and len(content) == 84 + 50 * int.from_bytes(content[80:84], "little"):
-        rows = np.frombuffer(content[84:], dtype=np.dtype([("at", "<f4", (4, 3)), ("word", "<u2")]))
-        points = rows["at"][:, 1:].reshape(-1, 3).astype(float)
-    else:  # as text, in which lines may end anywhere
-        mark, words = {".stl": "vertex", ".obj": "v"}.get(kind), content.decode(errors="replace").lower().split()
-        points = np.array([words[k + 1 : k + 4] for k, word in enumerate(words) if word == mark], dtype=float)
-    return (np.unique(points.reshape(-1, 3), axis=0) * three(shape, "scale", "1 1 1") if len(points) else None), 0.0, 0
+    for mesh in (folder / name for folder in file.resolve().parents if (folder / name).is_file()):
+        kind, content = mesh.suffix.lower(), mesh.read_bytes()
+        if kind == ".stl" and len(content) == 84 + 50 * int.from_bytes(content[80:84], "little"):
+            points = np.frombuffer(content[84:], dtype="(4,3)<f4,<u2")["f0"][:, 1:].reshape(-1, 3)
+        else:  # as text, in which lines may end anywhere
+            mark = {".stl": "vertex", ".obj": "v"}.get(kind, "none")
+            points = re.findall(rf"(?i)\b{mark}\s+(\S+)\s+(\S+)\s+(\S+)", content.decode(errors="replace"))
+        if len(points):
+            return np.unique(np.array(points, dtype=float), axis=0) * three(shape, "scale", "1 1 1"), 0.0, False
+    return None
 
 
-def sentence(data: Data, meta: Words, rounding: float, judged: list[str], compared: str) -> str:
+def sentence(data: Data, meta: Data, rounding: float, judged: list[str], ends: str, urdf: str) -> str:
     """What is proven of what, and what is not."""
-    left = [data["exempt"][data["reason"] == reason].tolist() for reason in (MEETS, LISTED, ALLOWED)]
-    names = ", ".join(named(meta, pair) for pair in left[1] + left[2]) or "none"
+    by_scene, bodies = data["joint"][data["exempt"]].min(axis=1, initial=0) < 0, meta["items"]
+    exempt = [f"{bodies[a]!r} and {bodies[b]!r}" for a, b in data["exempt"][np.argsort(by_scene, kind="stable")]]
     motion = f" and of the motion of {np.ptp(data['clock']) / 1e9:g} s" if judged else ""
-    limits = f", the motion within those on {', '.join(judged)} that it names" if judged else ""
-    ends = " to ".join(str(q) for q in data["path"][[0, -1]].tolist())
+    between = " to ".join(map(str, data["path"][[0, -1]].tolist()))
     return (
-        f"Proven: along all of the path of {len(data['path'])} waypoints from {ends}{motion}, {meta['robot']!r} in "
-        f"{meta['scene']!r}, each of {len(data['pairs'])} pairs of bodies stays farther apart than {meta['margin']} m "
-        f"(by {len(data['piece'])} witnesses, {rounding:.0e} m for rounding), joints keep their limits{limits}, "
-        f"to {FORGIVEN:g}.\nLeft out: {len(left[0])} pairs that no joint moves against each other; {len(left[1])} that "
-        f"the robot's files list and {len(left[2])} that the scene allows: {names}.\n"
-        f"{compared or 'The robot is as the certificate has it: its URDF was not compared.'} The scene is as the "
-        "certificate has it. Nothing is proven of obstacles that move, of the model and its calibration, of the "
-        "controller, of the choice of these ends, of conditions and tubes to be kept, and of a floor under w."
+        f"Proven: along all of the path of {len(data['path'])} waypoints from {between}{motion}, {meta['robot']!r} in "
+        f"{meta['scene']!r} keeps its limits on {', '.join(['position', *judged])}, to {FORGIVEN:g}, and each of "
+        f"{len(data['pairs'])} pairs of bodies stays farther apart than {data['margin']} m (by {len(data['high'])} "
+        f"witnesses, {rounding:.0e} m for rounding).\n{ends}\nLeft out: pairs that no joint moves against each other; "
+        f"{(~by_scene).sum()} that the robot's files list and {by_scene.sum()} that the scene allows: "
+        f"{', '.join(exempt) or 'none'}.\n{urdf or 'The robot is as the certificate has it, without a URDF.'} "
+        "The scene and its states are as the certificate has them. Nothing is proven of obstacles that move, of the "
+        "model and its calibration, of the controller, and of conditions and tubes to be kept."
     )
 
 
 if __name__ == "__main__":
-    main()
+    reader = argparse.ArgumentParser(description="Check the certificate of a plan.")
+    reader.add_argument("out", type=Path, help="the folder with plan.json and proof.npz")
+    reader.add_argument("--urdf", type=Path, help="the robot's URDF, whose frames and shapes then count")
+    try:
+        print(check(**vars(reader.parse_args())))
+    except Refused as why:
+        sys.exit(f"NOT proven: {why}")

@@ -13,12 +13,14 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.certificate import verify_proof as checker
-from planner.certificate.geometry import Arrays, middles_of
+from planner.certificate.geometry import Arrays, middles_of, shapes_of
 from planner.kinematics.forward import Chain, joint_placements
 from planner.native.library import NativeWorld
 
 _DEEPEST = 40  # halvings
 _TOGETHER = 20_000  # witnesses
+_SHORTEST = 1e-6  # of a piece: where w keeps no floor on that much it is not looked at further
+_NARROW = 0.02  # of a piece: from there on it is asked whether halving helps, which takes as long as a half
 _SPARE = 1e-8  # m: beyond what the checker asks, so that shapes read from elsewhere may be rounded otherwise
 
 
@@ -38,6 +40,16 @@ class Tasks:
         """Some of them."""
         return Tasks(self.piece[rows], self.pair[rows], self.low[rows], self.high[rows])
 
+    def in_the_middle(self) -> Tasks:
+        """Their middles alone."""
+        middle = 0.5 * (self.low + self.high)
+        return Tasks(self.piece, self.pair, middle, middle)
+
+    @staticmethod
+    def joined(parts: list[Tasks]) -> Tasks:
+        """All of them."""
+        return Tasks(*(np.concatenate([getattr(part, key) for part in parts]) for key in vars(parts[0])))
+
     def halves(self) -> Tasks:
         """Both halves of each."""
         middle = 0.5 * (self.low + self.high)
@@ -46,14 +58,18 @@ class Tasks:
 
 
 class Search:
-    """Looks for witnesses of the pairs of ``arrays`` along ``pieces`` (m, 6, dof); ``margin`` in m."""
+    """Looks for witnesses of ``pairs`` (p, 2) of items along ``pieces`` (m, 6, dof), and of the floor.
 
-    def __init__(self, chain: Chain, margin: float, arrays: Arrays, pieces: Floats) -> None:
-        self._chain, self._margin, self._arrays, self._pieces = chain, margin, arrays, pieces
-        self._native, self._numbers = _native(chain, arrays)
+    ``rows`` is how many of the Jacobian's count for w.
+    """
+
+    def __init__(self, chain: Chain, arrays: Arrays, pairs: Ints, pieces: Floats, rows: int) -> None:
+        self._chain, self._pieces, self._rows = chain, pieces, rows
+        self._arrays = arrays | {"pairs": pairs, "shapes": shapes_of(arrays)}
+        self._native, self._numbers = _native(chain, self._arrays)
         self._joint = np.maximum(arrays["joint"], 0)
-        self._middles = middles_of(arrays)
-        self._relative, self._spare = checker.speeds(arrays, pieces)
+        self._middles = middles_of(self._arrays["shapes"])
+        self._reach, self._spare = checker.reaches(self._arrays, pieces)
 
     def run(self) -> tuple[Arrays, Bools]:
         """The witnesses' arrays, and which pairs (p,) no plane between hulls proves apart."""
@@ -70,14 +86,47 @@ class Search:
             if not len(tasks):
                 break
         lost[tasks.pair] = True
-        return _joined(found, lost), lost
+        floor, claims = self._floor()
+        joined = Tasks.joined([*(part for part, _ in found), floor])
+        normals = np.concatenate([*(part for _, part in found), claims])
+        return _as_parts(joined, normals, np.append(lost, False), len(self._pieces)), lost
+
+    def _floor(self) -> tuple[Tasks, Any]:
+        """Intervals that cover all pieces, and normals (n, 3): of those on which w is not shown to keep its floor 0."""
+        count, floor = len(self._pieces), float(self._arrays["floor"]) * (1.0 + _SPARE)
+        tasks = Tasks(np.arange(count), np.full(count, len(self._numbers)), np.zeros(count), np.ones(count))
+        found, kept = [tasks.of(slice(0))], [np.zeros(0, dtype=bool)]
+        while len(tasks):
+            least, width = self._least_w(tasks), tasks.high - tasks.low
+            holds = (least >= floor) & (floor > 0)
+            deeper = ~holds & (width > _SHORTEST) & (floor > 0)
+            narrow = np.flatnonzero(deeper & (width < _NARROW))
+            w = self._least_w(tasks.of(narrow).in_the_middle())
+            deeper[narrow] = 2.0 * w - least[narrow] >= floor  # of the others no part will hold
+            found.append(tasks.of(~deeper))
+            kept.append(holds[~deeper])
+            tasks = tasks.of(deeper).halves()
+        joined, shown = Tasks.joined(found), np.concatenate(kept)
+        order = np.lexsort((joined.low, joined.piece))
+        joined, shown = joined.of(order), shown[order]
+        last = np.append((np.diff(joined.piece) > 0) | shown[1:] | shown[:-1], True)  # of parts that are one
+        return joined.of(last), np.outer(shown[last], [0.0, 0.0, 1.0])
+
+    def _least_w(self, tasks: Tasks) -> Floats:
+        data = self._arrays | vars(tasks)
+        return np.concatenate(
+            [
+                checker.least_w(data, self._pieces, self._reach[-1], self._spare, self._rows, rows)
+                for rows in np.array_split(np.arange(len(tasks)), len(tasks) // _TOGETHER + 1)
+            ]
+        )
 
     def _look(self, tasks: Tasks, close_only: bool) -> tuple[Floats, Bools, Bools]:
         """Normals (n, 3), which of them are witnesses, and which tasks no part of an interval will fulfil."""
         rotation, position, row = self._placements(tasks)
         normal = self._between_middles(tasks, rotation, position, row)
         apart, need = self._judged(tasks, normal)
-        enough = self._margin + checker.ROUNDED * need + self._spare[tasks.pair] + _SPARE
+        enough = self._arrays["margin"] + checker.ROUNDED * need + self._spare + _SPARE
         holds, hopeless = apart > enough, np.zeros(len(tasks), dtype=bool)
         near = np.flatnonzero(~holds & (enough < np.linalg.norm(normal, axis=1)))
         if len(near):
@@ -116,8 +165,8 @@ class Search:
         """How far apart the planes are, and how far the pairs move (n,), as the checker has it."""
         data = self._arrays | vars(tasks) | {"normal": normal.astype(np.float32)}
         parts = [
-            checker.gaps_and_motions(data, self._pieces, self._relative, slice(begin, begin + _TOGETHER))
-            for begin in range(0, max(len(tasks), 1), _TOGETHER)
+            checker.gaps_and_motions(data, self._pieces, self._reach, rows)
+            for rows in np.array_split(np.arange(len(tasks)), len(tasks) // _TOGETHER + 1)
         ]
         apart, need = (np.concatenate(part) for part in zip(*parts, strict=True))
         return apart, need
@@ -126,10 +175,12 @@ class Search:
 def _native(chain: Chain, arrays: Arrays) -> tuple[NativeWorld, Ints]:
     """The items in the compiled library, and the numbers (p,) that the pairs have there."""
     native, bodies = NativeWorld(chain.native, 0.0), int((arrays["joint"] >= 0).sum())
-    for item, ((points, radius), middle) in enumerate(zip(checker.shapes(arrays), middles_of(arrays), strict=True)):
+    for item, ((points, radius, cylinder), middle) in enumerate(
+        zip(arrays["shapes"], middles_of(arrays["shapes"]), strict=True)
+    ):
         joint = int(arrays["joint"][item])
         far = np.linalg.norm(points - middle, axis=1).max() + radius
-        if arrays["cylinder"][item]:
+        if cylinder:
             half = 0.5 * (points[1] - points[0])
             across = radius * np.linalg.svd(half[None])[2][1:]
             native.add_cylinder(joint, middle, half, across)
@@ -150,13 +201,14 @@ def _native(chain: Chain, arrays: Arrays) -> tuple[NativeWorld, Ints]:
     return native, numbers
 
 
-def _joined(found: list[tuple[Tasks, Any]], lost: Bools) -> Arrays:
-    """The witnesses of the pairs that are proven, in the order of pieces, pairs and intervals."""
-    tasks = Tasks(*(np.concatenate([getattr(part, key) for part, _ in found]) for key in vars(found[0][0])))
-    normal = np.concatenate([part for _, part in found]).astype(np.float32)
-    order = np.lexsort((tasks.low, tasks.pair, tasks.piece))
+def _as_parts(tasks: Tasks, normal: Any, lost: Bools, pieces: int) -> Arrays:
+    """The witnesses of the pairs that are proven, in the order of pairs, pieces and intervals, as the file has them.
+
+    Each begins where the one before it ends, so that only the ends are kept, and how many there are of each.
+    """
+    order = np.lexsort((tasks.low, tasks.piece, tasks.pair))
     order = order[~lost[tasks.pair[order]]]
     kept = tasks.of(order)
-    number = np.cumsum(~lost) - 1  # what the pairs are called without those that are lost
-    made = {"piece": kept.piece.astype(np.int32), "pair": number[kept.pair].astype(np.int32)}
-    return made | {"low": kept.low, "high": kept.high, "normal": normal[order]}
+    parts = np.zeros((len(lost), pieces), dtype=np.int32)
+    np.add.at(parts, (kept.pair, kept.piece), 1)
+    return {"parts": parts[~lost], "high": kept.high, "normal": normal[order].astype(np.float32)}

@@ -77,5 +77,5 @@ def _sentence(error: Exception) -> str | None:
             place = "" if error.filename is None else f" at {error.filename}"
             return f"the system refused{place}: {error.strerror or error}; make room or choose another place."
     if isinstance(error, MemoryError) or "can't start new thread" in str(error):  # a thread wants 8 MiB
-        return "the memory does not suffice: ask for fewer --nodes, or give this process more (ulimit -v)."
+        return "the memory does not suffice: ask for less, or give this process more (ulimit -v)."
     return None

@@ -79,15 +79,15 @@ def check(
     from planner.trajectory.points import read_points
 
     task = task_record(path)
-    checker = open_world(request, start=None if task else lambda robot: _first(path, robot))
+    checker = open_world(request, start=None if task else lambda checker: _first(path, checker.robot))
     if task is not None:
+        _require_unasked(motion, prefixes, f"{path} is of a task, which is judged by the limits that it was made for")
         return _check_task(path, task, checker, step, json)
     robot, scene = checker.robot, checker.world.scene
     points = read_points(path, robot)
     if points is not None:
         return _check_trajectory(path, checker, points, motion, step, prefixes, json)
-    if prefixes:
-        raise OptionError(f"{path} holds a path without times, and stops are of motions: leave --prefixes out.")
+    _require_unasked(motion, prefixes, f"{path} holds a path without times, and limits and stops are of motions")
     waypoints = read_joint_path(path, robot)
     if json:
         report = check_path(checker, waypoints, step)
@@ -101,6 +101,14 @@ def check(
         show(facts(f"{path}: {robot.name} in {scene.name}", report_rows(report)))
         say(verdict_sentence(report))
     return 0 if report.ok else EXIT_NOT_USABLE
+
+
+def _require_unasked(motion: LimitsRequest, prefixes: bool, why: str) -> None:
+    """Raise :class:`OptionError` for options that say nothing of what a file holds, with ``why`` they do not."""
+    if prefixes:
+        raise OptionError(f"{why}: leave --prefixes out.")
+    if motion != LimitsRequest():
+        raise OptionError(f"{why}: leave --limits, --velocity-scale, --acceleration, --jerk and their like out.")
 
 
 def _first(path: Path, robot: Robot) -> Floats:
@@ -124,7 +132,10 @@ def _check_task(path: Path, task: TaskRecord, checker: CollisionChecker, step: f
         say(json_text.dumps(found, indent=1, allow_nan=False))
     else:
         rows = [
-            (f"step {each['step']}, {each['doing']}", f"{each['part']}: {each['contact'] or 'free'}")
+            (
+                f"step {each['step']}, {each['doing']}",
+                f"{each['part']}: {each['contact'] or ('free' if each['ok'] else 'beyond limits')}",
+            )
             for each in found["segments"]
         ]
         show(facts(f"{path}: {checker.robot.name} in {checker.world.scene.name}", rows))

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Optional
 
 import tyro
 
-from planner.base.errors import FileError
-from planner.problem.request import Message, WorkersRequest
+from planner.base.errors import FileError, OptionError
+from planner.problem.request import Message, TimingRequest, WorkersRequest
 
 if TYPE_CHECKING:
     from planner.collision.checker import CollisionChecker
@@ -23,6 +23,17 @@ Workers = Annotated[WorkersRequest, tyro.conf.arg(name="")]
 
 # in Python a request's request would say nothing, --motion-plan-request is long to type, and only this door knows tyro
 Message.__annotations__["motion_plan_request"] = Annotated[Optional[Path], tyro.conf.arg(name="request")]  # noqa: UP045
+
+
+def timing_of(timing: TimingRequest, no_timing: bool) -> TimingRequest | None:
+    """How a path becomes a motion, None for ``no_timing``; :class:`OptionError` where that is said all the same."""
+    if not no_timing:
+        return timing
+    if timing != TimingRequest():
+        raise OptionError(
+            "with --no-timing there is no motion: leave it out, or all that says how the motion is to be."
+        )
+    return None
 
 
 def world_of_plan(folder: Path) -> CollisionChecker:

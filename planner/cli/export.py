@@ -70,20 +70,22 @@ def export(
     folder = trajectory if is_folder(trajectory) else trajectory.parent
     place = out or folder / f"trajectory-{format}.{formats.SUFFIX[format]}"
     made, said = load_trajectory(trajectory), ""
-    left = choices(f"{event['kind']} '{event['object']}' at {event['t']:.3f} s" for event in made.events)
+    events = [f"{event['kind']} '{event['object']}' at {event['t']:.3f} s" for event in made.events]
     if rate is not None:
         made, said = _between_knots(made, rate) if knots else _on_grid(made, rate, folder)
     content = formats.export(made, format, skip_first_point)
     require_writable_file(place)
     write_whole(place, content)
-    if left and not made.events:
+    if events and not made.events:
+        left = choices(events)
         complain(f"the grid shifts times, so no events are written: by the knots they are {left}; add --knots.")
-    elif left and format != "npz":
+    elif events and format != "npz":
+        left = choices(events)
         complain(f"{format} has no place for the events of a task: they are {left}; trajectory.json and npz hold them.")
     if not said and not made.proven:
         complain("the trajectory is not proven as a whole: see 'proof' in its file, or 'planner check'.")
     if format == "ros-json":
-        say(_goal(place, len(content)))
+        say(_goal(place, len(content), rate))
     if said:
         say(said)
     say(f"{made.duration:.3f} s. Written: {place}")
@@ -151,10 +153,11 @@ def _world(folder: Path, found: Trajectory) -> CollisionChecker:
     return checker
 
 
-def _goal(place: Path, size: int) -> str:
+def _goal(place: Path, size: int, rate: float | None) -> str:
     from planner.trajectory.export import LONGEST_ARGUMENT, goal_command
 
     command = goal_command(place)
     if size < LONGEST_ARGUMENT:
         return command
-    return f"{command}\n(too long for one argument on Linux: send the file from a program, or without --rate)"
+    other = "" if rate is None else ", or export it without --rate"
+    return f"{command}\n(too long for one argument on Linux: send the file from a program{other})"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from planner.cli.common import Debug, Flag, Out
+from planner.cli.common import Debug, Flag, Out, timing_of
 from planner.cli.plan import written_and_told
 from planner.problem.request import FollowRequest, TimingRequest
 
@@ -53,10 +53,11 @@ def follow(
     """
     from planner.base.files import require_writable_folder
 
+    motion = timing_of(timing, no_timing)
     require_writable_folder(out)
     from planner.planning.follow import follow as find_plan
 
     def find(progress: Progress) -> Plan:
-        return find_plan(path, request, progress, None if no_timing else timing)
+        return find_plan(path, request, progress, motion)
 
     return written_and_told(find, out, view, json)

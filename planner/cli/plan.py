@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from planner.base.interrupts import leaving_on_interrupt
-from planner.cli.common import STARTED, Debug, Flag, Out
+from planner.cli.common import STARTED, Debug, Flag, Out, timing_of
 from planner.cli.terminal import complain, facts, say, show, working
 from planner.problem.request import PlanRequest, TimingRequest
 
@@ -74,11 +74,12 @@ def plan(
     """
     from planner.base.files import require_writable_folder
 
+    motion = timing_of(timing, no_timing)
     require_writable_folder(out)
     from planner.planning.plan import plan as find_plan
 
     def find(progress: Progress) -> Plan:
-        return find_plan(request, progress, None if no_timing else timing)
+        return find_plan(request, progress, motion)
 
     return written_and_told(find, out, view, json, certificate)
 

@@ -8,10 +8,9 @@ from typing import Annotated
 
 import tyro
 
-from planner.cli.common import STARTED, Debug, Flag, Out
+from planner.cli.common import STARTED, Debug, Flag, Out, timing_of
 from planner.cli.terminal import complain, facts, say, show, working
-from planner.problem.request import TimingRequest
-from planner.tasks.request import TaskRequest
+from planner.problem.request import TaskRequest, TimingRequest
 
 
 def task(
@@ -45,6 +44,7 @@ def task(
     """
     from planner.base.files import require_writable_folder
 
+    motion = timing_of(timing, no_timing)
     require_writable_folder(out)
     from planner.cli.interrupted import folder_for_interrupted, kept
     from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME
@@ -54,7 +54,7 @@ def task(
 
     imported = time.perf_counter() - STARTED
     with working() as progress:
-        found = plan_task(file, progress, None if no_timing else timing, request)
+        found = plan_task(file, progress, motion, request)
         interrupted = found.outcome is Outcome.INTERRUPTED
         place = folder_for_interrupted(out, (JSON_NAME, PAGE_NAME, ROADMAP_NAME)) if interrupted else out
         record = save_task(found, place, {"import": imported, "total": time.perf_counter() - STARTED})

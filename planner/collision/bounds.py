@@ -50,10 +50,15 @@ class ClearanceBound:
         """
         self.world = world
         self.native = NativeWorld(Chain.of(world.robot).native, world.margin)
-        arm = _arm(world.bodies, Chain.of(world.robot).native)
-        for k in range(len(world.bodies)):
-            self.native.take(arm, k)
         old = {} if known is None else {item: k for k, item in enumerate(known.world.items)}
+        arm = None if known else _arm(world.bodies, Chain.of(world.robot).native)
+        for k, body in enumerate(world.bodies):
+            if arm is not None:
+                self.native.take(arm, k)
+            elif known is not None and body in old:
+                self.native.take(known.native, old[body])
+            else:
+                _add_body(self.native, body)
         for item in world.obstacles:
             if known is not None and item in old and item.name not in motions:
                 self.native.take(known.native, old[item])
@@ -116,10 +121,14 @@ def _arm(bodies: tuple[Body, ...], chain: NativeChain) -> NativeWorld:
     """The bodies of an arm, from which worlds take theirs: made once, whatever obstacles there are."""
     native = NativeWorld(chain, 0.0)
     for item in bodies:
-        number, cover = _add(native, item.joint, item.shape, item.placement), _cover(item.shape)
-        turn, shift = item.placement[:3, :3], item.placement[:3, 3]
-        native.add_spheres(number, cover.centres @ turn.T + shift, cover.radii)
+        _add_body(native, item)
     return native
+
+
+def _add_body(native: NativeWorld, item: Body) -> None:
+    number, cover = _add(native, item.joint, item.shape, item.placement), _cover(item.shape)
+    turn, shift = item.placement[:3, :3], item.placement[:3, 3]
+    native.add_spheres(number, cover.centres @ turn.T + shift, cover.radii)
 
 
 @lru_cache(maxsize=1024)

@@ -37,15 +37,15 @@ class Inside:
         joints = np.array([item.joint if isinstance(item, Body) else 0 for item in world.items], dtype=np.int64)
         placements = np.array([item.placement for item in world.items]).reshape(-1, 4, 4)
         inner, outer = placements[asked.inner], placements[asked.outer]
-        self._boxes = NativeBoxes(
+        self.boxes = NativeBoxes(
             chain.native,
             joints[asked.inner],
             _apply(inner[:, :3, :3], asked.points) + inner[:, :3, 3],
             joints[asked.outer],
             outer[:, :3, :3],
             outer[:, :3, 3],
-            np.array([solid.low for solid in asked.solids]).reshape(-1, 3),
-            np.array([solid.high for solid in asked.solids]).reshape(-1, 3),
+            asked.low,
+            asked.high,
         )
 
     def among(self, kept: Bools) -> Inside:
@@ -61,7 +61,7 @@ class Inside:
         result = np.full(len(q), -1, dtype=np.int64)
         if not (self._solids and len(q)):
             return result
-        hits, local = self._boxes.hits(q)
+        hits, local = self.boxes.hits(q)
         for k in np.unique(hits[:, 1]) if len(hits) else ():
             near = np.flatnonzero((hits[:, 1] == k) & (result[hits[:, 0]] < 0))
             held = near[self._solids[k].contains(local[near])]
@@ -72,7 +72,7 @@ class Inside:
         """The numbers (m,) of all such pairs that there are in any of the configurations (n, dof)."""
         if not self._solids:
             return np.zeros(0, dtype=np.int64)
-        hits, local = self._boxes.hits(q)
+        hits, local = self.boxes.hits(q)
         met = np.unique(hits[:, 1])
         held = [self._solids[k].contains(local[hits[:, 1] == k]).any() for k in met]
         found = np.unique(self._pair[met[np.array(held, dtype=bool)]])
@@ -88,6 +88,8 @@ def _apply(turn: Floats, vectors: Floats) -> Floats:
 class _Questions:
     """Whether ``points`` (k, 3) of the items ``inner`` (k,), in their frames, lie in the ``solids`` of ``outer`` (k,).
 
+    These reach from ``low`` to ``high`` (k, 3).
+
     In the order of the pairs (k,) that are checked; their shapes are compared kind by kind, as pairs are many.
     """
 
@@ -96,6 +98,8 @@ class _Questions:
     inner: Ints
     points: Floats
     solids: list[Solid]
+    low: Floats
+    high: Floats
 
     @staticmethod
     def of(world: World) -> _Questions:
@@ -128,12 +132,15 @@ def _questions(items: tuple[Shape, ...], bodies: int, checked: bytes, own: bytes
     points = [points_of_pieces(shape) for shape in shapes]
     count = np.array([len(each) for each in points], dtype=np.int64)
     order = np.repeat(order, count[kind[held[order]]])
+    there = [solids[k] for k in kind[outside[order]]]
     return _Questions(
         pair[row[order]],
         outside[order],
         held[order],
         np.concatenate([np.zeros((0, 3)), *(points[k] for k in kind[held[_once(order)]])]),
-        [solids[k] for k in kind[outside[order]]],
+        there,
+        np.array([solid.low for solid in there]).reshape(-1, 3),
+        np.array([solid.high for solid in there]).reshape(-1, 3),
     )
 
 

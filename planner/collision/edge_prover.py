@@ -15,7 +15,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, numbers, plain_numbers
+from planner.base.arrays import Bools, Floats, Ints, numbers, plain_numbers, ranges
 from planner.base.errors import ArrayError
 from planner.base.products import product
 from planner.base.progress import QUIET, Progress
@@ -341,15 +341,17 @@ def first_contact_on(
     Without bounds or proofs: this is the second opinion on what is proven. Where a motion begins as the one before it
     ends, that state is looked at once.
     """
-    goes_on = np.append(False, np.abs(start[1:] - start[:-1] - delta[:-1]).max(axis=1) < _SAME)
+    goes_on = np.append(False, np.abs(start[1:] - start[:-1] - delta[:-1]).max(axis=1) < _SAME).astype(np.int64)
+    steps = np.maximum(np.ceil(checker.world.reach.motion(delta).max(axis=1, initial=0.0) / step), 1).astype(np.int64)
     for first in range(0, len(start), _TOGETHER):
-        rows = range(first, min(first + _TOGETHER, len(start)))
-        parts = [dense_states(checker.world, start[row], delta[row], step) for row in rows]
-        seen = [states[int(goes_on[row]) :] for row, (states, _) in zip(rows, parts, strict=True)]
-        found = checker.first_contact_along(np.concatenate(seen), np.max([motion for _, motion in parts], axis=0))
+        rows = np.arange(first, min(first + _TOGETHER, len(start)))
+        looks = steps[rows] + 1 - goes_on[rows]
+        of, number = np.repeat(rows, looks), ranges(goes_on[rows], looks)
+        states = start[of] + (number / steps[of])[:, None] * delta[of]
+        motion = product(np.abs(delta[rows]), checker.world.pair_reach.T) / steps[rows, None]
+        found = checker.first_contact_along(states, motion.max(axis=0))
         if found is not None:
-            ends = np.cumsum([len(states) for states in seen])
-            return first + int(np.searchsorted(ends, found[0], side="right")), found[1]
+            return int(of[found[0]]), found[1]
     return None
 
 

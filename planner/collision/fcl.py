@@ -196,8 +196,9 @@ class FclChecker(CollisionChecker):
     def _gaps(self, rotation: Floats, position: Floats, pairs: Ints) -> Floats:
         self.queries += len(pairs)
         gaps = self.bound.close(rotation[:, None], position[:, None], np.zeros_like(pairs), pairs)
-        for k in np.flatnonzero((gaps <= 0.0) & (self.world.rounding[pairs] == 0)).tolist():
-            gaps[k] = self._touch(int(pairs[k]), rotation, position)
+        for k in np.flatnonzero(gaps <= 0.0).tolist():
+            if self.world.rounding[pairs[k]] == 0:
+                gaps[k] = self._touch(int(pairs[k]), rotation, position)
         return gaps
 
     def _touch(self, pair: int, rotation: Floats, position: Floats) -> float:

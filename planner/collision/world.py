@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -62,19 +62,12 @@ class World:
         conditions: tuple[Condition, ...] = (),
     ) -> World:
         """Every scene pair that the scene does not allow, every pair of moving bodies not ``disabled`` by link."""
-        pairs = [
-            (i, k)
-            for k, second in enumerate(robot.bodies)
-            for i, first in enumerate(robot.bodies[:k])
-            if first.joint != second.joint and frozenset((first.link, second.link)) not in disabled
-        ]
-        checked = [
-            [frozenset((body.link, obstacle.object)) not in scene.allowed for obstacle in scene.obstacles]
-            for body in robot.bodies
-        ]
-        self_pairs = frozen(np.array(pairs, dtype=np.int64).reshape(-1, 2), np.int64)
-        shape = (len(robot.bodies), len(scene.obstacles))
-        return World(robot, scene, self_pairs, frozen(np.reshape(checked, shape), np.bool_), margin, conditions)
+        checked = np.ones((len(robot.bodies), len(scene.obstacles)), dtype=bool)
+        objects = {item.name: item.object for item in scene.carried}
+        names = [objects.get(body.link, body.link) for body in robot.bodies]
+        for i, k in np.ndindex(*checked.shape) if scene.allowed else ():
+            checked[i, k] = frozenset((names[i], scene.obstacles[k].object)) not in scene.allowed
+        return World(robot, scene, _self_pairs(robot, disabled), frozen(checked, np.bool_), margin, conditions)
 
     def only(self, pairs: Bools) -> World:
         """The world with some ``pairs`` (pairs,) alone; obstacles that none of them names are left out."""
@@ -92,7 +85,7 @@ class World:
     def with_places(self, scene: Scene) -> World:
         """The same world where obstacles of the same names and shapes stand as they do in ``scene``."""
         made = replace(self, scene=scene)
-        vars(made)["pair_reach"] = self.pair_reach  # bounds on what the robot moves, wherever they stand
+        vars(made).update(pair_reach=self.pair_reach, moving=self.moving)  # of the robot, wherever they stand
         return made
 
     def keeping(self, clearance: float) -> World:
@@ -111,7 +104,7 @@ class World:
         """``conditions`` on this robot."""
         return Keeps(self.robot, self.conditions)
 
-    @property
+    @cached_property
     def moving(self) -> Bools:
         """(pairs,) which pairs a joint can move."""
         return np.any(self.pair_reach, axis=1)
@@ -164,3 +157,15 @@ class World:
         first, second = self.members(pair)
         name = self.obstacles[second].name if self.is_scene_pair(pair) else self.bodies[second].link
         return Contact(self.bodies[first].link, name)
+
+
+@lru_cache(maxsize=16)
+def _self_pairs(robot: Robot, disabled: frozenset[frozenset[str]]) -> Ints:
+    """Kept, as a world that changes asks for the same robot's again and again."""
+    pairs = [
+        (i, k)
+        for k, second in enumerate(robot.bodies)
+        for i, first in enumerate(robot.bodies[:k])
+        if first.joint != second.joint and frozenset((first.link, second.link)) not in disabled
+    ]
+    return frozen(np.array(pairs, dtype=np.int64).reshape(-1, 2), np.int64)

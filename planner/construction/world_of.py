@@ -21,15 +21,19 @@ from planner.roadmap.storage import load_roadmap, require_same_world
 from planner.setup.open import open_world
 
 
-def reopen(request: KeptRequest, roadmap: Roadmap, path: Place) -> CollisionChecker:
+def reopen(
+    request: KeptRequest, roadmap: Roadmap, path: Place, remedy: str = "say where it is with --{}"
+) -> CollisionChecker:
     """A checker of the robot and scene that ``request`` or else the file at ``path`` names.
 
-    Raises :class:`FileError` where the file names one that is not built in, and nobody says where it is.
+    Raises :class:`FileError` with the ``remedy`` where the file names one that is not built in, and nobody says where
+    it is.
     """
     origin = roadmap.origin
     world = WorldRequest(
-        robot=request.robot or _built_in("robot", origin.robot, robot_names(), path),
-        scene=request.scene or _built_in("scene", origin.scene, [*scene_names(), *published_scene_names()], path),
+        robot=request.robot or _built_in("robot", origin.robot, robot_names(), path, remedy),
+        scene=request.scene
+        or _built_in("scene", origin.scene, [*scene_names(), *published_scene_names()], path, remedy),
         tool=request.tool or origin.tool,
         srdf=request.srdf,
         group=request.group,
@@ -64,12 +68,12 @@ def reopen_plan(config: Mapping[str, Any], path: Place) -> CollisionChecker:
     except pydantic.ValidationError:
         raise FileError(f"the options in the plan.json beside {path} are not what a plan writes: plan again.") from None
     roadmap = load_roadmap(path)
-    checker = reopen(request, roadmap, path)
+    checker = reopen(request, roadmap, path, "and its plan.json says no other place of it")
     require_same_world(roadmap, checker, path)
     return checker
 
 
-def _built_in(what: str, name: str, names: Sequence[str], path: Place) -> str:
+def _built_in(what: str, name: str, names: Sequence[str], path: Place, remedy: str) -> str:
     if name not in names:
-        raise FileError(f"roadmap {path} is for {what} '{name}', which is not built in: say where it is with --{what}.")
+        raise FileError(f"roadmap {path} is for {what} '{name}', which is not built in: {remedy.format(what)}.")
     return name

@@ -97,16 +97,18 @@ def raised_start(net: Network, x: Floats) -> Floats:
     problem = reduce(net)
     y = problem.pack(states(net, x, "x"))
     settled = _borne(problem, y)
-    frontier = np.flatnonzero(settled)
-    while frontier.size:
-        arcs = problem.readers.of(frontier)
-        arcs = arcs[~settled[problem.owners[arcs]]]
+    arcs = np.flatnonzero(~settled[problem.owners] & settled[problem.heads])
+    while arcs.size:
         owners = problem.owners[arcs]
         offers = problem.arcs.take(arcs)(y[problem.heads[arcs]])
         frontier = np.unique(owners)
         y[frontier] = np.inf
         np.minimum.at(y, owners, offers)
         settled[frontier] = True
+        if settled.all():  # as where only a start is new: who reads whom need not be known
+            break
+        arcs = problem.readers.of(frontier)
+        arcs = arcs[~settled[problem.owners[arcs]]]
     return problem.unpack(y)
 
 

@@ -7,14 +7,15 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from planner.base.arrays import Floats, numbers, placement
-from planner.base.errors import OptionError, SceneError, StateError, choices
+from planner.base.arrays import Floats, numbers
+from planner.base.errors import OptionError, StateError, choices
 from planner.base.kinds import checks_kinds
 from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
-from planner.gate.chunk import Chunk, RobotState, Row, Rows
+from planner.gate.chunk import RobotState, Row, Rows
 from planner.gate.guard import Guard
-from planner.gate.judging import JUDGED, Rules, judge
+from planner.gate.judging import judge
+from planner.gate.rules import JUDGED, Rules
 from planner.gate.verdict import Verdict
 from planner.models.robot import Robot
 from planner.models.scene import Scene
@@ -26,7 +27,7 @@ from planner.trajectory.limits import MotionLimits
 
 @checks_kinds
 class Gate:
-    """Says whether what a robot is about to do is proven safe, and until when; about a millisecond a chunk.
+    """Says whether what a robot is about to do is proven safe, and until when; half a millisecond a chunk.
 
         gate = planner.Gate("panda", "shelf", margin=0.01)
         verdict = gate.check(targets, times=[0.1, 0.2, 0.3], state=(q, qd))
@@ -57,11 +58,12 @@ class Gate:
         self._changing = threading.Lock()
         request = WorldRequest(robot=robot, scene=scene, margin=margin, tool=tool, collision=collision, keep=keep)
         self._live = LiveWorld.of(request)
-        self._guard = Guard.of(self._live.checker)
+        robot = self._live.checker.robot
+        kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(robot, limits)
+        self._limits = _require_own(kept, robot)
+        self._rules = Rules.of(robot, kept, judged, min_manipulability, start_tolerance)
+        self._guard = Guard.of(self._live.checker, self._rules)
         self.checker.first_contact(np.zeros((1, self.robot.dof)))  # its trees of triangles: no check waits for them
-        kept = limits if isinstance(limits, MotionLimits) else MotionLimits.of(self.robot, limits)
-        self._limits = _require_own(kept, self.robot)
-        self._rules = Rules.of(self.robot, kept, judged, min_manipulability, start_tolerance)
 
     def __repr__(self) -> str:
         return f"<Gate: {self.robot.name} in {self.scene.name}>"
@@ -104,14 +106,11 @@ class Gate:
         safe. Raises :class:`ArrayError` for other shapes, NaN, times that do not increase, and no points,
         :class:`StateError` for a state outside limits; the gate goes on.
         """
-        guard = self._guard  # the world may change meanwhile
-        chunk = Chunk.of(guard.checker.robot, positions, velocities, accelerations, times, state)
-        return judge(guard, self._rules, chunk, stop)
+        return judge(self._guard, (positions, velocities, accelerations, times, state), stop)
 
     def move(self, name: str, pose: Floats) -> None:
         """Put the obstacle ``name`` to another ``pose`` (4, 4), as :func:`planner.pose` makes it."""
-        place = placement("pose", pose, SceneError, FARTHEST)
-        self._change(lambda live: live.put(name, place))
+        self._change(lambda live: live.put(name, pose))
 
     def add(self, obstacle: Obstacle) -> None:
         """Put an obstacle into the world."""
@@ -144,7 +143,7 @@ class Gate:
         """A new world, or an error and the old one."""
         with self._changing:
             live = apply(self._live)
-            self._guard, self._live = Guard.of(live.checker), live
+            self._guard, self._live = Guard.of(live.checker, self._rules), live
 
 
 def _require_own(limits: MotionLimits, robot: Robot) -> MotionLimits:

@@ -6,27 +6,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints
+from planner.base.arrays import Bools, Floats
 from planner.base.errors import SceneError, choices
 from planner.base.resolutions import PROOF
+from planner.base.yamlfile import FARTHEST
 from planner.collision.checker import CollisionChecker
-from planner.gate.verdict import WHERE, Kind, Unsafe, Where
+from planner.collision.world import Contact
+from planner.gate.rules import RUNGS, Rules
+from planner.gate.verdict import Unsafe, Where
 from planner.kinematics.forward import joint_placements
+from planner.native.gate import NativeGate
 from planner.native.library import NativeBounds
+from planner.setup.resolve import position_bounds
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Guard:
-    """A ``checker`` with what proofs need: ``bounds`` on motions, and which obstacles (o,) have speed limits."""
+    """A ``checker`` and ``rules``; ``bounds`` on motions, which obstacles (o,) are ``limited``: what proofs need."""
 
     checker: CollisionChecker
+    rules: Rules
     bounds: NativeBounds
     limited: Bools
+    native: NativeGate
 
     @staticmethod
-    def of(checker: CollisionChecker) -> Guard:
+    def of(checker: CollisionChecker, rules: Rules) -> Guard:
         """The guard of a world; :class:`SceneError` for obstacles of known motions, whose clock nobody gives."""
-        world = checker.world
+        world, robot = checker.world, checker.robot
         if world.scene.moving:
             raise SceneError(
                 f"in scene '{world.scene.name}' {choices(item.name for item in world.scene.moving)} moves along a "
@@ -38,39 +45,47 @@ class Guard:
             still = ~world.moving
             still[: world.checked.size] &= ~np.tile(limited, len(world.bodies))
             bounds = checker.bound.native.bounds(world.pair_reach, world.reach.bodies, still)
-        _ = checker.inside, checker.static_contact  # found now: no check waits for them
-        return Guard(checker, bounds, limited)
+        _ = checker.static_contact  # found now: no check waits for it
+        native = NativeGate(
+            checker.bound.native,
+            bounds,
+            checker.inside.boxes,
+            bool(limited.any()),
+            PROOF,
+            (rules.most, rules.lower, rules.upper),
+            (*position_bounds(robot), robot.continuous),
+            RUNGS,
+            rules.apart,
+            FARTHEST,
+        )
+        return Guard(checker, rules, bounds, limited, native)
 
-    def first_unproven(self, curves: Floats, spans: Floats | None, on: Ints) -> tuple[int, float, Unsafe] | None:
-        """The first of curves (m, degree + 1, dof) that is not proven free, where on it, in [0, 1], and why.
+    def contact_at_start(self, q: Floats | None) -> Contact | None:
+        """What touches however the robot moves, or holds the other within it at ``q`` (dof,), if that is given."""
+        pair = -1 if q is None else int(self.checker.inside.pairs(q[None])[0])
+        return self.checker.static_contact or (self.checker.world.contact(pair) if pair >= 0 else None)
 
-        Each lies near the ones before and behind it, the first begins where the robot is. ``spans`` (m, 3): when each
-        begins, how long it takes, 0, s; needed where obstacles have speed limits. ``on`` (m,): the place of
-        what each curve is in ``WHERE``.
+    def proven(self, curves: Floats, spans: Floats) -> bool:
+        """Whether all of curves (m, degree + 1, dof), each where the last one ends, are proven free.
+
+        ``spans`` (m, 3): when each begins, how long it takes, 0, s.
         """
-        checker, contact = self.checker, self.checker.static_contact
-        if contact is not None:
-            return 0, 0.0, Unsafe("contact", WHERE[on[0]], (contact.first, contact.second))
-        spans = spans if self.limited.any() else None
-        enclosed = int(checker.inside.pairs(curves[:1, 0])[0])
-        if enclosed >= 0:
-            return 0, 0.0, self._unsafe("contact", WHERE[on[0]], enclosed)
-        verdict, pair, where = checker.bound.native.prove_together(self.bounds, curves, PROOF, spans)
-        k = int(verdict.argmax())
-        if verdict[k] == 0:
-            return None
-        return k, float(where[k]), self._why(curves[k], float(where[k]), int(pair[k]), WHERE[on[k]])
+        if not np.abs(curves).max() <= FARTHEST or self.contact_at_start(curves[0, 0]) is not None:
+            return False
+        native, timed = self.checker.bound.native, spans if self.limited.any() else None
+        return not native.prove_together(self.bounds, curves, PROOF, timed)[0].any()
 
-    def _why(self, curve: Floats, u: float, pair: int, on: Where) -> Unsafe:
-        checker = self.checker
-        q = u ** np.arange(len(curve)) @ curve
-        rotation, position = joint_placements(checker.chain, q[None])
-        gap = checker.distances(rotation[:, 0], position[:, 0], np.array([pair]))[0]
-        if gap <= checker.world.margin:
-            return self._unsafe("contact", on, pair)
-        limited = checker.world.is_scene_pair(pair) and self.limited[checker.world.members(pair)[1]]
-        return self._unsafe("reach" if limited else "undecided", on, pair)
-
-    def _unsafe(self, kind: Kind, on: Where, pair: int) -> Unsafe:
-        contact = self.checker.world.contact(pair)
-        return Unsafe(kind, on, (contact.first, contact.second))
+    def not_proven(self, on: Where, pair: int, touches: int, q: Floats) -> Unsafe:
+        """Why the proof of a curve stopped at ``pair`` in ``q`` (dof,), by what :class:`Judgement` says of it."""
+        checker, world = self.checker, self.checker.world
+        if pair < 0:
+            return Unsafe("undecided", on)
+        contact = world.contact(pair)
+        names = contact.first, contact.second
+        if touches == 2:  # one has dents
+            rotation, position = joint_placements(checker.chain, q[None])
+            touches = checker.distances(rotation[:, 0], position[:, 0], np.array([pair]))[0] <= world.margin
+        if touches:
+            return Unsafe("contact", on, names)
+        limited = world.is_scene_pair(pair) and self.limited[world.members(pair)[1]]
+        return Unsafe("reach" if limited else "undecided", on, names)

@@ -6,67 +6,40 @@ the next one and stops there: so from any moment of the safe part on there is a 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, frozen
-from planner.base.errors import OptionError, choices
-from planner.base.polynomials import bernstein, derivative
+from planner.base.arrays import Floats, Ints
 from planner.constraints.keeps import Keeps
-from planner.gate.chunk import Chunk
+from planner.gate.chunk import Given, read
 from planner.gate.guard import Guard
+from planner.gate.rules import JUDGED, RUNGS
 from planner.gate.verdict import WHERE, Unsafe, Verdict
 from planner.kinematics.manipulability_proof import prove_floor
-from planner.models.robot import Robot
-from planner.native.motions import chunk_curves, pieces_within, polynomial_extrema, stops_quickest
-from planner.setup.resolve import beyond_limits, position_bounds
+from planner.native.gate import Chunk, Judgement
+from planner.native.motions import chunk_curves, stops_quickest
 from planner.trajectory.clearance import nearest_on_pieces
-from planner.trajectory.limits import KINDS, MotionLimits
-from planner.trajectory.proof import ROUNDING
 from planner.trajectory.trajectory import Trajectory
 
-RUNGS = frozen(np.round(2e7 * 1.2 ** np.arange(32)) / 1e9)  # s that a stop may take, to the nanosecond: up to 5.7
-POSITION = "position"
-JUDGED = (POSITION, *KINDS)
-_JUDGED = {1: 1, 3: 2, 5: 3}  # kinds of limits, by the degree of the pieces: the next derivative jumps at the points
 _LINES = "lines: their velocity jumps at the points, so acceleration and jerk are not judged; stops begin without any"
 _CUBICS = "cubics: their acceleration jumps at the points, so the jerk is not judged; that of stops is"
 _ROUGH = "the state has no acceleration: the first piece is a cubic, and the jerk is not judged where it ends"
 _LED = "no state: what leads to the first point is not judged"
-_NOTES = {1: (_LINES,), 3: (_CUBICS,), 5: ()}
+_NOTES = {1: (_LINES,), 2: (_CUBICS,), 3: ()}  # by the columns
+_FREE, _AWAY, _BEYOND = range(3)  # numbers of reasons; 3: not proven
+_STOP = WHERE.index("stop")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Rules:
-    """What is asked beside clearance: limits ``most`` (3, dof), infinite ones ask for nothing, and on positions.
-
-    ``lower`` and ``upper`` (dof,) are those, infinite where they are not asked for.
-    ``floor``: what manipulability keeps above, 0 for none; ``apart`` (rad, rad/s): of a point at 0 s from the state.
-    """
-
-    most: Floats
-    lower: Floats
-    upper: Floats
-    floor: float
-    apart: float
-
-    @staticmethod
-    def of(
-        robot: Robot, limits: MotionLimits, judged: Sequence[str] = JUDGED, floor: float = 0.0, apart: float = 0.0
-    ) -> Rules:
-        """The rules that ask for those limits that are ``judged``; :class:`OptionError` for what makes no sense."""
-        unknown = sorted({str(kind) for kind in judged} - set(JUDGED))
-        if isinstance(judged, str) or unknown:
-            raise OptionError(f"judged names {choices(unknown) or repr(judged)}: give a list out of {choices(JUDGED)}.")
-        for name, value in (("min_manipulability", floor), ("start_tolerance", apart)):
-            if not 0.0 <= value < np.inf:
-                raise OptionError(f"{name} is {value:g}: give a number from 0 on.")
-        none = np.full(len(limits.joints), np.inf)
-        most = np.array([getattr(limits, kind) if kind in judged else none for kind in KINDS])
-        lower, upper = position_bounds(robot) if POSITION in judged else (-none, none)
-        return Rules(most, lower, upper, float(floor), float(apart))
+def judge(guard: Guard, asked: tuple[Any, ...], stop: bool) -> Verdict:
+    """The verdict on what :meth:`Given.of` reads, with or without stops; raises what :func:`read` does."""
+    given = Given.of(guard.native.dof, *asked)
+    judged = None if given is None else Judged.of(guard, given, stop)
+    if judged is None or not judged.found.usable:
+        judged = Judged.of(guard, read(guard.checker.robot, *asked), stop)
+        assert judged.found.usable  # a sentence has been raised otherwise
+    return judged.verdict()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,118 +51,95 @@ class _Bad:
     why: Unsafe
 
 
-def judge(guard: Guard, rules: Rules, chunk: Chunk, stop: bool) -> Verdict:
-    """The verdict on a chunk, with or without stops."""
-    judged = Judged(guard, rules, chunk)
-    bad = judged.broken_limit()
-    if (away := chunk.jump()).max() > rules.apart:
-        joint = guard.checker.robot.joints[int(away.argmax())]
-        bad = _Bad(0, float(chunk.times[0]), Unsafe("start", "start", joint=joint))
-    bad = judged.unproven(stop, bad) or bad
-    more = ((_ROUGH, chunk.rough), (_LED, chunk.times[0] > 0.0))
-    notes = (*_NOTES[chunk.degree], *(note for note, holds in more if holds))
-    if bad is None:
-        return Verdict(True, float(chunk.times[-1]), None, None, notes, judged, len(chunk.seconds))
-    return Verdict(False, float(chunk.times[bad.piece]), bad.why, bad.time, notes, judged, bad.piece)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """A chunk in the world, and by the rules, of its check."""
+    """A chunk in the world of its check: what was ``found``, and the arrays that were ``made`` of it."""
 
     guard: Guard
-    rules: Rules
-    chunk: Chunk
+    given: Given
+    with_stops: bool
+    found: Judgement
+    made: Floats
 
-    def broken_limit(self) -> _Bad | None:
-        """The first piece that is beyond a limit, by its exact extrema."""
-        chunk, rules = self.chunk, self.rules
-        most, between = rules.most[: _JUDGED[chunk.degree]] * (1.0 + ROUNDING), (rules.lower, rules.upper)
-        if pieces_within(chunk.coefficients, chunk.seconds, most, between):
+    @staticmethod
+    def of(guard: Guard, given: Given, stop: bool) -> Judged:
+        """The chunk that is ``given``, if it is usable."""
+        found, made = guard.native.check(given.points, given.rows, given.state, given.row, stop)
+        return Judged(guard, given, stop, found, made)
+
+    def verdict(self) -> Verdict:
+        """What a user is told."""
+        bad, found, notes = self._bad(), self.found, _NOTES[self.given.rows]
+        notes += (_ROUGH,) * found.rough + (_LED,) * (self._time(0) > 0.0)
+        if bad is None:
+            return Verdict(True, self._time(found.pieces_made), None, None, notes, self, found.pieces_made)
+        return Verdict(False, self._time(bad.piece), bad.why, bad.time, notes, self, bad.piece)
+
+    @property
+    def chunk(self) -> Chunk:
+        """What the controller runs."""
+        return Chunk.of(self.found, self.made, self.given.points, self.given.rows, self.guard.native.dof)
+
+    def _time(self, point: int) -> float:
+        return float(self.made[1 + self.guard.native.dof + point])
+
+    def _bad(self) -> _Bad | None:
+        found, guard = self.found, self.guard
+        if found.pieces or found.approached:
+            contact = guard.contact_at_start(self._start() if found.may_hold else None)
+            if contact is not None:
+                on = WHERE[1 - found.approached]
+                return _Bad(0, self._time(0), Unsafe("contact", on, (contact.first, contact.second)))
+        if guard.rules.floor > 0 or guard.checker.world.conditions:
+            curves, _, what = self._curves()
+            broken = _first_not_kept(guard, curves[: found.proven], what[:, 1])
+            if broken is not None:
+                return self._bad_at(int(what[broken[0], 1]), int(what[broken[0], 0]), 0.0, broken[1])
+        if found.reason == _FREE:
             return None
-        found = [self._beyond_position(), *map(self._beyond, range(1, _JUDGED[self.chunk.degree] + 1))]
-        return min((bad for bad in found if bad is not None), key=lambda bad: bad.piece, default=None)
+        return self._bad_at(found.place, found.piece, float(self.made[0]), self._why())
 
-    def _beyond(self, order: int) -> _Bad | None:
-        chunk, most = self.chunk, self.rules.most[order - 1]
-        limit = most * (1.0 + ROUNDING)
-        slopes, unit = derivative(chunk.coefficients, order), chunk.seconds[:, None] ** order
-        rows = np.flatnonzero((np.abs(bernstein(slopes)).max(axis=1) / unit > limit).any(axis=1))
-        values = np.max(np.abs(polynomial_extrema(slopes[rows])), axis=0) / unit[rows]
-        return self._first(rows, np.where(values > limit, values / most, 0.0), KINDS[order - 1])
+    def _bad_at(self, place: int, piece: int, share: float, why: Unsafe) -> _Bad:
+        time = self._time(piece + (place == _STOP))
+        if why.kind not in ("start", "limit") and WHERE[place] == "motion":
+            time += share * (self._time(piece + 1) - time)
+        return _Bad(piece, time, why)
 
-    def _beyond_position(self) -> _Bad | None:
-        robot, hull = self.guard.checker.robot, bernstein(self.chunk.coefficients)
-        low, high = hull.min(axis=1), hull.max(axis=1)
-        rows = np.flatnonzero(((low < self.rules.lower) | (high > self.rules.upper)).any(axis=1))
-        if not len(rows):
-            return None
-        beyond = [beyond_limits(robot, values) for values in polynomial_extrema(self.chunk.coefficients[rows])]
-        return self._first(rows, np.max(beyond, axis=0), POSITION)
+    def _why(self) -> Unsafe:
+        found, guard = self.found, self.guard
+        on, joint = WHERE[found.place], guard.checker.robot.joints[found.joint]
+        if found.reason == _AWAY:
+            return Unsafe("start", on, joint=joint)
+        if found.reason == _BEYOND:
+            return Unsafe("limit", on, limit=JUDGED[found.kind], joint=joint)
+        return guard.not_proven(on, found.pair, found.touches, self.made[1 : 1 + guard.native.dof])
 
-    def _first(self, rows: Ints, excess: Floats, kind: str) -> _Bad | None:
-        """The first of pieces ``rows`` (k,) with an ``excess`` (k, dof) above 0."""
-        over = np.flatnonzero(excess.max(axis=1) > 0) if len(rows) else rows
-        if not len(over):
-            return None
-        piece, joint = int(rows[over[0]]), self.guard.checker.robot.joints[int(excess[over[0]].argmax())]
-        return _Bad(piece, float(self.chunk.times[piece]), Unsafe("limit", "motion", limit=kind, joint=joint))
+    def _start(self) -> Floats:
+        """Where the robot is (dof,), or where the first piece begins."""
+        return self.chunk.knots[0, 0]
 
-    def unproven(self, stop: bool, bad: _Bad | None) -> _Bad | None:
-        """The first piece or stop before ``bad`` that is not within limits, free and above the floor."""
-        count = len(self.chunk.seconds) if bad is None else bad.piece
-        stops, first = None, bad
-        if stop:
-            stops = self.stops_from(self.chunk.knots[1 : count + 1])
-            without = np.flatnonzero(stops[1][:, 1] == 0.0)
-            if len(without):
-                count = int(without[0])
-                first = self._no_stop(count, stops[2][count])
-        taken = None if stops is None else (stops[0][:count], stops[1][:count])
-        times = self.chunk.times[: count + 1]
-        curves, spans, what = chunk_curves(self.chunk.coefficients[:count], times, taken, self.chunk.approach)
-        found = self.first_refused(curves, spans, what[:, 1])
-        if found is None:
-            return first
-        k, piece = found[0], int(what[found[0], 0])
-        if found[2].on == "motion":
-            return _Bad(piece, float(spans[k, 0] + found[1] * spans[k, 1]), found[2])
-        return _Bad(piece, float(times[0 if found[2].on == "start" else piece + 1]), found[2])
-
-    def first_refused(self, curves: Floats, spans: Floats, on: Ints) -> tuple[int, float, Unsafe] | None:
-        """As :meth:`Guard.first_unproven`, of curves (m, degree + 1, dof) that keep conditions and the floor too."""
-        found = self.guard.first_unproven(curves, spans, on) if len(curves) else None
-        curves = curves if found is None else curves[: found[0]]
-        for condition in self.guard.checker.world.conditions:
-            holds = Keeps(self.guard.checker.robot, (condition,)).proven(curves)
-            if not holds.all():
-                k = int(holds.argmin())
-                found, curves = (k, 0.0, Unsafe("kept", WHERE[on[k]], kept=condition.text)), curves[:k]
-        if self.rules.floor > 0 and len(curves):
-            holds = prove_floor(self.guard.checker.robot, curves, self.rules.floor).holds
-            if not holds.all():
-                k = int(holds.argmin())
-                return k, 0.0, Unsafe("floor", WHERE[on[k]])
-        return found
+    def _curves(self) -> tuple[Floats, Floats, Ints]:
+        """All that is proven, as :func:`chunk_curves` has it."""
+        chunk, count = self.chunk, self.found.pieces
+        stops = self.stops_from(chunk.knots[1 : count + 1])[:2] if self.with_stops else None
+        return chunk_curves(chunk.coefficients[:count], chunk.times[: count + 1], stops, chunk.approach)
 
     def stops_from(self, knots: Floats) -> tuple[Floats, Floats, Ints]:
         """Stops (n, 2, 5, dof) from knots (n, 3, dof), their seconds (n, 2), what is in the way where they are 0."""
-        bounds = self.rules.lower, self.rules.upper
-        return stops_quickest(knots, RUNGS, self.rules.most * (1.0 + ROUNDING), bounds)
-
-    def _no_stop(self, piece: int, broken: Ints) -> _Bad:
-        kind, joint = (*KINDS, POSITION)[int(broken[0])], self.guard.checker.robot.joints[int(broken[1])]
-        return _Bad(piece, float(self.chunk.times[piece + 1]), Unsafe("limit", "stop", limit=kind, joint=joint))
+        rules = self.guard.rules
+        return stops_quickest(knots, RUNGS, rules.most, (rules.lower, rules.upper))
 
     def stop(self, pieces: int) -> Trajectory | None:
         """The proven motion to rest from the end of the first ``pieces`` on, if there is one."""
-        robot, knot = self.guard.checker.robot, self.chunk.knots[pieces]
+        robot, chunk = self.guard.checker.robot, self.chunk
+        knot = chunk.knots[pieces]
         (stops,), (seconds,), _ = self.stops_from(knot[None])
         if seconds[1] == 0.0:
             return None
         used, ends = seconds > 0.0, np.append(0.0, np.cumsum(seconds))
-        spans = np.column_stack([self.chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
-        if self.first_refused(stops[used], spans, np.full(len(spans), WHERE.index("stop"))) is not None:
+        spans = np.column_stack([chunk.times[pieces] + ends[:2], seconds, np.zeros(2)])[used]
+        on = np.full(len(spans), _STOP)
+        if not self.guard.proven(stops[used], spans) or _first_not_kept(self.guard, stops[used], on) is not None:
             return None
         columns = np.zeros((3, 3, robot.dof))  # q, qd, qdd where it begins, where the last piece begins, where it ends
         columns[:, 0], columns[0, 1], columns[0, 2] = knot, stops[1, 0], stops[1].sum(axis=0)
@@ -201,5 +151,25 @@ class Judged:
         """The smallest distance (m) along the first ``pieces``."""
         if pieces == 0:
             return None
-        found = nearest_on_pieces(self.chunk.coefficients[:pieces], self.chunk.times[: pieces + 1], self.guard.checker)
+        chunk = self.chunk
+        found = nearest_on_pieces(chunk.coefficients[:pieces], chunk.times[: pieces + 1], self.guard.checker)
         return None if found is None else found.min
+
+
+def _first_not_kept(guard: Guard, curves: Floats, on: Ints) -> tuple[int, Unsafe] | None:
+    """The first of curves (m, degree + 1, dof) that is not proven to keep conditions and floor, and why.
+
+    ``on`` (m,): the place of what each curve is in ``WHERE``.
+    """
+    robot, found = guard.checker.robot, None
+    for condition in guard.checker.world.conditions:
+        holds = Keeps(robot, (condition,)).proven(curves)
+        if not holds.all():
+            k = int(holds.argmin())
+            found, curves = (k, Unsafe("kept", WHERE[on[k]], kept=condition.text)), curves[:k]
+    if guard.rules.floor > 0 and len(curves):
+        holds = prove_floor(robot, curves, guard.rules.floor).holds
+        if not holds.all():
+            k = int(holds.argmin())
+            return k, Unsafe("floor", WHERE[on[k]])
+    return found

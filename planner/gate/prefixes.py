@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from planner.collision.checker import CollisionChecker
-from planner.gate.chunk import Chunk
 from planner.gate.guard import Guard
-from planner.gate.judging import Rules, judge
+from planner.gate.judging import judge
+from planner.gate.rules import Rules
 from planner.gate.verdict import Verdict
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.points import Points
@@ -14,8 +14,8 @@ from planner.trajectory.points import Points
 def judge_prefixes(checker: CollisionChecker, points: Points, limits: MotionLimits) -> Verdict:
     """The verdict on the points, of a robot that is at the first one when its time comes."""
     velocities, accelerations = (*points.columns[1:], None, None)[:2]
-    chunk = Chunk.of(checker.robot, points.columns[0], velocities, accelerations, points.times, None)
-    return judge(Guard.of(checker), Rules.of(checker.robot, limits), chunk, stop=True)
+    guard = Guard.of(checker, Rules.of(checker.robot, limits))
+    return judge(guard, (points.columns[0], velocities, accelerations, points.times, None), stop=True)
 
 
 def prefixes_row(verdict: Verdict) -> tuple[str, str]:

@@ -33,8 +33,8 @@ class Unsafe:
 
     ``kind``: "contact", "undecided" (neither proven nor refuted), "reach" (of an obstacle with a speed limit), "limit",
     "floor", "kept" (a condition on the motion), or "start" (not where, or as fast as, it begins). ``on``: "motion",
-    "stop" or "start". ``pair``: the link and what it meets; ``limit`` and ``joint``: what is exceeded (position,
-    velocity, acceleration, jerk); ``kept``: the condition.
+    "stop" or "start". ``pair``: the link and what it meets, None where joints go too far to prove anything; ``limit``
+    and ``joint``: what is exceeded (position, velocity, acceleration, jerk); ``kept``: the condition.
     """
 
     kind: Kind
@@ -45,6 +45,8 @@ class Unsafe:
     kept: str | None = None
 
     def __str__(self) -> str:
+        if self.kind == "undecided" and self.pair is None:
+            return f"{_ON[self.on]} joints go too far from one point to the next to prove anything"
         what = {"limit": self.limit, "joint": self.joint, "kept": self.kept}
         return f"{_ON[self.on]} {_HOW[self.kind].format(*(self.pair or ()), **what)}"
 

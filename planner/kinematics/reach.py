@@ -84,22 +84,25 @@ def pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
 @lru_cache(maxsize=2048)
 def _pair_reach(robot: Robot, first: Body, second: Body) -> Floats:
     reach = Reach.of(robot, (first, second)).relative(np.array([[0, 1]]))[0]
-    chain = Chain.of(robot)
-    radius, above = farthest(first.shape, first.placement), first.joint
+    chain, radius = Chain.of(robot), 0.0
     for joint in _joints_down_to(chain, first.joint, second.joint):
-        offset, axis = chain.offset[joint - 1], chain.axis[joint - 1]
-        turned = robot.model.jointPlacements[joint].inverse().homogeneous
-        if above == first.joint:
-            across = farthest_from_axis(first.shape, turned @ first.placement, axis)
-            radius = farthest(first.shape, turned @ first.placement)
+        if radius == 0.0:
+            across, radius = _from_below(robot, first, joint)
         else:
-            radius += length(offset)
+            radius += length(chain.offset[joint - 1])
             across = radius
         if not chain.prismatic[joint - 1]:
             reach[joint - 1] = min(reach[joint - 1], max(across, 1e-12))
         radius += travel(robot, chain, joint - 1)
-        above = joint
     return frozen(reach)
+
+
+@lru_cache(maxsize=2048)
+def _from_below(robot: Robot, body: Body, joint: int) -> tuple[float, float]:
+    """How far a body is at most from the axis and the origin of the ``joint`` below the one that carries it."""
+    turned = robot.model.jointPlacements[joint].inverse().homogeneous @ body.placement
+    axis = Chain.of(robot).axis[joint - 1]
+    return farthest_from_axis(body.shape, turned, axis), farthest(body.shape, turned)
 
 
 def _joints_down_to(chain: Chain, top: int, joint: int) -> list[int]:

@@ -13,6 +13,7 @@ from planner.models.robot import Robot, held_in
 from planner.models.scene import Scene
 from planner.models.shapes import Carried
 
+_SAME = 1e-6  # m, and of a matrix's entries
 _WORLD = ("", "world")  # what the scene's own frame is called
 
 
@@ -45,6 +46,7 @@ def placement_of(frame: str, robot: Robot, scene: Scene, what: str) -> Floats:
 
 def in_world(scene: Scene, robot: Robot) -> Scene:
     """The scene with its obstacles in its own frame, and what is carried in that of its link."""
+    _require_links_where_they_are(scene, robot)
     if not any(item.frame for item in (*scene.obstacles, *scene.carried)):
         return scene
     placed = {
@@ -59,6 +61,20 @@ def in_world(scene: Scene, robot: Robot) -> Scene:
         ),
         carried=tuple(_in_link(item, robot) for item in scene.carried),
     )
+
+
+def _require_links_where_they_are(scene: Scene, robot: Robot) -> None:
+    """Raise :class:`SceneError` where fixed frames of a scene are links of the robot that stand elsewhere, or move."""
+    fixed = {} if scene.message is None else scene.message.frames
+    for each in robot.model.frames:
+        if each.name not in fixed:
+            continue
+        placement = placement_of(each.name, robot, scene, "a fixed frame")
+        if each.parentJoint or np.abs(placement - each.placement.homogeneous).max() > _SAME:
+            raise SceneError(
+                f"the fixed_frame_transforms of scene {shown(scene.name)} place {shown(each.name)}, which is a link of "
+                "the robot and not there: say where its base stands with --base, or take that transform out."
+            )
 
 
 def _in_link(item: Carried, robot: Robot) -> Carried:

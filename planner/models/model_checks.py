@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -101,6 +101,10 @@ def _strangers(robot: Robot, scene: Scene) -> Iterator[Note]:
     if scene.robots and robot.name not in scene.robots:
         text = f"scene '{scene.name}' sets up {choices(scene.robots)}, not '{robot.name}', which stands as it is."
         yield Note(text, grave=False)
+    both = {item.object for item in scene.obstacles} & robot.source.links & {*itertools.chain(*scene.allowed)}
+    if both:
+        text = "name obstacles and links of the robot alike: what is allowed of the one is allowed of the other"
+        yield Note(f"scene '{scene.name}': {choices(sorted(both))} {text}; rename the obstacles.")
     known = {*robot.source.links, *(item.object for item in scene.obstacles), *(body.link for body in robot.bodies)}
     known |= {item.name for item in (*scene.obstacles, *scene.moving)}
     named = [*itertools.chain(*scene.allowed), *(link for item in scene.carried for link in item.touch_links)]
@@ -110,17 +114,24 @@ def _strangers(robot: Robot, scene: Scene) -> Iterator[Note]:
 
 
 def _permissions(robot: Robot, scene: Scene) -> Iterator[Note]:
-    """A scene cannot allow two links of the robot to touch: only the robot's own SRDF can."""
-    links, own = {body.link for body in robot.bodies}, robot.disabled_pairs or frozenset()
-    pairs = [sorted(pair) for pair in scene.allowed if pair <= links and len(pair) == 2]
-    ignored = sorted(" and ".join(pair) for pair in pairs if frozenset(pair) not in own | robot.touching)
-    if ignored:
-        more = f" and {len(ignored) - _SHOWN} more pairs" if len(ignored) > _SHOWN else ""
-        yield Note(
-            f"scene '{scene.name}' allows links of the robot to touch, which are checked all the same, as the SRDF "
-            f"does not: {'; '.join(ignored[:_SHOWN])}{more}.",
-            grave=False,
-        )
+    """A scene cannot say whether two links of the robot may touch: only the robot's own SRDF can."""
+    objects = {item.name: item.object for item in scene.carried}
+    links = {objects.get(body.link, body.link) for body in robot.bodies}
+    own = robot.disabled_pairs or frozenset()
+    touching = frozenset(frozenset(objects.get(name, name) for name in pair) for pair in robot.touching)
+    if ignored := [pair for pair in scene.allowed if pair <= links and pair not in own | touching]:
+        text = "allows links of the robot to touch, which are checked all the same, as the SRDF does not"
+        yield Note(f"scene '{scene.name}' {text}: {_pairs(ignored)}.", grave=False)
+    if scene.message is not None and (ignored := scene.message.checked & own):
+        text = "allows no contact of links of the robot that are not checked all the same, as its SRDF leaves them out"
+        yield Note(f"scene '{scene.name}' {text}: {_pairs(ignored)}.", grave=False)
+
+
+def _pairs(pairs: Iterable[frozenset[str]]) -> str:
+    """Pairs of names, some of many."""
+    listed = sorted(" and ".join(sorted(pair)) for pair in pairs)
+    more = f" and {len(listed) - _SHOWN} more pairs" if len(listed) > _SHOWN else ""
+    return "; ".join(listed[:_SHOWN]) + more
 
 
 def _length(robot: Robot) -> float:

@@ -277,10 +277,11 @@ def assemble(
 def _check_joints(files: RobotFiles, planned: Sequence[str], tool: str) -> None:
     between = urdf.chain_joints(files.model, tool)
     if not between:
-        raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another --tool.")
+        raise RobotError(f"no movable joint lies between the base and frame '{tool}': choose another tool frame.")
     if not set(planned) & set(between):
         raise RobotError(
-            f"no joint that moves frame '{tool}' is planned: plan one of {choices(between)}, or choose another --tool."
+            f"no joint that moves frame '{tool}' is planned: plan one of {choices(between)}, or choose another tool "
+            "frame."
         )
 
 

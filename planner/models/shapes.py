@@ -145,6 +145,7 @@ class Carried:
     """A shape that a link carries, placed (4, 4) in the link's frame, or in ``frame``, one that moves with the link.
 
     It may touch ``touch_links``. Put down it has its ``speed_limit`` (m/s) again; in the hold it goes along.
+    ``part_of`` names the object it is one of several shapes of.
     """
 
     link: str
@@ -154,6 +155,12 @@ class Carried:
     touch_links: tuple[str, ...] = ()
     frame: str = ""
     speed_limit: float = 0.0
+    part_of: str | None = None
+
+    @property
+    def object(self) -> str:
+        """The name under which permissions speak of it."""
+        return self.part_of or self.name
 
     def __post_init__(self) -> None:
         _require_placed(self, f"'{self.name}', which is carried: placement")

@@ -182,8 +182,8 @@ class NativeBoxes:
         self._dof, k = chain.dof, len(inner)
         boxes = [_floats(turns, k, 3, 3), *(_floats(array, k, 3) for array in (shifts, low, high))]
         inner, points, outer = _ints(inner, k), _floats(points, k, 3), _ints(outer, k)
-        self._handle = _library.boxes_new(chain.handle, k, _at(inner), _at(points), _at(outer), *map(_at, boxes))
-        given_back(self, _library.boxes_free, self._handle)
+        self.handle = _library.boxes_new(chain.handle, k, _at(inner), _at(points), _at(outer), *map(_at, boxes))
+        given_back(self, _library.boxes_free, self.handle)
 
     def hits(self, q: Floats) -> tuple[Ints, Floats]:
         """Which points lie in their boxes in configurations (n, dof).
@@ -193,7 +193,7 @@ class NativeBoxes:
         q, room = _floats(q, len(q), self._dof), 4 * len(q)
         while True:
             rows, local = np.empty((room, 2), dtype=np.int64), np.empty((room, 3))
-            found = _library.boxes_hits(self._handle, len(q), _at(q), room, _at(rows), _at(local))
+            found = _library.boxes_hits(self.handle, len(q), _at(q), room, _at(rows), _at(local))
             if found <= room:
                 return rows[:found], local[:found]
             room = found
@@ -385,9 +385,10 @@ class NativeWorld:
         dof, here = self.dof, np.empty((2, self.dof))
         start, delta = here
         ask, (reach, body_reach, _) = _library.world_motion_looks_free, bounds.addresses
-        known = self.handle, reach, body_reach, _at(start), _at(delta), step
+        suspect = np.full(1, -1)  # the pair that refused a motion last: the likeliest to refuse the next
+        known = self.handle, reach, body_reach, _at(start), _at(delta), step, _at(suspect)
 
-        def look(first: Floats, by: Floats, holds: Any = (self, bounds, here)) -> bool:
+        def look(first: Floats, by: Floats, holds: Any = (self, bounds, here, suspect)) -> bool:
             start[:], delta[:] = _floats(first, dof), _floats(by, dof)
             return ask(*known) == 1
 
@@ -444,10 +445,10 @@ class NativeWorld:
         m = len(coefficients)
         coefficients = _floats(coefficients, m, coefficients.shape[1], self.dof)
         spans = None if spans is None else _floats(spans, m, 3)
-        verdict, pair, where = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64), np.empty(m)
+        (verdict, pair), where = np.empty((2, m), dtype=np.int64), np.empty(m)
         _library.world_prove_together(
             self.handle, *bounds.addresses, _at(coefficients), None if spans is None else _at(spans), m,
-            coefficients.shape[1] - 1, room, _at(verdict), _at(pair), _at(where),
+            coefficients.shape[1] - 1, room, *map(_at, (verdict, pair, where)),
         )  # fmt: skip
         return verdict, pair, where
 

@@ -21,7 +21,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 22  # of the functions' arguments: what planner_version() says
+_VERSION = 24  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -55,6 +55,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "world_close": (_Pointer, _int, *2 * [_Pointer], _int, *3 * [_Pointer], _int, *2 * [_Pointer]),
     "world_prove": (_Pointer, *5 * [_Pointer], _int, _int, _double, _int, *5 * [_Pointer]),
     "world_prove_together": (_Pointer, *5 * [_Pointer], _int, _int, _double, *3 * [_Pointer]),
+    "gate_check": (_Pointer, *3 * [_int], _Pointer, _int, *2 * [_Pointer]),
     "stops_quickest": (_int, _int, _Pointer, _int, *7 * [_Pointer]),
     "world_first_proven": (
         _Pointer,
@@ -78,7 +79,7 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "graph_costs": (_int, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
-_FREED = ("chain", "boxes", "keeping", "world", "arcs")  # what is made here and given back, by chain_free() and so on
+_FREED = ("chain", "boxes", "keeping", "world", "gate", "arcs")  # what is given back, by chain_free() and so on
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "planner_version": (_int, ()),
     "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
@@ -91,7 +92,10 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "graph_cheapest": (_int, (_int, _int, *2 * [_Pointer], *2 * [_int, _Pointer], _Pointer)),
     "arcs_new": (_Pointer, (_long, _long, *4 * [_Pointer])),
     "flow_advance": (_double, (_Pointer, _long, _Pointer, _long, *3 * [_Pointer], _double, _double, _int, _Pointer)),
-    "pieces_within": (_int, (_long, *2 * [_int], *2 * [_Pointer], _int, *3 * [_Pointer])),
+    "gate_new": (
+        _Pointer,
+        (*5 * [_Pointer], _int, _double, _int, *6 * [_Pointer], _int, _Pointer, *2 * [_double]),
+    ),
     "chunk_curves": (_int, (*4 * [_int], *8 * [_Pointer])),
     "polynomials_worst": (_double, (_long, *3 * [_int], *3 * [_Pointer], _double, _Pointer)),
     "curve_phases": (_int, (_int, _int, *6 * [_Pointer])),
@@ -103,7 +107,7 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
         (_int, _int, _Pointer, _int, _Pointer, _int, _Pointer, _int, *8 * [_Pointer]),
     ),
     "world_first_near": (_int, (_Pointer, _int, _Pointer)),
-    "world_motion_looks_free": (_int, (_Pointer, *4 * [_Pointer], _double)),
+    "world_motion_looks_free": (_int, (_Pointer, *4 * [_Pointer], _double, _Pointer)),
     "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, *3 * [_Pointer])),
 }
 

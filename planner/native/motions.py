@@ -157,19 +157,6 @@ def stops_quickest(
     return pieces, seconds, broken
 
 
-def pieces_within(coefficients: Floats, seconds: Floats, most: Floats, positions: tuple[Floats, Floats]) -> bool:
-    """Whether pieces (n, degree + 1, dof) that take ``seconds`` (n,) keep limits, by their exact extrema.
-
-    ``most`` (k, dof) of the first k derivatives by time and ``positions``, lowest and highest (dof,), infinite where
-    there is none.
-    """
-    n, count, dof = coefficients.shape
-    coefficients, seconds, most = _floats(coefficients), _floats(seconds, n), _floats(most, len(most), dof)
-    lower, upper = (_floats(bound, dof) for bound in positions)
-    given = _at(coefficients), _at(seconds), len(most), _at(most), _at(lower), _at(upper)
-    return _library.pieces_within(n, count - 1, dof, *given) == 1
-
-
 def chunk_curves(
     coefficients: Floats, times: Floats, stops: tuple[Floats, Floats] | None, approach: Floats | None
 ) -> tuple[Floats, Floats, Ints]:

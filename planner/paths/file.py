@@ -17,7 +17,7 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, choices
 from planner.base.formats import require_readable_version
 from planner.base.places import Place, place
-from planner.base.yamlfile import read_text, shown
+from planner.base.yamlfile import read_text, repeated, shown
 from planner.models.robot import Robot
 
 _log = logging.getLogger(__name__)
@@ -39,7 +39,7 @@ _WRAPPERS = {  # what stands beside a message in what wraps it, as ROS names it
     "trajectory": (*_TOLERANCES, "goal_time_tolerance", "multi_dof_trajectory", "model_id", "trajectory_start"),
     "joint_trajectory": ("multi_dof_joint_trajectory",),
 }
-_FAR = 1000.0  # rad or m: no arm turns 160 times, and looking along such a path every millimetre would not end
+FAR = 1000.0  # rad or m: no arm turns 160 times, and looking along such a path every millimetre would not end
 _FORMATS = "a plan.json, a list of rows, {joints, path}, {joint_names, points} or a CSV"
 
 
@@ -73,18 +73,23 @@ def read_joint_path(path: Place, robot: Robot) -> Floats:
     rows = in_order(content, robot, where)
     for note in left_out(content.names, robot):
         _log.warning("%s: %s", where, note)
+    require_of_an_arm(rows, robot, where)
+    return frozen(np.where(robot.continuous, robot.unwound(rows), rows))  # other joints to the last bit
+
+
+def require_of_an_arm(rows: Floats, robot: Robot, where: str) -> None:
+    """Raise :class:`FileError` for values (k, dof) that are not finite, or that no joint ever has."""
     bad = np.argwhere(~np.isfinite(rows))
     if len(bad):
         row, joint = bad[0]
         raise FileError(f"{where}: row {row + 1} has no finite value for joint '{robot.joints[joint]}'; mend the file.")
-    far = np.argwhere(np.abs(rows) > _FAR)
+    far = np.argwhere(np.abs(rows) > FAR)
     if len(far):
         row, joint = far[0]
         raise FileError(
             f"{where}: row {row + 1} puts joint '{robot.joints[joint]}' at {rows[row, joint]:g}, beyond any joint's "
-            f"{_FAR:g}; mend the file."
+            f"{FAR:g}; mend the file."
         )
-    return frozen(np.where(robot.continuous, robot.unwound(rows), rows))  # other joints to the last bit
 
 
 def in_order(content: PathFile, robot: Robot, where: str) -> Floats:
@@ -154,13 +159,21 @@ def unwrapped(data: Any, where: str) -> tuple[Any, list[str]]:
 
 
 def parse(text: str, where: str) -> Any:
-    """Plain data out of JSON text."""
+    """Plain data out of JSON text in which no key stands twice in one object."""
     try:
-        return json.loads(text)
+        return json.loads(text, object_pairs_hook=_once)
     except ValueError as error:
         raise FileError(f"{where} is no JSON: {error}; mend the file.") from None
     except RecursionError:
         raise FileError(f"{where} is nested too deeply to be a joint path; give {_FORMATS}.") from None
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON; ValueError for a key that stands twice: the last would be taken, the others dropped."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        raise ValueError(f"key {shown(repeated(key for key, _ in pairs)[0])} stands twice")
+    return found
 
 
 def _from_json(data: Any, where: str) -> PathFile:

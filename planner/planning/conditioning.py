@@ -77,6 +77,8 @@ def reachable_floor(robot: Robot, roadmap: Roadmap) -> float:
         bar = _widest(roadmap, least)
         nodes = _fewest_edges(roadmap, roadmap.edges[least >= bar])
         rows = [roadmap.edge_index(i, j) for i, j in itertools.pairwise(nodes.tolist())]
+        if not rows:  # a start that is a goal
+            return rounded_down(float(roadmap.manipulability[nodes].min()))
         for row in (row for row in rows if not sampled[row]):
             ends = path_waypoints(roadmap, robot, roadmap.edges[row])
             least[row] = manipulability(robot, dense_path(ends, W_AGAINST_FLOOR)).min()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 
 from planner import gabf
 from planner.base.arrays import Bools, Floats
-from planner.base.errors import SceneError
+from planner.base.errors import OptionError, SceneError
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress, Stopwatch
@@ -44,7 +44,7 @@ from planner.tool_paths.why_not import why_not
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.trajectory import Trajectory
 
-_OPTIONS = tuple(field.name for field in fields(FollowRequest))
+_OPTIONS = tuple(each.name for each in fields(FollowRequest))
 _ENDS = 8  # first rungs that a free motion may lead to: those of the least cost-to-go
 _FAST_STEP = 0.004  # m between stations where the tool's speed matters: between them it changes by little
 
@@ -68,6 +68,10 @@ def follow(
     """
     made = plan_request(request or FollowRequest(), options, known=_OPTIONS, what="follow")  # type: ignore[arg-type]
     assert isinstance(made, FollowRequest)
+    if timing is not None and timing.extra_cost != TimingRequest().extra_cost and made.begins_on_path:
+        raise OptionError("--extra-cost says nothing to a tool path: give a start, or leave it out.")
+    if timing is None and made.tool_speed is not None:
+        raise OptionError("--tool-speed says nothing without a motion in time: leave it out, or --no-timing.")
     return Follower.of(tool_path, made, progress).plan(made, progress, timing)
 
 
@@ -85,6 +89,7 @@ class Follower:
     along: Floats  # (n,) m along the path of its nodes
     floor: float
     timings: dict[str, float]
+    seen: set[bytes] = field(default_factory=set)  # motions that passed a second look
 
     @staticmethod
     def of(
@@ -94,7 +99,8 @@ class Follower:
         clock = Stopwatch()
         with clock("setup"):
             path = tool_path if isinstance(tool_path, ToolPath) else read_tool_path(tool_path)
-            checker = open_world(request)
+            start = None if request.begins_on_path else lambda checker: _starts(request, checker)[0]
+            checker = open_world(request, start=start)
             if checker.world.scene.moving:
                 raise SceneError(
                     f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."
@@ -141,7 +147,7 @@ class Follower:
                 roadmap, along = _joined(free, roadmap, along)
         with clock("costs"):
             network = _forward(build_network(roadmap, request.objective), along)
-        solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock)
+        solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock, self.seen)
         motion = None
         if timing is not None and limits is not None and len(solved.path):
             with clock("timing"):
@@ -164,7 +170,7 @@ class Follower:
     def _query(self, request: FollowRequest, draft: Plan) -> Query:
         """From the start to the first rungs of the least cost-to-go."""
         checker, ladder = self.checker, draft.roadmap
-        start = resolve(parse_target(str(request.start)), checker, states_of(checker.robot, draft.scene), "start")
+        start = _starts(request, checker)
         network = _forward(build_network(ladder, request.objective), self.along)
         cost = gabf.oracle(network)[ladder.starts]
         best = ladder.starts[np.argsort(cost, kind="stable")[: min(_ENDS, int(np.isfinite(cost).sum()))]]
@@ -204,6 +210,7 @@ class Follower:
             rows = places >= 0.0
             went, off = self.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
         trajectory, speed = motion or (None, None)
+        rungs = self.roadmap.nodes if self.roadmap else np.zeros((0, solved.robot.dof))
         record = ToolPathRecord(
             followed=followed,
             points=int(self.path.given.max()),
@@ -219,8 +226,14 @@ class Follower:
             reason=reason,
             goal="tool-path" if len(solved.path) else None,
             trajectory=trajectory,
-            tool_path=FollowedPath(record, self.path.positions, went),
+            tool_path=FollowedPath(record, self.path.positions, went, rungs),
         )
+
+
+def _starts(request: FollowRequest, checker: CollisionChecker) -> Floats:
+    """Where the arm may be (k, dof) before it goes to the path."""
+    states = states_of(checker.robot, checker.world.scene)
+    return resolve(parse_target(str(request.start)), checker, states, "start")
 
 
 def _free_at(checker: CollisionChecker) -> Callable[[Floats], Bools]:

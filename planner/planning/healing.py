@@ -24,7 +24,8 @@ class HealingNetwork:
     An edge fails that touches something when coal samples it every millimetre of motion, or the ``checker`` itself,
     where that is another library, every ``RECHECK_BY_BACKEND``; an arc fails
     that falls below the manipulability ``floor``, see :func:`first_violation`. ``barred``: the failed arcs, pairs
-    of nodes of ``layered.network``; give those of an earlier run to leave them out from the beginning.
+    of nodes of ``layered.network``; give those of an earlier run to leave them out from the beginning. ``seen``: what
+    passed in the same world before, to which is added what passes now.
     """
 
     def __init__(
@@ -34,6 +35,7 @@ class HealingNetwork:
         network: gabf.Network,
         floor: float = 0.0,
         barred: tuple[tuple[int, int], ...] = (),
+        seen: set[bytes] | None = None,
     ) -> None:
         self.roadmap, self.layered, self.floor = roadmap, layered_network(roadmap, network, floor), floor
         self.barred, self.edges_removed = barred, 0
@@ -41,14 +43,14 @@ class HealingNetwork:
             self.layered = self.layered.without_arcs_between(*arc)
         self._judges = dict([(checker, RECHECK_BY_BACKEND), (second_checker(checker), RECHECK)])
         self.robot = checker.robot
-        self._seen: set[tuple[int, int]] = set()  # edges that passed: a sweep meets them many times
+        self._seen = set() if seen is None else seen  # edges that passed: a sweep meets them many times
 
     def accepts(self, steps: Ints) -> bool:
         """Whether the path over nodes ``steps`` (k,) of the layered network holds; if not, what failed is removed."""
         nodes = self.layered.roadmap_node[steps].tolist()
-        new = [(i, j) for i, j in itertools.pairwise(nodes) if (min(i, j), max(i, j)) not in self._seen]
+        new = [edge for edge in itertools.pairwise(nodes) if self._name(edge) not in self._seen]
         failed = self._first_contact(new)
-        self._seen |= {(min(i, j), max(i, j)) for i, j in new[:failed]}
+        self._seen |= {self._name(edge) for edge in new[:failed]}
         if failed < len(new):
             i, j = new[failed]
             self.roadmap = self.roadmap.without_edge(self.roadmap.edge_index(i, j))
@@ -65,6 +67,10 @@ class HealingNetwork:
     def waypoints(self, steps: Ints) -> Floats:
         """The configurations (k, dof) of a path over nodes of the layered network."""
         return path_waypoints(self.roadmap, self.robot, self.layered.roadmap_node[steps])
+
+    def _name(self, edge: tuple[int, int]) -> bytes:
+        """The edge by what its ends are, in either direction and in any roadmap."""
+        return b"".join(sorted(self.roadmap.nodes[node].tobytes() for node in edge))
 
     def _first_contact(self, edges: list[tuple[int, int]]) -> int:
         """The number of the first of ``edges`` on which a second look sees a contact; how many there are for none."""

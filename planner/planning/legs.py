@@ -10,6 +10,7 @@ from planner.base.arrays import Floats
 from planner.collision.checker import CollisionChecker
 from planner.kinematics.tool_bound import Frame
 from planner.models.robot import Robot
+from planner.planning.followed import leg_line
 from planner.planning.motion import timed
 from planner.planning.record import DeviationRecord, LegRecord
 from planner.planning.result import Plan
@@ -149,8 +150,8 @@ class _Stuck:
 
 def _leg(checker: CollisionChecker, q: Floats, length: float, request: PlanRequest) -> Leg | _Stuck:
     """The leg back along the tool's z axis from ``q`` (dof,)."""
-    rotation, position = Frame.tool(checker.robot).poses(checker.robot, q[None])
-    positions = position - np.array([[0.0], [length]]) * rotation[0, :, 2]
+    rotation, _ = Frame.tool(checker.robot).poses(checker.robot, q[None])
+    positions = leg_line(checker.robot, q, length)
     path = ToolPath("leg", positions, np.repeat(rotation, 2, axis=0), np.zeros(2, bool), np.zeros(2), np.arange(1, 3))
     ladder = ladder_from(checker.robot, Tube(path), q)
     roadmap, along = ladder_roadmap(ladder, checker, replace(request, min_manipulability=0.0))

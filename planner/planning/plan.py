@@ -183,13 +183,16 @@ def improved(draft: Plan, progress: Progress) -> Plan:
     return replace(draft, roadmap=roadmap, curve=improved.curve, dip_floor=level, clearance_kept=room)
 
 
-def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch) -> Plan:
-    """The field and its path from the cheapest start; what fails a second check is removed and the field heals."""
+def solve_and_heal(draft: Plan, network: gabf.Network, clock: Stopwatch, seen: set[bytes] | None = None) -> Plan:
+    """The field and its path from the cheapest start; what fails a second check is removed and the field heals.
+
+    ``seen`` as in :class:`HealingNetwork`.
+    """
     request = draft.request
     law, cost_to_go = gabf.named_law(request.law, request.prescribed_time), None
     with clock("path"):
         floor = max(request.min_manipulability, draft.dip_floor)
-        healing = HealingNetwork(draft.checker, draft.roadmap, network, floor)
+        healing = HealingNetwork(draft.checker, draft.roadmap, network, floor, seen=seen)
     while True:
         layered = healing.layered
         with clock("gabf"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -28,7 +29,7 @@ from planner.models.scene import Scene
 from planner.paths.clearance import TOO_CLOSE
 from planner.paths.measure import PathMeasures, corners, dense_path, measure_path, path_manipulability
 from planner.planning.conditioning import Conditioning, judge_conditioning
-from planner.planning.followed import FollowedPath
+from planner.planning.followed import FollowedPath, leg_line
 from planner.planning.lower_bound import cost_lower_bound
 from planner.planning.manipulability_floor import LayeredNetwork, first_violation
 from planner.planning.network import PathCost
@@ -54,7 +55,7 @@ from planner.planning.replanned import Edges, Replanned
 from planner.planning.summary import CONDITIONING, summary_rows
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import NoPath
-from planner.problem.request import PlanRequest
+from planner.problem.request import CostField, PlanRequest
 from planner.problem.run_schema import RoadmapRecord
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import save_roadmap
@@ -202,7 +203,9 @@ class Plan:
 
         Not to be confused with ``certificate``, which is of the field's settling.
         """
-        return certificate_of(self.checker, self.path, self.trajectory) if self.solved else None
+        if not self.solved:
+            return None
+        return certificate_of(self.checker, self.path, self.trajectory, self.request.min_manipulability)
 
     @checks_kinds
     def save(self, folder: Place, certificate: bool = False) -> None:
@@ -287,9 +290,19 @@ def plan_page(plan: Plan) -> str:
         curve=plan.curve,
         highlighted=(CONDITIONING, TOO_CLOSE),
         reason=plan.reason,
-        tool_path=None if plan.tool_path is None else (plan.tool_path.wanted, plan.tool_path.record.tube.position),
+        tool_lines=_tool_lines(plan),
+        rungs=None if plan.tool_path is None else plan.tool_path.rungs,
     )
     return page(content)
+
+
+def _tool_lines(plan: Plan) -> list[tuple[Floats, float]]:
+    """What the tool was to follow, each line with the radius of its tube (m)."""
+    ends = {"retreat": 0, "approach": -1}
+    lines = [(leg_line(plan.robot, plan.path[ends[leg.leg]], leg.length), leg.tube.position) for leg in plan.legs]
+    if plan.tool_path is not None:
+        lines.append((plan.tool_path.wanted, plan.tool_path.record.tube.position))
+    return lines
 
 
 def shown_paths(plan: Plan) -> tuple[list[ShownPath], int]:
@@ -330,11 +343,11 @@ def record_of(plan: Plan) -> PlanRecord:
         conditioning=None if plan.conditioning is None else plan.conditioning.to_dict(),
         path_length=_length(plan),
         clearance=plan.nearest,
-        trajectory=_motion(plan),
+        trajectory=motion_record(plan.trajectory),
         kept=_kept(plan),
         in_time=_in_time(plan),
         roadmap=RoadmapRecord(**plan.roadmap.record(plan.edges_removed)),
-        gabf=_field_record(plan),
+        gabf=field_record(plan.request, plan.cost_to_go, plan.certificate, plan.max_error_vs_oracle),
         timings_s=rounded(plan.timings),
         tool_path=None if plan.tool_path is None else plan.tool_path.record,
         legs=list(plan.legs) or None,
@@ -381,8 +394,8 @@ def _length(plan: Plan) -> LengthRecord | None:
     return LengthRecord(joint=plan.measures.joint_length, workspace=plan.measures.workspace_length)
 
 
-def _motion(plan: Plan) -> MotionRecord | None:
-    made = plan.trajectory
+def motion_record(made: Trajectory | None) -> MotionRecord | None:
+    """What there is to be written of a motion."""
     if made is None:
         return None
     limits = "" if made.limits is None else made.limits.text()
@@ -428,21 +441,23 @@ def _in_time(plan: Plan) -> InTimeRecord | None:
     )
 
 
-def _field_record(plan: Plan) -> FieldRecord | None:
-    field = plan.cost_to_go
+def field_record(
+    request: CostField, field: gabf.CostToGo | None, bounds: Iterable[gabf.Certificate], error: float | None
+) -> FieldRecord | None:
+    """What there is to be written of a field with the ``bounds`` that it meets, and its error against the oracle."""
     if field is None:
         return None
     bracket = field.settling_tau_bracket
     return FieldRecord(
-        law=plan.request.law,
-        prescribed_time=plan.request.prescribed_time,
+        law=request.law,
+        prescribed_time=request.prescribed_time,
         settling_time=field.settling_time,
         settling_tau=field.settling_tau,
         settling_tau_bracket=None if bracket is None else [tau if math.isfinite(tau) else None for tau in bracket],
         log10_remaining=field.log10_remaining,
         steps=field.steps,
         residual=field.residual,
-        max_error_vs_oracle=plan.max_error_vs_oracle,
+        max_error_vs_oracle=error,
         outcome=field.outcome.key,
-        certificate=[CertificateRecord(**bound.to_dict()) for bound in plan.certificate],
+        certificate=[CertificateRecord(**bound.to_dict()) for bound in bounds],
     )

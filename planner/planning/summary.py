@@ -17,13 +17,7 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
     field, cost, w = (record[key] for key in ("gabf", "cost", "manipulability"))
     rows = [("roadmap", roadmap_text(record["roadmap"]))]
     if cost:
-        rows.append(
-            (
-                "cost",
-                f"{cost['total']:.4f} = {1 - cost['beta']:g} x {cost['manipulability']:.4f} manipulability"
-                f" + {cost['beta']:g} x {cost['distance']:.4f} distance",
-            )
-        )
+        rows.append(("cost", cost_text(cost)))
         rows += _quality_rows(record["quality"], bool(record["in_time"]))
         rows.append(("manipulability w", f"min {w['min']:.5f}, mean {w['mean']:.5f} along the path" + _floor_text(w)))
         if record["conditioning"] and record["conditioning"]["poor"]:
@@ -43,10 +37,21 @@ def summary_rows(record: dict[str, Any]) -> list[tuple[str, str]]:
     if record["in_time"]:
         rows += _rows_in_time(record["in_time"], record["trajectory"])
     if field:
-        rows.append(("settled", _settling(field)))
-        rows += _certified(field)
-        rows.append(("error against oracle", f"{field['max_error_vs_oracle']:.1e} relative"))
+        rows += field_rows(field)
     return rows
+
+
+def cost_text(cost: dict[str, Any]) -> str:
+    """A path's cost and what it is the sum of."""
+    beta = cost["beta"]
+    parts = f"{1 - beta:g} x {cost['manipulability']:.4f} manipulability + {beta:g} x {cost['distance']:.4f} distance"
+    return f"{cost['total']:.4f} = {parts}"
+
+
+def field_rows(field: dict[str, Any]) -> list[tuple[str, str]]:
+    """When a field settled, which bounds it meets, and how far it is from the oracle's."""
+    error = f"{field['max_error_vs_oracle']:.1e} relative"
+    return [("settled", _settling(field)), *_certified(field), ("error against oracle", error)]
 
 
 def _leg_text(leg: dict[str, Any]) -> str:

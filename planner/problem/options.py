@@ -25,25 +25,36 @@ from planner.problem.request import (
 )
 
 
-class SessionOptions(TypedDict, total=False):
+class RoadmapOptions(TypedDict, total=False):
+    """Those of all that is planned on a roadmap."""
+
+    collision: Backend
+    margin: float
+    ik_solutions: int
+    nodes: int
+    seed: int
+    law: LawName
+    prescribed_time: float
+    metric: Metric
+    manipulability_cost: ManipulabilityCost
+
+
+class TaskOptions(RoadmapOptions, total=False):
+    """The fields of :class:`planner.TaskRequest`: a test holds both equal."""
+
+    beta: float
+
+
+class SessionOptions(RoadmapOptions, total=False):
     """Those that a session has for all its plans."""
 
     tool: Optional[str]
     srdf: Optional[File]
     group: Optional[str]
     joints: Optional[Names]
-    collision: Backend
-    margin: float
     keep: Optional[Kept]
     base: Optional[str]
-    ik_solutions: int
-    nodes: int
-    seed: int
     min_manipulability: float
-    law: LawName
-    prescribed_time: float
-    metric: Metric
-    manipulability_cost: ManipulabilityCost
     charge: Charge
     effort: Optional[int]
 

@@ -84,11 +84,11 @@ class CannotFollowRecord(Record):
     """of the file, from 1"""
     followed: float
     """share of the path's length"""
-    cause: Literal["out_of_reach", "turned", "beyond_limit", "touching", "below_floor", "jump"]
+    cause: Literal["out_of_reach", "turned", "beyond_limit", "touching", "strays", "below_floor", "jump"]
     distance: float
-    """m, for turned and jump rad"""
+    """m, for turned and jump rad, for strays as what is kept"""
     between: list[str]
-    """the two things that touch, or joints whose limits would have to be left"""
+    """the two things that touch, joints whose limits would have to be left, or the condition that would be broken"""
     reachable: float
     """the highest floor found with which it goes on, where the floor is too high"""
     cone: float | None

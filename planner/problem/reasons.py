@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from planner.base.errors import Reason, choices
+from planner.problem.conditions import parse_condition
 
 
 @dataclass(frozen=True)
@@ -195,7 +196,8 @@ class CannotFollow(Reason):
 
     "out_of_reach": inverse kinematics came no nearer than ``distance`` (m); "turned": it misses the orientation by
     ``distance`` (rad); "beyond_limit": only beyond the limits of joints, the ``between``; "touching": all solutions
-    touch, most of them the two things ``between``; "below_floor": the floor is too high, ``reachable`` the highest
+    touch, most of them the two things ``between``; "strays": all break what is to be kept, the condition ``between``
+    by ``distance`` (m, rad) at least; "below_floor": the floor is too high, ``reachable`` the highest
     found with which it goes on; "jump": the solutions there are on other branches, ``distance`` (rad) away at least.
     ``cone``: the narrowest about the axis (rad) that was found to let it there; 0 where a free turn will do.
     ``leg``: "approach" or "retreat", where it is one of a plan's, point 1 its start or goal.
@@ -239,6 +241,12 @@ class CannotFollow(Reason):
                 first, second = (f"'{name}'" for name in self.between)
                 return (
                     head + f"{first} and {second} come too near in all solutions found; move the path or what is near."
+                )
+            case "strays":
+                unit = parse_condition(self.between[0]).unit
+                return (
+                    head + f"'{self.between[0]}', which is to be kept, would be broken by {self.distance:.3g} {unit}; "
+                    "move the path, or keep less."
                 )
             case "below_floor":
                 return (

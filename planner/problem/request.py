@@ -355,6 +355,30 @@ class PlanRequest(TradeOff, SweepRequest):
         return 0 if self.path_only and self.effort is None else super().rounds
 
 
+@checks_kinds
+@dataclass(frozen=True)
+class TaskRequest(CostField, IkSolutions, TradeOff, Growth):
+    """How a task is planned; what is to be done stands in its file."""
+
+    nodes: int = 500
+    """Configurations in the roadmap, which all modes share; more find better paths and take longer."""
+    ik_solutions: int = 4
+    """Configurations of the arm for every grasp and every placement at most."""
+    collision: Backend = "fcl"
+    """Collision library that checks nodes and answers: FCL, or coal."""
+    margin: float = 0.0
+    """Distance in metres to keep from every obstacle, and between links."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_margin(self.margin)
+
+    @property
+    def objective(self) -> Objective:
+        """What the path is to be good for."""
+        return Objective(self.beta, self.manipulability_cost, self.metric)
+
+
 ON_TOOL_PATH = "tool-path"
 
 
@@ -378,8 +402,8 @@ class FollowRequest(PlanRequest):
             raise OptionError("a tool path is followed to its end: leave --goal out.")
         plain = PlanRequest()
         of_goals = ("motion_plan_request", "widen_limits", "ik_solutions", "approach", "retreat")
-        of_free_motions = ("roadmap", "path_only", "above_ends") if self.begins_on_path else ()
-        for names, remedy in ((of_goals, "leave it out"), (of_free_motions, "give a start, or leave it out")):
+        of_free = ("roadmap", "path_only", "above_ends", "nodes", "effort", "room") if self.begins_on_path else ()
+        for names, remedy in ((of_goals, "leave it out"), (of_free, "give a start, or leave it out")):
             for name in names:
                 if getattr(self, name) != getattr(plain, name):
                     option = "request" if name == "motion_plan_request" else name.replace("_", "-")

@@ -77,8 +77,9 @@ class Connection:
         to = _To(None, isinstance(frame, bytes))
         try:
             data = _decoded(frame)
-            to = replace(to, id=data.get("id") if isinstance(data, dict) else None)
-            self._answer(to, validate(ask.Request, data, "the request", OptionError))
+            to = replace(to, id=_id_in(data))
+            request = validate(ask.Request, data, "the request", OptionError)
+            self._answer(replace(to, id=request.id), request)
         except PlannerError as error:
             self._refuse(to, error)
 
@@ -232,6 +233,12 @@ def _decoded(frame: str | bytes) -> Any:
         raise OptionError(
             f"the frame is no {what} ({str(error)[:100]}): send text as JSON, bytes as msgpack."
         ) from None
+
+
+def _id_in(data: Any) -> str | int | None:
+    """The id of what may be a request, where an answer in any format can say it."""
+    named = data.get("id") if isinstance(data, dict) else None
+    return named if isinstance(named, str) or (isinstance(named, int) and abs(named) < ask.LARGEST_ID) else None
 
 
 def _packed(message: dict[str, Any]) -> bytes:

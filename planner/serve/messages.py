@@ -19,7 +19,9 @@ from planner.models.scene import ObstacleFile, PoseFile
 
 MAIN = "main"  # the world that is meant where none is named
 _LONGEST = 3600.0  # s
-Id: TypeAlias = Annotated[str, pydantic.Field(max_length=200)] | Annotated[int, pydantic.Field(strict=True)]
+LARGEST_ID = 1 << 63  # what every client's whole numbers hold
+_Number = Annotated[int, pydantic.Field(strict=True, gt=-LARGEST_ID, lt=LARGEST_ID)]
+Id: TypeAlias = Annotated[str, pydantic.Field(max_length=200)] | _Number
 Joints: TypeAlias = Annotated[list[Coordinate], pydantic.Field(max_length=1000)]
 Rows: TypeAlias = Annotated[list[list[float]], pydantic.Field(max_length=100_000)]  # judged by the gate
 State: TypeAlias = Annotated[str, pydantic.Field(max_length=100_000)] | Joints

@@ -8,9 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-from planner.base.errors import ArrayError, OptionError, PlannerError, choices
+from planner.base.errors import OptionError, PlannerError, choices
 from planner.base.progress import Progress
 from planner.gate.gate import JUDGED, Gate
 from planner.models.scene import obstacle_of
@@ -65,16 +63,13 @@ class World:
 
     def check(self, asked: ask.Check) -> dict[str, Any]:
         """The gate's verdict on a chunk."""
-        state = None
-        if asked.state is not None:
-            rows = (asked.state.q, asked.state.qd, asked.state.qdd)
-            state = tuple(np.array(row) for row in rows if row is not None)
+        rows = (asked.state.q, asked.state.qd, asked.state.qdd) if asked.state else ()
         verdict = self.gate.check(
-            _rows("positions", asked.positions),
-            _rows("velocities", asked.velocities),
-            _rows("accelerations", asked.accelerations),
-            times=np.array(asked.times),
-            state=state,
+            asked.positions,
+            asked.velocities,
+            asked.accelerations,
+            times=asked.times,
+            state=[row for row in rows if row is not None] or None,
             stop=asked.stop,
         )
         found = verdict.to_dict()
@@ -176,37 +171,19 @@ def _go_on(progress: Progress) -> None:
         raise PlannerError("stopped before it was done: it was cancelled, or its time is over.")
 
 
-def _rows(what: str, rows: list[list[float]] | None) -> Any:
-    if rows is None:
-        return None
-    if len({len(row) for row in rows}) > 1:
-        raise ArrayError(f"{what} have rows of several lengths: give one value a joint.")
-    return np.array(rows, dtype=float) if rows else np.zeros((0, 0))
-
-
 def _applied(asked: ask.Changing, gate: Gate) -> Callable[[Session], object]:
     """Apply a change to the gate; the same for a session."""
     match asked:
         case ask.Move(name=name):
             gate.move(name, asked.matrix())
-            rpy = asked.rpy if asked.quaternion is None else None
-            turn = asked.quaternion or (None if rpy else (0.0, 0.0, 0.0, 1.0))
-            return lambda session: session.move(name, asked.position, rpy, turn)
+            turned = {"quaternion": asked.quaternion or (0, 0, 0, 1)} if asked.rpy is None else {"rpy": asked.rpy}
+            return lambda session: session.move(name, asked.position, **turned)
         case ask.Add():
-            obstacle = obstacle_of(asked.obstacle)
-            gate.add(obstacle)
-            return lambda session: session.add(obstacle)
-        case ask.Remove(name=name):
-            gate.remove(name)
-            return lambda session: session.remove(name)
-        case ask.Attach(name=name):
-            at, links = np.array(asked.at), tuple(asked.touch_links)
-            gate.attach(name, asked.frame, at, links)
-            return lambda session: session.attach(name, asked.frame, links, at)
-        case ask.Detach(name=name):
-            at = np.array(asked.at)
-            gate.detach(name, at)
-            return lambda session: session.detach(name, at)
+            given: dict[str, Any] = {"obstacle": obstacle_of(asked.obstacle)}
+        case _:
+            given = asked.model_dump(exclude={"do"})
+    getattr(gate, asked.do)(**given)
+    return lambda session: getattr(session, asked.do)(**given)
 
 
 def _field(plan: Plan) -> dict[str, Any]:

@@ -16,16 +16,16 @@ from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
 from planner.collision.self_pairs import disabled_pairs
 from planner.collision.world import Contact, World
-from planner.kinematics.forward import tool_pose
 from planner.models.frames import in_world
 from planner.models.moving import MovingObstacle
-from planner.models.robot import Robot, with_carried, with_tool
+from planner.models.robot import Robot, with_carried
 from planner.models.scene import PoseFile, Scene
-from planner.models.shapes import Box, Carried, Mesh, Obstacle, Shape
+from planner.models.shapes import Box, Mesh, Obstacle, Shape
 from planner.problem.request import WorldRequest
 from planner.roadmap.node_checks import nobody
 from planner.roadmap.roadmap import EDGE_ARRAYS, NODE_ARRAYS, Roadmap, origin_of
 from planner.session.edge_proofs import EdgeProofs, displacement
+from planner.setup.in_hand import let_go, taken
 from planner.setup.open import open_world
 from planner.setup.resolve import touching
 
@@ -36,7 +36,8 @@ class LiveWorld:
 
     ``bare``: the robot without what it carries; ``disabled``: the pairs of its links that need no check. ``kept`` is
     the roadmap (None until the first query): it holds every edge that was ever proven, ``proofs`` what is known of each
-    now; its first ``lasting`` nodes stay, the others came with queries. ``stands`` (k, dof): where the arm may stand.
+    now (nothing without it); its first ``lasting`` nodes stay, the others came with queries. ``stands`` (k, dof): where
+    the arm may stand.
     """
 
     bare: Robot
@@ -102,14 +103,15 @@ class LiveWorld:
     def put(self, name: str, placement: Floats) -> LiveWorld:
         """With the obstacle ``name`` placed (4, 4) anew in the world."""
         old = self._obstacle(name)
-        new = replace(old, placement=placement)
-        by = displacement(old.shape, old.placement, placement)
-        if by == 0:
+        if np.array_equal(old.placement, placement):
             return self
+        new = replace(old, placement=placement)
         obstacles = tuple(new if item is old else item for item in self.scene.obstacles)
-        moved = replace(self, proofs=self.proofs.moved(name, by))
-        scene = replace(self.scene, obstacles=obstacles)
-        return moved._in_world(self.world.with_places(scene))
+        world = self.world.with_places(replace(self.scene, obstacles=obstacles))
+        if self.kept is None:
+            return self._in_world(world)
+        moved = self.proofs.moved(name, displacement(old.shape, old.placement, placement))
+        return replace(self, proofs=moved)._in_world(world)
 
     def remove(self, name: str) -> LiveWorld:
         """Without the obstacle ``name``."""
@@ -125,31 +127,21 @@ class LiveWorld:
     def attach(self, name: str, frame: str, touch_links: tuple[str, ...], q: Floats) -> LiveWorld:
         """With the obstacle ``name`` in the hold of ``frame``, as it stands to it in the configuration ``q`` (dof,)."""
         old = self._obstacle(name)
-        hand = tool_pose(with_tool(self.bare, frame), q).homogeneous
         links = {body.link for body in self.bare.bodies}
         unknown = sorted(set(touch_links) - links)
         if unknown:
             raise SceneError(
                 f"link '{unknown[0]}' cannot touch '{name}': links with shapes are {choices(sorted(links))}."
             )
-        held = np.linalg.inv(hand) @ old.placement
-        item = Carried(frame, name, old.shape, held, touch_links, speed_limit=old.speed_limit)
-        obstacles = tuple(o for o in self.scene.obstacles if o is not old)
-        return self._in(replace(self.scene, obstacles=obstacles, carried=(*self.scene.carried, item)), other=name)
+        return self._in(taken(self.scene, old, self.bare, frame, q, touch_links), other=name)
 
     def detach(self, name: str, q: Floats) -> LiveWorld:
         """With what was carried standing where the arm holds it in ``q`` (dof,); what might touch it still may."""
-        names = [item.name for item in self.scene.carried]
-        if name not in names:
-            raise SceneError(f"'{name}' is not carried; the arm carries {choices(names)}.")
-        item = self.scene.carried[names.index(name)]
-        hand = tool_pose(with_tool(self.bare, item.link), q).homogeneous
-        carried = tuple(other for other in self.scene.carried if other is not item)
-        put_down = Obstacle(name, item.shape, hand @ item.placement, speed_limit=item.speed_limit)
-        obstacles = (*self.scene.obstacles, put_down)
+        item = next((item for item in self.scene.carried if item.name == name), None)
+        if item is None:
+            raise SceneError(f"'{name}' is not carried; the arm carries {choices(i.name for i in self.scene.carried)}.")
         allowed = self.scene.allowed | {frozenset((name, link)) for link in (item.link, *item.touch_links)}
-        scene = replace(self.scene, obstacles=obstacles, carried=carried, allowed=allowed)
-        return self._in(scene, other=name)
+        return self._in(replace(let_go(self.scene, item, self.bare, q), allowed=allowed), other=name)
 
     def proven(self, rows: Ints) -> LiveWorld:
         """After a proof of what is open of the edges ``rows``."""
@@ -207,9 +199,11 @@ class LiveWorld:
     def _in_world(self, world: World, other: str | None = None) -> LiveWorld:
         """The same of its world; raises :class:`SceneError` where something is put into the robot."""
         checker = type(self.checker)(world, self.checker)
-        kept = self.kept and replace(self.kept, checked_by=nobody(len(self.kept.nodes)))  # that was another world
-        after = replace(self, checker=checker, proofs=self.proofs.in_world(world, other), kept=kept)
-        contact = after.prover.static_contact or _new_contact(self.checker, checker, self.stands)
+        after = replace(self, checker=checker)
+        if self.kept is not None:
+            kept = replace(self.kept, checked_by=nobody(len(self.kept.nodes)))  # that was another world
+            after = replace(after, proofs=self.proofs.in_world(world, other), kept=kept)
+        contact = checker.static_contact or _new_contact(self.checker, checker, self.stands)
         if contact is not None:
             sentence = f"after this change {contact} {contact.how(world.margin)}: choose another place."
             raise SceneError(sentence, touching("world", contact))

@@ -29,8 +29,8 @@ from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.conditions import keeps_text
 from planner.problem.objective import Objective
-from planner.problem.options import SessionOptions, plan_request
-from planner.problem.request import PlanRequest, State, Thing, TimingRequest
+from planner.problem.options import SessionOptions, TaskOptions, plan_request
+from planner.problem.request import PlanRequest, State, TaskRequest, Thing, TimingRequest
 from planner.problem.targets import joints_text, parse_target, parse_targets, state_text
 from planner.roadmap.roadmap import Roadmap
 from planner.roadmap.storage import load_roadmap
@@ -43,7 +43,6 @@ from planner.setup.open import Query, resolve_query, states_of
 from planner.setup.resolve import resolve_as_is
 from planner.tasks.file import Step, Task
 from planner.tasks.plan import TaskPlanner, task_request
-from planner.tasks.request import TaskOptions, TaskRequest
 from planner.tasks.result import TaskPlan
 from planner.trajectory.limits import MotionLimits
 

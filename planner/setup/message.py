@@ -37,13 +37,13 @@ _SAME = 1e-6  # rad, m: a joint that is held where a goal wants it
 
 def in_request(scene: Scene, message: MotionPlanRequest) -> Scene:
     """The scene as the request changes it: what its start attaches is carried, what was passed over is noted."""
-    names = {item.name for item in message.carried}
-    kept = tuple(item for item in scene.carried if item.name not in names)
+    names = {item.object for item in message.carried}
+    kept = tuple(item for item in scene.carried if item.object not in names)
     notes = message.notes
     if kept and message.replaces:
         text = (
             f"{message.where}: its start_state is no difference (is_diff), so MoveIt would let go of "
-            f"{choices(item.name for item in kept)}; it is carried all the same."
+            f"{choices(dict.fromkeys(item.object for item in kept))}; it is carried all the same."
         )
         notes += (Note(text),)
     both = sorted(names & {item.object for item in scene.obstacles})

@@ -19,9 +19,9 @@ from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.conditions import AND, Condition, parse_keeps
 from planner.problem.request import RoadmapRequest, WorldRequest
-from planner.problem.targets import HOME, Target, joints_text, parse_target, parse_targets
+from planner.problem.targets import HOME, Joints, Target, joints_text, parse_target, parse_targets
 from planner.setup.message import goals_of, in_request, joints_of, kept_of, noting, unasked
-from planner.setup.resolve import resolve
+from planner.setup.resolve import check_limits, joint_values, resolve
 from planner.setup.robots import robot_of, widened_for
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Query:
 
 
 def open_world(
-    request: WorldRequest, message: Place | None = None, start: Callable[[Robot], Floats] | None = None
+    request: WorldRequest, message: Place | None = None, start: Callable[[CollisionChecker], Floats] | None = None
 ) -> CollisionChecker:
     """A checker of the robot in the scene that ``request`` names, without start and goal.
 
@@ -60,10 +60,16 @@ def open_world(
     scene, robot = _set_up(request, said)
     scene, keep = conditions_of(request, robot, scene, said)
     robot, keep = narrowed(robot, keep)
-    if start is not None and unbound(keep):
-        keep = bound_to(keep, robot, start(robot))
     _judge(robot, scene)
-    return make_checker(robot, scene, request.collision, request.margin, keep)
+    turns = unbound(keep) if start is not None else ()
+    rest = [each for each in keep if each not in turns]
+    checker = make_checker(robot, scene, request.collision, request.margin, rest)
+    return _bound(checker, turns, start(checker)) if start is not None and turns else checker
+
+
+def _bound(checker: CollisionChecker, turns: tuple[Condition, ...], start: Floats) -> CollisionChecker:
+    """The checker with ``turns`` as they are meant at ``start`` (dof,) besides."""
+    return with_conditions(checker, (*checker.world.conditions, *bound_to(turns, checker.robot, start)))
 
 
 def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool = False) -> Query:
@@ -84,6 +90,7 @@ def make_query(request: RoadmapRequest, near_start: bool = True, in_time: bool =
     start, goals = _targets(request, robot, scene, message)
     if request.widen_limits:
         robot = widened_for(robot, [start, *(goal for _, goal in goals)])
+    _require_limits(robot, [("start", start), *((_role(name, goals), goal) for name, goal in goals)])
     scene, keep = conditions_of(request, robot, scene, message)
     robot, keep = narrowed(robot, keep)
     _judge(robot, scene)
@@ -109,16 +116,26 @@ def resolve_query(
     states = states_of(robot, scene)
     starts = resolve(start, checker, states, "start")
     if turns:
-        more = bound_to(turns, robot, starts[0])
-        checker = with_conditions(checker, (*checker.world.conditions, *more))
+        checker = _bound(checker, turns, starts[0])
     ends, names = [], []
     for name, goal in goals:
-        role = "goal" if len(goals) == 1 else f"goal '{name}'"
-        ends.append(resolve(goal, checker, states, role, ik_solutions, starts if near_start else None))
+        ends.append(resolve(goal, checker, states, _role(name, goals), ik_solutions, starts if near_start else None))
         names += [name] * len(ends[-1])
     _, rows = np.unique(np.vstack(ends), axis=0, return_index=True)  # one goal may be named twice
     rows.sort()
     return Query(robot, scene, checker, starts, np.vstack(ends)[rows], tuple(names[row] for row in rows))
+
+
+def _role(name: str, goals: list[tuple[str, Target]]) -> str:
+    return "goal" if len(goals) == 1 else f"goal '{name}'"
+
+
+def _require_limits(robot: Robot, targets: list[tuple[str, Target]]) -> None:
+    """As :func:`resolve` refuses them, with the remedy for joint values that only a request with ends has."""
+    for role, target in targets:
+        if isinstance(target, Joints):
+            values = joint_values(np.array(target.values), robot, role)
+            check_limits(robot, values, role, "bring it inside, or widen them with --widen-limits.")
 
 
 def conditions_of(

@@ -96,7 +96,7 @@ def resolve_as_is(target: Target, checker: CollisionChecker, states: Mapping[str
                 raise StateError(f"{role} names {len(inner)} states, {choices(names)}: name one.")
             return resolve_as_is(inner[0], checker, states, role)
         case Joints(values):
-            return frozen(_joint_values(np.array(values), checker.robot, role))
+            return frozen(joint_values(np.array(values), checker.robot, role))
         case Position(xyz) | Pose(xyz):
             robot = with_tool(checker.robot, target.frame)
             solutions = _reach(target, robot, role)
@@ -177,7 +177,7 @@ def _look_up(name: str, states: Mapping[str, str], checker: CollisionChecker, ro
 
 
 def _numbers_of(text: str, states: Mapping[str, str], checker: CollisionChecker, role: str) -> Target:
-    target, robot, option = parse_target(text), checker.robot, role.partition(" ")[0]
+    target, robot, end = parse_target(text), checker.robot, role.partition(" '")[0]
     if not isinstance(target, Named):
         return target
     if text == HOME:
@@ -185,8 +185,7 @@ def _numbers_of(text: str, states: Mapping[str, str], checker: CollisionChecker,
     names = choices(dict.fromkeys([*states, HOME]))
     known = f"its states are {names}" if states else f"it names none, but {HOME} is known"
     raise StateError(
-        f"{option} '{text}' is not among the scene's states for {robot.name} ({known}): "
-        f"choose one with --{option}, as {FORMS}."
+        f"{end} '{text}' is not among the scene's states for {robot.name} ({known}): choose another one, as {FORMS}."
     )
 
 
@@ -218,7 +217,7 @@ def free_configurations(rows: Sequence[tuple[str, Floats]], checker: CollisionCh
     """
     robot = checker.robot
     for role, values in rows:
-        check_limits(robot, _joint_values(values, robot, role), role)
+        check_limits(robot, joint_values(values, robot, role), role)
     values = np.array([values for _, values in rows]).reshape(-1, robot.dof)
     values = np.where(robot.continuous, values, np.clip(values, robot.lower, robot.upper))
     _require_kept([(role, q) for (role, _), q in zip(rows, values, strict=True)], checker)
@@ -244,7 +243,8 @@ def _require_kept(rows: Sequence[tuple[str, Floats]], checker: CollisionChecker)
         )
 
 
-def _joint_values(values: Floats, robot: Robot, role: str) -> Floats:
+def joint_values(values: Floats, robot: Robot, role: str) -> Floats:
+    """The values (dof,) themselves; :class:`StateError` unless they are as many as joints, finite and of real arms."""
     if values.shape != (robot.dof,):
         raise StateError(
             f"{role} has {values.size} joint values, {robot.name} has {robot.dof} planned joints: "
@@ -254,15 +254,18 @@ def _joint_values(values: Floats, robot: Robot, role: str) -> Floats:
     return values
 
 
-def check_limits(robot: Robot, values: Floats, role: str) -> None:
-    """Raise :class:`StateError` naming the first joint that is out of its limits and by how much."""
+def check_limits(robot: Robot, values: Floats, role: str, remedy: str = "bring it inside.") -> None:
+    """Raise :class:`StateError` naming the first joint that is out of its limits and by how much.
+
+    ``remedy`` is what to do about it, of a command that can do more than to refuse.
+    """
     beyond = beyond_limits(robot, values)
     for k in np.nonzero(beyond)[0]:
         unit = "m" if robot.prismatic[k] else "rad"
         raise StateError(
             f"{role} puts joint '{robot.joints[k]}' at {values[k]:.6g}, outside its limits "
             f"[{robot.lower[k]:.6g}, {robot.upper[k]:.6g}] by {beyond[k]:.3g} {unit}: "
-            + (DEGREES if looks_like_degrees(robot, values) else "bring it inside, or widen them with --widen-limits."),
+            + (DEGREES if looks_like_degrees(robot, values) else remedy),
             BeyondLimit(role, robot.joints[k], float(values[k]), float(robot.lower[k]), float(robot.upper[k])),
         )
 

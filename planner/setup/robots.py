@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 _log = logging.getLogger(__name__)
 
 _KEPT = 16  # robots
+_TICK = 20_000_000  # ns: times of files are as coarse as the kernel's clock
 
 
 def robot_of(request: WorldRequest, scene: Scene, message: MotionPlanRequest | None) -> Robot:
@@ -106,12 +107,12 @@ def _files(name: str, srdf: Place | None) -> RobotFiles:
     with _alone:
         known = _read.pop(key, None)
     if known is None or not known.is_current:
-        began = time.time_ns()
+        began = time.time_ns() - _TICK
         files = read_robot(name, srdf)
         paths = dict.fromkeys(_paths_of(files))
         known = _Read(files, tuple((path, stamp_of(path)) for path in paths))
         if any(path.suffix.lower() in (".xacro", ".xml") for path in paths) or any(
-            stamp is not None and stamp.changed >= began for _, stamp in known.stamps
+            stamp is not None and max(stamp.written, stamp.changed) >= began for _, stamp in known.stamps
         ):
             return files  # and one that changes as it is read
     with _alone:

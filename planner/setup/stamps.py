@@ -11,9 +11,13 @@ from planner.base.files import is_file
 
 
 class Stamp(NamedTuple):
-    """A file as it stood: its path, when it was ``changed`` (ns), bytes, inode."""
+    """A file as it stood: its path, when it was written and ``changed`` (ns), bytes, inode.
+
+    Programs can set back when a file was ``written``, as ``cp -p`` and ``rsync`` do, but not when it was ``changed``.
+    """
 
     path: str
+    written: int
     changed: int
     size: int
     inode: int
@@ -24,5 +28,5 @@ def stamp_of(path: Path) -> Stamp | None:
     with contextlib.suppress(PlannerError, OSError):
         if is_file(path):
             found = path.stat()
-            return Stamp(str(path), found.st_mtime_ns, found.st_size, found.st_ino)
+            return Stamp(str(path), found.st_mtime_ns, found.st_ctime_ns, found.st_size, found.st_ino)
     return None

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pydantic
+from pydantic_core import core_schema
 
 from planner.base.arrays import Floats, as_frozen, numbers, placement
 from planner.base.errors import SceneError
@@ -22,14 +23,14 @@ from planner.models.poses import pose
 from planner.models.scene import PoseFile, Triple
 from planner.problem.request import Thing
 
-Frame = Literal["tool", "world"]
 _TURNS = 12  # of the tool about an axis that is free
 _TILTS = 6  # directions in which it is tilted on the edge of a cone
-_FARTHEST_LINE = 1.0  # m
-MOST_SAMPLES = 1000
+_FARTHEST_LINE, _WIDEST = 1.0, 1.0  # m
+_MOST_SAMPLES = 1000
+_STRICT = pydantic.ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
-class TaskError(SceneError):
+class TaskError(SceneError, ValueError):
     """A task that makes no sense in its scene, or for its robot."""
 
 
@@ -45,27 +46,100 @@ class Grasp:
     opening: float | None = None
 
     def __post_init__(self) -> None:
+        _require_positive("the opening of a grasp", self.opening)
         object.__setattr__(self, "pose", as_frozen(placement("grasp", self.pose, TaskError, FARTHEST)))
+
+
+class GraspFile(PoseFile):
+    """A grasp in the object's frame; with ``axis`` the tool's z is along that, within a ``cone`` (rad), and turns."""
+
+    axis: Triple | None = None
+    cone: Annotated[Number, pydantic.Field(ge=0, le=1.5)] = 0.0
+    opening: Size | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_direction(self) -> GraspFile:
+        if self.axis is not None and (self.rpy is not None or self.quaternion is not None):
+            raise ValueError("give a quaternion (or rpy) or an axis, not both")
+        if self.axis is None and self.cone:
+            raise ValueError("a cone is around an axis: give one")
+        if self.axis is not None and not np.linalg.norm(self.axis) > 1e-9:
+            raise ValueError("an axis of zero length has no direction")
+        return self
+
+    def grasps(self) -> Iterator[Grasp]:
+        """The grasp, or where an axis leaves the tool free some of all that it allows, evenly."""
+        if self.axis is None:
+            yield Grasp(self.matrix(), self.opening)
+            return
+        axis = np.array(self.axis) / np.linalg.norm(self.axis)
+        directions = [axis]
+        if self.cone:
+            edge = [_across(axis, angle) for angle in np.arange(_TILTS) * 2 * np.pi / _TILTS]
+            directions += list(np.cos(self.cone) * axis + np.sin(self.cone) * np.array(edge))
+        for direction in directions:
+            yield from turned_about(np.array(self.position), direction, self.opening, _TURNS)
+
+
+def turned_about(position: Floats, direction: Floats, opening: float | None, turns: int) -> Iterator[Grasp]:
+    """Grasps at ``position`` with the tool's z along a unit ``direction``, turned about it by even steps."""
+    for angle in np.arange(turns) * 2 * np.pi / turns:
+        yield Grasp(tool_at(position, direction, _across(direction, angle)), opening)
+
+
+def tool_at(position: Floats, approach: Floats, closing: Floats) -> Floats:
+    """The pose (4, 4) of a tool whose z is along ``approach`` and whose y along ``closing``, unit and orthogonal."""
+    matrix = np.array(pose(position.tolist()))
+    matrix[:3, :3] = np.column_stack([np.cross(closing, approach), closing, approach])
+    return matrix
+
+
+def _across(direction: Floats, angle: float) -> Floats:
+    """The unit vector at an ``angle`` (rad) around a unit ``direction``."""
+    across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
+    side = across / np.linalg.norm(across)
+    return np.cos(angle) * side + np.sin(angle) * np.cross(direction, side)
 
 
 @checks_kinds
 @dataclass(frozen=True)
 class Line:
-    """A straight motion of the tool by ``distance`` (m) along ``axis`` of its own ``frame`` at rest, or the world's."""
+    """A straight motion of the tool by ``distance`` (m) along ``axis`` of its own ``frame`` at rest, or the world's.
 
-    distance: float
-    axis: tuple[float, float, float]
-    frame: Frame = "tool"
+    Without an axis it is that of the step: to a grasp along the tool's z and off it upwards, to a placement downwards
+    and off it against the tool's z.
+    """
+
+    distance: Number = 0.1
+    axis: Triple | None = None
+    frame: Literal["tool", "world"] | None = None
+    __pydantic_config__: ClassVar = _STRICT
 
     def __post_init__(self) -> None:
+        if not 0.0 <= self.distance <= _FARTHEST_LINE:
+            raise TaskError(f"a line of {self.distance:g} m is not usable: give metres from 0 to {_FARTHEST_LINE:g}.")
+        if self.axis is None:
+            if self.frame is not None:
+                raise TaskError("a frame is that of an axis: give both, or neither.")
+            return
         axis = numbers("axis", self.axis, (3,), TaskError, FARTHEST)
         length = float(np.linalg.norm(axis))
-        if not (0.0 <= self.distance <= _FARTHEST_LINE and length > 1e-9):
-            raise TaskError(
-                f"a line of {self.distance:g} m along {list(self.axis)} is not usable: give metres from 0 to "
-                f"{_FARTHEST_LINE:g}, and an axis that is not zero."
-            )
+        if not length > 1e-9:
+            raise TaskError("an axis of zero length has no direction: give another one, or none.")
         object.__setattr__(self, "axis", tuple((axis / length).tolist()))
+        object.__setattr__(self, "frame", self.frame or "tool")
+
+    def or_along(self, axis: Triple, frame: Literal["tool", "world"]) -> Line:
+        """The line, along ``axis`` where it has none."""
+        return replace(self, axis=axis, frame=frame) if self.axis is None else self
+
+
+Along = Annotated[Line, pydantic.BeforeValidator(lambda said: said if isinstance(said, dict) else {"distance": said})]
+_GraspFiles = Annotated[list[GraspFile], pydantic.Field(min_length=1)]
+
+
+def _grasps(files: list[GraspFile] | None) -> tuple[Grasp, ...] | None:
+    return None if files is None else tuple(grasp for one in files for grasp in one.grasps())
 
 
 @checks_kinds
@@ -76,10 +150,23 @@ class Pick:
     ``grasps`` None: they are generated from its shape, see :mod:`planner.tasks.grasps`.
     """
 
-    object: str
-    grasps: tuple[Grasp, ...] | None = None
-    approach: Line = Line(0.1, (0.0, 0.0, 1.0))
-    retreat: Line = Line(0.1, (0.0, 0.0, 1.0), "world")
+    object: Annotated[Name, pydantic.Field(alias="pick")]
+    grasps: Annotated[
+        tuple[Grasp, ...] | None,
+        pydantic.BeforeValidator(lambda said: None if said == "auto" else said),
+        pydantic.GetPydanticSchema(
+            lambda _, schema: core_schema.no_info_after_validator_function(_grasps, schema(_GraspFiles | None))
+        ),
+    ] = None
+    approach: Along = Line()
+    retreat: Along = Line()
+    __pydantic_config__: ClassVar = _STRICT
+
+    def __post_init__(self) -> None:
+        if self.grasps is not None and not len(self.grasps):
+            raise TaskError(f"no grasps of '{self.object}' are given: leave them out to have them generated.")
+        object.__setattr__(self, "approach", self.approach.or_along((0.0, 0.0, 1.0), "tool"))
+        object.__setattr__(self, "retreat", self.retreat.or_along((0.0, 0.0, 1.0), "world"))
 
 
 @checks_kinds
@@ -94,6 +181,11 @@ class Region:
     corners: tuple[tuple[float, float], tuple[float, float]]
     samples: int = 20
 
+    def __post_init__(self) -> None:
+        numbers("corners", self.corners, (2, 2), TaskError, FARTHEST)
+        if not 1 <= self.samples <= _MOST_SAMPLES:
+            raise TaskError(f"{self.samples} samples are not usable: give a whole number from 1 to {_MOST_SAMPLES}.")
+
 
 @checks_kinds
 @dataclass(frozen=True, eq=False)
@@ -105,8 +197,54 @@ class Place:
 
     object: str
     at: Region | tuple[Floats, ...]
-    approach: Line = Line(0.1, (0.0, 0.0, -1.0), "world")
-    retreat: Line = Line(0.1, (0.0, 0.0, -1.0))
+    approach: Line = Line()
+    retreat: Line = Line()
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.at, Region):
+            if not len(self.at):
+                raise TaskError(f"'{self.object}' is placed nowhere: give poses, or a region.")
+            poses = tuple(as_frozen(placement("pose", each, TaskError, FARTHEST)) for each in self.at)
+            object.__setattr__(self, "at", poses)
+        object.__setattr__(self, "approach", self.approach.or_along((0.0, 0.0, -1.0), "world"))
+        object.__setattr__(self, "retreat", self.retreat.or_along((0.0, 0.0, -1.0), "tool"))
+
+
+class PlaceFile(Strict):
+    """A placement as a file has it: ``on`` a box in a region ``at`` of its top, or in a ``pose``."""
+
+    place: Name
+    on: Name | None = None
+    at: tuple[tuple[Coordinate, Coordinate], tuple[Coordinate, Coordinate]] | None = None
+    samples: Annotated[int, pydantic.Field(ge=1, le=_MOST_SAMPLES)] = 20
+    pose: Annotated[
+        Annotated[list[PoseFile], pydantic.Field(min_length=1)] | None,
+        pydantic.BeforeValidator(lambda said: [said] if isinstance(said, dict) else said),
+    ] = None
+    approach: Along = Line()
+    retreat: Along = Line()
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _on(cls, data: Any) -> Any:
+        """YAML reads the key ``on`` as true."""
+        return {"on" if key is True else key: value for key, value in data.items()} if isinstance(data, dict) else data
+
+    @pydantic.model_validator(mode="after")
+    def _one_place(self) -> PlaceFile:
+        if (self.on is None) != (self.at is None):
+            raise ValueError("'on' and 'at' go together: the box that it is put on, and two corners of a region")
+        if (self.pose is None) == (self.on is None):
+            raise ValueError("give either 'on' and 'at', or a 'pose'")
+        if self.on is None and "samples" in self.model_fields_set:
+            raise ValueError("'samples' are taken in a region, and poses are given: leave them out")
+        return self
+
+    def step(self) -> Place:
+        """The step that it is."""
+        region = self.on and self.at and Region(self.on, self.at, self.samples)
+        at = region or tuple(each.matrix() for each in self.pose or ())
+        return Place(self.place, at, self.approach, self.retreat)
 
 
 @checks_kinds
@@ -114,7 +252,8 @@ class Place:
 class Move:
     """Go to a state: a name, ``q:...``, ``xyz:...`` or ``pose:...``, as ``planner plan`` reads it."""
 
-    to: str
+    to: Annotated[Name, pydantic.Field(alias="move")]
+    __pydantic_config__: ClassVar = _STRICT
 
 
 Step = Pick | Place | Move
@@ -128,10 +267,19 @@ class GripperSaid:
     ``touch`` are links that may touch what is grasped. What is left out is taken from the robot, where it is known.
     """
 
-    open: Mapping[str, float] | None = None
-    closed: Mapping[str, float] | None = None
-    opening: float | None = None
-    touch: tuple[str, ...] | None = None
+    open: Mapping[str, Coordinate] | None = None
+    closed: Mapping[str, Coordinate] | None = None
+    opening: Number | None = None
+    touch: tuple[Name, ...] | None = None
+    __pydantic_config__: ClassVar = _STRICT
+
+    def __post_init__(self) -> None:
+        _require_positive("the gripper's opening", self.opening)
+
+
+def _require_positive(what: str, metres: float | None) -> None:
+    if metres is not None and not 0.0 < metres <= _WIDEST:
+        raise TaskError(f"{what} is {metres:g} m: give metres above 0, up to {_WIDEST:g}.")
 
 
 @checks_kinds
@@ -160,132 +308,9 @@ class Task:
         path = file_place(path, "task")
         where = f"task file {path}"
         file = validate(TaskFile, parse_yaml(read_text(path, "task file"), where), where, TaskError)
-        try:
-            return _task(file, path)
-        except ValueError as error:
-            raise TaskError(f"{where}: {error}") from None
-
-
-class LineFile(Strict):
-    """A line: its length, which may stand for it alone, and where it is not the usual one its axis in a frame."""
-
-    distance: Annotated[Number, pydantic.Field(ge=0, le=_FARTHEST_LINE)] = 0.1
-    axis: Triple | None = None
-    frame: Frame | None = None
-
-    @pydantic.model_validator(mode="after")
-    def _of_an_axis(self) -> LineFile:
-        if self.frame is not None and self.axis is None:
-            raise ValueError("a frame is that of an axis: give both, or neither")
-        return self
-
-
-Along = Annotated[LineFile, pydantic.BeforeValidator(lambda said: {"distance": said} if _plain(said) else said)]
-
-
-def _plain(said: Any) -> bool:
-    return not isinstance(said, dict | LineFile)
-
-
-class GraspFile(PoseFile):
-    """A grasp in the object's frame; with ``axis`` the tool's z is along that, within a ``cone`` (rad), and turns."""
-
-    axis: Triple | None = None
-    cone: Annotated[Number, pydantic.Field(ge=0, le=1.5)] = 0.0
-    opening: Size | None = None
-
-    @pydantic.model_validator(mode="after")
-    def _one_direction(self) -> GraspFile:
-        if self.axis is not None and (self.rpy is not None or self.quaternion is not None):
-            raise ValueError("give a quaternion (or rpy) or an axis, not both")
-        if self.axis is None and self.cone:
-            raise ValueError("a cone is around an axis: give one")
-        if self.axis is not None and not np.linalg.norm(self.axis) > 1e-9:
-            raise ValueError("an axis of zero length has no direction")
-        return self
-
-
-class PickFile(Strict):
-    pick: Name
-    grasps: Annotated[
-        Annotated[list[GraspFile], pydantic.Field(min_length=1)] | None,
-        pydantic.BeforeValidator(lambda said: None if said == "auto" else said),
-    ] = None
-    approach: Along = LineFile()
-    retreat: Along = LineFile()
-
-
-class PlaceFile(Strict):
-    place: Name
-    on: Name | None = None
-    at: tuple[tuple[Coordinate, Coordinate], tuple[Coordinate, Coordinate]] | None = None
-    samples: Annotated[int, pydantic.Field(ge=1, le=MOST_SAMPLES)] = 20
-    pose: Annotated[
-        Annotated[list[PoseFile], pydantic.Field(min_length=1)] | None,
-        pydantic.BeforeValidator(lambda said: [said] if isinstance(said, dict) else said),
-    ] = None
-    approach: Along = LineFile()
-    retreat: Along = LineFile()
-
-    @pydantic.model_validator(mode="before")
-    @classmethod
-    def _on(cls, data: Any) -> Any:
-        """YAML reads the key ``on`` as true."""
-        return {"on" if key is True else key: value for key, value in data.items()} if isinstance(data, dict) else data
-
-    @pydantic.model_validator(mode="after")
-    def _one_place(self) -> PlaceFile:
-        if (self.on is None) != (self.at is None):
-            raise ValueError("'on' and 'at' go together: the box that it is put on, and two corners of a region")
-        if (self.pose is None) == (self.on is None):
-            raise ValueError("give either 'on' and 'at', or a 'pose'")
-        if self.on is None and "samples" in self.model_fields_set:
-            raise ValueError("'samples' are taken in a region, and poses are given: leave them out")
-        return self
-
-
-class MoveFile(Strict):
-    move: Name
-
-
-_KINDS = ("pick", "place", "move")
-
-
-def _kind(data: Any) -> str | None:
-    said = [kind for kind in _KINDS if isinstance(data, dict) and kind in data]
-    return said[0] if len(said) == 1 else None
-
-
-StepFile = Annotated[
-    Annotated[PickFile, pydantic.Tag("pick")]
-    | Annotated[PlaceFile, pydantic.Tag("place")]
-    | Annotated[MoveFile, pydantic.Tag("move")],
-    pydantic.Discriminator(_kind, custom_error_type="step", custom_error_message="give one of pick, place and move"),
-]
-
-
-class GripperFile(Strict):
-    open: dict[str, Coordinate] | None = None
-    closed: dict[str, Coordinate] | None = None
-    opening: Size | None = None
-    touch: list[Name] | None = None
-
-
-class TaskFile(Strict):
-    """What a task file holds."""
-
-    robot: Name
-    scene: Name
-    start: Name = "home"
-    gripper: GripperFile = GripperFile()
-    steps: Annotated[list[StepFile], pydantic.Field(min_length=1)]
-
-
-def _task(file: TaskFile, path: Path) -> Task:
-    said = file.gripper
-    gripper = GripperSaid(said.open, said.closed, said.opening, None if said.touch is None else tuple(said.touch))
-    steps = tuple(map(_step, file.steps))
-    return Task(_beside(file.robot, path), _beside(file.scene, path), steps, file.start, gripper, path.stem)
+        robot, scene = (_beside(name, path) for name in (file.robot, file.scene))
+        steps = tuple(step.step() if isinstance(step, PlaceFile) else step for step in file.steps)
+        return Task(robot, scene, steps, file.start, file.gripper, path.stem)
 
 
 def _beside(name: str, path: Path) -> str:
@@ -294,57 +319,28 @@ def _beside(name: str, path: Path) -> str:
     return str(near) if scene_file(name) is None and is_file(near) else name
 
 
-def _step(file: PickFile | PlaceFile | MoveFile) -> Step:
-    match file:
-        case PickFile():
-            grasps = None if file.grasps is None else tuple(g for one in file.grasps for g in _grasps(one))
-            plain = Pick(file.pick, grasps)
-        case PlaceFile():
-            if file.on is not None and file.at is not None:
-                at: Region | tuple[Floats, ...] = Region(file.on, file.at, file.samples)
-            else:
-                at = tuple(each.matrix() for each in file.pose or ())
-            plain = Place(file.place, at)
-        case MoveFile():
-            return Move(file.move)
-    lines = {name: _line(getattr(file, name), getattr(plain, name)) for name in ("approach", "retreat")}
-    return replace(plain, **lines)
+def _kind(data: Any) -> str | None:
+    said = [kind for kind in ("pick", "place", "move") if isinstance(data, dict) and kind in data]
+    return said[0] if len(said) == 1 else None
 
 
-def _line(said: LineFile, plain: Line) -> Line:
-    if said.axis is None:
-        return replace(plain, distance=said.distance)
-    return Line(said.distance, said.axis, said.frame or "tool")
+class TaskFile(Strict):
+    """What a task file holds."""
 
-
-def _grasps(file: GraspFile) -> Iterator[Grasp]:
-    """The grasp, or where an axis leaves the tool free some of all that it allows, evenly."""
-    if file.axis is None:
-        yield Grasp(file.matrix(), file.opening)
-        return
-    axis = np.array(file.axis) / np.linalg.norm(file.axis)
-    across = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
-    side = across / np.linalg.norm(across)
-    directions = [axis]
-    if file.cone:
-        around = np.arange(_TILTS) * 2 * np.pi / _TILTS
-        edge = np.outer(np.cos(around), side) + np.outer(np.sin(around), np.cross(axis, side))
-        directions += list(np.cos(file.cone) * axis + np.sin(file.cone) * edge)
-    for direction in directions:
-        yield from turned_about(np.array(file.position), direction, file.opening, _TURNS)
-
-
-def turned_about(position: Floats, direction: Floats, opening: float | None, turns: int) -> Iterator[Grasp]:
-    """Grasps at ``position`` with the tool's z along a unit ``direction``, turned about it by even steps."""
-    across = np.cross(direction, np.eye(3)[int(np.abs(direction).argmin())])
-    side = across / np.linalg.norm(across)
-    for angle in np.arange(turns) * 2 * np.pi / turns:
-        closing = np.cos(angle) * side + np.sin(angle) * np.cross(direction, side)
-        yield Grasp(tool_at(position, direction, closing), opening)
-
-
-def tool_at(position: Floats, approach: Floats, closing: Floats) -> Floats:
-    """The pose (4, 4) of a tool whose z is along ``approach`` and whose y along ``closing``, unit and orthogonal."""
-    matrix = np.array(pose(position.tolist()))
-    matrix[:3, :3] = np.column_stack([np.cross(closing, approach), closing, approach])
-    return matrix
+    robot: Name
+    scene: Name
+    start: Name = "home"
+    gripper: GripperSaid = GripperSaid()
+    steps: Annotated[
+        list[
+            Annotated[
+                Annotated[Pick, pydantic.Tag("pick")]
+                | Annotated[PlaceFile, pydantic.Tag("place")]
+                | Annotated[Move, pydantic.Tag("move")],
+                pydantic.Discriminator(
+                    _kind, custom_error_type="step", custom_error_message="give one of pick, place and move"
+                ),
+            ]
+        ],
+        pydantic.Field(min_length=1),
+    ]

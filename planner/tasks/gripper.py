@@ -41,18 +41,35 @@ def gripper_of(robot: Robot, said: GripperSaid) -> Gripper:
     fingers = _fingers(robot)
     wide = {name: high for name, (_, high, _) in fingers.items()}
     tight = {name: low for name, (low, _, _) in fingers.items()}
+    moved = tuple(dict.fromkeys(link for _, _, links in fingers.values() for link in links))
     opening = sum(wide.values()) - sum(tight.values()) or None
-    touch = said.touch or tuple(dict.fromkeys(link for _, _, links in fingers.values() for link in links))
+    _require_joints(robot, said.open or {})
+    _require_joints(robot, said.closed or {})
     links = dict.fromkeys(body.link for body in robot.bodies)
-    unknown = sorted(set(touch) - set(links))
+    unknown = sorted(set(said.touch or ()) - set(links))
     if unknown:
         raise TaskError(f"link '{unknown[0]}' cannot touch what is grasped: links with shapes are {choices(links)}.")
     return Gripper(
         wide if said.open is None else said.open,
         tight if said.closed is None else said.closed,
         opening if said.opening is None else said.opening,
-        touch or _at_tool(robot),
+        (moved or _at_tool(robot)) if said.touch is None else said.touch,
     )
+
+
+def _require_joints(robot: Robot, values: Mapping[str, float]) -> None:
+    """Raise :class:`TaskError` for joints that are not held, or values beyond their limits."""
+    model = urdf.build_model(robot.source) if values else None
+    for name, value in values.items():
+        if model is None or name not in robot.fixed_joints:
+            held = choices(sorted(robot.fixed_joints))
+            raise TaskError(f"the gripper cannot move '{name}': joints of {robot.name} that are held are {held}.")
+        at = model.joints[model.getJointId(name)].idx_q
+        low, high = float(model.lowerPositionLimit[at]), float(model.upperPositionLimit[at])
+        if not low - 1e-9 <= value <= high + 1e-9:
+            raise TaskError(
+                f"the gripper moves '{name}' to {value:g}, outside its limits [{low:g}, {high:g}] (rad, m)."
+            )
 
 
 def _fingers(robot: Robot) -> dict[str, tuple[float, float, tuple[str, ...]]]:

@@ -10,23 +10,26 @@ from typing import Any
 import numpy as np
 import pydantic
 
-from planner.base.arrays import Floats, frozen
+from planner.base.arrays import Floats
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder
 from planner.base.yamlfile import read_text, validate
 from planner.collision.checker import CollisionChecker
 from planner.collision.self_pairs import disabled_pairs
 from planner.collision.world import World
-from planner.kinematics.forward import tool_pose
-from planner.models.robot import with_carried, with_tool, without_carried
-from planner.models.shapes import Carried, Obstacle
+from planner.models.poses import pose
+from planner.models.robot import with_carried, without_carried
+from planner.models.shapes import Carried
 from planner.paths.check import PathReport
-from planner.paths.file import matrix, parse
+from planner.paths.file import matrix, parse, require_of_an_arm
 from planner.planning.result import JSON_NAME
+from planner.setup.in_hand import let_go, placement_of, taken
 from planner.tasks.record import Event, SegmentRecord, SegmentTimes
 from planner.trajectory.check import TrajectoryReport, check, looked_at
 from planner.trajectory.trajectory import Trajectory
 
+_SAME = 1e-6  # rad (m): joint values in two files
+_MOVED, _TURNED = 1e-3, 1e-2  # m, rad: an object so much elsewhere is held otherwise
 Report = PathReport | TrajectoryReport
 
 
@@ -56,22 +59,55 @@ def judged(
     every ``step`` metres. Where an object may touch what it stands on at its rest, all that is off the rest is looked
     at without that too. Raises :class:`FileError` for events that are not of this scene.
     """
-    stage = Stage(checker, record.events)
+    if whole is not None and [dict(event) for event in whole.events] != [event.to_dict() for event in record.events]:
+        raise FileError("the task has other events than its trajectory: one of the files is damaged, plan again.")
+    stage, before = Stage(checker, record.events), None
+    handled = {event.object for event in record.events}
     for number, segment in enumerate(record.segments):
         path = matrix(segment.path, f"segment {number + 1}")
-        if path.shape[1] != stage.robot.dof:
-            raise FileError(
-                f"segment {number + 1} has {path.shape[1]} columns, {stage.robot.name} has {stage.robot.dof} joints."
-            )
-        made = None if whole is None or segment.trajectory is None else _part(whole, segment.trajectory)
-        touching = [*segment.may_touch, *segment.at_rest]
-        report = check(path if made is None else made, stage.checker(touching), step)
-        if isinstance(report, TrajectoryReport) and segment.at_rest and report.contact is None and made is not None:
-            contact = looked_at(off_rest(made, path, segment.part), stage.checker(segment.may_touch), step)
-            report = replace(report, contact=contact)
-        yield segment, report
+        _require_fitting(number, segment, path, before, stage, handled)
+        made = None if whole is None or segment.trajectory is None else _part(whole, segment.trajectory, path)
+        yield segment, _report(segment, path, made, stage, step)
+        before = path[-1]
         for event in (each for each in record.events if each.segment == number):
-            stage.after(event, path[-1])
+            stage.after(event, before)
+
+
+def _report(segment: SegmentRecord, path: Floats, made: Trajectory | None, stage: Stage, step: float) -> Report:
+    """What is found on the path, and on the motion where there is one: the first that is not as it should be."""
+    loose, strict = stage.checker([*segment.may_touch, *segment.at_rest]), stage.checker(segment.may_touch)
+    report: Report = check(path, loose, step)
+    off = path[1:] if segment.part == "retreat" else path[:-1]
+    if report.ok and segment.at_rest and len(off) > 1:
+        report = check(off, strict, step)
+    if report.ok and made is not None:
+        report = check(made, loose, step)
+        if report.ok and segment.at_rest:
+            report = replace(report, contact=looked_at(off_rest(made, path, segment.part), strict, step))
+    return report
+
+
+def _require_fitting(
+    number: int, segment: SegmentRecord, path: Floats, before: Floats | None, stage: Stage, handled: set[str]
+) -> None:
+    """Raise :class:`FileError` for a segment that does not follow from the one before it and from the events."""
+    head, robot = f"segment {number + 1}", stage.robot
+    held = None if stage.held is None else stage.held.name
+    if path.shape[1] != robot.dof:
+        raise FileError(f"{head} has {path.shape[1]} columns, {robot.name} has {robot.dof} joints.")
+    require_of_an_arm(path, robot, head)
+    if len(path) < 2:
+        raise FileError(f"{head} has a path of one waypoint: give two at least.")
+    if before is not None and np.abs(path[0] - before).max() > _SAME:
+        raise FileError(f"{head} begins elsewhere than the one before it ends: the file is damaged, plan again.")
+    if segment.carried != held:
+        said, truth = (f"'{name}'" if name else "nothing" for name in (segment.carried, held))
+        raise FileError(
+            f"{head} says that {said} is held, by the events it is {truth}: the file is damaged, plan again."
+        )
+    for pair in (*segment.may_touch, *segment.at_rest):
+        if handled.isdisjoint(pair):
+            raise FileError(f"{head} lets '{pair[0]}' touch '{pair[1]}', and neither is picked: plan again.")
 
 
 class Stage:
@@ -81,56 +117,71 @@ class Stage:
     """
 
     def __init__(self, checker: CollisionChecker, events: Sequence[Event]) -> None:
-        self._base, self.scene = checker.world, checker.world.scene
-        self._known, self._disabled = checker, disabled_pairs(checker.robot, type(checker))
-        self.standing = {item.name: item for item in self.scene.obstacles}
+        self._known, self.scene = checker, checker.world.scene
+        self._disabled = disabled_pairs(checker.robot, type(checker))
         first = next((event for event in events if event.kind != "gripper"), None)
-        name = first.object if first is not None and first.kind == "detach" else None
-        self.held = next((item for item in self.scene.carried if item.name == name), None)
+        self._name = first.object if first is not None and first.kind == "detach" else None
         self.robot = checker.robot if self.held is None else without_carried(checker.robot, self.held.name)
+
+    @property
+    def held(self) -> Carried | None:
+        """What the task holds; what the scene lets the arm carry besides is part of the robot."""
+        return next((item for item in self.scene.carried if item.name == self._name), None)
 
     def checker(self, allowed: Iterable[tuple[str, str]]) -> CollisionChecker:
         """A checker of what there is now, where these pairs of names may touch besides."""
-        pairs = self.scene.allowed | {frozenset(pair) for pair in allowed}
-        robot = self.robot if self.held is None else with_carried(self.robot, [self.held])
-        there = replace(self.scene, obstacles=tuple(self.standing.values()), allowed=pairs)
-        disabled = self._disabled | robot.touching
-        world = World.of(robot, there, disabled, self._base.margin, self._base.conditions)
+        base, robot = self._known.world, self.robot if self.held is None else with_carried(self.robot, [self.held])
+        there = replace(self.scene, allowed=self.scene.allowed | {frozenset(pair) for pair in allowed})
+        world = World.of(robot, there, self._disabled | robot.touching, base.margin, base.conditions)
         return type(self._known)(world, self._known)
 
     def pose(self, name: str, q: Floats) -> Floats:
         """Where an object is (4, 4) in a configuration (dof,)."""
-        if self.held is None or self.held.name != name:
-            return self.standing[name].placement
-        return self._hand(self.held.link, q) @ self.held.placement
+        if self.held is not None and self.held.name == name:
+            return placement_of(self.held, self.robot, q)
+        return next(item for item in self.scene.obstacles if item.name == name).placement
 
     def after(self, event: Event, q: Floats) -> None:
         """Take or let go, in a configuration (dof,); :class:`FileError` for what is not there."""
         name, held = event.object, self.held
         if event.kind == "attach":
-            if name not in self.standing:
+            item = next((item for item in self.scene.obstacles if item.name == name), None)
+            if item is None:
                 raise FileError(
                     f"the task takes '{name}', which is not in scene '{self.scene.name}': give its --scene."
                 )
-            item = self.standing.pop(name)
-            pose = frozen(np.linalg.inv(self._hand(event.link, q)) @ item.placement)
-            self.held = Carried(event.link, name, item.shape, pose)
+            _require_there(event, item.placement, f"in scene '{self.scene.name}'")
+            self.scene, self._name = taken(self.scene, item, self.robot, event.link, q), name
         elif event.kind == "detach":
             if held is None or held.name != name:
                 raise FileError(f"the task lets go of '{name}', which it does not hold: mend the file.")
-            self.standing[name], self.held = Obstacle(name, held.shape, frozen(self.pose(name, q))), None
-
-    def _hand(self, link: str, q: Floats) -> Floats:
-        return tool_pose(with_tool(self.robot, link), q).homogeneous
+            _require_there(event, self.pose(name, q), "in the hand")
+            self.scene, self._name = let_go(self.scene, held, self.robot, q), None
 
 
-def _part(whole: Trajectory, times: SegmentTimes) -> Trajectory:
-    """The part of a motion that a segment is."""
+def _require_there(event: Event, placement: Floats, where: str) -> None:
+    """Raise :class:`FileError` where an object is elsewhere than the plan had it."""
+    if event.position is None or event.quaternion is None:
+        return
+    planned = pose(event.position, quaternion=event.quaternion)
+    away = float(np.linalg.norm(placement[:3, 3] - planned[:3, 3]))
+    turned = float(np.abs(placement[:3, :3] - planned[:3, :3]).max())
+    if away > _MOVED or turned > _TURNED:
+        off = f"{1e3 * away:.3g} mm and {turned:.2g} rad"
+        raise FileError(
+            f"at its {event.kind} '{event.object}' is {where} {off} from where the plan has it: plan again."
+        )
+
+
+def _part(whole: Trajectory, times: SegmentTimes, path: Floats) -> Trajectory:
+    """The part of a motion that a segment is; :class:`FileError` where it does not join the ends of its ``path``."""
     begin, end = round(times.begin * 1e9), round((times.begin + times.duration) * 1e9)
     rows = np.flatnonzero((whole.nanoseconds >= begin) & (whole.nanoseconds <= end))
     if len(rows) < 2:
         raise FileError("the segments of the task have other times than its trajectory: plan again.")
     columns = tuple(column[rows] for column in whole.columns)
+    if np.abs(columns[0][[0, -1]] - path[[0, -1]]).max() > _SAME:
+        raise FileError("the segments of the task have other paths than its trajectory: plan again.")
     return Trajectory(whole.joints, whole.nanoseconds[rows], columns, whole.law, whole.limits)
 
 

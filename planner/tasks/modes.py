@@ -167,12 +167,6 @@ class Modes:
             self.verdicts[clause] = have
         return have
 
-    def verdict(self, mode: Mode, numbers: Ints) -> Ints:
-        """(k,) what is known of the motions ``numbers`` (k,) in ``mode``: one clause that blocks is enough."""
-        found = np.array([self.known(clause)[numbers] for clause in self.clauses(mode)])
-        blocked, free = (found == BLOCKED).any(axis=0), (found == FREE).all(axis=0)
-        return np.where(blocked, BLOCKED, np.where(free, FREE, OPEN))
-
     def prove(self, clause: Clause, numbers: Ints) -> None:
         """Prove what is open of the motions ``numbers`` (k,) in a clause."""
         known = self.known(clause)
@@ -200,6 +194,7 @@ class Motions:
     def __init__(self, robot: Robot) -> None:
         self.robot, self._start, self._delta = robot, [np.zeros((0, robot.dof))], [np.zeros((0, robot.dof))]
         self._counts: list[Ints] = [np.zeros(0, dtype=np.int64)]
+        self._first = np.zeros(1, dtype=np.int64)
         self.count = 0
 
     def through(self, corners: Floats) -> int:
@@ -223,9 +218,11 @@ class Motions:
 
     def joined(self) -> tuple[Floats, Floats, Ints]:
         """All pieces: starts and motions (p, dof), and where those of each motion begin (motions + 1,)."""
-        self._start, self._delta = [np.concatenate(self._start)], [np.concatenate(self._delta)]
-        self._counts = [np.concatenate(self._counts)]
-        return self._start[0], self._delta[0], so_far(self._counts[0])
+        if len(self._start) > 1:
+            self._start, self._delta = [np.concatenate(self._start)], [np.concatenate(self._delta)]
+            self._counts = [np.concatenate(self._counts)]
+            self._first = so_far(self._counts[0])
+        return self._start[0], self._delta[0], self._first
 
     def of(self, motions: Ints) -> tuple[Floats, Floats, Ints]:
         """The pieces of ``motions``, and which motion each belongs to."""

@@ -19,18 +19,16 @@ from planner.objective.integral import costs_along
 from planner.objective.scale import cost_number, length_cost
 from planner.problem.objective import Objective
 from planner.roadmap.roadmap import Roadmap
-from planner.tasks.file import Move, Pick, TaskError
+from planner.tasks.file import TaskError
 from planner.tasks.modes import Mode, Motions
-from planner.tasks.options import Option, Options
+from planner.tasks.options import NOTHING, Option, Options
 
 NEIGHBOURS = 10  # nodes of the roadmap that each end of a line is joined to
 MOST_NODES = 3_000_000  # of the network
 TRANSIT, APPROACH, RETREAT = 0, 1, 2
-_CORNERS = 4  # of an option
 _CHUNK = 256  # ends whose neighbours are looked for at once
 
-Crossing = tuple[int, int, Option | int, int | None]  # a layer, a step, its option or goal's number, layer after
-Key = int | tuple[int, int]  # of an option, or of a goal by its step and number
+Crossing = tuple[int, int, Option, int | None]  # a layer, a step, its option, layer after
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +36,13 @@ class Way:
     """A mode left and another entered by one option of a step, or a goal reached; ``first`` is its first node."""
 
     step: int
-    option: Option | None  # None: a goal of a move
+    option: Option
     first: int
+
+    @property
+    def last(self) -> int:
+        """Its last node."""
+        return self.first + len(self.option.motions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,24 +129,21 @@ class _Builder:
         options.modes.known(("arm",))[self.edge_motions[roadmap.proven]] = 1
         self.modes: dict[Mode, int] = {}
         self.layers: list[tuple[int, Mode]] = []
-        self.links: dict[Key, tuple[tuple[Ints, Ints], tuple[Ints, Ints]]] = {}
-        self._join()
+        self.links = self._links()
 
-    def _join(self) -> None:
-        """Neighbours of both ends of every option and of every goal, and the straight motions there and off."""
+    def _links(self) -> dict[int, tuple[tuple[Ints, Ints], tuple[Ints, Ints]]]:
+        """Neighbours of both ends of every option, and the straight motions there and off; by the option's id."""
         listed = [o for step in self.options.steps for options in step.values() for o in options]
-        ends = [option.ends for option in listed] + [np.array([q, q]) for goals in self.options.goals for q in goals]
-        keys: list[Key] = [id(option) for option in listed]
-        keys += [(stage, k) for stage, goals in enumerate(self.options.goals) for k in range(len(goals))]
-        if not ends:
-            return
-        flat, robot, motions = np.concatenate(ends), self.options.modes.robot, self.options.modes.motions
+        flat, robot, motions = (
+            np.concatenate([o.ends for o in listed]),
+            self.options.modes.robot,
+            self.options.modes.motions,
+        )
         near = _nearest(self.roadmap, robot, flat)
         many = near.shape[1]
         theirs, mine = self.roadmap.nodes[near].reshape(-1, robot.dof), np.repeat(flat, many, axis=0)
         there, off = (motions.straight(*pair).reshape(-1, many) for pair in ((theirs, mine), (mine, theirs)))
-        for k, key in enumerate(keys):
-            self.links[key] = (near[2 * k], there[2 * k]), (near[2 * k + 1], off[2 * k + 1])
+        return {id(o): ((near[2 * k], there[2 * k]), (near[2 * k + 1], off[2 * k + 1])) for k, o in enumerate(listed)}
 
     def network(self, objective: Objective) -> TaskNetwork:
         """All layers that the steps lead to from the first, and the crossings between them."""
@@ -172,23 +172,12 @@ class _Builder:
     def _number(self, mode: Mode) -> int:
         return self.modes.setdefault(mode, len(self.modes))
 
-    def _ways(self, stage: int, mode: Mode) -> Iterator[tuple[int, Option | int, int | None]]:
-        """What leads out of a layer: step, option or goal, layer after."""
-        step, found = self.options.task.steps[stage], self.options.steps[stage]
-        if isinstance(step, Move):
-            for k in range(len(self.options.goals[stage])):
-                yield stage, k, self._layer(stage + 1, mode)
-            return
-        keys = mode.standing if isinstance(step, Pick) else () if mode.held is None else (mode.held,)
-        for option in (o for key in keys for o in found.get(key, ())):
-            after = self._after(mode, option, isinstance(step, Pick))
-            yield stage, option, self._layer(stage + 1, after)
-
-    @staticmethod
-    def _after(mode: Mode, option: Option, pick: bool) -> Mode:
-        if pick:
-            return Mode(tuple(p for p in mode.standing if p != option.place), option.grasp)
-        return Mode(tuple(sorted((*mode.standing, option.place))))
+    def _ways(self, stage: int, mode: Mode) -> Iterator[tuple[int, Option, int | None]]:
+        """What leads out of a layer: step, option, layer after."""
+        found = self.options.steps[stage]
+        for key in (NOTHING, *(mode.standing if mode.held is None else (mode.held,))):
+            for option in found.get(key, ()):
+                yield stage, option, self._layer(stage + 1, _after(mode, option))
 
     def _assembled(self, crossings: list[Crossing], objective: Objective) -> TaskNetwork:
         columns: list[tuple[Ints, Ints, Ints, Ints, Ints]] = []
@@ -206,20 +195,19 @@ class _Builder:
         node, ways, goals = len(self.layers) * n, [], []
         reaches = [np.repeat([stage for stage, _ in self.layers], n)]
         for layer, stage, option, after in crossings:
-            (near_in, there), (near_out, off) = self.links[(stage, option) if isinstance(option, int) else id(option)]
-            mode = self.layers[layer][1]
-            last = node if isinstance(option, int) else node + _CORNERS - 1
+            (near_in, there), (near_out, off) = self.links[id(option)]
+            mode, way = self.layers[layer][1], Way(stage, option, node)
             arcs(layer * n + near_in, node, there, mode, 3 * stage)
-            if not isinstance(option, int):
-                self._lines(arcs, node, stage, mode, option)
+            for k, (one, leg) in enumerate(self._lines(mode, option)):
+                arcs(node + k, node + k + 1, option.motions[k], one, 3 * stage + leg)
             if after is None:
-                goals.append(last)
+                goals.append(way.last)
             else:
-                arcs(last, after * n + near_out, off, self.layers[after][1], 3 * stage + 3)
-            ways.append(Way(stage, None if isinstance(option, int) else option, node))
-            reaches.append(np.full(last + 1 - node, stage))
+                arcs(way.last, after * n + near_out, off, self.layers[after][1], 3 * stage + 3)
+            ways.append(way)
+            reaches.append(np.full(way.last + 1 - node, stage))
             reaches[-1][-1] += 1  # its last corner is behind the step
-            node = last + 1
+            node = way.last + 1
         tails, heads, motion, mode, leg = (np.concatenate(column) for column in zip(*columns, strict=True))
         order = np.argsort(tails * node + heads, kind="stable")  # as the network has them
         costs = motion_costs(self.options, self.roadmap, objective, np.arange(self.options.modes.motions.count))
@@ -239,19 +227,24 @@ class _Builder:
             np.concatenate(reaches),
         )
 
-    def _lines(self, arcs, node: int, stage: int, mode: Mode, option: Option) -> None:
-        """The three motions between an option's four corners, each in the mode that holds along it."""
-        pick = isinstance(self.options.task.steps[stage], Pick)
-        after, options = self._after(mode, option, pick), self.options
+    def _lines(self, mode: Mode, option: Option) -> list[tuple[Mode, int]]:
+        """The mode and the leg of each of the motions between an option's corners."""
+        if option.place == NOTHING:
+            return []
+        after, options = _after(mode, option), self.options
         hand, rest = options.at_hand(option.place), options.at_rest(option.place)
-        if pick:
-            modes = mode.allowing(*hand), after.allowing(*rest), after
-            legs = (APPROACH, RETREAT, RETREAT)
-        else:
-            modes = mode, mode.allowing(*rest), after.allowing(*hand)
-            legs = (APPROACH, APPROACH, RETREAT)
-        for k, (one, leg) in enumerate(zip(modes, legs, strict=True)):
-            arcs(node + k, node + k + 1, option.motions[k], one, 3 * stage + leg)
+        if mode.held is None:
+            return [(mode.allowing(*hand), APPROACH), (after.allowing(*rest), RETREAT), (after, RETREAT)]
+        return [(mode, APPROACH), (mode.allowing(*rest), APPROACH), (after.allowing(*hand), RETREAT)]
+
+
+def _after(mode: Mode, option: Option) -> Mode:
+    """The mode behind an option: what stood is held, what was held stands, or as it was."""
+    if option.place == NOTHING:
+        return mode
+    if mode.held is None:
+        return Mode(tuple(p for p in mode.standing if p != option.place), option.grasp)
+    return Mode(tuple(sorted((*mode.standing, option.place))))
 
 
 def _nearest(roadmap: Roadmap, robot, ends: Floats) -> Ints:

@@ -16,17 +16,18 @@ from planner.collision.world import World
 from planner.kinematics.forward import joint_placements, tool_joint, tool_pose
 from planner.models.scene import Scene
 from planner.models.shapes import Carried, Obstacle
-from planner.problem.targets import HOME, Named, parse_target
+from planner.problem.targets import parse_target
 from planner.setup.open import states_of
 from planner.setup.resolve import resolve
-from planner.tasks.file import Grasp, Move, Pick, Region, Step, Task, TaskError
+from planner.tasks.file import Grasp, Move, Pick, Region, Task, TaskError
 from planner.tasks.file import Place as PlaceStep
 from planner.tasks.grasps import generated
 from planner.tasks.gripper import Gripper
 from planner.tasks.modes import BLOCKED, STRAYS, Held, Mode, Modes, Place
-from planner.tasks.placements import at_pose, in_region
+from planner.tasks.placements import REST, at_pose, extent, in_region, supports
 from planner.tasks.reach import along, line_poses, solutions
 
+NOTHING = -1  # in the place of a number of a grasp or a place
 _SEEDS = 2400  # of inverse kinematics for a step, shared by its grasps or placements
 _FEWEST, _MOST = 12, 100  # for each
 _FEWEST_BESIDE = 2  # for each placement, beside the configurations of its grasp
@@ -40,7 +41,7 @@ class Option:
 
     ``motions`` (3,) are numbers of what leads from corner to corner. The corners of a pick are the begin of its
     approach, the rest, ``RELEASE`` off it, and the end of its retreat; of a placement the begin, ``RELEASE`` before
-    the rest, the rest, and the end.
+    the rest, the rest, and the end. A goal of a move is one corner: it has no motions, its grasp and place are NOTHING.
     """
 
     grasp: int
@@ -53,6 +54,11 @@ class Option:
     def ends(self) -> Floats:
         """(2, dof) where it is joined to the roadmap."""
         return np.array([self.before[0], self.after[-1]])
+
+    @staticmethod
+    def goal(q: Floats) -> Option:
+        """To be in a configuration (dof,)."""
+        return Option(NOTHING, NOTHING, q[None], q[None], np.zeros(0, dtype=np.int64))
 
 
 @dataclass(eq=False)
@@ -74,8 +80,8 @@ class Tried:
 class Options:
     """What each step of a task can choose from, as far as it is not blocked by what all modes share.
 
-    ``steps[k]`` are the options of a pick by place, of a placement by grasp; ``goals[k]`` the configurations of a move.
-    ``first`` is the mode of the beginning.
+    ``steps[k]`` are the options of a pick by place, of a placement by grasp, of a move all by
+    ``NOTHING``. ``first`` is the mode of the beginning.
     """
 
     def __init__(self, task: Task, modes: Modes, gripper: Gripper, start: Floats, most: int) -> None:
@@ -85,52 +91,73 @@ class Options:
         rng = np.random.default_rng(_SEED)
         self._seeds = np.vstack([start, robot.home, rng.uniform(robot.lower, robot.upper, (_MOST, robot.dof))])
         self.steps: list[dict[int, list[Option]]] = []
-        self.goals: list[Floats] = []
         self.tried: list[Tried] = []
         self.stands = {name: [self._new_place(initial)] for name, initial in _initial(modes).items()}
         self._held = list(range(len(modes.grasps)))  # grasps that are left, of the object that is held
         self._seeds_of: dict[int, list[Floats]] = {}  # configurations that hold it, by grasp
+        self._require_free_tops()
         standing = tuple(sorted(places[0] for places in self.stands.values()))
         self.first = Mode(standing, self._held[0] if self._held else None)
-        for k, step in enumerate(task.steps):
+        for step in task.steps:
             self.tried.append(Tried())
-            self.goals.append(self._goals(k, step) if isinstance(step, Move) else np.zeros((0, robot.dof)))
-            self.steps.append({} if isinstance(step, Move) else self._pick(step) if isinstance(step, Pick) else {})
-            if isinstance(step, PlaceStep):
-                self.steps[-1] = self._place(step)
+            match step:
+                case Move():
+                    self.steps.append({NOTHING: [Option.goal(q) for q in self._goals(len(self.tried), step)]})
+                case Pick():
+                    self.steps.append(self._pick(step))
+                case PlaceStep():
+                    self.steps.append(self._place(step))
 
     @property
     def dead_end(self) -> int | None:
         """The first step (from 0) that nothing is left for."""
-        for k, (step, goals) in enumerate(zip(self.steps, self.goals, strict=True)):
-            if not len(goals) and not any(step.values()):
-                return k
-        return None
+        return next((k for k, step in enumerate(self.steps) if not any(step.values())), None)
+
+    def _require_free_tops(self) -> None:
+        """Raise :class:`TaskError` where something is picked on which another stands that is picked later."""
+        first = {name: self.modes.places[places[0]] for name, places in self.stands.items()}
+        for number, step in enumerate(self.task.steps, start=1):
+            below = first.pop(step.object, None) if isinstance(step, Pick) else None
+            if below is None:
+                continue
+            for name, place in first.items():
+                beside = self._heights(place)[0] < self._heights(below)[1] - REST  # they touch side by side
+                if below.object in place.supports and not beside:
+                    raise TaskError(
+                        f"step {number} picks '{below.object}' while '{name}' stands on it: pick '{name}' before."
+                    )
+
+    def _heights(self, place: Place) -> Floats:
+        """How low and how high (2,) m an object at a place reaches."""
+        ends = extent(self.modes.objects[place.object].shape, place.pose[:3, :3])
+        return np.array(ends)[:, 2] + place.pose[2, 3]
 
     def _new_place(self, place: Place) -> int:
         self.modes.places.append(place)
         return len(self.modes.places) - 1
 
-    def _goals(self, k: int, step: Move) -> Floats:
+    def _goals(self, number: int, step: Move) -> Floats:
         checker = self.modes.checker
-        states, target = states_of(checker.robot, checker.world.scene), parse_target(step.to)
-        if isinstance(target, Named) and (unknown := set(target.names) - {*states, HOME}):
-            raise TaskError(
-                f"step {k + 1} moves to '{min(unknown)}', which is not among the scene's states for "
-                f"{checker.robot.name}: give one of {choices({**states, HOME: ''})}, or q:..., xyz:... or pose:...."
-            )
-        return resolve(target, checker, states, f"step {k + 1}, the move,", _GOALS, self.start)
+        states = states_of(checker.robot, checker.world.scene)
+        return resolve(parse_target(step.to), checker, states, f"step {number}, the move,", _GOALS, self.start)
 
     def _pick(self, step: Pick) -> dict[int, list[Option]]:
         item, first = self.modes.objects[step.object], len(self.modes.grasps)
         given = generated(item.name, item.shape, self.gripper.opening) if step.grasps is None else step.grasps
         if step.grasps is not None:
             self._require_outside(item, given)
+            widest = max(grasp.opening or 0.0 for grasp in given)
+            if self.gripper.opening is not None and widest > self.gripper.opening + 1e-9:
+                raise TaskError(
+                    f"a grasp of '{item.name}' opens the gripper {widest:g} m wide, which opens "
+                    f"{self.gripper.opening:g} m: give a narrower one, or the gripper's 'opening'."
+                )
         self.modes.grasps += [Held(item.name, grasp) for grasp in given]
         numbers = range(first, len(self.modes.grasps))
         found = {place: self._options(step, [(g, place) for g in numbers], {}) for place in self.stands[item.name]}
-        self._held = sorted({option.grasp for options in found.values() for option in options})
-        self._seeds_of = {g: [o.before[-1] for os in found.values() for o in os if o.grasp == g] for g in self._held}
+        every = [option for options in found.values() for option in options]
+        self._held = [g for g in numbers if any(option.grasp == g for option in every)]
+        self._seeds_of = {g: [o.before[-1] for o in every if o.grasp == g] for g in self._held}
         return found
 
     def _place(self, step: PlaceStep) -> dict[int, list[Option]]:
@@ -141,10 +168,7 @@ class Options:
             places = [at_pose(item, placement, among) for placement in step.at]
         numbers = self.stands[item.name] = [self._new_place(place) for place in places]
         options = self._options(step, [(g, p) for g in self._held for p in numbers], self._seeds_of)
-        found: dict[int, list[Option]] = {g: [] for g in self._held}
-        for option in options:
-            found[option.grasp].append(option)
-        return found
+        return {g: [option for option in options if option.grasp == g] for g in self._held}
 
     def _options(self, step: Pick | PlaceStep, pairs: Sequence[tuple[int, int]], seeds: dict) -> list[Option]:
         tried, found, share = self.tried[-1], [], _SEEDS // max(len(pairs), 1)
@@ -241,21 +265,13 @@ def _hand_in(item: Obstacle, grasp: Grasp, modes: Modes, gripper: Gripper) -> bo
 
 def _initial(modes: Modes) -> dict[str, Place]:
     """Where the objects stand at the beginning; on what they rest is found among all that stands."""
-    from planner.tasks.placements import supports
-
-    world, found = modes.checker.world, {}
-    held = {item.object for item in modes.grasps}
-    objects = {name: item for name, item in modes.objects.items() if name not in held}
-    for name, item in objects.items():
-        others = (*world.obstacles, *(other for other in objects.values() if other is not item))
-        among = type(modes.checker)(replace_scene(world, others), modes.checker)
-        found[name] = Place(name, np.array(item.placement), supports(item, item.placement, among))
+    held, found = {item.object for item in modes.grasps}, {}
+    objects = [item for name, item in modes.objects.items() if name not in held]
+    for item in objects:
+        others = tuple(other for other in objects if other is not item)
+        on = supports(item, item.placement, modes.checker, others)
+        found[item.name] = Place(item.name, np.array(item.placement), on)
     return found
-
-
-def replace_scene(world: World, obstacles: tuple[Obstacle, ...]) -> World:
-    """The robot among other obstacles; for placements of these alone."""
-    return World.of(world.robot, replace(world.scene, obstacles=obstacles), frozenset(), world.margin)
 
 
 def require_sensible(task: Task, scene: Scene) -> Carried | None:
@@ -295,8 +311,3 @@ def _require_object(name: str, names: list[str], step: int) -> None:
             f"step {step} picks '{name}'{nearest(name, names)}, which is not in the scene; its obstacles are "
             f"{choices(names)}."
         )
-
-
-def picked(steps: Iterable[Step]) -> set[str]:
-    """The names of all that is picked."""
-    return {step.object for step in steps if isinstance(step, Pick)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 
@@ -96,15 +97,17 @@ def _level_of_top(board: Obstacle, low: Floats, high: Floats) -> float:
     if not inside.all():
         least, most = (end + board.placement[:3, 3] for end in extent(board.shape, turn))
         spans = f"x {least[0]:.3g} to {most[0]:.3g}, y {least[1]:.3g} to {most[1]:.3g}"
-        raise TaskError(f"the region reaches beyond the top of '{board.name}' ({spans}): keep it inside.")
+        raise TaskError(f"the region reaches beyond the top of '{board.name}' ({spans} m): keep it inside.")
     return float(board.placement[2, 3] + half[up])
 
 
-def supports(item: Obstacle, placement: Floats, among: CollisionChecker) -> tuple[str, ...]:
+def supports(
+    item: Obstacle, placement: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()
+) -> tuple[str, ...]:
     """What an object that stands at ``placement`` rests on: what it would touch were it ``REST`` lower."""
     lower = np.array(placement)
     lower[2, 3] -= REST + among.world.margin
-    return touched(item, lower, among)
+    return _touched(item, lower, among, others)
 
 
 def at_pose(item: Obstacle, placement: Floats, among: CollisionChecker) -> Place:
@@ -112,29 +115,31 @@ def at_pose(item: Obstacle, placement: Floats, among: CollisionChecker) -> Place
     where = ", ".join(f"{value:g}" for value in placement[:3, 3])
     lifted = np.array(placement)
     lifted[2, 3] += GAP + among.world.margin
-    hit = touched(item, lifted, among)
+    hit = _touched(item, lifted, among)
     if hit:
         raise TaskError(
-            f"'{item.name}' cannot stand at ({where}): it would lie inside '{hit[0]}'; choose another pose."
+            f"'{item.name}' cannot stand at ({where}) m: it would lie inside '{hit[0]}'; choose another pose."
         )
     on = supports(item, placement, among)
     if not on:
         raise TaskError(
-            f"'{item.name}' would stand in the air at ({where}): nothing is within {1e3 * REST:g} mm beneath it; "
+            f"'{item.name}' would stand in the air at ({where}) m: nothing is within {1e3 * REST:g} mm beneath it; "
             "lower it onto something."
         )
     return Place(item.name, np.array(placement), on)
 
 
-def touched(item: Obstacle, placement: Floats, among: CollisionChecker) -> tuple[str, ...]:
-    """The obstacles that an object touches at ``placement``, or comes closer to than the margin."""
-    world, robot = among.world, among.robot
-    root = robot.model.frames[0]
+def _touched(
+    item: Obstacle, placement: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()
+) -> tuple[str, ...]:
+    """What an object touches at ``placement``, or comes closer to than the margin: fixed things, and ``others``."""
+    root = among.robot.model.frames[0]
     held = Carried(root.name, item.name, item.shape, np.linalg.inv(root.placement.homogeneous) @ placement)
-    robot = with_carried(robot, [held])
-    checker = type(among)(World.of(robot, world.scene, frozenset(), world.margin), among)
+    robot = with_carried(among.robot, [held])
+    scene = replace(among.world.scene, obstacles=(*among.world.obstacles, *others))
+    checker = type(among)(World.of(robot, scene, frozenset(), among.world.margin), among)
     rotation, position = joint_placements(checker.chain, np.zeros((1, robot.dof)))
-    count = len(world.obstacles)
+    count = len(scene.obstacles)
     pairs = (len(robot.bodies) - 1) * count + np.arange(count)
-    near = checker.distances(rotation[:, 0], position[:, 0], pairs) <= world.margin
-    return tuple(each.object for each, close in zip(world.obstacles, near, strict=True) if close)
+    near = checker.distances(rotation[:, 0], position[:, 0], pairs) <= among.world.margin
+    return tuple(each.object for each, close in zip(scene.obstacles, near, strict=True) if close)

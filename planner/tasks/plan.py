@@ -18,19 +18,18 @@ from planner.construction.build import build_roadmap
 from planner.models.frames import in_world
 from planner.models.scene import Scene
 from planner.planning.network import PathCost
-from planner.problem.options import require_known
+from planner.problem.options import TaskOptions, require_known
 from planner.problem.outcome import Outcome
-from planner.problem.request import TimingRequest, WorldRequest
+from planner.problem.request import TaskRequest, TimingRequest, WorldRequest
 from planner.problem.targets import parse_target
 from planner.roadmap.roadmap import Roadmap
 from planner.setup.open import open_world, states_of
 from planner.setup.resolve import free_configuration, resolve
-from planner.tasks.file import Task, TaskError
+from planner.tasks.file import Pick, Task, TaskError
 from planner.tasks.gripper import gripper_of
 from planner.tasks.modes import Modes
 from planner.tasks.network import TaskNetwork, task_network
-from planner.tasks.options import Options, picked, require_sensible
-from planner.tasks.request import TaskOptions, TaskRequest
+from planner.tasks.options import NOTHING, Options, require_sensible
 from planner.tasks.result import TaskPlan, scene_without
 from planner.tasks.search import Found, LazySearch
 from planner.tasks.segments import events_of, segments_of, timed
@@ -76,7 +75,7 @@ class TaskPlanner:
     roadmap: Roadmap | None
     network: TaskNetwork | None
     timings: dict[str, float]
-    _seen: set[tuple[int, int]] = field(default_factory=set)
+    _search: LazySearch | None = None
     _fields: dict[float, Floats] = field(default_factory=dict)
 
     @staticmethod
@@ -121,16 +120,17 @@ class TaskPlanner:
         begun, self.timings = self.timings, {}
         if self.network is None or self.roadmap is None:
             return replace(draft, reason=why_stuck(self.options, None), timings=begun)
-        network = self.network
+        search, network = self.search, self.network
         with clock("gabf"):
             if start is not None:
                 q = free_configuration(
                     np.asarray(start, dtype=float), self.options.modes.checker_of(network.modes[0]), "start"
                 )
                 network = network.started(self.options, self.roadmap, q, request.objective)
-            search = LazySearch(self.options.modes, network, self._seen)
+                search = search.started(network)
             law = gabf.named_law(request.law, request.prescribed_time)
             found = search.path(request.beta, law, self._field_at(request.beta, network), progress)
+            self.search.refused |= search.refused[: len(self.network.tails)]
         draft = replace(
             draft,
             roadmap=self.roadmap,
@@ -149,6 +149,14 @@ class TaskPlanner:
             solved = self._solved(draft, found, timing)
         return replace(solved, timings=begun | clock.seconds)
 
+    @property
+    def search(self) -> LazySearch:
+        """The search of the network, with all that was ever refused of it."""
+        assert self.network is not None  # whoever asks has seen to that
+        if self._search is None or self._search.network is not self.network:
+            self._search = LazySearch(self.options.modes, self.network)
+        return self._search
+
     def intervals(self) -> list[Piece]:
         """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
 
@@ -156,8 +164,7 @@ class TaskPlanner:
         """
         if self.network is None:
             return []
-        law = gabf.named_law(self.request.law, self.request.prescribed_time)
-        return LazySearch(self.options.modes, self.network, self._seen).pieces(law)
+        return self.search.pieces(gabf.named_law(self.request.law, self.request.prescribed_time))
 
     def _field_at(self, beta: float, network: TaskNetwork) -> Floats | None:
         """What the last search at the nearest beta left behind."""
@@ -189,7 +196,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes
     held = require_sensible(what, scene)
     if scene.moving or scene.limited:
         raise TaskError(f"in scene '{scene.name}' obstacles move, and a task has no times: give a scene that stands.")
-    names = picked(what.steps)
+    names = {step.object for step in what.steps if isinstance(step, Pick)}
     fixed = replace(scene_without(scene, names), carried=tuple(item for item in scene.carried if item is not held))
     world = WorldRequest(robot=what.robot, scene=fixed, collision=request.collision, margin=request.margin)
     checker = open_world(world)
@@ -203,10 +210,10 @@ def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes
 
 def _ends(options: Options, modes: Modes) -> Floats:
     """Ends of lines, evenly of all steps, and the goals of moves, that the roadmap grows towards; free of the fixed."""
-    chosen = [goals for goals in options.goals if len(goals)]
-    for step in options.steps:
+    chosen = []
+    for step in sorted(options.steps, key=lambda step: NOTHING not in step):  # moves first
         listed = [option for found in step.values() for option in found]
         for k in np.unique(np.linspace(0, len(listed) - 1, min(len(listed), _ENDS)).round().astype(int)):
-            chosen.append(listed[k].ends)
+            chosen.append(listed[k].ends[: 1 + len(listed[k].motions)])
     found = np.vstack(chosen)
     return found[[contact_of(modes.checker, q) is None for q in found]]

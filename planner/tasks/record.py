@@ -7,11 +7,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from planner.base.errors import Reason, choices
 from planner.base.yamlfile import Name, Number
 from planner.planning.network import PathCost
+from planner.planning.record import FieldRecord, MotionRecord
 from planner.problem.run_schema import Record, RoadmapRecord, RunRecord
 
 Pairs = list[tuple[Name, Name]]
+_NAMED = 3  # contacts in the sentence
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,18 +60,23 @@ class Event(Record):
     object: Name
     link: Name
     segment: int
+    position: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = None
+    """m: where the object stands then, of an attach or detach event"""
+    quaternion: Annotated[list[Number], Field(min_length=4, max_length=4)] | None = None
+    """x, y, z, w: and how it is turned"""
     joints: dict[str, float] | None = None
     """values that the gripper's joints go to, of a gripper event"""
 
 
 @dataclass(frozen=True, kw_only=True)
-class StepFailsRecord(Record):
-    """The first step that cannot be done."""
+class StepFails(Reason, Record):
+    """The first step that cannot be done: no grasp or placement of it is left, or no path leads there."""
 
-    kind: Literal["step_fails"]
+    kind: Literal["step_fails"] = "step_fails"  # pyright: ignore[reportIncompatibleVariableOverride]
     step: int
     """from 1"""
     doing: str
+    """the step in words"""
     what: Literal["no_grasp", "no_placement", "no_path"]
     tried: int
     """grasps, or pairs of a grasp and a placement"""
@@ -77,11 +85,35 @@ class StepFailsRecord(Record):
     strays: int
     """and so many that leave what motions keep"""
     contacts: dict[str, int]
-    """how often which two things were the first that touch"""
-    conditions: list[str]
+    """how often which two things were the first that touch, where all configurations of one were in contact"""
+    conditions: tuple[str, ...] = ()
     """what motions keep"""
-    beyond: float | None
-    """m that the nearest is beyond where the arm can ever bring the tool; null where that is not proven of all"""
+    beyond: float | None = None
+    """m that the nearest is beyond where the arm can ever bring the tool: as much nearer is the least that could work;
+    null where that is not proven of all"""
+
+    @property
+    def names(self) -> frozenset[str]:
+        return frozenset(part.strip("'") for pair in self.contacts for part in pair.split("' and '"))
+
+    @property
+    def sentence(self) -> str:
+        """What the user reads."""
+        head = f"Step {self.step} ({self.doing}) cannot be done: "
+        found = f"{self.out_of_reach} of {self.tried} out of reach"
+        found += f" (the nearest by {self.beyond:.2f} m or more)" if self.beyond else ""
+        for pair, count in list(self.contacts.items())[:_NAMED]:
+            found += f", {count} in contact ({pair})"
+        if self.strays:
+            found += f", {self.strays} straying from what is kept ({choices(self.conditions)})"
+        less = ", or keep less" if self.strays else ""
+        match self.what:
+            case "no_grasp":
+                return f"{head}no grasp is left, {found}: move the object or the robot, or give other grasps{less}."
+            case "no_placement":
+                return f"{head}no placement is left, {found}: give another region, or more samples{less}."
+        seen = f" ({found})" if self.tried else ""
+        return f"{head}no path leads there within the budget{seen}: raise --nodes, or try another --seed."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,46 +130,23 @@ class ModesRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaskMotionRecord(Record):
-    """The trajectory beside it, of all segments."""
-
-    duration: float
-    """s"""
-    proven: bool
-
-
-@dataclass(frozen=True, kw_only=True)
-class TaskFieldRecord(Record):
-    """How the dynamics settled."""
-
-    law: str
-    prescribed_time: float
-    """T_p, s"""
-    settling_time: float | None
-    """s"""
-    steps: int
-    max_error_vs_oracle: float
-    """relative, against Dijkstra's answer"""
-
-
-@dataclass(frozen=True, kw_only=True)
 class TaskPlanRecord(RunRecord):
     """What ``planner task`` writes as plan.json; units rad, m and s."""
 
     task: str
-    reason: StepFailsRecord | None
+    reason: StepFails | None
     """which step cannot be done, and why"""
     path: list[list[float]]
     """joint waypoints of all segments, start first"""
     cost: PathCost | None
     segments: list[SegmentRecord]
     events: list[Event]
-    trajectory: TaskMotionRecord | None
-    """null without times"""
+    trajectory: MotionRecord | None
+    """of all segments; null without times"""
     roadmap: RoadmapRecord | None
     """null where a step has no grasp or placement at all"""
     modes: ModesRecord | None
-    gabf: TaskFieldRecord | None
+    gabf: FieldRecord | None
     timings_s: dict[str, float]
     files: dict[str, str] | None = None
     """SHA-256 of the files written beside this one"""

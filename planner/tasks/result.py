@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -25,8 +24,10 @@ from planner.models.robot import Robot
 from planner.models.run_record import run_record
 from planner.models.scene import Scene
 from planner.planning.network import PathCost
-from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME, save_parts
+from planner.planning.result import JSON_NAME, PAGE_NAME, ROADMAP_NAME, field_record, motion_record, save_parts
+from planner.planning.summary import cost_text, field_rows
 from planner.problem.outcome import Outcome
+from planner.problem.request import TaskRequest
 from planner.problem.run_schema import RoadmapRecord
 from planner.roadmap.record_text import roadmap_text
 from planner.roadmap.roadmap import Roadmap
@@ -34,18 +35,8 @@ from planner.tasks.file import Task
 from planner.tasks.judge import Report, Stage, TaskRecord, judged
 from planner.tasks.network import TaskNetwork
 from planner.tasks.options import Options
-from planner.tasks.record import (
-    Event,
-    ModesRecord,
-    SegmentRecord,
-    StepFailsRecord,
-    TaskFieldRecord,
-    TaskMotionRecord,
-    TaskPlanRecord,
-)
-from planner.tasks.request import TaskRequest
+from planner.tasks.record import Event, ModesRecord, SegmentRecord, StepFails, TaskPlanRecord
 from planner.tasks.segments import Segment, begins_of, joined
-from planner.tasks.why import StepFails
 from planner.trajectory.file import TRAJECTORY_NAME
 from planner.trajectory.trajectory import Trajectory
 from planner.view.page import Content, page, save_page
@@ -126,34 +117,31 @@ class TaskPlan:
         """What there is to be written."""
         begun: dict[str, Any] = run_record(self.request, self.outcome, self.robot, self.scene)
         begun["message"] = self.message
-        whole, net, x = self.trajectory, self.network, self.cost_to_go
-        sizes = net and {"modes": len(net.modes), "nodes": net.nodes, "arcs": len(net.tails)}
+        net, x = self.network, self.cost_to_go
         return TaskPlanRecord(
             **begun,
             task=self.task.name,
-            reason=None if self.reason is None else StepFailsRecord(**self.reason.to_dict()),
+            reason=self.reason,
             path=self.path.tolist(),
             cost=self.cost,
             segments=self._segments(),
             events=list(self.events),
-            trajectory=None if whole is None else TaskMotionRecord(duration=whole.duration, proven=whole.proven),
+            trajectory=motion_record(self.trajectory),
             roadmap=None if self.roadmap is None else RoadmapRecord(**self.roadmap.record()),
             modes=None
-            if sizes is None
+            if net is None
             else ModesRecord(
-                **sizes,
+                modes=len(net.modes),
+                nodes=net.nodes,
+                arcs=len(net.tails),
                 pieces_proven=self.options.modes.pieces_proven,
                 rounds=self.rounds,
                 arcs_refused=self.refused,
             ),
             gabf=None
             if x is None
-            else TaskFieldRecord(
-                law=self.request.law,
-                prescribed_time=self.request.prescribed_time,
-                settling_time=x.settling_time,
-                steps=x.steps,
-                max_error_vs_oracle=gabf.max_error(x, gabf.oracle(x.network)),
+            else field_record(
+                self.request, x, gabf.certify(x.network, x.law, x), gabf.max_error(x, gabf.oracle(x.network))
             ),
             timings_s=rounded(self.timings),
         )
@@ -163,8 +151,27 @@ class TaskPlan:
         return [segment.record(begin / 1e9) for segment, begin in zip(self.segments, begins, strict=True)]
 
     def page(self) -> str:
-        """The page as HTML text: the whole motion, the objects going with the hand."""
-        return task_page(self)
+        """The page as HTML text: the whole motion, the objects that are picked going along with the hand."""
+        scene, start, paths = self.scene, self.options.start[0], []
+        if self.cost is not None:
+            motion = self.trajectory
+            if motion is not None:
+                scene = _scene_in_motion(self, motion)
+            rows = path_rows(self.robot, self.path, self.cost.manipulability, self.cost.distance)
+            start, shown = self.path[0], None if motion is None else ShownMotion(motion, None)
+            paths = [ShownPath(self.path, rows, motion=shown)]
+        content = Content(
+            self.robot,
+            scene,
+            self.message,
+            start,
+            details=task_rows(self.to_dict()),
+            roadmap=None if self.roadmap is None else replace(self.roadmap, goals=self.roadmap.goals[:0]),
+            paths=paths,
+            beta=self.request.beta,
+            touching=frozenset() if self.reason is None else self.reason.names,
+        )
+        return page(content)
 
     @checks_kinds
     def save(self, folder: Place) -> None:
@@ -179,7 +186,7 @@ def save_task(plan: TaskPlan, folder: Path, timings: dict[str, float] | None = N
     record["timings_s"] |= rounded(timings or {})
     record["files"] = hashes(folder, (ROADMAP_NAME, TRAJECTORY_NAME))
     write_json(folder / JSON_NAME, record)
-    return save_page(lambda: task_page(plan), folder / PAGE_NAME, record, folder / JSON_NAME)
+    return save_page(plan.page, folder / PAGE_NAME, record, folder / JSON_NAME)
 
 
 def task_rows(record: dict[str, Any]) -> Rows:
@@ -191,9 +198,7 @@ def task_rows(record: dict[str, Any]) -> Rows:
         m = record["modes"]
         rows.append(("modes", f"{m['modes']} over {m['nodes']} nodes, {m['arcs_refused']} of {m['arcs']} arcs refused"))
     if record["cost"]:
-        c = record["cost"]
-        parts = f"{1 - c['beta']:g} x {c['manipulability']:.4f} manipulability + {c['beta']:g} x {c['distance']:.4f}"
-        rows.append(("cost", f"{c['total']:.4f} = {parts} distance"))
+        rows.append(("cost", cost_text(record["cost"])))
     for k, segment in enumerate(record["segments"], start=1):
         held = f", holding {segment['carried']}" if segment["carried"] else ""
         timed = segment["trajectory"]
@@ -203,33 +208,7 @@ def task_rows(record: dict[str, Any]) -> Rows:
     if record["trajectory"]:
         whole = record["trajectory"]
         rows.append(("motion", f"{whole['duration']:.2f} s, {'all proven' if whole['proven'] else 'not all proven'}"))
-    return rows
-
-
-def task_page(plan: TaskPlan) -> str:
-    """A task's page as HTML text; objects that are picked are shown going along with the motion."""
-    paths: Sequence[ShownPath] = ()
-    scene, start = plan.scene, plan.options.start[0]
-    if plan.cost is not None:
-        rows, motion = path_rows(plan.robot, plan.path, plan.cost.manipulability, plan.cost.distance), None
-        if plan.trajectory is not None:
-            motion, scene = ShownMotion(plan.trajectory, None), _scene_in_motion(plan, plan.trajectory)
-        paths, start = [ShownPath(plan.path, rows, motion=motion)], plan.path[0]
-    details = task_rows(plan.to_dict())
-    beta = plan.request.beta
-    touching = frozenset() if plan.reason is None else plan.reason.names
-    content = Content(
-        plan.robot,
-        scene,
-        plan.message,
-        start,
-        details=details,
-        roadmap=None if plan.roadmap is None else replace(plan.roadmap, goals=plan.roadmap.goals[:0]),
-        paths=paths,
-        beta=beta,
-        touching=touching,
-    )
-    return page(content)
+    return rows + (field_rows(record["gabf"]) if record["gabf"] else [])
 
 
 def _scene_in_motion(plan: TaskPlan, motion: Trajectory) -> Scene:

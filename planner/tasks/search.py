@@ -10,6 +10,7 @@ of all combinations of grasp, configuration, path and placement costs, planned o
 from __future__ import annotations
 
 import itertools
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,16 +43,23 @@ class Found:
 class LazySearch:
     """A network of modes with what is refused of its arcs (arcs,), for one search after another."""
 
-    def __init__(self, modes: Modes, network: TaskNetwork, seen: set[tuple[int, int]] | None = None) -> None:
+    def __init__(self, modes: Modes, network: TaskNetwork) -> None:
         self.modes, self.network = modes, network
         self.refused = np.zeros(len(network.tails), dtype=bool)
-        self._seen = set() if seen is None else seen  # (mode, motion) that a second look found free
+        self._seen: set[tuple[int, int]] = set()  # (mode, motion) that a second look found free
         self._users: dict[tuple, list[int]] = {}
         for number, mode in enumerate(network.modes):
             for clause in modes.clauses(mode):
                 self._users.setdefault(clause, []).append(number)
         for clause in list(modes.verdicts):
             self._refuse(clause)
+
+    def started(self, network: TaskNetwork) -> LazySearch:
+        """The search of a network that has one more start behind its other nodes, with all that is known by now."""
+        made = copy(self)
+        made.network = network
+        made.refused = np.append(self.refused, np.zeros(len(network.tails) - len(self.refused), dtype=bool))
+        return made
 
     def path(self, beta: float, law: gabf.Law, x: Floats | None = None, progress: Progress = QUIET) -> Found:
         """The cheapest proven path from the start at ``beta``, from the field ``x`` (nodes,) on where there is one."""

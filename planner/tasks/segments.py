@@ -12,6 +12,7 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, frozen
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
+from planner.models.poses import quaternion_of
 from planner.objective.motion_cost import MotionCost
 from planner.problem.objective import Objective
 from planner.problem.request import TimingRequest
@@ -136,8 +137,12 @@ def events_of(segments: Sequence[Segment], options: Options) -> tuple[Event, ...
         grasp = options.modes.grasps[held].grasp
         joints = gripper.values(grasp.opening) if pick else dict(gripper.open)
         wait = PAUSE if joints else 0.0
-        hold = Event(None if t is None else t + wait * pick, "attach" if pick else "detach", step.object, tool, number)
-        moves = [Event(t, "gripper", step.object, tool, number, joints)] if joints else []
+        now, kind = None if t is None else t + wait * pick, "attach" if pick else "detach"
+        places = (options.modes.places[p] for p in segments[number if pick else number + 1].mode.standing)
+        at = next(place.pose for place in places if place.object == step.object)
+        stands = at[:3, 3].tolist(), quaternion_of(at[:3, :3])
+        hold = Event(now, kind, step.object, tool, number, *stands)
+        moves = [Event(t, "gripper", step.object, tool, number, joints=joints)] if joints else []
         found += [*moves, hold] if pick else [hold, *moves]
         t = None if t is None else t + wait
     return tuple(found)

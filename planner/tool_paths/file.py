@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
@@ -11,29 +10,28 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats
-from planner.base.errors import FileError
+from planner.base.errors import ArrayError, FileError
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
 from planner.base.yamlfile import Coordinate, Number, Strict, parse_yaml, read_text, validate
 from planner.models.poses import pose
+from planner.paths.file import cells, matrix
 from planner.tool_paths.tool_path import ToolPath, TubeSize, arc_points, turned_to
 
-_FARTHEST = 20.0  # m: beyond any arm; points in millimetres are
 _UNIT = 1e-3  # of a quaternion's or an axis's length
-_SAME = 1e-6  # m: points nearer to each other are one
 _COLUMNS = {"quaternion": ("qx", "qy", "qz", "qw"), "axis": ("ax", "ay", "az")}
 
 Vector = Annotated[list[Coordinate], pydantic.Field(min_length=3, max_length=3)]
 
 
 class _Tube(Strict):
-    position: Annotated[Number, pydantic.Field(ge=1e-6, le=0.1)] = TubeSize.position
-    angle: Annotated[Number, pydantic.Field(ge=1e-5, le=0.5)] = TubeSize.angle
+    position: Number = TubeSize.position
+    angle: Number = TubeSize.angle
 
 
 class _Cone(Strict):
     axis: Vector
-    angle: Annotated[Number, pydantic.Field(gt=0, le=1.5708)]
+    angle: Annotated[Number, pydantic.Field(gt=0)]
 
 
 class _Point(Strict):
@@ -78,43 +76,33 @@ def read_tool_path(path: Place | Mapping[str, Any]) -> ToolPath:
 
 def tool_path_of(file: ToolPathFile, where: str, name: str) -> ToolPath:
     """The arrays of a file, arcs as lines; :class:`FileError` names ``where`` and the point that is wrong."""
-    if len(file.points) < 2:
-        raise FileError(f"{where} has {len(file.points)} points: give two at least.")
-    tube = TubeSize(file.tube.position, file.tube.angle)
-    positions = np.array([point.position for point in file.points], dtype=float)
-    if np.abs(positions).max() > _FARTHEST:
-        number = int(np.abs(positions).max(axis=1).argmax())
-        far = positions[number].tolist()
-        raise FileError(f"{where}: point {number + 1} at {far} m is beyond any arm's reach: mm? Give metres.")
-    twice = np.flatnonzero(np.linalg.norm(np.diff(positions, axis=0), axis=1) < _SAME)
-    if len(twice):
-        raise FileError(
-            f"{where} lists the position of point {twice[0] + 1} twice, as point {twice[0] + 2} too: leave one out."
-        )
-    turns = _turns(file.points, where)
+    positions = np.array([point.position for point in file.points], dtype=float).reshape(-1, 3)
     free = np.array([point.quaternion is None for point in file.points])
     cones = np.array([0.0 if point.cone is None else point.cone.angle for point in file.points])
-    path = ToolPath(file.name or name, positions, turns, free, cones, np.arange(len(positions)) + 1, tube)
+    turns, given = _turns(file.points, where), np.arange(len(positions)) + 1
+    try:
+        tube = TubeSize(file.tube.position, file.tube.angle)
+        path = ToolPath(file.name or name, positions, turns, free, cones, given, tube)
+    except ArrayError as error:
+        raise FileError(f"{where}: {error}") from None
     vias = [k for k, point in enumerate(file.points) if point.via]
     return _with_legs(_with_arcs(path, vias, where), file.approach, file.retreat)
 
 
 def _rows(text: str, where: str) -> dict[str, Any]:
-    """What a CSV of named columns says, as the keys of a YAML file."""
-    rows = list(csv.DictReader(text.splitlines(), skipinitialspace=True))
-    names = [] if not rows else [(name or "").strip() for name in rows[0]]
-    kind = next((kind for kind, columns in _COLUMNS.items() if set(names) == {"x", "y", "z", *columns}), None)
-    if rows and kind is None:
-        raise FileError(f"{where} has columns {', '.join(names)}: give x, y, z and qx, qy, qz, qw or ax, ay, az.")
-    points = []
-    for number, row in enumerate(rows, start=2):
-        try:
-            values = {(name or "").strip(): float(value) for name, value in row.items()}
-        except (TypeError, ValueError):
-            raise FileError(f"{where}: line {number} holds what is no number in a column: mend the file.") from None
-        columns = _COLUMNS[kind or "axis"]
-        points.append({"position": [values[c] for c in "xyz"], kind: [values[c] for c in columns]})
-    return {"points": points}
+    """What a CSV of named columns says, as the keys of a YAML file; lines that begin with # are skipped."""
+    lines = [line.strip() for line in text.lstrip("\ufeff").splitlines()]
+    names, *table = [cells(line, where) for line in lines if line and not line.startswith("#")] or [[]]
+    wanted = {kind: ("x", "y", "z", *columns) for kind, columns in _COLUMNS.items()}
+    kind = next((kind for kind, columns in wanted.items() if sorted(names) == sorted(columns)), None)
+    if kind is None:
+        said = f"has columns {', '.join(names)}" if names else "is empty"
+        raise FileError(f"{where} {said}: give x, y, z and qx, qy, qz, qw or ax, ay, az.")
+    values = matrix(table, where)
+    if values.shape[1] not in (0, len(names)):
+        raise FileError(f"{where} has {len(names)} columns and rows of {values.shape[1]} numbers; mend the file.")
+    ordered = values[:, [names.index(name) for name in wanted[kind]]] if table else values
+    return {"points": [{"position": row[:3], kind: row[3:]} for row in ordered.tolist()]}
 
 
 def _turns(points: list[_Point], where: str) -> Floats:

@@ -7,19 +7,33 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen, so_far
+from planner.base.arrays import Bools, Floats, Ints, frozen, numbers, so_far
+from planner.base.errors import ArrayError
 from planner.base.kinds import checks_kinds
 
 _TURN = 0.05  # rad: by more the orientation does not change along one line, so that chords of rotations are near it
 _SAGITTA = 0.1  # of the tube: what arcs may be off the lines that stand for them
+_FARTHEST = 20.0  # m: beyond any arm; points in millimetres are
+_SAME = 1e-6  # m: points nearer to each other are one
+_WIDEST = 1.5708  # rad, of a cone
+_TURNED = 1e-6  # by so much the entries of a rotation may be off
+_SIZES = {"position": (1e-6, 0.1, "m"), "angle": (1e-5, 0.5, "rad")}
 
 
+@checks_kinds
 @dataclass(frozen=True)
 class TubeSize:
     """How far the tool may be off its path: ``position`` (m), and ``angle`` (rad) of its orientation or its z axis."""
 
     position: float = 0.001
     angle: float = 0.0087
+
+    def __post_init__(self) -> None:
+        for name, (least, most, unit) in _SIZES.items():
+            if not least <= getattr(self, name) <= most:
+                raise ArrayError(
+                    f"tube.{name} {getattr(self, name):g} {unit} is not usable: give one from {least:g} to {most:g}."
+                )
 
 
 @checks_kinds
@@ -30,7 +44,8 @@ class ToolPath:
     Where ``free`` (k,) the tool may turn about its z axis, which has to be within ``cones`` (k,) rad of that of
     ``turns``; 0: within the tube's angle. Between two points position and orientation change evenly; the tool may turn
     freely where it may at one of its ends. ``given`` (k,): the number of the point in the file, from 1, that each
-    belongs to, with which the line to it ends; :func:`planner.read_tool_path` reads one from a file.
+    belongs to, with which the line to it ends; :func:`planner.read_tool_path` reads one from a file. Raises
+    :class:`ArrayError` for what is no path.
     """
 
     name: str
@@ -42,8 +57,39 @@ class ToolPath:
     tube: TubeSize = TubeSize()
 
     def __post_init__(self) -> None:
-        for name, dtype in (("positions", float), ("turns", float), ("free", bool), ("cones", float), ("given", int)):
-            object.__setattr__(self, name, frozen(getattr(self, name), dtype))
+        k = len(numbers("positions", self.positions, ("k", 3)))
+        shapes = {"positions": (k, 3), "turns": (k, 3, 3), "free": (k,), "cones": (k,), "given": (k,)}
+        for name, shape in shapes.items():
+            dtype = {"free": bool, "given": int}.get(name, float)
+            object.__setattr__(self, name, frozen(numbers(name, getattr(self, name), shape), dtype))
+        self._require_path()
+
+    def _require_path(self) -> None:
+        """Raise :class:`ArrayError` for the first thing that no tool can do."""
+        if len(self.positions) < 2:
+            raise ArrayError(f"a tool path of {len(self.positions)} points leads nowhere: give two at least.")
+        far = np.abs(self.positions).max(axis=1)
+        if far.max() > _FARTHEST:
+            where = self.positions[far.argmax()].tolist()
+            raise ArrayError(
+                f"point {self.given[far.argmax()]} at {where} m is beyond any arm's reach: mm? Give metres."
+            )
+        k = int(self.lengths.argmin())
+        if self.lengths[k] < _SAME:
+            raise ArrayError(
+                f"the position of point {self.given[k]} stands there twice, as point {self.given[k + 1]} too: leave "
+                "one out."
+            )
+        k = int(np.where((self.cones >= 0) & (self.cones <= _WIDEST), -1.0, np.abs(self.cones)).argmax())
+        if not 0 <= self.cones[k] <= _WIDEST:
+            raise ArrayError(
+                f"the cone of point {self.given[k]} has the angle {self.cones[k]:g} rad: give one up to {_WIDEST}; "
+                "5 degrees are 0.0873."
+            )
+        off = np.abs(self.turns @ np.swapaxes(self.turns, 1, 2) - np.eye(3)).max(axis=(1, 2))
+        bad = (off > _TURNED) | (np.linalg.det(self.turns) < 0)
+        if bad.any():
+            raise ArrayError(f"turns of point {self.given[bad.argmax()]} are no rotation: give a right-handed one.")
 
     @property
     def lengths(self) -> Floats:

@@ -39,6 +39,14 @@ def why_not(
     q, miss = _solutions(robot, ladder, there)
     if not len(q):
         return _no_solution(robot, ladder, there, miss, begun)
+    keeps = checker.world.keeps
+    kept = keeps.holds(q)
+    if not kept.any():
+        spare = max(keeps.spare(q), key=np.min)
+        return CannotFollow(
+            cause="strays", between=(keeps.texts[spare.argmin()],), distance=float(-spare.min()), **begun
+        )
+    q = q[kept]
     contacts = [contact_of(checker, one) for one in q[:_LOOKED_AT]]
     if all(contacts):
         named = Counter((found.first, found.second) for found in contacts if found)

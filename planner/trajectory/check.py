@@ -22,6 +22,7 @@ from planner.collision.world import Contact
 from planner.constraints.keeps import Kept
 from planner.kinematics.manipulability import manipulability
 from planner.paths.check import PathReport, check_path, require_step
+from planner.paths.file import FAR
 from planner.setup.resolve import looks_like_degrees
 from planner.trajectory.clearance import Nearest, nearest_in_motion
 from planner.trajectory.limits import MotionLimits
@@ -31,7 +32,6 @@ from planner.trajectory.proof import MotionProof, limits_exceeded, prove_motion
 from planner.trajectory.trajectory import Trajectory
 
 _W_APART, _LOOKS = 0.01, 10_000  # s between two looks at w, and how many there are at most
-_FARTHEST = 1000.0  # rad (m)
 _AT_ONCE = 16384  # states
 
 
@@ -91,7 +91,7 @@ def check(
     """
     require_step(step)
     if not isinstance(what, Trajectory):
-        return check_path(checker, numbers("path", what, ("k", len(checker.robot.joints))), step, progress)
+        return check_path(checker, numbers("path", what, ("k", len(checker.robot.joints)), most=FAR), step, progress)
     if what.joints != checker.robot.joints:
         raise OptionError("the trajectory is of other joints than the checker's robot: make a checker for its robot.")
     limits = what.limits or MotionLimits.of(checker.robot)
@@ -136,7 +136,7 @@ def check_trajectory(
 def _require_within_reason(trajectory: Trajectory) -> None:
     """Raise :class:`FileError` for swings that no arm does, and that would take forever to sample."""
     hull = np.abs(bernstein(trajectory.coefficients)).max(axis=(1, 2))
-    if hull.max() > _FARTHEST:
+    if hull.max() > FAR:
         k = int(hull.argmax())
         raise FileError(
             f"between {trajectory.times[k]:g} and {trajectory.times[k + 1]:g} s the trajectory swings as far as "

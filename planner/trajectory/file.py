@@ -104,7 +104,7 @@ def load_trajectory(path: Place) -> Trajectory:
     path = place(path)
     path = path / TRAJECTORY_NAME if is_folder(path) else path
     if not is_file(path):
-        raise FileError(f"trajectory {path} not found: plan first, without --no-timing, or check the path.")
+        raise FileError(f"trajectory {path} not found: plan first, with times, or check the path.")
     warn_of_mismatch(path)
     where = f"trajectory {path}"
     file = validate(_File, parse(read_text(path, "trajectory"), where), where)

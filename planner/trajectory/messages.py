@@ -18,6 +18,7 @@ OWN = ("q", "qd", "qdd")
 _OF_A_MESSAGE = ("header", "joint_names", "points")
 _CLOCKS = (("sec", "nanosec"), ("secs", "nsecs"))  # of ROS 2 and of ROS 1
 _PER_SECOND = 1_000_000_000
+EVENTS = "events of a task (attach, detach, gripper) are not followed: check the plan.json that it was written with"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +56,8 @@ def points_of(data: Any, where: str) -> Raw | None:
     times = np.array([_seconds(point[clock], f"{where}: point {k}") for k, point in enumerate(points, 1)])
     keys = OWN[: _given(data.get("interpolation"), where)] if own else OF_A_POINT[:3]
     names = joint_names(data, where)
+    if own and data.get("events"):
+        notes.append(EVENTS)
     if not own:
         notes += _notes_on(data, points)
         if not names:

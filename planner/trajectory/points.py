@@ -29,7 +29,7 @@ from planner.paths.file import (
 )
 from planner.trajectory.file import TRAJECTORY_NAME, limits_in, require_near
 from planner.trajectory.limits import MotionLimits
-from planner.trajectory.messages import OWN, Raw, as_columns, points_of
+from planner.trajectory.messages import EVENTS, OWN, Raw, as_columns, points_of
 from planner.trajectory.ros_bag import read_bag
 from planner.trajectory.trajectory import Trajectory, whole_nanoseconds
 
@@ -188,7 +188,8 @@ def _from_npz(path: Path, where: str) -> Raw:
         raise FileError(f"{where} not found: check the path.") from None
     except DAMAGE as error:
         raise FileError(f"{where} is no .npz with t, q and qd: {type(error).__name__}; mend the file.") from None
-    require_known(content, ("t", *OWN, "joints"), where, "an array")
+    require_known(content, ("t", *OWN, "joints", "events"), where, "an array")
     if times.ndim != 1 or q.ndim != 2 or len(q) != len(times):
         raise FileError(f"{where}: t has to be (k,) and q (k, joints); mend the file.")
-    return Raw(times, as_columns([arrays.get(key) for key in OWN], where), names)
+    notes = (EVENTS,) if "events" in content else ()
+    return Raw(times, as_columns([arrays.get(key) for key in OWN], where), names, notes=notes)

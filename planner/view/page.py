@@ -31,8 +31,9 @@ from planner.view.drawing import (
     draw_path,
     draw_roadmap,
     draw_robot,
+    draw_rungs,
     draw_scene,
-    draw_tool_path,
+    draw_tool_line,
     draw_visuals,
     drawn_part,
     extent,
@@ -72,7 +73,8 @@ class Content:
     touching: frozenset[str] = frozenset()
     highlighted: tuple[str, ...] = ()
     reason: Reason | None = None  # why there is no path
-    tool_path: tuple[Floats, float] | None = None  # points (k, 3) m that were to be followed, and the tube around them
+    tool_lines: Sequence[tuple[Floats, float]] = ()  # points (k, 3) m to be followed, and the tube around them
+    rungs: Floats | None = None  # (n, dof), what there was to choose from along such a line
     live: dict[str, Any] | None = None  # what a page needs that talks to its server
 
     @cached_property
@@ -129,8 +131,10 @@ def page(content: Content) -> str:
     names, boxes = _draw_visuals(canvas, robot, red)
     names |= draw_robot(canvas, robot, configuration, red)
     names |= draw_scene(canvas, content.scene, red)
-    if content.tool_path is not None:
-        draw_tool_path(canvas, *content.tool_path)
+    for k, (line, radius) in enumerate(content.tool_lines):
+        draw_tool_line(canvas, f"tool_path/{k}", line, radius)
+    if content.rungs is not None and len(content.rungs):
+        draw_rungs(canvas, robot, content.rungs)
     changing = draw_answer(canvas, content)
     shares = np.linspace(0.0, 1.0, _LOOKS)
     looks = [configurations_at(shown.path, path_shares(shown.path)[0], shares) for shown in content.paths]
@@ -138,8 +142,7 @@ def page(content: Content) -> str:
     if content.roadmap is not None:
         states.append(content.roadmap.nodes[content.drawn[0]])
     points = tool_positions(robot, np.vstack(states)) if states else np.zeros((0, 3))
-    if content.tool_path is not None:
-        points = np.vstack([points, content.tool_path[0]])
+    points = np.vstack([points, *(line for line, _ in content.tool_lines)])
     centre, radius = extent(
         robot, content.scene, boxes or robot.bodies, np.vstack([configuration[None], *looks]), points
     )

@@ -89,3 +89,18 @@ def test_the_oldest_go_when_there_is_no_room(monkeypatch: pytest.MonkeyPatch) ->
     for k in range(1, 6):
         cached("kind", [k], Making())
     assert len(list(cache_folder().glob("kind/*"))) == 2
+
+
+@pytest.mark.parametrize("home", [None, "~", "."])
+def test_nothing_is_kept_in_the_working_directory(
+    home: str | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A relative XDG_CACHE_HOME does not count, and where a user has no home ``~`` stays as it is."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", "cache")
+    monkeypatch.setenv("HOME", home or str(tmp_path / "home"))
+    make = Making()
+    for _ in range(2):
+        np.testing.assert_array_equal(cached("kind", [1], make)["a"], np.arange(5.0))
+    assert make.times == (1 if home is None else 2)
+    assert [path.name for path in tmp_path.iterdir()] == (["home"] if home is None else [])

@@ -29,6 +29,7 @@ from planner.problem.request import PlanRequest, TimingRequest
 from planner.trajectory.timing import time_path
 from tests.worlds import joint_xml, link_xml, load, make_post, scene_of
 
+LINES = 500
 TOOL = Path(__file__).resolve().parents[2] / "tools" / "verify_proof.py"
 
 
@@ -53,7 +54,7 @@ def test_the_same_plan_has_the_same_certificate() -> None:
 
 def test_the_checker_is_one_short_file_that_needs_numpy_alone(tmp_path: Path) -> None:
     text = TOOL.read_text()
-    assert len(text.splitlines()) <= 500
+    assert len(text.splitlines()) <= LINES
     tree = ast.walk(ast.parse(text))
     names = {a.name for node in tree if isinstance(node, ast.Import) for a in node.names}
     names |= {str(node.module) for node in ast.walk(ast.parse(text)) if isinstance(node, ast.ImportFrom)}
@@ -61,6 +62,11 @@ def test_the_checker_is_one_short_file_that_needs_numpy_alone(tmp_path: Path) ->
     folder, _ = folder_of(tmp_path / "out", make_post(), AROUND)
     run = subprocess.run([sys.executable, "-I", TOOL, folder], capture_output=True, text=True, cwd=tmp_path)
     assert (run.returncode, run.stdout[:7]) == (0, "Proven:"), run.stderr
+    bare = subprocess.run([sys.executable, "-I", TOOL, tmp_path], capture_output=True, text=True, cwd=tmp_path)
+    assert (bare.returncode, bare.stderr) == (
+        1,
+        f"NOT proven: {tmp_path / PROOF_NAME} not found: plan with --certificate, which writes it.\n",
+    )
     (folder / "plan.json").write_text("{}")
     run = subprocess.run([sys.executable, "-I", TOOL, folder], capture_output=True, text=True, cwd=tmp_path)
     assert (run.returncode, run.stderr[:10]) == (1, "NOT proven")
@@ -147,8 +153,8 @@ def test_the_urdf_counts_where_it_is_given(tmp_path: Path) -> None:
     assert "Joints and shapes are those of arm.urdf;" in verify_proof.check(folder, copy)
     for changed in (
         text.replace('<axis xyz="0 0 1"', '<axis xyz="0 1 0"'),
-        text.replace('<origin xyz="0.5 0 0"/>', '<origin xyz="0.5000001 0 0"/>'),
-        text.replace('lower="-2.9', 'lower="-1.9'),
+        text.replace('<origin xyz="0.5 0 0"/>', '<origin xyz="1.5 0 0"/>'),
+        text.replace('lower="-2.9670597283903604', 'lower="0.9'),
         text.replace('radius="0.025" length="0.375"', 'radius="0.025" length="0.9"'),
         text.replace('name="joint_1"', 'name="another"'),
         "<robot",
@@ -178,5 +184,16 @@ def test_joints_that_slide_or_turn_for_good_are_certified(tmp_path: Path) -> Non
     case = Case.of(folder)
     near = closest(case.data, 300, np.random.default_rng(0), 1.0)
     assert near > 0.01
-    assert not case.accepts(case.data, {**case.words, "margin": near + 1e-6})
+    assert not case.accepts({**case.data, "margin": np.array(near + 1e-6)}, case.words)
     assert not certificate_of(checker, np.array([[0.0, 0.3], [2.1, 0.3]])).whole
+
+
+def test_a_world_without_pairs_is_certified(tmp_path: Path) -> None:
+    post = make_post()
+    folder, certificate = folder_of(tmp_path, post, AROUND)
+    case = Case.of(folder)
+    of_w = case.data["pair"] == len(case.data["pairs"])
+    none = {name: case.data[name][of_w] for name in ("high", "normal")} | {"parts": case.data["parts"][-1:]}
+    left = np.full_like(case.data["left"], verify_proof.EXEMPT)
+    assert certificate.whole
+    assert "each of 0 pairs" in str(case.accepts({**case.data, **none, "left": left}, case.words))

@@ -89,12 +89,15 @@ def test_limits(run: Run, tmp_path: Path) -> None:
         (("bad.csv", "--step", "0"), 2, "step 0 m is not usable"),
         (("bad.csv", "--step", "fine"), 2, "--step"),
         (("bad.csv", "--margin", "-1"), 2, "margin -1"),
+        (("good.csv", "--acceleration", "3"), 2, "limits and stops are of motions: leave --limits"),
+        (("good.csv", "--prefixes"), 2, "limits and stops are of motions: leave --prefixes out"),
         (("bad.csv", "--scene", "moon"), 3, "scene 'moon' not found"),
         ((), 2, "PATH"),
     ],
 )
 def test_wrong_input(run: Run, tmp_path: Path, arguments: tuple[str, ...], code: int, text: str) -> None:
     (tmp_path / "bad.csv").write_text("1,2,3\n")
+    (tmp_path / "good.csv").write_text("1,2\n1,2.1\n")
     (tmp_path / "plan.html").write_text("<html>")
     paths = [str(tmp_path / name) for name in arguments[:1]]
     got, out, err = run("check", *paths, *WINDOW[: 2 if "--scene" in arguments else 4], *arguments[1:])

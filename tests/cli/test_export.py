@@ -19,8 +19,8 @@ def test_what_is_exported_is_proven_by_check(
 ) -> None:
     file = tmp_path / f"motion.{ {'ros-yaml': 'yaml', 'ros-json': 'json', 'moveit': 'yaml'}.get(kind, kind) }"
     way = ("--rate", "100", *(("--knots",) if knots else ()))
-    code, out, _ = run("export", str(timed_plan), "--format", kind, *way, "--out", str(file))
-    assert code == 0
+    code, out, told = run("export", str(timed_plan), "--format", kind, *way, "--out", str(file))
+    assert (code, told) == (0, "")
     assert ("one every 10 ms exactly; the end held to a row" in out) is not knots
     assert ("proven free and within limits" in out) is not knots
     assert ("No grid: " in out) is knots
@@ -35,6 +35,12 @@ def test_what_is_exported_is_proven_by_check(
         times = [line.split(",")[0] for line in file.read_text().splitlines()[1:]]
         grid = [f"{k // 100}.{k % 100:02d}0000000" for k in range(len(times))]
         assert (times == grid) is not knots
+
+
+@pytest.mark.parametrize("kind", ["csv", "ros-json"])
+def test_of_a_motion_without_events_none_are_told(run: Run, timed_plan: Path, tmp_path: Path, kind: str) -> None:
+    code, _, told = run("export", str(timed_plan), "--format", kind, "--out", str(tmp_path / "motion"))
+    assert (code, told) == (0, "")
 
 
 def test_export_refuses_what_is_no_trajectory(run: Run, tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def test_what_is_followed_in_part_ends_with_4_and_a_reason(run: Run, tmp_path: P
         ("points: []", 3, "0 points"),
         ("points: [{position: [.nan, 0, 0], axis: [0, 0, 1]}]", 3, "finite"),
         ("points: [{position: [400, 0, 0], axis: [0, 0, 1]}, {position: [0, 0, 1], axis: [0, 0, 1]}]", 3, "mm?"),
-        ("tube: {position: 0}", 3, "tube.position"),
+        ("{points: [{position: [0.4, 0, 0.3], axis: [0, 0, 1]}], tube: {position: 0}}", 3, "tube.position"),
         ("- 1", 3, "mapping"),
         ("points: [", 3, "YAML"),
     ],
@@ -72,11 +72,13 @@ def test_bad_files_are_refused(content: str, code: int, text: str, run: Run, tmp
     [
         (("--tool-speed", "0"), 2, "tool speed 0 m/s"),
         (("--goal", "home"), 2, "leave --goal out"),
+        (("--tool-speed", "0.1", "--no-timing"), 2, "--tool-speed says nothing without a motion"),
+        (("--jerk", "100", "--no-timing"), 2, "with --no-timing there is no motion"),
         (("--tool", "nowhere"), 3, "nowhere"),
         (("--start", "q:1,2"), 3, "start"),
     ],
 )
-def test_bad_options_are_refused(options: tuple[str, str], code: int, text: str, run: Run, tmp_path: Path) -> None:
+def test_bad_options_are_refused(options: tuple[str, ...], code: int, text: str, run: Run, tmp_path: Path) -> None:
     out = tmp_path / "out"
     result = run("follow", SEAM, "--robot", "panda", "--scene", "table", *options, "--out", str(out))
     assert_refused(result, code, text, out)

@@ -57,9 +57,11 @@ def test_a_floor_in_motion_is_told_by_its_pieces(run: Run, tmp_path: Path) -> No
         (("--jerk", "-5"), 2),
         (("--acceleration", "1e9"), 3),
         (("--limits", "no.yaml"), 3),
+        (("--velocity-scale", "0.5", "--no-timing"), 2),
+        (("--time-law", "blended", "--no-timing"), 2),
     ],
 )
-def test_bad_limits_write_nothing(run: Run, tmp_path: Path, words: tuple[str, str], expected: int) -> None:
+def test_bad_limits_write_nothing(run: Run, tmp_path: Path, words: tuple[str, ...], expected: int) -> None:
     code, _, err = run(*PLAN, "--out", str(tmp_path / "none"), *words)
     assert code == expected
     assert err.strip().count("\n") == 0

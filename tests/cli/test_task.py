@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import get_args
 
@@ -70,6 +71,87 @@ def test_in_another_scene_it_is_not_free(tidy: Path, run: Run, tmp_path: Path) -
     assert "the task takes 'mug', which is not in scene 'empty'" in error
 
 
+def without(kind: str) -> Callable[[dict], None]:
+    def damage(plan: dict) -> None:
+        plan["events"] = [event for event in plan["events"] if event["kind"] != kind]
+
+    return damage
+
+
+def shifted(number: int, row: int, by: float) -> Callable[[dict], None]:
+    def damage(plan: dict) -> None:
+        plan["segments"][number]["path"][row][1] += by
+
+    return damage
+
+
+DAMAGES: dict[str, tuple[Callable[[dict], object], int, str]] = {
+    "no attach": (without("attach"), 3, "other events than its trajectory"),
+    "no gripper": (without("gripper"), 3, "other events than its trajectory"),
+    "a waypoint in contact": (shifted(3, 1, 1.2), 4, "segments are not free"),
+    "a waypoint beyond all": (shifted(3, 1, 1e300), 3, "segment 4: row 2 puts joint 'panda_joint2' at 1e+300"),
+    "an end elsewhere": (shifted(0, -1, 0.01), 3, "plan again"),
+    "a segment lacks": (lambda plan: plan["segments"].pop(3), 3, "segment 4 begins elsewhere"),
+    "another is held": (lambda plan: plan["segments"][3].update(carried=None), 3, "says that nothing is held"),
+    "more may touch": (
+        lambda plan: plan["segments"][3]["may_touch"].append(["panda_link5", "board"]),
+        3,
+        "segment 4 lets 'panda_link5' touch 'board', and neither is picked",
+    ),
+    "other times": (lambda plan: plan["segments"][3]["trajectory"].update(begin=1e3), 3, "other times"),
+    "no segments": (lambda plan: plan.update(segments=[{"step": 1}]), 3, "is missing"),
+}
+
+
+@pytest.mark.parametrize("name", DAMAGES)
+@pytest.mark.parametrize("timed", [True, False])
+def test_a_damaged_plan_is_seen(tidy: Path, run: Run, tmp_path: Path, name: str, timed: bool) -> None:
+    """Also where there is no trajectory beside it to compare it with."""
+    damage, code, text = DAMAGES[name]
+    if not timed and name in ("no gripper", "other times"):
+        return  # nothing says that a tool has fingers, or when anything is
+    plan = json.loads((tidy / "plan.json").read_text())
+    if not timed:
+        text = "" if name == "no attach" else text
+        for segment in plan["segments"]:
+            segment["trajectory"] = None
+    damage(plan)
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    (tmp_path / "trajectory.json").write_text((tidy / "trajectory.json").read_text())
+    found, out, error = run("check", str(tmp_path), "--robot", "panda", "--scene", SCENE)
+    assert found == code, out + error
+    assert text in " ".join((out + error).split())
+    assert "Traceback" not in error
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("[0.5, -0.3, 0.05]", "[0.5, -0.28, 0.05]"), ("0.05]}", "0.05], rpy: [0, 0.1, 0]}")]
+)
+def test_an_object_that_stands_elsewhere_is_seen(tidy: Path, run: Run, tmp_path: Path, old: str, new: str) -> None:
+    """The fingers would miss it, or hold it otherwise, and nothing touches."""
+    other = tmp_path / "other.yaml"
+    assert old in Path(SCENE).read_text()
+    other.write_text(Path(SCENE).read_text().replace(old, new))
+    code, _, error = run("check", str(tidy), "--robot", "panda", "--scene", str(other))
+    assert code in (3, 4)
+    assert code == 4 or "at its attach 'mug' is" in error
+
+
+def test_a_changed_motion_is_seen(tidy: Path, run: Run, tmp_path: Path) -> None:
+    motion = json.loads((tidy / "trajectory.json").read_text())
+    point = motion["points"][len(motion["points"]) // 2]
+    point["q"] = [angle + 0.3 for angle in point["q"]]
+    (tmp_path / "plan.json").write_text((tidy / "plan.json").read_text())
+    (tmp_path / "trajectory.json").write_text(json.dumps(motion))
+    code, text, _ = run("check", str(tmp_path), "--robot", "panda", "--scene", SCENE)
+    assert code == 4
+    assert "segments are not free and within limits" in text
+    (tmp_path / "trajectory.json").unlink()
+    code, _, error = run("check", str(tmp_path), "--robot", "panda", "--scene", SCENE)
+    assert code == 3
+    assert "trajectory" in error
+
+
 def test_the_whole_motion_is_exported(tidy: Path, run: Run) -> None:
     code, _, error = run("export", str(tidy), "--format", "csv")
     assert code == 0, error
@@ -95,6 +177,27 @@ def test_events_stand_where_there_is_a_place_for_them_and_are_told_elsewhere(tid
     assert "no events are written" in " ".join(error.split())
     with np.load(tidy / "grid.npz", allow_pickle=False) as arrays:
         assert "events" not in arrays
+
+
+@pytest.mark.parametrize("option", [("--prefixes",), ("--acceleration", "0.001")])
+def test_what_says_nothing_of_a_task_is_refused(tidy: Path, run: Run, option: tuple[str, ...]) -> None:
+    code, text, error = run("check", str(tidy), "--robot", "panda", "--scene", SCENE, *option)
+    assert (code, text) == (2, "")
+    assert "is of a task, which is judged by the limits that it was made for" in " ".join(error.split())
+
+
+@pytest.mark.parametrize("kind", ["json", "npz"])
+def test_where_events_are_not_followed_that_is_said(tidy: Path, run: Run, tmp_path: Path, kind: str) -> None:
+    """A trajectory away from its plan.json is judged by itself, among the scene as it stood at the beginning."""
+    file = tmp_path / f"trajectory.{kind}"
+    if kind == "json":
+        file.write_bytes((tidy / "trajectory.json").read_bytes())
+    else:
+        assert run("export", str(tidy), "--format", "npz", "--out", str(file))[0] == 0
+    _, text, error = run("check", str(file), "--robot", "panda", "--scene", SCENE)
+    assert "events of a task (attach, detach, gripper) are not followed" in " ".join(text.replace("│", " ").split()), (
+        error
+    )
 
 
 def test_what_cannot_be_done_is_said_with_code_4(run: Run, tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ def test_a_certificate_is_written_and_verified(run: Run, tmp_path: Path) -> None
     record.write_text(record.read_text().replace('"path": [', '"path": [[0.0, 0.0],'))
     code, said, error = run("verify", str(out))
     assert (code, said) == (4, "")
-    assert "NOT proven: the path in plan.json is another one." in " ".join(error.split())
+    assert "NOT proven: plan.json is of another path." in " ".join(error.split())
 
 
 def test_without_a_certificate_there_is_nothing_to_verify(run: Run, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """What motions keep, against Pinocchio, exact angles, and an optimiser that looks for where a proven curve strays."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -109,7 +110,7 @@ def test_proven_curves_do_not_stray(panda, text):
         worst = [strays(panda, keeps.conditions, q) for q in evaluate(np.repeat(curve[None], 41, axis=0), s)]
         k = int(np.argmax(worst))
         if held:
-            top = minimize_scalar(
+            top: Any = minimize_scalar(
                 lambda u, c=curve: -strays(panda, keeps.conditions, evaluate(c[None], np.array([u]))[0]),
                 bounds=(s[max(k - 1, 0)], s[min(k + 1, 40)]), method="bounded", options={"xatol": 1e-9},
             )  # fmt: skip

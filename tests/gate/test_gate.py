@@ -300,6 +300,8 @@ BAD: dict[str, tuple[type[PlannerError], dict[str, Any], str]] = {
     "empty": (ArrayError, {"positions": np.zeros((0, 2)), "times": []}, "empty"),
     "columns": (ArrayError, {"positions": np.zeros((3, 3))}, "shape"),
     "a NaN": (ArrayError, {"positions": np.full((3, 2), np.nan)}, "finite"),
+    "rows of several lengths": (ArrayError, {"positions": [HERE, HERE[:1], HERE]}, "no array of numbers"),
+    "far away": (ArrayError, {"positions": np.full((3, 2), 2e4)}, "no farther than 10000"),
     "text": (KindError, {"positions": "x"}, "array"),
     "velocities": (ArrayError, {"velocities": np.zeros((2, 2))}, "velocities has shape"),
     "a NaN velocity": (ArrayError, {"velocities": np.full((3, 2), np.nan)}, "velocities"),
@@ -311,6 +313,7 @@ BAD: dict[str, tuple[type[PlannerError], dict[str, Any], str]] = {
     "a NaN time": (ArrayError, {"times": [0.1, np.nan, 0.2]}, "times"),
     "one point": (ArrayError, {"positions": np.zeros((1, 2)), "times": [0.1], "state": None}, "no motion"),
     "state rows": (StateError, {"state": (HERE,)}, "give \\(q, qd\\)"),
+    "state set": (StateError, {"state": {1.0, 2.0}}, "state's positions"),
     "state shape": (StateError, {"state": (np.zeros(3), np.zeros(3))}, "state's positions"),
     "state NaN": (StateError, {"state": (HERE, np.full(2, np.nan))}, "state's velocities"),
     "state outside": (StateError, {"state": (np.array([50.0, 0.0]), np.zeros(2))}, "outside the limits"),
@@ -327,6 +330,22 @@ def test_bad_input_gets_one_sentence_and_the_gate_goes_on(case: str) -> None:
     assert sentence.endswith(".")
     assert "\n" not in sentence
     assert asked.check(steps(), times=TIMES, state=STATE).safe
+
+
+@pytest.mark.parametrize("times", [TIMES, [0.0, 0.2, 0.4]])
+def test_a_robot_that_is_too_fast_already_is_not_safe_on_lines_either(times: list[float]) -> None:
+    """A line does not begin with the robot's velocity, but the robot does."""
+    most = gate().limits.velocity
+    points = HERE + np.array(times)[:, None] * 0.1
+    for share, safe in ((0.99, True), (1.01, False), (-50.0, False)):
+        found = gate().check(points, times=times, state=(HERE, share * most * [0, 1]), stop=False)
+        assert found.safe == safe
+        assert safe or (found.safe_until, str(found.reason).split(" joint ")[1]) == (
+            0.0,
+            "'joint_2' is beyond its limit on velocity",
+        )
+    free = gate_of(FAR, judged=("position",))
+    assert free.check(points, times=times, state=(HERE, 50.0 * most), stop=False).safe
 
 
 def test_without_a_state_it_is_said_that_nobody_looks_at_the_way_to_the_first_point() -> None:
@@ -400,6 +419,24 @@ def test_undecided_counts_as_unsafe_and_is_said() -> None:
     touching = beside(-1e-3).check(steps(), times=TIMES, state=STATE)
     assert touching.reason is not None
     assert touching.reason.kind == "contact"
+
+
+def test_what_goes_too_far_to_be_proven_is_undecided_and_said() -> None:
+    asked = gate_of(FAR, judged=[])
+    found = asked.check(HERE[None], np.full((1, 2), 1e4), times=[500.0], state=STATE)
+    assert found.reason is not None
+    assert (found.safe, found.reason.kind, found.reason.pair) == (False, "undecided", None)
+    assert "too far" in str(found)
+
+
+def test_lists_whole_numbers_and_one_array_for_the_state_are_read_alike() -> None:
+    q, times = np.array([[1, 0], [1, 1]]), [5, 10]
+    columns = q, 0 * q, 0 * q
+    for state in (np.zeros((2, 2)), [[0, 0], [0, 0]], (np.zeros(2, dtype=int), [0.0, 0])):
+        for given in (columns, tuple(map(np.ndarray.tolist, columns)), tuple(one.astype(object) for one in columns)):
+            found = gate_of(FAR).check(*given, times=times, state=state)
+            assert found.safe
+            np.testing.assert_array_equal(found._judged.chunk.knots[:, 0], [[0, 0], *q])
 
 
 def test_a_box_in_the_way_is_told_by_name() -> None:

@@ -70,6 +70,19 @@ def test_a_frame_that_nobody_places_is_refused(frame: str, part: str, tmp_path: 
     assert part in refusal_of(lambda: make_checker(Robot.load("panda"), scene, "coal"))
 
 
+@pytest.mark.parametrize("link", ["panda_link0", "panda_link4"])
+def test_a_fixed_frame_that_is_a_link_stands_where_the_link_does(link: str, tmp_path: Path) -> None:
+    """Whether an object refers to it or not: else the base would stand elsewhere than the message says."""
+    placed = {"child_frame_id": link, "transform": {"translation": [0.0, 0.0, 0.9]}}
+    (tmp_path / "s.yaml").write_text(yaml.safe_dump(changed(SCENE, "fixed_frame_transforms", [placed])))
+    scene = Scene.load(str(tmp_path / "s.yaml"))
+    text = refusal_of(lambda: make_checker(Robot.load("panda"), scene, "coal"))
+    assert f"of scene 'example' place '{link}', which is a link of the robot and not there" in text
+    if link == "panda_link0":
+        table = in_world(scene, Robot.load("panda", base=pose((0, 0, 0.9)))).obstacles[0]
+        np.testing.assert_allclose(table.placement, pose((0.55, 0, 1.0)), atol=1e-12)
+
+
 def test_the_srdf_says_what_the_scenes_frame_is_called(tmp_path: Path) -> None:
     joint = '<virtual_joint name="v" type="planar" parent_frame="hall" child_link="panda_link0"/>'
     (tmp_path / "own.srdf").write_text(f'<robot name="panda">{joint}</robot>')

@@ -99,8 +99,8 @@ def test_degrees_are_asked_about_and_never_widened_for() -> None:
     with pytest.raises(StateError, match="degrees") as caught:
         check_limits(robot, np.array([0, 90, 0, -45, 0, 30, 0.0]), "start")
     assert "--widen-limits" not in str(caught.value)
-    with pytest.raises(StateError, match="--widen-limits"):
-        check_limits(robot, np.array([0, 2.5, 0, -1, 0, 1, 0]), "start")
+    with pytest.raises(StateError, match=r"bring it inside, or widen them with --widen-limits\.$"):
+        make_query(RoadmapRequest(start="q:0,2.5,0,-1,0,1,0"))
     request = RoadmapRequest(start="q:0,90,0,-45,0,30,0", widen_limits=True)
     with pytest.raises(StateError, match="degrees"):
         make_query(request)

@@ -189,7 +189,7 @@ REFUSED = {
     "unknown tool": (lambda u: Robot.load("iiwa14", tool="tool9"), ["'tool9'", "frames are", "flange"]),
     "tool that nothing moves": (
         lambda u: Robot.load("iiwa14", tool="iiwa14_link_0"),
-        ["no movable joint", "'iiwa14_link_0'", "--tool"],
+        ["no movable joint", "'iiwa14_link_0'", "another tool frame"],
     ),
     "unknown fixed joint": (
         lambda u: Robot.load("panda", fixed_joints={"finger": 0.0}),

@@ -15,6 +15,7 @@ import numpy as np
 
 from planner.native import graphs
 from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeArcs, NativeFlow, hops_to_source
+from planner.native.gate import Chunk, NativeGate
 from planner.native.library import (
     NativeBounds,
     NativeBoxes,
@@ -30,15 +31,16 @@ from planner.native.motions import (
     curve_next_ramp,
     curve_phases,
     motion_mean,
-    pieces_within,
     polynomial_extrema,
     polynomial_worst,
     ramp_quickest,
     stops_quickest,
 )
+from planner.trajectory.trajectory import pieces_through
 from tests.random_shapes import random_pose
 
 Rng: TypeAlias = np.random.Generator
+LADDER = 0.05 * 1.3 ** np.arange(14)  # s that stops may take
 REACH = 60.0  # m: farther than any point of an arm here is from any axis
 
 
@@ -346,29 +348,50 @@ def of_stops(rng: Rng, size: Size) -> list[Any]:
     return [pieces, seconds, broken]
 
 
-def of_limits_of_pieces(rng: Rng, size: Size) -> list[Any]:
-    """Within limits if, and only if, no derivative's largest value is beyond one."""
-    n, dof, found = size.rows + 1, size.joints, []
-    pieces, seconds = rng.normal(size=(n, 6, dof)), rng.uniform(0.5, 2.0, n)
-    least, largest = polynomial_extrema(pieces)
-    low, high = least.min(axis=0), largest.max(axis=0)
-    ones = np.ones(dof)
-    most = np.array([ones * polynomial_worst(pieces, seconds, order, ones, 0.0)[0] for order in (1, 2, 3)])
-    wide = 2.0 * most, (low - 1.0, high + 1.0)
-    assert pieces_within(pieces, seconds, *wide)
-    for share in (1.0 + 1e-9, 1.0 - 1e-6):
-        for kind in range(3):
-            found.append(
-                pieces_within(pieces, seconds, np.where(np.arange(3) == kind, share, 2.0)[:, None] * most, wide[1])
-            )
-        room = 1e3 * (share - 1.0)
-        found += [
-            pieces_within(pieces, seconds, wide[0], bounds)
-            for bounds in ((low - room, wide[1][1]), (wide[1][0], high + room))
-        ]
-        assert found[-5:] == 5 * [share > 1.0]
-    free = np.full((3, dof), np.inf)
-    assert pieces_within(pieces, seconds, free, (-ones * np.inf, ones * np.inf))
+def a_gate(chain: NativeChain, world: NativeWorld, limits: Any = None, apart: float = 0.0) -> NativeGate:
+    n, wide = world.dof, np.full(world.dof, 50.0)
+    none, points, turns = np.zeros(0, dtype=np.int64), np.zeros((0, 3)), np.zeros((0, 3, 3))
+    boxes = NativeBoxes(chain, none, points, none, turns, points, points, points)
+    limits = (np.full((3, n), np.inf), -wide, wide) if limits is None else limits
+    state = -wide, wide, np.zeros(n, dtype=bool)
+    return NativeGate(world, bounds_of(world), boxes, False, 1e-3, limits, state, LADDER, apart, 1e4)
+
+
+def of_gates(rng: Rng, size: Size) -> list[Any]:
+    """What is judged in one go is what its parts come to one after the other."""
+    found, few = [], replace(size, rows=min(size.rows, 12) + 2)
+    for share in (0.02, 0.2, 3.0):
+        chain, world = a_world(rng, size)
+        wide, most = np.full(world.dof, 50.0), np.repeat([[0.5], [2.0], [40.0]], world.dof, axis=1)
+        gate, times = a_gate(chain, world, (most, -wide, wide)), np.cumsum(rng.uniform(0.1, 0.3, few.rows))
+        times = np.round(times * 1e9) / 1e9
+        q, v = np.cumsum(share * 0.1 * states(rng, few), axis=0), share * states(rng, few)
+        judged, made = gate.check(few.rows, 2, 0, np.concatenate([times, q, v], axis=None), True)
+        clock, seconds, pieces, knots, _ = Chunk.of(judged, made, few.rows, 2, world.dof)
+        np.testing.assert_allclose(seconds, np.diff(times), rtol=1e-9)
+        np.testing.assert_array_equal(pieces, pieces_through(seconds[:, None], q, v))
+        np.testing.assert_array_equal(knots[:, :2], np.stack([q, v], axis=1))
+        stops, durations, broken = stops_quickest(knots[1:], LADDER, most, (-wide, wide))
+        within = [
+            all(polynomial_worst(piece[None], seconds[k : k + 1], order, most[order - 1], 0.0)[0] <= 1.0
+                for order in (1, 2))
+            for k, piece in enumerate(pieces)
+        ]  # fmt: skip
+        count = within.index(False) if False in within else len(pieces)
+        without = np.flatnonzero(durations[:count, 1] == 0.0)
+        first = int(without[0]) if len(without) else count
+        assert (judged.usable, judged.pieces) == (1, first)
+        curves, _, what = chunk_curves(pieces[:first], clock[: first + 1], (stops[:first], durations[:first]), None)
+        free = int((world.prove_together(bounds_of(world), curves, 1e-3)[0] == 0).sum()) if first else 0
+        assert judged.proven == free
+        if free < len(curves):
+            assert (judged.reason, judged.piece, judged.place) == (3, *what[free])
+        elif first < count:
+            assert (judged.reason, judged.place, judged.piece) == (2, 2, first)
+            assert (judged.kind, judged.joint) == ((broken[first, 0] + 1) % 4, broken[first, 1])
+        else:
+            assert (judged.reason, judged.piece) == ((2, count) if count < len(pieces) else (0, 0))
+        found += [judged, pieces, knots]
     return found
 
 
@@ -557,7 +580,7 @@ CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
         of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_proofs, of_proofs_in_time, of_chunks,
-        of_stops, of_limits_of_pieces, of_curves_of_chunks, of_choices, of_costs, of_curves, of_polynomials, of_graphs,
+        of_stops, of_gates, of_curves_of_chunks, of_choices, of_costs, of_curves, of_polynomials, of_graphs,
         of_dynamics, of_flows,
     )
 }  # fmt: skip

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from planner.base.errors import ArrayError
-from planner.native import dynamics, graphs, library, loading, motions
+from planner.native import dynamics, gate, graphs, library, loading, motions
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
 from planner.native.library import NativeBoxes, NativeChain, NativeKeeping, NativeWorld
-from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_world, body_reach_of, bounds_of
+from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_gate, a_world, body_reach_of, bounds_of
 
 SEED = 5
 
@@ -50,7 +50,9 @@ def test_no_function_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
             asked.add(name)
             return getattr(whole, name)
 
-    for module, name in ((library, "_library"), (motions, "_library"), (graphs, "library"), (dynamics, "library")):
+    for module in (gate, library, motions):
+        monkeypatch.setattr(module, "_library", Noting())
+    for module, name in ((graphs, "library"), (dynamics, "library")):
         monkeypatch.setattr(module, name, Noting())
     for case in CASES:
         answers(case, Size())
@@ -252,6 +254,13 @@ WRONG: dict[str, Callable[[], object]] = {
     "together: spans": lambda: WORLD.prove_together(BOUNDS, CURVES, 1e-3, np.zeros((3, 3))),
     "together: a NaN span": lambda: WORLD.prove_together(BOUNDS, CURVES, 1e-3, np.full((4, 3), NAN)),
     "together: a span before its begin": lambda: WORLD.prove_together(BOUNDS, CURVES, 1e-3, -np.ones((4, 3))),
+    "gate: limits": lambda: a_gate(CHAIN, WORLD, (np.ones((2, 3)), -np.ones(3), np.ones(3))),
+    "gate: a NaN limit": lambda: a_gate(CHAIN, WORLD, (np.full((3, 3), NAN), -np.ones(3), np.ones(3))),
+    "gate: positions": lambda: a_gate(CHAIN, WORLD, (np.ones((3, 3)), np.ones(3), -np.ones(3))),
+    "gate: apart": lambda: a_gate(CHAIN, WORLD, apart=NAN),
+    "gate: lengths": lambda: a_gate(CHAIN, WORLD).check(2, 1, 0, np.zeros(7), True),
+    "gate: columns": lambda: a_gate(CHAIN, WORLD).check(2, 4, 0, np.zeros(26), True),
+    "gate: no points": lambda: a_gate(CHAIN, WORLD).check(0, 1, 0, np.zeros(0), True),
     "stops: columns": lambda: motions.stops_quickest(STATES, ONE, np.ones((3, 3)), LIMITS),
     "stops: a NaN": lambda: motions.stops_quickest(NAN * STATES, ONE, np.ones((3, 2)), BETWEEN),
     "stops: no times": lambda: motions.stops_quickest(STATES, ONE[:0], np.ones((3, 2)), BETWEEN),
@@ -259,10 +268,6 @@ WRONG: dict[str, Callable[[], object]] = {
     "stops: no time": lambda: motions.stops_quickest(STATES, 0 * ONE, np.ones((3, 2)), BETWEEN),
     "stops: a NaN limit": lambda: motions.stops_quickest(STATES, ONE, np.full((3, 2), NAN), BETWEEN),
     "stops: positions": lambda: motions.stops_quickest(STATES, ONE, np.ones((3, 2)), BETWEEN[::-1]),
-    "within: columns": lambda: motions.pieces_within(CURVES, np.ones(4), np.ones((1, 2)), BETWEEN),
-    "within: a NaN": lambda: motions.pieces_within(NAN * LINE, ONE, np.ones((1, 2)), LIMITS),
-    "within: no time": lambda: motions.pieces_within(LINE, 0 * ONE, np.ones((1, 2)), LIMITS),
-    "within: kinds": lambda: motions.pieces_within(LINE, ONE, np.ones((4, 2)), LIMITS),
     "curves: times": lambda: motions.chunk_curves(CURVES, np.ones(4), None, None),
     "curves: stops": lambda: motions.chunk_curves(CURVES, np.ones(5), (np.ones((4, 1, 5, 3)), np.ones((4, 2))), None),
     "curves: approach": lambda: motions.chunk_curves(CURVES, np.ones(5), None, np.ones((2, 2))),

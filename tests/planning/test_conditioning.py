@@ -79,6 +79,17 @@ def test_an_end_that_is_singular_is_named():
     assert "a --beta below 1" in found.advice
 
 
+@pytest.mark.parametrize("q", [[0.4, 1e-6], [0.4, 0.0]])
+def test_a_singular_start_that_is_the_goal(q: list[float]) -> None:
+    """Its path has no edge, and the highest floor is its own w."""
+    found = plan(PlanRequest("planar_2r", "empty", nodes=10, effort=0), start=q, goal=q)
+    assert found.conditioning is not None
+    assert found.conditioning.poor
+    floor = found.conditioning.reachable_floor
+    assert floor is not None
+    assert 0.0 <= floor <= manipulability(found.robot, np.array([q]))[0]
+
+
 def test_the_floor_that_is_advised_can_be_kept(tmp_path):
     """A plan of length only that comes out bad, and the same with what it advises, on its own roadmap."""
     request = PlanRequest(nodes=150, collision="coal", beta=1.0)

@@ -70,6 +70,15 @@ def test_the_motion_keeps_to_both_lines(found: Plan, tmp_path: Path) -> None:
     assert load_roadmap(tmp_path / "roadmap.npz").sha256 == found.roadmap.sha256
 
 
+def test_the_page_draws_both_lines(found: Plan, monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[np.ndarray] = []
+    monkeypatch.setattr("planner.view.page.draw_tool_line", lambda canvas, name, points, radius: drawn.append(points))
+    found.page()
+    for line, q, length in zip(drawn, found.path[[0, -1]], (0.05, 0.1), strict=True):
+        turn, position = pose_of(found.robot, q)
+        np.testing.assert_allclose(line, [position, position - length * turn[:, 2]], atol=1e-9)
+
+
 def test_without_lines_the_tool_comes_from_anywhere(found: Plan) -> None:
     """What the judge would see: without --approach the same goal is not reached along its axis."""
     plain = plan(**DOWN, path_only=True, timing=TimingRequest())  # type: ignore[arg-type]

@@ -16,6 +16,7 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
+import msgpack
 import numpy as np
 import pytest
 from websockets.exceptions import InvalidStatus
@@ -91,7 +92,7 @@ def test_the_gate_knows_a_change_at_once_and_the_planner_before_its_next_plan(cl
     [
         ("nothing", {}, "method 'nothing' not found; methods are load,"),
         ("check", {"positions": [[0.0]], "times": [0.0]}, r"positions has shape \(1, 1\)"),
-        ("check", {"positions": [[0.0, 0.0], [0.0]], "times": [0.0, 1.0]}, "rows of several lengths"),
+        ("check", {"positions": [[0.0, 0.0], [0.0]], "times": [0.0, 1.0]}, "no array of numbers"),
         ("check", {"positions": [], "times": []}, "the chunk is empty"),
         ("check", {**CHUNK, "times": [0.0, 1.0, 1.0]}, "times have to increase"),
         ("check", {**CHUNK, "positions": [[0.0, float("nan")]] * 3}, "positions"),
@@ -128,6 +129,25 @@ def test_frames_that_are_no_requests_are_refused(address: str, frame: str | byte
         client.socket.send(frame if isinstance(frame, bytes) else frame.encode("utf-8", "replace").decode())
         assert "message" in client.read()["error"]
         assert "worlds" in client.ask("worlds")
+
+
+@pytest.mark.parametrize("name", ["NaN", "1e400", "true", "9223372036854775808", "1" * 5000, "[1]", "null"])
+def test_an_answer_is_json_whatever_the_id_was(address: str, name: str) -> None:
+    """NaN is none, and Python refuses to write whole numbers of 5000 digits."""
+    with Client(address) as client:
+        for method in ("worlds", "nothing"):
+            client.socket.send(f'{{"id": {name}, "method": "{method}"}}')
+            said = str(client.socket.recv(timeout=10))
+            answer = json.loads(said, parse_constant=lambda constant: pytest.fail(f"{constant} is no JSON"))
+            assert "'id" in answer["error"]["message"] or "JSON" in answer["error"]["message"]
+        assert "worlds" in client.ask("worlds")
+
+
+def test_a_name_in_bytes_is_the_same_name(address: str) -> None:
+    """In msgpack a client may write its texts as bytes: it can cancel what it asked for under such a name."""
+    with Client(address, packed=True) as client:
+        client.socket.send(msgpack.packb({"id": b"x", "method": "worlds"}) or b"")
+        assert client.read()["id"] == "x"
 
 
 def test_work_ends_when_it_is_cancelled_when_its_time_is_over_and_with_its_client(address: str) -> None:

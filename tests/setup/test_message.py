@@ -164,9 +164,15 @@ def test_attached_by_scene_and_request(tmp_path: Path) -> None:
     assert "let go" not in told(query)
     again = changed(REQUEST, "start_state.attached_collision_objects", ATTACHED)
     assert [item.name for item in asked(tmp_path, again, scene).robot.carried] == ["rod"]
-    standing = [{**ATTACHED[0], "object": {**ROD, "id": "post"}}]
-    both = changed(REQUEST, "start_state.attached_collision_objects", standing)
-    assert "'post' is attached, and stands in scene 'example' too" in refusal_of(lambda: asked(tmp_path, both))
+    two = {key: 2 * ROD[key] for key in ("primitives", "primitive_poses")}
+    for shapes in ({}, two):
+        standing = [{**ATTACHED[0], "object": {**ROD, **shapes, "id": "post"}}]
+        both = changed(REQUEST, "start_state.attached_collision_objects", standing)
+        assert "'post' is attached, and stands in scene 'example' too" in refusal_of(
+            lambda both=both: asked(tmp_path, both)
+        )
+    more = changed(REQUEST, "start_state.attached_collision_objects", [{**ATTACHED[0], "object": {**ROD, **two}}])
+    assert [item.name for item in asked(tmp_path, more, scene).robot.carried] == ["rod.0", "rod.1"]
 
 
 def test_a_start_that_is_a_difference_is_the_scenes_for_the_rest(tmp_path: Path) -> None:

@@ -238,7 +238,7 @@ def test_degrees_are_asked_for_and_limits_are_not_widened_for_them(paper):
     with pytest.raises(StateError, match=r"at 90, outside its limits .*: degrees\? As degrees they would lie") as told:
         resolve(Joints((90.0, 0, 0, -60, 0, 0, 0)), paper, {}, "start")
     assert "widen" not in str(told.value)
-    with pytest.raises(StateError, match="--widen-limits"):
+    with pytest.raises(StateError, match=r"by 1.03 rad: bring it inside\.$"):
         resolve(Joints((4.0, 0, 0, -1, 0, 0, 0)), paper, {}, "start")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import time
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from planner.base.resources import robots_folder
 from planner.models.robot import Robot
 from planner.models.scene import Scene
 from planner.problem.request import WorldRequest
+from planner.setup import robots
 from planner.setup.open import open_world
 from planner.setup.robots import robot_of
 
@@ -24,6 +26,7 @@ def arm(tmp_path: Path) -> Path:
     shutil.copytree(robots_folder() / "planar_2r", made)
     for path in made.rglob("*"):
         os.utime(path, (1e9, 1e9))
+    time.sleep(0.03)  # times of files are as coarse as the kernel's clock
     return made
 
 
@@ -47,11 +50,12 @@ def test_a_file_that_is_touched_is_read_again(arm: Path, name: str) -> None:
     np.testing.assert_array_equal(robot(arm).lower, known.lower)
 
 
-def test_what_changed_is_seen_even_at_the_same_time_and_length(arm: Path) -> None:
+@pytest.mark.parametrize("in_place", [False, True])
+def test_what_changed_is_seen_even_at_the_same_time_and_length(in_place: bool, arm: Path) -> None:
     known, file = robot(arm), next(arm.glob("*.urdf"))
     text = file.read_text()
     limit = text[text.index('upper="') :].split('"')[1]
-    other = arm / "other"
+    other = file if in_place else arm / "other"
     other.write_text(text.replace(f'upper="{limit}"', f'upper="{"1" + limit[1:]}"'))
     os.utime(other, (1e9, 1e9))
     other.replace(file)
@@ -62,6 +66,16 @@ def test_files_that_are_still_being_written_are_not_kept(arm: Path) -> None:
     file = next(arm.glob("*.urdf"))
     os.utime(file, (4e9, 4e9))
     assert robot(arm) is not robot(arm)
+
+
+def test_files_written_within_a_tick_of_the_clock_before_they_are_read_are_not_kept(
+    arm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changed = max(path.stat().st_ctime_ns for path in arm.glob("*"))
+    monkeypatch.setattr(robots.time, "time_ns", lambda: changed + 4_000_000)
+    assert robot(arm) is not robot(arm)
+    monkeypatch.setattr(robots.time, "time_ns", lambda: changed + 40_000_000)
+    assert robot(arm) is robot(arm)
 
 
 def test_what_may_include_files_that_nobody_names_is_read_each_time(arm: Path) -> None:

@@ -14,9 +14,11 @@ from planner.models.poses import pose
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Obstacle
 from planner.problem.outcome import Outcome
-from planner.tasks.file import Grasp, GripperSaid, Move, Pick, Place, Region, Task, TaskError
+from planner.tasks.file import Grasp, GripperSaid, Line, Move, Pick, Place, Region, Task, TaskError
+from planner.tasks.gripper import gripper_of
 from planner.tasks.plan import TaskPlanner, task
 from tests.tasks.cases import BOARD, GRASPS, MUG, POST, SCENE, SMALL, TABLE
+from tests.worlds import load
 
 SCENE_TEXT = """
 obstacles:
@@ -26,6 +28,11 @@ obstacles:
   - {name: crate, type: box, size: [0.2, 0.2, 0.2], position: [0.3, -0.1, 0.1]}
   - {name: ball, type: sphere, radius: 0.03, position: [0.3, -0.5, 0.03]}
   - {name: mug, type: cylinder, radius: 0.03, length: 0.1, position: [0.5, -0.3, 0.05]}
+  - {name: foot, type: box, size: [0.05, 0.05, 0.05], position: [0.4, -0.6, 0.025]}
+  - {name: vase, type: cylinder, radius: 0.02, length: 0.1, position: [0.4, -0.6, 0.1]}
+  - {name: twin, type: box, size: [0.05, 0.05, 0.05], position: [0.45, -0.6, 0.025]}
+states:
+  panda: {crash: "q:0,1.7,0,-1.5,0,2,0"}
 """
 PICK = "{pick: mug}"
 WRONG = {
@@ -55,14 +62,36 @@ WRONG = {
     "not level": (f"[{PICK}, {{place: mug, on: tilted, at: [[0.4, 0.3], [0.6, 0.4]]}}]", "'tilted' is not level"),
     "not held": ("[{place: mug, on: board, at: [[0.4, 0.3], [0.6, 0.4]]}]", "nothing is held: pick it first"),
     "two in hand": (f"[{PICK}, {{pick: ball}}]", "picks 'ball' while 'mug' is held"),
+    "the same twice": (f"[{PICK}, {PICK}]", "step 2 picks 'mug' while 'mug' is held: place that first"),
+    "something stands on it": (
+        "[{pick: foot}, {place: foot, on: board, at: [[0.4, 0.2], [0.6, 0.5]]}, {pick: vase}]",
+        "step 1 picks 'foot' while 'vase' stands on it: pick 'vase' before",
+    ),
+    "a pose in mm": (f"[{PICK}, {{place: mug, pose: {{position: [500, 300, 270]}}}}]", "air at (500, 300, 270) m"),
+    "a region in mm": (f"[{PICK}, {{place: mug, on: board, at: [[400, 300], [600, 400]]}}]", "y 0.15 to 0.55 m): keep"),
+    "wider than it opens": (
+        "[{pick: mug, grasps: [{position: [0, 0, 0.05], rpy: [3.1416, 0, 0], opening: 0.5}]}]",
+        "a grasp of 'mug' opens the gripper 0.5 m wide, which opens 0.08 m",
+    ),
+    "a state in contact": ("[{move: crash}]", "step 1, the move, is in collision"),
+    "a state of two joints": ("[{move: 'q:0,0'}]", "has 2 joint values, panda has 7"),
     "too wide": ("[{pick: crate}]", "'crate' is wider than the gripper opens (0.08 m)"),
     "no step": ("[]", "steps"),
     "two kinds": ("[{pick: mug, move: home}]", "give one of pick, place and move"),
-    "unknown key": ("[{pick: mug, graps: auto}]", "unknown key"),
+    "unknown key": ("[{pick: mug, graps: auto}]", "unknown key 'steps.0.pick.graps' (did you mean 'grasps'?)"),
+    "unknown key of a line": ("[{pick: mug, approach: {distanc: 0.1}}]", "(did you mean 'distance'?)"),
+    "key of another step": ("[{move: home, approach: 0.1}]", "unknown key 'steps.0.move.approach'; remove it"),
+    "unknown step": ("[{shove: mug}]", "'steps.0' is wrong: give one of pick, place and move"),
+    "a line in mm": ("[{pick: mug, approach: 100}]", "a line of 100 m is not usable: give metres from 0 to 1"),
+    "a line back": ("[{pick: mug, retreat: -0.1}]", "a line of -0.1 m is not usable"),
+    "no number": ("[{pick: mug, approach: .nan}]", "'steps.0.pick.approach.distance' is wrong"),
+    "a switch": ("[{pick: mug, approach: yes}]", "true is no number"),
+    "no grasps": ("[{pick: mug, grasps: []}]", "'steps.0.pick.grasps' is wrong"),
+    "no samples": (f"[{PICK}, {{place: mug, on: board, at: [[0.4, 0.2], [0.6, 0.4]], samples: 0}}]", "samples"),
     "half a region": (f"[{PICK}, {{place: mug, on: board}}]", "'on' and 'at' go together"),
     "axis and turn": ("[{pick: mug, grasps: [{axis: [0, 0, 1], rpy: [0, 0, 0]}]}]", "a quaternion (or rpy) or an axis"),
     "no direction": ("[{pick: mug, grasps: [{axis: [0, 0, 0]}]}]", "an axis of zero length"),
-    "unknown state": ("[{move: nowhere}]", "step 1 moves to 'nowhere', which is not among"),
+    "unknown state": ("[{move: nowhere}]", "step 1, the move, 'nowhere' is not among"),
 }
 
 
@@ -83,6 +112,29 @@ def test_what_makes_no_sense_is_one_sentence(what: str, folder: Path) -> None:
     assert error.value.exit_code == 3
 
 
+MADE_WRONG = {
+    "a line of nan m is not usable": lambda: Line(float("nan")),
+    "a line of 2 m is not usable": lambda: Line(2.0),
+    "a frame is that of an axis": lambda: Line(frame="tool"),
+    "an axis of zero length has no direction": lambda: Line(0.1, (0.0, 0.0, 0.0)),
+    "no grasps of 'mug' are given": lambda: Pick("mug", ()),
+    "corners[1, 1] is nan": lambda: Region("board", ((0.0, 0.0), (1.0, float("nan")))),
+    "0 samples are not usable": lambda: Region("board", ((0.0, 0.0), (1.0, 1.0)), 0),
+    "'mug' is placed nowhere": lambda: Place("mug", ()),
+    "pose is not rigid": lambda: Place("mug", (2.0 * np.eye(4),)),
+    "the opening of a grasp is -1 m": lambda: Grasp(np.eye(4), -1.0),
+    "the gripper's opening is nan m": lambda: GripperSaid(opening=float("nan")),
+}
+
+
+@pytest.mark.parametrize("text", MADE_WRONG)
+def test_what_a_file_may_not_say_python_may_not_either(text: str) -> None:
+    """The same classes are read and made."""
+    with pytest.raises(TaskError) as error:
+        MADE_WRONG[text]()
+    assert text in str(error.value)
+
+
 def test_two_objects_of_one_name(folder: Path) -> None:
     (folder / "scene.yaml").write_text(SCENE_TEXT.replace("name: ball", "name: mug"))
     (folder / "task.yaml").write_text("robot: panda\nscene: scene.yaml\nsteps: [{pick: mug}]\n")
@@ -96,6 +148,41 @@ def test_two_objects_of_one_name(folder: Path) -> None:
 def test_a_task_without_steps() -> None:
     with pytest.raises(TaskError, match="a task has no steps: give at least one Pick, Place or Move"):
         replace(SMALL, steps=())
+
+
+GRIPPERS = {
+    "open: {claw: 0.04}": "the gripper cannot move 'claw': joints of panda that are held are panda_finger_joint1",
+    "closed: {panda_joint3: 0.1}": "the gripper cannot move 'panda_joint3'",
+    "open: {panda_finger_joint1: 40}": "moves 'panda_finger_joint1' to 40, outside its limits [0, 0.04]",
+    "opening: 80": "the gripper's opening is 80 m: give metres above 0, up to 1",
+}
+STARTS = {
+    "crash": "start is in collision: ",
+    "nowher": "start 'nowher' is not among the scene's states for panda (its states are default, crash, home)",
+    "q:nan,0,0,0,0,0,0": "start holds a value that is not finite",
+}
+
+
+@pytest.mark.parametrize("said", [*GRIPPERS, *STARTS])
+def test_a_gripper_or_a_start_that_cannot_be_is_one_sentence(said: str, folder: Path) -> None:
+    line = f"gripper: {{{said}}}" if said in GRIPPERS else f"start: '{said}'"
+    (folder / "task.yaml").write_text(f"robot: panda\nscene: scene.yaml\n{line}\nsteps: [{{pick: mug}}]\n")
+    with pytest.raises(PlannerError, match=r"^[^\n]*$") as error:
+        task(folder / "task.yaml", nodes=10)
+    assert (GRIPPERS | STARTS)[said] in str(error.value)
+    assert error.value.exit_code == 3
+
+
+def test_what_stands_beside_another_is_not_on_it(folder: Path) -> None:
+    """They touch, which is no reason to take the one before the other."""
+    steps = "[{pick: vase}, {place: vase, on: board, at: [[0.4, 0.2], [0.6, 0.5]], samples: 1}, {pick: foot}, "
+    steps += "{place: foot, on: board, at: [[0.4, 0.2], [0.6, 0.5]], samples: 1}, {pick: twin}]"
+    (folder / "task.yaml").write_text(f"robot: panda\nscene: scene.yaml\nsteps: {steps}\n")
+    assert task(folder / "task.yaml", nodes=10, ik_solutions=1).outcome in (Outcome.SOLVED, Outcome.NO_PATH)
+
+
+def test_links_that_may_touch_nothing_are_honoured() -> None:
+    assert gripper_of(load("panda"), GripperSaid(touch=())).touch == ()
 
 
 def test_links_that_are_not_there_grasp_nothing() -> None:
@@ -171,6 +258,8 @@ def test_no_placement_that_the_object_fits_into() -> None:
     assert found.reason is not None
     assert (found.reason.step, found.reason.what) == (2, "no_placement")
     assert found.reason.names == {"mug", "peg"}
+    reason = found.reason  # each pair of a grasp and a placement once, however many configurations of it are in contact
+    assert reason.out_of_reach + sum(reason.contacts.values()) <= reason.tried
     assert "Step 2 (place mug) cannot be done: no placement is left" in found.message
 
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
 from planner.base.errors import SceneError
 from planner.kinematics.forward import tool_pose
-from planner.problem.request import TimingRequest
+from planner.problem.options import TaskOptions
+from planner.problem.request import TaskRequest, TimingRequest
 from planner.session.session import Session
 from planner.tasks.file import Move, Pick, Place, TaskError
 from planner.tasks.judge import TaskRecord, judged
 from planner.tasks.plan import task
-from planner.tasks.request import TaskOptions
 from tests.tasks.cases import BOARD, GRASPS, MUG, ON_BOARD, SCENE, SMALL
 
 FEW: TaskOptions = {"nodes": 100, "ik_solutions": 2}
@@ -111,3 +113,7 @@ def test_a_floor_is_refused_and_nothing_is_held_at_first() -> None:
         Session("panda", SCENE).task((Place("mug", (BOARD.placement,)),), **FEW)
     with pytest.raises(SceneError, match="a floor under manipulability, which no task does"):
         Session("panda", SCENE, min_manipulability=0.01).task(SMALL)
+
+
+def test_options_of_a_task_are_the_fields_of_its_request() -> None:
+    assert set(TaskOptions.__annotations__) == {field.name for field in fields(TaskRequest)}

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import yaml
 
-from planner.base.errors import FileError
+from planner.base.errors import ArrayError, FileError
 from planner.tool_paths.file import read_tool_path
+from planner.tool_paths.tool_path import ToolPath, TubeSize
 from tests.documents import ROOT
 
 POINTS: list[dict[str, Any]] = [
@@ -97,11 +98,69 @@ def test_what_makes_no_sense_is_one_sentence(data: dict[str, Any], part: str) ->
     assert len(text) < 300
 
 
-@pytest.mark.parametrize("text", ["", "x,y,z\n1,2,3\n", "x,y,z,ax,ay,az\n0,0,one,0,0,1\n", "x,y,z,ax,ay,az\n0,0\n"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "x,y,z\n1,2,3\n",
+        "x,y,z,ax,ay,az\n0,0,one,0,0,1\n",
+        "x,y,z,ax,ay,az\n0,0\n",
+        "x,y,z,ax,ay,az\n0,0,0,0,0,1,9\n1,0,0,0,0,1,9\n",
+        "x,y,z,ax,ay,az\nnan,0,0,0,0,1\n1,0,0,0,0,1\n",
+        "x,x,y,z,ax,ay,az\n9,0,0,0,0,0,1\n9,1,0,0,0,0,1\n",
+        "x,y,z,ax,ay,az,speed\n0,0,0,0,0,1,9\n1,0,0,0,0,1,9\n",
+        "x,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,2\n1,0,0,0,0,0,1\n",
+    ],
+)
 def test_a_bad_csv_is_one_sentence(text: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(FileError, match=r"tool path .*\.$"):
         read_tool_path(tmp_path / "a.csv")
+
+
+def test_a_csv_of_a_spreadsheet_is_read(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("\ufeff# seam\nx;y;z;ax;ay;az\n0.4;-0.1;0.3;0;0;-1\n\n0.4;0.1;0.3;0;0;-1\n")
+    np.testing.assert_array_equal(read_tool_path(tmp_path / "a.csv").positions, [[0.4, -0.1, 0.3], [0.4, 0.1, 0.3]])
+
+
+ARRAYS: dict[str, Any] = {
+    "positions": [[0.4, -0.1, 0.3], [0.4, 0.1, 0.3]],
+    "turns": np.tile(np.diag([1.0, -1.0, -1.0]), (2, 1, 1)),
+    "free": [True, True],
+    "cones": [0.0, 0.0],
+    "given": [1, 2],
+}
+
+
+@pytest.mark.parametrize(
+    ("changed", "part"),
+    [
+        ({"positions": [[0.4, np.nan, 0.3], [0.4, 0.1, 0.3]]}, "positions[0, 1] is nan"),
+        ({"positions": [[0.4, 0.1], [0.4, 0.2]]}, "shape (2, 2)"),
+        ({"positions": 2 * [[0.4, 0.1, 0.3]]}, "twice"),
+        ({"positions": 1000 * np.array(ARRAYS["positions"])}, "mm?"),
+        ({name: values[:1] for name, values in ARRAYS.items()}, "1 points"),
+        ({name: values[:0] for name, values in ARRAYS.items() if name != "positions"} | {"positions": np.zeros((0, 3))},
+         "0 points"),
+        ({"turns": 2 * ARRAYS["turns"]}, "no rotation"),
+        ({"turns": np.tile(np.diag([1.0, 1.0, -1.0]), (2, 1, 1))}, "no rotation"),
+        ({"cones": [0.0, 3.49]}, "5 degrees are 0.0873"),
+        ({"cones": [0.0, -0.1]}, "cone of point 2"),
+        ({"cones": [0.0]}, "shape (1,)"),
+    ],
+)  # fmt: skip
+def test_arrays_that_are_no_path_are_one_sentence(changed: dict[str, Any], part: str) -> None:
+    with pytest.raises(ArrayError) as caught:
+        ToolPath("made", **ARRAYS | changed)
+    assert part in str(caught.value)
+    assert str(caught.value).endswith(".")
+    ToolPath("made", **ARRAYS)
+
+
+@pytest.mark.parametrize("size", [(0.0, 0.01), (0.001, 0.0), (np.nan, 0.01), (0.001, 0.6), (1.0, 0.01)])
+def test_a_tube_of_no_use_is_refused(size: tuple[float, float]) -> None:
+    with pytest.raises(ArrayError, match="is not usable"):
+        TubeSize(*size)
 
 
 def test_the_example_is_read() -> None:

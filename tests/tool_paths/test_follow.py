@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.base.errors import KeywordError, OptionError, RobotError, SceneError
+from planner.base.errors import KeywordError, OptionError, RobotError, SceneError, StateError
 from planner.kinematics.manipulability import manipulability
 from planner.models.poses import pose
 from planner.models.scene import Scene
@@ -20,7 +20,7 @@ from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.roadmap.storage import load_roadmap
 from tests.documents import ROOT
-from tests.tool_paths.judge import line_of, outside, raster
+from tests.tool_paths.judge import line_of, outside, pose_of, raster
 from tests.worlds import planar_trap
 
 REQUEST = FollowRequest(robot="panda", scene="empty")
@@ -57,8 +57,16 @@ def test_its_roadmap_can_be_kept(follower: Follower, tmp_path: Path) -> None:
 
 def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[np.ndarray] = []
-    monkeypatch.setattr("planner.view.page.draw_tool_path", lambda canvas, points, radius: drawn.append(points))
-    follower.plan(REQUEST).page()
+    monkeypatch.setattr("planner.view.page.draw_tool_line", lambda canvas, name, points, radius: drawn.append(points))
+    rungs: list[tuple] = []
+    monkeypatch.setattr("planner.view.drawing.Canvas.segments", lambda _, *drawn: rungs.append(drawn))
+    found = follower.plan(REQUEST)
+    found.page()
+    assert follower.roadmap is not None
+    ((_, bars, _),) = [each for each in rungs if each[0] == "tool_path/rungs"]
+    assert len(bars) == 2 * len(follower.roadmap.nodes)
+    turn, position = pose_of(found.robot, follower.roadmap.nodes[7])
+    np.testing.assert_allclose(bars[14:16], position + np.outer([-0.025, 0.025], turn[:, 0]), atol=1e-9)
     np.testing.assert_array_equal(drawn, [RASTER.positions])
 
 
@@ -68,6 +76,15 @@ def test_beta_trades_off_on_one_ladder(follower: Follower) -> None:
     assert short.cost.distance <= singular.cost.distance  # type: ignore[union-attr]
     assert singular.cost.manipulability < short.cost.manipulability or singular.path.tolist() == short.path.tolist()  # type: ignore[union-attr]
     assert singular.max_error_vs_oracle == 0.0
+
+
+def test_motions_that_passed_a_second_look_are_not_looked_at_again(follower: Follower) -> None:
+    one = follower.plan(replace(REQUEST, beta=0.3))
+    queries = follower.checker.queries
+    assert queries > 0
+    two = follower.plan(replace(REQUEST, beta=0.3))
+    assert follower.checker.queries == queries
+    assert one.path.tobytes() == two.path.tobytes()
 
 
 def test_the_same_request_gives_the_same_bits() -> None:
@@ -138,6 +155,32 @@ def test_what_is_out_of_reach_says_by_how_much() -> None:
     assert nowhere.to_dict()["tool_path"]["first_unreachable"] == 1
     assert "followed over 0.0 %" in nowhere.message
     nowhere.page()
+
+
+@pytest.mark.parametrize(("keep", "unit", "point"), [("box:-1,-1,0,1,0.05,1", "m", 2), ("plane:0,0,1,0.5", "m", 1)])
+def test_what_is_to_be_kept_is_kept_and_named_where_it_is_in_the_way(keep: str, unit: str, point: int) -> None:
+    path = line_of([[0.45, -0.1, 0.4], [0.45, 0.1, 0.4]])
+    found = follow(path, REQUEST, keep=keep)
+    assert found.outcome is Outcome.PARTLY_FOLLOWED
+    assert isinstance(found.reason, CannotFollow)
+    assert (found.reason.cause, found.reason.between, found.reason.point) == ("strays", (keep,), point)
+    assert 0 < found.reason.distance <= 0.1 + 1e-6
+    assert f"'{keep}', which is to be kept, would be broken by" in found.message
+    assert f" {unit}; move the path" in found.message
+    assert all(pose_of(found.robot, q)[1][1] <= 0.05 for q in found.path)
+    found.to_dict()
+
+
+def test_a_turn_to_be_kept_is_about_the_start_of_the_free_motion() -> None:
+    path = line_of([[0.45, -0.05, 0.4], [0.45, 0.05, 0.4]], quaternion=[1, 0, 0, 0])
+    begin = "pose:0.4,0,0.5,1,0,0,0"
+    found = follow(path, REQUEST, start=begin, path_only=True, keep="turn:0.05")
+    assert found.outcome is Outcome.SOLVED
+    s = np.linspace(0, 1, 20)[:, None, None]
+    for q in (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7):
+        assert np.arccos((np.trace(pose_of(found.robot, q)[0] @ np.diag([1, -1, -1])) - 1) / 2) <= 0.05 + 1e-6
+    with pytest.raises(StateError, match="means the orientation at a start"):
+        follow(path, REQUEST, keep="turn:0.05")
 
 
 @pytest.mark.parametrize("orientation", [{"axis": [0, 0, -1]}, {"quaternion": [1, 0, 0, 0]}])
@@ -221,10 +264,14 @@ def test_options_that_make_no_sense_are_refused() -> None:
             FollowRequest(tool_speed=bad)
     with pytest.raises(OptionError, match="leave --goal out"):
         FollowRequest(goal="home")
-    for name, value in (("ik_solutions", 3), ("widen_limits", True), ("path_only", True), ("above_ends", True)):
+    of_free_motions = (("path_only", True), ("above_ends", True), ("nodes", 50), ("effort", 3), ("room", 0.02))
+    for name, value in (("ik_solutions", 3), ("widen_limits", True), *of_free_motions):
         with pytest.raises(OptionError, match=f"--{name.replace('_', '-')} says nothing to a tool path"):
             FollowRequest(**{name: value})  # pyright: ignore[reportArgumentType]
     FollowRequest(start="home", path_only=True)
+    FollowRequest(start="home", nodes=50, effort=3, room=0.02)
+    with pytest.raises(OptionError, match="--extra-cost says nothing to a tool path"):
+        follow(RASTER, REQUEST, timing=TimingRequest(extra_cost=0.5))
     with pytest.raises(OptionError, match="ladder density 0"):
         FollowRequest(ladder_density=0)
     with pytest.raises(RobotError, match="not found"):

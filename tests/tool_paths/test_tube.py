@@ -7,7 +7,7 @@ import pytest
 
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
-from planner.tool_paths.ladder import build_ladder
+from planner.tool_paths.ladder import build_ladder, ladder_from
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
 from tests.kinematics.test_tool_bound import sliding
@@ -67,14 +67,68 @@ def test_a_slide_and_a_joint_beside_follow_a_line(urdf_file) -> None:
     assert worst_on_arcs(ladder, np.random.default_rng(0)) <= 1.0
 
 
-def test_a_tool_a_metre_off_the_flange_follows_a_line(urdf_file) -> None:
+def six_axes(urdf_file, link: float = 0.3, tool: float = 1.0) -> Robot:
+    """An arm with two links of a length, and its tool off the flange (m)."""
     inside = "".join(link_xml(name) for name in "abcdefgh")
     axes = ["0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0"]
     for k, axis in enumerate(axes):
-        offset = "0 0 0.3" if k in (1, 2) else "0.1 0 0"
+        offset = f"0 0 {link}" if k in (1, 2) else "0.1 0 0"
         inside += joint_xml(f"j{k}", "abcdef"[k], "bcdefg"[k], axis=axis, xyz=offset, limit="-2.5 2.5")
-    fixed = '<joint name="end" type="fixed"><parent link="g"/><child link="h"/><origin xyz="1 0 0"/></joint>'
-    robot = Robot.load(urdf_file(inside + fixed, name="long"), "h")
+    fixed = f'<joint name="end" type="fixed"><parent link="g"/><child link="h"/><origin xyz="{tool} 0 0"/></joint>'
+    return Robot.load(urdf_file(inside + fixed, name="long"), "h")
+
+
+ARMS = {  # an arm, and where its line begins
+    "a tool a metre off the flange": (six_axes, [0.2, 0.3, 0.5, 0.1, 0.4, 0.2]),
+    "links of five metres": (lambda file: six_axes(file, 5.0, 0.1), [0.2, 0.3, 0.5, 0.1, 0.4, 0.2]),
+    "a slide": (sliding, [0.1, 0.3, 0.2, 0.4, 0.0]),
+    "a wrist near singular": (lambda _: load("ur5"), [0.3, -1.0, 1.2, -0.4, 0.02, 0.1]),
+    "continuous joints past half a turn": (
+        lambda _: load("kinova"), [np.pi - 1e-4, 2.6, 1.3, -np.pi + 1e-4, 1.0, np.pi - 1e-4]
+    ),
+    "seven joints": (lambda _: load("panda"), [0.1, 0.3, 0.0, -2.0, 0.0, 2.3, 0.8]),
+}  # fmt: skip
+
+
+def hardest(robot: Robot, tube: Tube, q: np.ndarray, rng: np.random.Generator, steps: int) -> tuple[float, int]:
+    """The largest share of the tube that a climber finds on curves proven to stay in it, and how often it rose.
+
+    It moves the coefficients of a curve, cubic at most, and keeps what is proven and worse.
+    """
+    ladder, bound = ladder_from(robot, tube, q), ToolBound(robot)
+    assert len(ladder.arcs)
+    a, b = ladder.arcs[rng.integers(len(ladder.arcs))]
+    delta = robot.difference(ladder.q[a], ladder.q[b])
+    curve, size, best, rose = np.stack([ladder.q[a], delta, 0 * delta, 0 * delta]), 0.3, 0.0, 0
+    lines, s = np.arange(len(tube.path.lengths))[None], np.linspace(0, 1, 9)[:, None] ** np.arange(4)
+    reach = np.abs(delta).max() * np.array([[0.1], [1.0], [1.0], [1.0]])
+    for _ in range(steps):
+        tried = curve + size * reach * rng.normal(size=curve.shape)
+        good = bool(tube.prove(bound, tried[None], lines).holds[0])
+        worst = outside(tube.path, robot, s @ tried) if good else 0.0
+        if worst > best:
+            curve, best, rose, size = tried, worst, rose + 1, min(1.3 * size, 1.0)
+        else:
+            size = max(0.93 * size, 1e-3)
+    fine = np.linspace(0, 1, 101)[:, None] ** np.arange(4)
+    return max(best, outside(tube.path, robot, fine @ curve)), rose
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e-5])
+@pytest.mark.parametrize("arm", ARMS)
+def test_the_hardest_proven_curve_stays_in_the_tube(arm: str, size: float, urdf_file) -> None:
+    made, begin = ARMS[arm]
+    robot, q = made(urdf_file), np.array(begin)
+    axis = Frame.tool(robot).poses(robot, q[None])[0][0]
+    way = np.array([0.0, 0.04, 0.0]) if arm == "a slide" else 0.04 * (axis[:, 0] + 0.3 * axis[:, 1])
+    path = through(robot, q, way, tube=(size, 2e-3))
+    best, rose = hardest(robot, Tube(path.evenly_turned()), q, np.random.default_rng(1), 200)
+    assert rose > 1
+    assert 0.3 < best <= 1.0  # it came near the boundary, not over it
+
+
+def test_a_tool_a_metre_off_the_flange_follows_a_line(urdf_file) -> None:
+    robot = six_axes(urdf_file)
     path = through(robot, np.array([0.2, 0.3, 0.5, 0.1, 0.4, 0.2]), np.array([0.0, 0.1, 0.0]), tube=(1e-4, 2e-3))
     ladder = build_ladder(robot, Tube(path.evenly_turned()))
     assert len(ladder.arcs) > 10

@@ -21,7 +21,7 @@ from planner.view.drawing import (
     draw_roadmap,
     draw_robot,
     draw_scene,
-    draw_tool_path,
+    draw_tool_line,
     draw_visuals,
     drawn_part,
     extent,
@@ -167,7 +167,7 @@ def obstacle_colours(canvas: Canvas) -> dict[str, int]:
 def test_a_tool_path_is_drawn_as_a_tube_that_can_be_seen() -> None:
     canvas, wide = Canvas(), Canvas()
     points = np.array([[0.4, 0.0, 0.3], [0.5, 0.0, 0.3]])
-    draw_tool_path(canvas, points, 1e-5)
-    draw_tool_path(wide, points, 0.05)
+    draw_tool_line(canvas, "tool_path", points, 1e-5)
+    draw_tool_line(wide, "tool_path", points, 0.05)
     assert paths(canvas, "set_object") == ["tool_path"]
     assert canvas.commands != wide.commands

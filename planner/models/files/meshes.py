@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from operator import itemgetter
 from pathlib import Path
 
@@ -14,13 +15,16 @@ from planner.base.errors import FileError
 from planner.base.files import is_file
 from planner.base.places import Place, place
 from planner.base.silenced import Silenced
-from planner.base.yamlfile import FARTHEST
+from planner.base.yamlfile import FARTHEST, shown
 from planner.models.files.dae import dae_fault
 from planner.models.files.ply import ply_fault
 from planner.models.files.thinned import CELL, MANY, thinned
 from planner.models.shapes import Box, Capsule, Cylinder, Mesh, Shape, Sphere
 
 _STL_HEADER, _STL_RECORD = 84, 50  # bytes before the triangles, and of each: normal, three corners, two bytes
+_NUMBER = rb"[ \t]++[-+]?+\d++(?:\.\d*+)?+(?:[eE][-+]?\d++)?+"  # possessive: the time grows with the length alone
+_VERTEX = rb"v(?:" + _NUMBER + rb"){3}+(?:" + _NUMBER + rb"(?:" + 2 * _NUMBER + rb")?+)?+[ \t]*+(?:#.*+)?+\r?$"
+_SKIPPED = re.compile(rb"^(?:(?!" + _VERTEX + rb")v[ \t].*+|[ \t]++[vf][ \t].*+)", re.MULTILINE)
 _LARGEST = 512 << 20  # bytes of a mesh file
 _MOST = 2_000_000  # triangles: collision checks of more take minutes to set up
 
@@ -96,10 +100,20 @@ def require_readable_mesh(path: Path) -> None:
     """Raise :class:`FileError` for a mesh file that its reader would not survive."""
     if path.stat().st_size > _LARGEST:
         raise FileError(f"mesh file {path} is larger than {_LARGEST >> 20} MiB: simplify the mesh.")
-    looked_through = {".ply": ply_fault, ".dae": dae_fault}.get(path.suffix.lower())
+    looked_through = {".ply": ply_fault, ".dae": dae_fault, ".obj": obj_fault}.get(path.suffix.lower())
     wrong = looked_through(path.read_bytes()) if looked_through else None
     if wrong:
         raise FileError(f"mesh file {path} {wrong}: export it again.")
+
+
+def obj_fault(content: bytes) -> str | None:
+    """The first vertex or face of an OBJ file that Assimp skips, or cuts off; None where there is none.
+
+    It takes three, four or six numbers that begin with a digit, in lines that are not indented, and a comma for an end.
+    Vertices behind one that is skipped would get the numbers of others.
+    """
+    wrong = _SKIPPED.search(content)
+    return None if wrong is None else f"has a line {shown(wrong[0].strip().decode(errors='replace'))} that is skipped"
 
 
 class MeshFault(ValueError):

@@ -206,14 +206,19 @@ class RobotFiles:
         """What the SRDF says that is not followed."""
         srdf, found = self.srdf, []
         if passed := self.description.passed_over:
-            text = f"MJCF {self.description.path}: {choices(passed)} are not followed: pairs that need no check belong "
-            found.append(Note(f"{text}in a robot.yaml ('planner robot-yaml'), the rest in a scene."))
+            text = (
+                f"MJCF {self.description.path}: {choices(passed)} are not followed: home and pairs that need no check "
+            )
+            found.append(Note(f"{text}belong in a robot.yaml ('planner robot-yaml'), the rest in a scene."))
         if srdf is not None and srdf.unchecked:
             text = f"SRDF {srdf.path} leaves {choices(srdf.unchecked)} unchecked (disable_default_collisions): against "
             found.append(Note(f"{text}links that is followed, against obstacles they are checked all the same."))
         if srdf is not None and srdf.base_moves:
-            text = f"SRDF {srdf.path} has a virtual_joint that moves the base, which stands here: see --base."
+            text = f"SRDF {srdf.path} has a virtual_joint that moves the base, which stands here: give it a base."
             found.append(Note(text, grave=False))
+        if srdf is not None and (strangers := srdf.strangers(self.description)):
+            text = f"SRDF {srdf.path}: what it says of links and joints that the URDF has not is passed over: "
+            found.append(Note(f"{text}{choices(strangers)}.", grave=False))
         if srdf is not None and srdf.other:
             text = f"SRDF {srdf.path}: elements of other programs are passed over: {choices(srdf.other)}."
             found.append(Note(text, grave=False))
@@ -271,7 +276,7 @@ def _known_tool(model: pin.Model, tool: str | None) -> str:
     if tool is None:
         tips = urdf.leaf_links(model)
         if len(tips) != 1:
-            raise RobotError(f"the robot has {len(tips)} tips: choose one with --tool; tips are {choices(tips)}.")
+            raise RobotError(f"the robot has {len(tips)} tips: name one as its tool; tips are {choices(tips)}.")
         return tips[0]
     urdf.frame_id(model, tool)
     return tool

@@ -9,21 +9,32 @@ from pathlib import Path
 from typing import Any
 
 from planner.base.arrays import Floats
+from planner.base.errors import SceneError
 from planner.base.files import make_folder, write_whole
 from planner.base.places import Place, place
 from planner.models.moving import MovingObstacle
 from planner.models.poses import quaternion_of
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Carried, Mesh, Obstacle
+from planner.problem.conditions import AND
 
 
 def write_scene(scene: Scene, path: Place) -> list[Path]:
     """Write ``scene`` to ``path``, and every mesh as an OBJ file beside it; returns what was written.
 
     :meth:`Scene.load` reads the same scene from it, to rounding. Permissions are written shape by shape.
-    Raises :class:`FileError` where that cannot be done.
+    Raises :class:`FileError` where that cannot be done, :class:`SceneError` for what such a file has no words for: an
+    object that is placed in a frame of its own, a mesh with a radius.
     """
     path = place(path)
+    for item in (*scene.obstacles, *scene.carried):
+        if item.frame:
+            raise SceneError(
+                f"'{item.name}' is placed in frame '{item.frame}', which no scene file says: place it in the world."
+            )
+    for item in (*scene.obstacles, *scene.moving, *scene.carried):
+        if isinstance(item.shape, Mesh) and item.shape.radius:
+            raise SceneError(f"the mesh of '{item.name}' has a radius, which no scene file says: leave that out.")
     make_folder(path.parent)
     meshes: dict[Path, Mesh] = {}
     text = "\n".join(_lines(scene, path, meshes)) + "\n"
@@ -47,6 +58,7 @@ def _lines(scene: Scene, path: Path, meshes: dict[Path, Mesh]) -> Iterator[str]:
         placed = {name: item.model_dump(exclude_defaults=True) for name, item in scene.robots.items()}
         yield f"robots: {json.dumps(placed)}"
     yield from _block("allowed", sorted(_permissions(scene)))
+    yield from _block("keep", scene.keep.split(AND) if scene.keep else [])
 
 
 def _block(key: str, items: list[Any]) -> Iterator[str]:
@@ -85,7 +97,7 @@ def _pose(placement: Floats) -> dict[str, Any]:
 def _permissions(scene: Scene) -> Iterator[list[str]]:
     """Pairs of names that may touch, where a name is that of a shape or a link."""
     shapes: dict[str, list[str]] = {}
-    for item in scene.obstacles:
+    for item in (*scene.obstacles, *scene.carried):
         shapes.setdefault(item.object, []).append(item.name)
     for pair in scene.allowed:
         first, second = (tuple(pair) * 2)[:2]

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from planner.base.errors import RobotError, choices
-from planner.base.yamlfile import FARTHEST, nearest, shown
+from planner.base.yamlfile import FARTHEST, nearest, repeated, shown
 from planner.models.files import urdf
 from planner.models.files.xacro import read_root
 
@@ -76,6 +76,12 @@ class Srdf:
         pairs = {frozenset((one, other)) for one in self.unchecked for other in links if one != other}
         return self.disabled | (frozenset(pairs) - self.enabled)
 
+    def strangers(self, description: urdf.Description) -> list[str]:
+        """The links and joints that the SRDF speaks of and the URDF does not have, sorted."""
+        links = {link for pair in self.disabled | self.enabled for link in pair} | {*self.unchecked}
+        joints = {*self.passive, *(joint for state in self.states for joint in state.values)}
+        return sorted((links - description.links) | (joints - description.joints.keys()))
+
 
 def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
     """The SRDF at ``path``, xacro with ``arguments`` included; :class:`RobotError` says what is wrong with it."""
@@ -83,6 +89,7 @@ def read_srdf(path: Path, arguments: Mapping[str, str] | None = None) -> Srdf:
     if root.tag != "robot":
         raise RobotError(f"{path} is no SRDF: its root element is <{shown(root.tag)[1:-1]}>, not <robot>.")
     _require_known(root, path)
+    _require_once(root, path)
     groups = [_group(item) for item in root.findall("group")]
     virtual = root.find("virtual_joint")
     return Srdf(
@@ -122,6 +129,16 @@ def _require_known(root: ET.Element, path: Path) -> None:
                     f"{shown(child.tag)}{nearest(str(child.tag), inner)}; use {choices(inner)}."
                 )
             _require_attributes(child, inner[child.tag], path)
+
+
+def _require_once(root: ET.Element, path: Path) -> None:
+    """Raise :class:`RobotError` for groups, states of a group, or joints of a state, that are said twice."""
+    said = [f"group {shown(each.get('name'))}" for each in root.findall("group")]
+    for state in root.findall("group_state"):
+        what = f"state {shown(state.get('name'))} of group {shown(state.get('group'))}"
+        said += [what, *(f"joint {shown(joint.get('name'))} in {what}" for joint in state.findall("joint"))]
+    if twice := repeated(said):
+        raise RobotError(f"SRDF {path} says {twice[0]} twice, and only the last would count: leave one of them.")
 
 
 def _require_attributes(element: ET.Element, names: Iterable[str], path: Path) -> None:

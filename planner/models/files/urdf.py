@@ -126,7 +126,7 @@ def read_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
 
 
 def _of_mjcf(path: Path, root: ET.Element) -> Description:
-    mjcf.require_one_robot(root, path)
+    mjcf.require_readable(root, path)
     model, turning = mjcf.model_of(path)
     return Description(
         path=path,
@@ -214,7 +214,7 @@ def followed(
         follows = f"joint '{item.joint}' mimics '{item.leader}'"
         if item.joint in planned:
             raise RobotError(
-                f"{follows} and cannot be planned by itself: choose another --tool, or remove its <mimic>."
+                f"{follows} and cannot be planned by itself: choose another tool frame, or remove its <mimic>."
             )
         if item.leader not in planned:
             value = item.multiplier * held.get(item.leader, 0.0) + item.offset

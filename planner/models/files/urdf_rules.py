@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from planner.base.errors import RobotError
+from planner.base.errors import RobotError, choices
 from planner.base.yamlfile import FARTHEST, SMALLEST, nearest, shown
 
 _DEEPEST = 100  # levels of elements: a URDF has five, what extensions put into it a few more
@@ -38,6 +38,10 @@ _INNER = {  # elements, and attributes, that have a meaning; others that are not
     "collision": ("origin", "geometry"),
     "geometry": (*_SIZES, "mesh"),
 }
+_ONCE = {  # of these the parser takes the first, and drops the others
+    "joint": ("origin", "parent", "child", "axis", "limit", "mimic", "safety_controller"),
+    "collision": ("origin", "geometry"),
+}
 _ALIKE = 0.65  # of attributes: that is how near "ryp" is to "rpy"
 _ATTRIBUTES = {tag: tuple(numbers) for tag, numbers in _NUMBERS.items()} | {
     "limit": ("lower", "upper", "effort", "velocity", "gear_velocity"),
@@ -53,6 +57,8 @@ def require_sane_urdf(root: ET.Element, path: Path) -> None:
     links, joints = root.findall("link"), root.findall("joint")
     parts = (*root.iterfind("link//collision"), *root.iterfind("link//geometry"))
     _require_spelling([root, *links, *joints, *parts], path)
+    _require_one_each([*joints, *parts], path)
+    _require_in_place(root, path)
     _require_names(links, "link", path)
     _require_names(joints, "joint", path)
     _require_few(len(links), "links", _MOST_LINKS, path)
@@ -65,7 +71,7 @@ def require_sane_urdf(root: ET.Element, path: Path) -> None:
         axis = joint.find("axis")
         if axis is None or axis.get("xyz") is None or joint.get("type") in ("fixed", "floating"):
             continue
-        if math.hypot(*_floats(axis.get("xyz", ""))) < 1e-6:
+        if math.hypot(*floats(axis.get("xyz", ""))) < 1e-6:
             name = shown(joint.get("name"))
             raise RobotError(f"URDF {path}: the axis of joint {name} has no direction; mend the file.")
 
@@ -90,6 +96,31 @@ def _require_spelling(elements: Sequence[ET.Element], path: Path) -> None:
                 meant = nearest(word, words, alike) if word not in words else ""
                 if meant:
                     raise RobotError(f"{where} holds {shown(word)}{meant}, which means nothing; mend the file.")
+
+
+def _require_one_each(elements: Sequence[ET.Element], path: Path) -> None:
+    """Raise for what stands twice where only the first counts: two shapes in one geometry, two axes of a joint."""
+    for element in elements:
+        tags = [child.tag for child in element]
+        twice = next((tag for tag in _ONCE.get(element.tag, ()) if tags.count(tag) > 1), None)
+        shapes = [tag for tag in tags if tag in _INNER["geometry"]] if element.tag == "geometry" else []
+        if twice is not None or len(shapes) > 1:
+            of = f" {shown(element.get('name'))}" if element.get("name") else ""
+            what = f"<{twice}> twice" if twice else f"several shapes, {choices(shapes)}"
+            remedy = "" if element.tag == "joint" else ", and give each shape a <collision> of its own"
+            raise RobotError(
+                f"URDF {path}: a <{element.tag}>{of} holds {what}, of which only the first would count: leave "
+                f"one{remedy}."
+            )
+
+
+def _require_in_place(root: ET.Element, path: Path) -> None:
+    """Raise for a link, joint or collision in a link or joint, where parsers do not look for it."""
+    for place in ("link/link", "link/joint", "joint/link", "joint/joint", "joint/collision"):
+        lost = root.find(place)
+        if lost is not None:
+            name, holder = shown(lost.get("name")), place.partition("/")[0]
+            raise RobotError(f"URDF {path}: <{lost.tag}> {name} stands inside a <{holder}>: move it out of there.")
 
 
 def _require_few(count: int, what: str, most: int, path: Path) -> None:
@@ -152,7 +183,7 @@ def _require_numbers(item: ET.Element, where: str) -> None:
             text = element.get(attribute)
             if text is None:
                 continue
-            quoted, values = f"{where}: {attribute}={shown(text)} of <{element.tag}>", list(_floats(text))
+            quoted, values = f"{where}: {attribute}={shown(text)} of <{element.tag}>", list(floats(text))
             if len(values) != count or not all(map(math.isfinite, values)):
                 some = "a finite number" if count == 1 else f"{count} finite numbers"
                 raise RobotError(f"{quoted} is not {some}; mend the file.")
@@ -164,7 +195,8 @@ def _require_numbers(item: ET.Element, where: str) -> None:
                 raise RobotError(f"{quoted} leaves nothing of the mesh; mend the file.")
 
 
-def _floats(text: str) -> Iterator[float]:
+def floats(text: str) -> Iterator[float]:
+    """The numbers of a text, NaN for a word that is none."""
     for word in text.split():
         try:
             yield float(word)

@@ -12,6 +12,8 @@ from pathlib import Path
 from planner.base.errors import InstallationError, RobotError
 from planner.base.yamlfile import read_text
 
+_XACRO = "/xacro}"  # ends the names of its namespace, http://www.ros.org/wiki/xacro and others
+
 
 def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> str:
     """The text of an XML file, expanded with ``arguments`` where it ends in .xacro.
@@ -40,8 +42,14 @@ def read_xml(path: Path, what: str, arguments: Mapping[str, str] | None = None) 
 
 
 def read_root(path: Path, what: str, arguments: Mapping[str, str] | None = None) -> ET.Element:
-    """The root element of an XML file, read by :func:`read_xml`; :class:`RobotError` where it is not well-formed."""
+    """The root element of an XML file, read by :func:`read_xml`.
+
+    :class:`RobotError` where it is not well-formed, or holds xacro that is not expanded.
+    """
     try:
-        return ET.fromstring(read_xml(path, what, arguments))
+        root = ET.fromstring(read_xml(path, what, arguments))
     except ET.ParseError as error:
         raise RobotError(f"{what} {path} is not well-formed XML ({error}): mend the file.") from None
+    if any(_XACRO in str(element.tag) for element in root.iter()):
+        raise RobotError(f"{what} {path} holds elements of xacro, which nobody would read: call it {path.name}.xacro.")
+    return root

@@ -18,17 +18,24 @@ class Glance {
         world.place_moving(0.0, scratch_.frames.data());
     }
 
-    // Whether a pair is not farther apart than the margin at a configuration, or that holds what is no finite number.
-    bool finds_near(const double* q, double beyond = clearly) {
+    // Whether a pair is not farther apart than the margin at a configuration, or that holds what is no finite number. The
+    // `suspect` is asked first, -1 if none is known, and becomes the pair that was found.
+    bool finds_near(const double* q, double beyond, int64_t& suspect) {
         if (!within(q, world_.chain.dof(), farthest)) return true;
         const Frame* frames = scratch_.frames.data();
         world_.chain.place(q, scratch_.frames.data());
+        if (suspect >= 0) {
+            world_.place_spheres(frames, scratch_);
+            const int pair = static_cast<int>(suspect);
+            if (world_.coarse_of(pair, frames, scratch_) <= world_.margin && touches(pair)) return true;
+        }
         world_.find_far(frames, world_.margin + beyond, least_, far_);
         world_.coarse(frames, scratch_, bounds_.data(), nullptr, enough_.data(), far_.data());
         for (int p = 0; p < world_.pair_count(); ++p) {
             if (bounds_[p] > world_.margin) continue;
-            Vec apart = world_.between_middles(p, frames);
-            if (!(world_.close(p, frames, apart, {world_.margin + rounding}) > world_.margin)) return true;
+            if (!touches(p)) continue;
+            suspect = p;
+            return true;
         }
         return false;
     }
@@ -37,8 +44,9 @@ class Glance {
     // where no point moves further than `step` (m) from one state to the next. States are passed over that are clear as
     // one that was looked at is farther from everything than anything moves until there.
     // `reach` (pairs, dof) and `body_reach` (bodies, dof) bound how a joint's motion changes distances, and moves points.
+    // `suspect`: see finds_near().
     bool looks_free(const double* start, const double* delta, const double* reach, const double* body_reach,
-                    double step) {
+                    double step, int64_t& suspect) {
         const int dof = world_.chain.dof(), scene = world_.bodies * world_.obstacles();
         if (!within(delta, dof, farthest)) return false;
         const auto moved = [&](const double* row) {
@@ -58,7 +66,7 @@ class Glance {
         const auto is_near = [&](double share) {
             heed();
             for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
-            if (finds_near(q.data(), ahead)) return true;
+            if (finds_near(q.data(), ahead, suspect)) return true;
             const double around = std::min(clear_around(), 1.0) * count, at = share * count;
             if (around > 0.0)
                 for (int k = std::max(0, static_cast<int>(std::ceil(at - around))); k <= count && k <= at + around; ++k)
@@ -75,6 +83,11 @@ class Glance {
     }
 
    private:
+    bool touches(int pair) const {
+        Vec apart = world_.between_middles(pair, scratch_.frames.data());
+        return !(world_.close(pair, scratch_.frames.data(), apart, {world_.margin + rounding}) > world_.margin);
+    }
+
     // By which share of the motion the state that was looked at is away from any that is not clear.
     double clear_around() const {
         const int obstacles = world_.obstacles(), scene = world_.bodies * obstacles;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "interrupts.hpp"
 #include "sines.hpp"
 
 namespace planner {

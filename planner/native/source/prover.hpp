@@ -87,6 +87,7 @@ struct Proof {
     int64_t verdict = proven_free, pair = -1, samples = 0;
     double clearance = infinity;  // m beyond the margin, of the pairs that the piece can move
     double where = 0.0;           // s at which it stopped
+    double gap = infinity;        // m beyond the margin that the pair which stopped it has there, or more
 };
 
 class Prover {
@@ -226,6 +227,7 @@ class Prover {
         if (reach >= need) return;
         if (!(gap_[limit] >= room)) {
             proof.verdict = undecided, proof.pair = tasks_[limit].pair, proof.where = middle;
+            proof.gap = gap_[limit] + (keep_[limit] - world_.margin);
             return;
         }
         const int last = static_cast<int>(attempt.tasks.size());

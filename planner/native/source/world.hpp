@@ -52,6 +52,22 @@ FOR_THIS_PROCESSOR inline void lessen_to_ball(const Balls& balls, const Vec& poi
     }
 }
 
+// The least distance (m) of `count` spheres, from number `first` on, from `others`; the radii's sum below zero, a contact,
+// where one is at no number. `gaps` (others,) is to work in.
+FOR_THIS_PROCESSOR inline double least_between(const double* x, const double* y, const double* z, const double* radii,
+                                               int first, int count, int other, int others, double* gaps) {
+    const double *u = x + other, *v = y + other, *w = z + other, *size = radii + other;
+    std::fill(gaps, gaps + others, infinity);
+    for (int i = first; i < first + count; ++i)
+        for (int k = 0; k < others; ++k) {
+            const double along = x[i] - u[k], across = y[i] - v[k], up = z[i] - w[k];
+            const double square = along * along + across * across + up * up;
+            const double gap = std::sqrt(square > 0.0 ? square : 0.0) - (radii[i] + size[k]);
+            gaps[k] = gap < gaps[k] ? gap : gaps[k];
+        }
+    return *std::min_element(gaps, gaps + others);
+}
+
 // What one thread works in.
 struct Scratch {
     std::vector<Frame> frames;
@@ -226,16 +242,11 @@ class World {
         return length(s.middles[pair.second] - s.middles[pair.first]) - sizes;
     }
 
-    double between_spheres(const Pair& pair, const Scratch& s) const {
+    double between_spheres(const Pair& pair, Scratch& s) const {
         const Item &a = items[pair.first], &b = items[pair.second];
-        double least = infinity;
-        for (int i = a.first_sphere; i < a.first_sphere + a.spheres; ++i)
-            for (int k = b.first_sphere; k < b.first_sphere + b.spheres; ++k) {
-                double x = s.x[i] - s.x[k], y = s.y[i] - s.y[k], z = s.z[i] - s.z[k];
-                const double square = std::max(0.0, x * x + y * y + z * z);  // 0, a contact, for no number
-                least = std::min(least, std::sqrt(square) - (radii[i] + radii[k]));
-            }
-        return least;
+        if (!a.spheres || !b.spheres) return infinity;
+        return least_between(s.x.data(), s.y.data(), s.z.data(), radii.data(), a.first_sphere, a.spheres,
+                             b.first_sphere, b.spheres, s.gaps.data());
     }
 };
 

@@ -21,6 +21,7 @@ def test_rows_are_written_and_kept(tmp_path: Path) -> None:
         assert 0 < row.p50_ms <= row.p99_ms
         assert row.accepted_20 == row.free_20 <= row.free_5 <= row.chunks == 10
         assert row.change_ms > 0
+        assert row.change_again_ms > 0
     assert sum(row.free_20 for row in rows)
     assert read_rows(tmp_path / "gate.csv", Row, "python -m benchmarks gate") == list(rows)
     assert bench_gate(tmp_path, **asked).rows == rows

@@ -12,7 +12,7 @@ from planner.collision import make_checker
 from planner.kinematics.forward import tool_positions
 from planner.models.robot import Robot, load_visuals
 from planner.models.scene import Scene
-from planner.models.shapes import Box, Capsule, Sphere
+from planner.models.shapes import Box, Capsule, Mesh, Sphere
 
 ARM = """<mujoco model="small"><compiler angle="radian"/><worldbody>
 <geom name="floor" type="plane" size="1 1 .1"/>
@@ -48,10 +48,9 @@ def test_bodies_joints_and_sites(tmp_path: Path) -> None:
 
 
 def test_what_is_not_followed_is_noted(tmp_path: Path) -> None:
-    (note,) = Robot.load(
-        str(arm(tmp_path, after='<contact><exclude body1="a" body2="b"/></contact>')), tool="tip"
-    ).notes
-    assert "contact, worldbody/geom, where its first body stands (see --base) are not followed" in note.text
+    more = '<contact><exclude body1="a" body2="b"/></contact><keyframe><key name="home" qpos="1 1"/></keyframe>'
+    (note,) = Robot.load(str(arm(tmp_path, after=more)), tool="tip").notes
+    assert "contact, keyframe, worldbody/geom, where its first body stands (give it a base) are not" in note.text
 
 
 def test_several_robots_are_refused(tmp_path: Path) -> None:
@@ -68,8 +67,71 @@ def test_several_robots_are_refused(tmp_path: Path) -> None:
         ('<body name="free"><freejoint name="f"/></body>', "degrees of freedom|cannot be read"),
         ('<body name="ball"><joint name="b" type="ball"/><geom size="0.1"/></body>', "3 degrees of freedom"),
         ('<geom type="mesh" mesh="nothing"/>', "cannot be"),
+        ('<frame pos="0 0 1"><geom size="0.1"/></frame>', "holds <frame>"),
+        ('<replicate count="2" offset="0 0 1"><geom size="0.1"/></replicate>', "holds <replicate>"),
+        ('<include file="hand.xml"/>', "holds <include>"),
+        ('<geom size="0.1" pos="1 0"/>', "pos='1 0' of <geom> is not 3 numbers"),
+        ('<geom size="0.1" pos="1,0,0"/>', "is not 3 numbers"),
+        ('<geom size="0.1" pos="0 nan 0"/>', "is not 3 numbers"),
+        ('<body name="x" pos="0 0 1e9"/>', "pos='0 0 1e9' of <body> 'x' is not 3 numbers of at most 10000"),
+        ('<joint name="j3" axis="0 0 0"/>', "axis='0 0 0' of <joint> 'j3' has no direction"),
+        ('<joint name="j1" axis="1 0 0"/>', "two joint elements called 'j1'"),
+        ('<geom type="box" size="0.1"/>', "of type box with size '0.1': give 3 above 0"),
+        ('<geom type="capsule" fromto="0 0 0 0 0 1"/>', "of type capsule with no size: give 1 above 0"),
+        ('<geom type="sphere" size="-1"/>', "of type sphere with size '-1'"),
+        ('<geom class="nobody" size="0.1"/>', "no default of class 'nobody'"),
+        ('<gom size="0.1"/>', "unknown element 'gom' .did you mean 'geom'"),
+        ('<joint name="j3" axis="1 0 0" ref="0.5"/>', "count from a ref"),
+        ("</body></body></body></worldbody><worldbody><body><body><body>", "not one worldbody"),
     ],
 )
 def test_what_is_refused(tmp_path: Path, extra: str, words: str) -> None:
     with pytest.raises(RobotError, match=words):
         Robot.load(str(arm(tmp_path, extra)), tool="tip")
+
+
+SIDEWAYS = '<default class="sideways"><geom euler="0 0 1.5707963267948966"/></default>'
+BOX = '<geom type="box" size="0.1 0.2 0.3" pos="0 0 0.7" quat="0 1 0 0"/>'
+PAD = f'<default class="pad">{BOX}<site pos="0 0 0.5"/>{SIDEWAYS}</default>'
+DEFAULTS = f'<default><mesh scale="0.5 0.5 2"/>{PAD}</default>'
+HELD = """<body name="held" childclass="pad">
+  <geom name="a"/><geom name="b" class="sideways"/><geom name="c" pos="0 0 0"/><site name="end"/>
+  <geom name="e" type="capsule" size="0.1" fromto="0 0 0 0 0 1"/>
+  </body><geom name="d" class="main" type="mesh" mesh="part"/>"""
+
+
+def test_what_defaults_say_is_followed(tmp_path: Path) -> None:
+    """Places, orientations and scales, which Pinocchio does not follow by itself."""
+    triangles = [[(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 0, 0), (0, 0, 1), (1, 0, 0)]]
+    corners = [" ".join(f"vertex {x} {y} {z}" for x, y, z in triangle) for triangle in triangles]
+    facets = [f"facet normal 0 0 0 outer loop {three} endloop endfacet" for three in corners]
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "part.stl").write_text("\n".join(["solid s", *facets, "endsolid s"]))
+    path = arm(tmp_path, HELD, f'{DEFAULTS}<asset><mesh name="part" file="part.stl"/></asset>')
+    path.write_text(path.read_text().replace('"radian"', '"radian" meshdir="parts"'))
+    robot = Robot.load(str(path), tool="end")
+    bodies = {body.name: body for body in robot.bodies}
+    assert bodies["a"].shape == bodies["b"].shape == bodies["c"].shape == Box((0.2, 0.4, 0.6))
+    np.testing.assert_allclose(bodies["a"].placement, np.diag([1, -1, -1, 1]) + np.outer([0, 0, 0.7, 0], [0, 0, 0, 1]))
+    np.testing.assert_allclose(bodies["b"].placement[:3, :3], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
+    np.testing.assert_allclose([bodies[name].placement[2, 3] for name in "bc"], [0.7, 0.0])
+    assert bodies["e"].shape == Capsule(0.1, 1.0)
+    np.testing.assert_allclose(bodies["e"].placement, np.eye(4) + np.outer([0, 0, 0.5, 0], [0, 0, 0, 1]))
+    part = bodies["d"].shape
+    assert isinstance(part, Mesh)
+    np.testing.assert_allclose(np.ptp(part.vertices, axis=0), [0.5, 0.5, 2])
+    np.testing.assert_allclose(tool_positions(robot, np.zeros((1, 2))), [[0, 0, 0.9]], atol=1e-12)
+
+
+def test_metres_of_sliding_joints_are_no_degrees(tmp_path: Path) -> None:
+    free = '<body name="q"><joint name="q" axis="0 1 0"/><geom size="0.1"/></body>'
+    path = arm(tmp_path, f'<body name="slider"><joint name="s" class="s"/><geom size="0.1"/>{free}</body>')
+    text = path.read_text().replace('<compiler angle="radian"/>', "")
+    path.write_text(
+        text.replace(
+            "<worldbody>",
+            '<default><default class="s"><joint type="slide" range="-1 2"/></default></default><worldbody>',
+        )
+    )
+    robot = Robot.load(str(path), tool="slider")
+    np.testing.assert_allclose([robot.lower, robot.upper], [[-np.pi, -np.radians(2), -1], [np.pi, np.radians(2), 2]])

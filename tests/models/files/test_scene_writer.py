@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from planner.base.errors import SceneError
 from planner.base.resources import scene_names
 from planner.models.files.scene_writer import write_scene
 from planner.models.moving import KnownMotion, MovingObstacle
@@ -32,6 +34,7 @@ def require_same(first: Scene, second: Scene) -> None:
     assert first.states == second.states
     assert first.robots == second.robots
     assert first.description == second.description
+    assert first.keep == second.keep
 
 
 @pytest.mark.parametrize("name", scene_names())
@@ -73,3 +76,31 @@ def test_every_shape_what_is_carried_and_what_may_touch(tmp_path: Path) -> None:
         ("part 0", "iiwa14_link_7"),
         ("part 1", "iiwa14_link_7"),
     }
+
+
+def test_what_is_kept(tmp_path: Path) -> None:
+    scene = Scene("made", keep="axis:z,0,0,-1,0.0873;turn:0.1")
+    write_scene(scene, tmp_path / "made.yaml")
+    require_same(scene, Scene.load(str(tmp_path / "made.yaml")))
+
+
+def test_a_permission_of_something_carried_in_several_shapes(tmp_path: Path) -> None:
+    held = tuple(Carried("flange", f"pair.{k}", Sphere(0.1), TURNED, part_of="pair") for k in range(2))
+    scene = Scene(
+        "made", (Obstacle("box", Sphere(0.1), TURNED),), carried=held, allowed=frozenset({frozenset(("pair", "box"))})
+    )
+    write_scene(scene, tmp_path / "made.yaml")
+    assert Scene.load(str(tmp_path / "made.yaml")).allowed == {frozenset((f"pair.{k}", "box")) for k in range(2)}
+
+
+@pytest.mark.parametrize(
+    ("item", "said"),
+    [
+        (Obstacle("box", Sphere(0.1), TURNED, frame="cell"), "'box' is placed in frame 'cell'"),
+        (Obstacle("part", replace(TETRAHEDRON, radius=0.01), TURNED), "the mesh of 'part' has a radius"),
+    ],
+)
+def test_what_no_scene_file_says_is_refused(item: Obstacle, said: str, tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=said):
+        write_scene(Scene("made", (item,)), tmp_path / "made.yaml")
+    assert not any(tmp_path.iterdir())

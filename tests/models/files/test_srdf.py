@@ -108,6 +108,9 @@ def test_a_group_needs_an_srdf(arm: Path) -> None:
         Robot.load(str(arm / "arm.urdf"), choice=JointChoice(group="arm"))
 
 
+ONE_JOINT = '<joint name="elbow" value="1"/>'
+
+
 @pytest.mark.parametrize(
     ("line", "said"),
     [
@@ -125,6 +128,12 @@ def test_a_group_needs_an_srdf(arm: Path) -> None:
         ('<group><joint name="elbow"/></group>', "<group> without attribute 'name'"),
         ('<group_state name="s"><joint name="elbow"/></group_state>', "<joint> without attribute 'value'"),
         ('<group_state name="s"><jiont name="elbow" value="1"/></group_state>', "did you mean 'joint'"),
+        ('<group name="arm"><joint name="elbow"/></group>', "says group 'arm' twice"),
+        (2 * '<group_state name="s" group="arm"/>', "says state 's' of group 'arm' twice"),
+        (
+            f'<group_state name="s" group="arm">{2 * ONE_JOINT}</group_state>',
+            "says joint 'elbow' in state 's' of group 'arm' twice",
+        ),
     ],
 )
 def test_what_is_misspelt_is_refused(arm: Path, line: str, said: str) -> None:
@@ -153,6 +162,14 @@ def test_a_passive_joint_is_not_planned_and_elements_of_others_are_noted(arm: Pa
     assert [note.text.partition(": ")[2] for note in robot.notes] == [
         "elements of other programs are passed over: rotor_params."
     ]
+
+
+def test_what_it_says_of_links_and_joints_that_are_not_there_is_noted(arm: Path) -> None:
+    more = '<disable_collisions link1="fore" link2="hnad"/><passive_joint name="elbwo"/>'
+    more += '<group_state name="s" group="arm"><joint name="sholder" value="1"/></group_state>'
+    (arm / "arm.srdf").write_text(SRDF.replace("</robot>", f"{more}</robot>"))
+    (note,) = load(arm).notes
+    assert note.text.endswith("of links and joints that the URDF has not is passed over: elbwo, hnad, sholder.")
 
 
 def test_an_srdf_of_another_robot_is_refused(arm: Path) -> None:

@@ -138,9 +138,9 @@ REFUSED = {
     "two tips": (
         f'<robot name="x">{A}{B}{link_xml("c")}{joint_xml("j", "a", "b")}{joint_xml("k", "a", "c")}</robot>',
         RobotError,
-        ["2 tips", "--tool", "b, c"],
+        ["2 tips", "name one as its tool", "b, c"],
     ),
-    "no joint": (f'<robot name="x">{A}</robot>', RobotError, ["no movable joint", "--tool"]),
+    "no joint": (f'<robot name="x">{A}</robot>', RobotError, ["no movable joint", "another tool frame"]),
     "limits upside down": (
         f'<robot name="x">{A}{B}{joint_xml("j", "a", "b", limit="1 -1")}</robot>',
         RobotError,

@@ -37,6 +37,18 @@ ROBOTS = {
     "a limit's uper end": (A + B + J.replace("upper", "uper"), "'uper' (did you mean 'upper'?)"),
     "a joint misspelt": (A + B + J.replace("<joint", "<jont").replace("</joint", "</jont"), "did you mean 'joint'?"),
     "a rotation misspelt": (A + B + J.replace("<origin ", '<origin ryp="0 0 1" '), "'ryp' (did you mean 'rpy'?)"),
+    "two shapes in one geometry": (
+        A + B.replace("</geometry>", '<box size="1 1 1"/></geometry>') + J,
+        "several shapes, sphere, box",
+    ),
+    "two geometries": (
+        A + B.replace("</geometry>", '</geometry><geometry><box size="1 1 1"/></geometry>') + J,
+        "<collision> holds <geometry> twice",
+    ),
+    "two axes": (A + B + J.replace("</joint>", '<axis xyz="0 1 0"/></joint>'), "<joint> 'j' holds <axis> twice"),
+    "two children": (A + B + C + J.replace("</joint>", '<child link="c"/></joint>'), "<child> twice"),
+    "a link in a link": (A + B.replace("</link>", C + "</link>") + J, "<link> 'c' stands inside a <link>"),
+    "a joint in a link": (A + B.replace("</link>", J + "</link>") + J, "<joint> 'j' stands inside a <link>"),
     "limits in degrees": (A + B + joint_xml("j", "a", "b", limit="-170 170"), "degrees?"),
     "limits of 1e308": (A + B + joint_xml("j", "a", "b", "prismatic", limit="-1e308 1e308"), "real ones"),
     "a joint of no known kind": (A + B + joint_xml("j", "a", "b", "wobbly"), "no known type [wobbly]"),

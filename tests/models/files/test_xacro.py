@@ -42,6 +42,11 @@ def test_a_xacro_file_is_expanded_with_its_arguments(arm: Path) -> None:
     assert [vars(body.shape) for body in Robot.load(str(arm.parent)).bodies] == [{"radius": 0.15}]
 
 
+def test_xacro_that_nobody_expands_is_refused(arm: Path) -> None:
+    with pytest.raises(RobotError, match=r"holds elements of xacro.*: call it arm.urdf.xacro"):
+        Robot.load(str(arm.rename(arm.with_suffix(""))))
+
+
 def test_a_xacro_file_that_cannot_be_expanded(arm: Path) -> None:
     pytest.importorskip("xacrodoc")
     arm.write_text(arm.read_text().replace("$(arg size)", "$(arg nothing)"))

@@ -150,6 +150,14 @@ class CollisionObject(Strict):
         ),
     ] = 0
 
+    @pydantic.model_validator(mode="after")
+    def _one_pose_each(self) -> CollisionObject:
+        if self.plane_poses:
+            fits(self.planes, self.plane_poses, "plane_poses", "planes")
+        if self.subframe_poses:
+            fits(self.subframe_names, self.subframe_poses, "subframe_poses", "subframe_names")
+        return self
+
 
 class JointTrajectory(Strict):
     header: Annotated[Header, Label] = Header()

@@ -53,7 +53,15 @@ def carried(items: Sequence[AttachedCollisionObject], where: str) -> tuple[Carri
     """The shapes of attached objects, each placed in the frame of its header, or in that of its link without one."""
     require_once([item.object.id for item in items], where)
     return tuple(
-        Carried(item.link_name, shape.name, shape.shape, shape.placement, tuple(item.touch_links), shape.frame)
+        Carried(
+            item.link_name,
+            shape.name,
+            shape.shape,
+            shape.placement,
+            tuple(item.touch_links),
+            shape.frame,
+            part_of=shape.part_of,
+        )
         for item in items
         for shape in obstacles(item.object, where)
     )

@@ -50,7 +50,7 @@ class _Region(Solid):
     def _around_its_origin(self) -> _Region:
         if self.kind not in ("box", "sphere", "cylinder", "cone"):
             raise ValueError(f"a goal region of type '{self.kind}' is not supported; use box, sphere, cylinder or cone")
-        if len(self.dimensions) < _SIZES.get(self.kind, 0):
+        if len(self.dimensions) != _SIZES.get(self.kind, len(self.dimensions)):
             raise ValueError(f"a {self.kind} has {_SIZES[self.kind]} dimensions, this one {len(self.dimensions)}")
         return self
 
@@ -70,6 +70,8 @@ class BoundingVolume(Strict):
     def _placed(self) -> BoundingVolume:
         if self.primitives:  # without them the poses are points
             fits(self.primitives, self.primitive_poses, "primitive_poses", "primitives")
+        if self.mesh_poses:
+            fits(self.meshes, self.mesh_poses, "mesh_poses", "meshes")
         return self
 
 

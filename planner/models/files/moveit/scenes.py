@@ -13,7 +13,7 @@ import pydantic
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import SceneError
 from planner.base.notes import Note
-from planner.base.yamlfile import Name, Strict, validate
+from planner.base.yamlfile import Name, Strict, repeated, validate
 from planner.models.files.moveit.fields import Label, Noted, Refused, none, notes_of
 from planner.models.files.moveit.messages import (
     CollisionObject,
@@ -45,6 +45,8 @@ class AllowedCollisionMatrix(Strict):
     @pydantic.model_validator(mode="after")
     def _square(self) -> AllowedCollisionMatrix:
         fits(self.entry_names, self.entry_values, "entry_values", "entry_names")
+        if twice := repeated(self.entry_names):
+            raise ValueError(f"'{twice[0]}' is named twice; name each once")
         fits(self.default_entry_names, self.default_entry_values, "default_entry_values", "default_entry_names")
         for name, row in zip(self.entry_names, self.entry_values, strict=True):
             if len(row) != len(self.entry_names):
@@ -58,13 +60,13 @@ class AllowedCollisionMatrix(Strict):
             raise ValueError(f"it allows '{first}' and '{second}' in one order only; make it symmetric")
         return self
 
-    def allowed(self) -> frozenset[frozenset[str]]:
-        """The pairs of names that may touch."""
+    def pairs(self, allowed: bool) -> frozenset[frozenset[str]]:
+        """The pairs of names that may touch, or that the matrix says may not."""
         return frozenset(
             frozenset((first, second))
             for first, row in zip(self.entry_names, self.entry_values, strict=True)
             for second, value in zip(self.entry_names, row, strict=True)
-            if value and first != second
+            if value == allowed and first != second
         )
 
 
@@ -132,7 +134,7 @@ class PlanningScene:
     """What a message says: obstacles, carried shapes, allowed pairs by name, and what only a robot can make sense of.
 
     ``frames`` are placed (4, 4) in another frame each, empty for the scene's own; ``robot`` is the model that it was
-    made for; ``state`` holds joint values by name.
+    made for; ``state`` holds joint values by name; ``checked`` are pairs of names that it says may not touch.
     """
 
     name: str
@@ -140,6 +142,7 @@ class PlanningScene:
     obstacles: tuple[Obstacle, ...]
     carried: tuple[Carried, ...] = ()
     allowed: frozenset[frozenset[str]] = frozenset()
+    checked: frozenset[frozenset[str]] = frozenset()
     frames: Mapping[str, tuple[str, Floats]] = field(default_factory=dict)
     state: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[Note, ...] = ()
@@ -149,14 +152,15 @@ def planning_scene(data: Any, path: Path) -> PlanningScene:
     """A PlanningScene message out of plain data; :class:`SceneError` names the object or field that is wrong."""
     where = f"MoveIt scene {path}"
     message = validate(PlanningSceneMessage, data, where, SceneError)
-    objects = message.world.collision_objects
-    require_once([item.id for item in objects], where)
+    objects, held = message.world.collision_objects, message.robot_state.attached_collision_objects
+    require_once([*(item.id for item in objects), *(item.object.id for item in held)], where)
     return PlanningScene(
         message.name or path.stem,
         message.robot_model_name,
         tuple(shape for item in objects for shape in obstacles(item, where)),
-        carried(message.robot_state.attached_collision_objects, where),
-        message.allowed_collision_matrix.allowed(),
+        carried(held, where),
+        message.allowed_collision_matrix.pairs(True),
+        message.allowed_collision_matrix.pairs(False),
         _frames(message.fixed_frame_transforms, where),
         message.robot_state.joint_state.values(),
         notes_of(message, where),

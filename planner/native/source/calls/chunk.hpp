@@ -1,12 +1,73 @@
 // What Python asks of what a robot is about to do; see ../../library.py and ../../motions.py for shapes and units.
 #pragma once
 
-#include "../stops.hpp"
-#include "../together.hpp"
+#include "../gate.hpp"
 
 namespace planner {
 
+namespace {
+
+std::vector<StopLimits> limits_of_stops(int dof, const double* limits, const double* lower, const double* upper) {
+    std::vector<StopLimits> all(dof);
+    for (int j = 0; j < dof; ++j) {
+        all[j] = {{limits[j], limits[dof + j], limits[2 * dof + j]}, lower[j], upper[j]};
+        for (const double limit : all[j].most) require(limit > 0.0, "a limit is not above 0");
+        require(lower[j] <= upper[j], "there is no position between lower and upper");
+    }
+    return all;
+}
+
+void require_ladder(int count, const double* times) {
+    for (int k = 0; k < count; ++k)
+        require(times[k] > (k ? times[k - 1] : 0.0) && times[k] <= farthest, "times do not increase from 0 on");
+}
+
+}  // namespace
+
 extern "C" {
+
+// A gate of a world that stays where it is, as are its reaches and boxes. Limits `most` (3, dof), infinite ones on none, and
+// on positions; where the robot may be, `least` to `largest`, which joints are wheels (dof,); `times` (count,) of stops.
+Gate* gate_new(const World* world, const double* reach, const double* body_reach, const uint8_t* is_static,
+               const PointsInBoxes* boxes, int is_timed, double room, int dof, const double* most, const double* lower,
+               const double* upper, const double* least, const double* largest, const uint8_t* is_wheel, int count,
+               const double* times, double apart, double most_given) {
+    return answered([&] {
+        require(dof >= 1 && dof == world->chain.dof() && count >= 1, "there is no joint, or no time to stop in");
+        require(room >= rounding, "the room is below what distances are rounded by");
+        require(apart >= 0.0 && most_given > 0.0 && most_given <= farthest, "a distance is none");
+        require_ladder(count, times);
+        GateRules rules{dof,
+                        {most, most + 3 * dof},
+                        {lower, lower + dof},
+                        {upper, upper + dof},
+                        limits_of_stops(dof, most, lower, upper),
+                        {times, times + count},
+                        {least, least + dof},
+                        {largest, largest + dof},
+                        {is_wheel, is_wheel + dof},
+                        apart,
+                        most_given};
+        return new Gate(*world, reach, body_reach, is_static, *boxes, is_timed != 0, room, std::move(rules));
+    });
+}
+
+void gate_free(Gate* gate) { delete gate; }
+
+// Judge k points with `rows` columns each and `state_rows` of the robot's state, all in `given`: times (k,), the state and
+// the columns. `made` becomes, one after the other: what stopped the proof (1 + dof,), times (k + 1,), seconds (k,), pieces
+// (k, 2 rows, dof), knots (k + 1, 3, dof) and the approach (2, dof), of fewer where there are fewer; `found` a Judgement.
+int gate_check(Gate* gate, int k, int rows, int state_rows, const double* given, int stop, double* made,
+               Judgement* found) {
+    return answered([&] {
+        require(k >= 1 && rows >= 1 && rows <= 3 && state_rows >= 0 && state_rows <= 3, "there are no such columns");
+        const size_t dof = gate->rules().dof, count = k;
+        Chunk chunk;
+        chunk.times = made + 1 + dof, chunk.seconds = chunk.times + count + 1, chunk.pieces = chunk.seconds + count;
+        chunk.knots = chunk.pieces + count * 2 * rows * dof, chunk.approach = chunk.knots + (count + 1) * 3 * dof;
+        *found = gate->judge(chunk, k, rows, state_rows, given, stop != 0, made);
+    });
+}
 
 // Proofs of pieces (count, degree + 1, dof), of which each lies near the ones before and behind it, as world_prove has
 // them; those behind the first that is not free are left undecided.
@@ -72,42 +133,17 @@ int stops_quickest(int n, int dof, const double* states, int count, const double
                    const double* lower, const double* upper, double* pieces, double* seconds, int64_t* broken) {
     return answered([&] {
         require(dof >= 1 && count >= 1, "there is no joint, or no time to stop in");
-        require(within(states, 3 * static_cast<size_t>(n) * dof, farthest), "a state is no finite number");
-        for (int k = 0; k < count; ++k)
-            require(times[k] > (k ? times[k - 1] : 0.0) && times[k] <= farthest, "times do not increase from 0 on");
-        std::vector<StopLimits> all(dof);
-        for (int j = 0; j < dof; ++j) {
-            all[j] = {{limits[j], limits[dof + j], limits[2 * dof + j]}, lower[j], upper[j]};
-            for (const double limit : all[j].most) require(limit > 0.0, "a limit is not above 0");
-            require(lower[j] <= upper[j], "there is no position between lower and upper");
-        }
+        require(within(states, 3 * static_cast<size_t>(n) * dof, 1e300), "a state is no finite number");
+        require_ladder(count, times);
+        const std::vector<StopLimits> all = limits_of_stops(dof, limits, lower, upper);
+        const std::vector<double> ladder(times, times + count);
         std::vector<double> end(3 * static_cast<size_t>(dof));  // where the acceleration is 0
         for (int i = 0; i < n; ++i) {
             heed_at(i);
-            const double *q = states + 3 * static_cast<size_t>(i) * dof, *v = q + dof, *a = v + dof;
-            double* first = pieces + 10 * static_cast<size_t>(i) * dof;
-            int worst[2] = {0, 0}, ignored[2];
-            int found = quickest_stop(q, v, a, dof, times, count, all.data(), worst);
-            double eased = 0.0;
-            if (found < 0) {
-                eased = ease(q, v, a, dof, all.data(), first, end.data(), end.data() + dof);
-                if (eased > 0.0)
-                    found = quickest_stop(end.data(), end.data() + dof, end.data() + 2 * dof, dof, times, count,
-                                          all.data(), ignored);
-            }
-            if (found < 0 || eased == 0.0) {
-                eased = 0.0, std::fill(first, first + 10 * dof, 0.0), std::copy(q, q + dof, first);
-                std::copy(q, q + dof, first + 5 * dof);
-            }
-            seconds[2 * i] = eased, seconds[2 * i + 1] = found < 0 ? 0.0 : times[found];
+            int worst[2] = {0, 0};
+            stop_from(states + 3 * static_cast<size_t>(i) * dof, dof, ladder, all.data(),
+                      pieces + 10 * static_cast<size_t>(i) * dof, seconds + 2 * i, worst, end.data());
             broken[2 * i] = worst[0], broken[2 * i + 1] = worst[1];
-            for (int j = 0; j < dof && found >= 0; ++j) {
-                double c[5];
-                const double a_here = eased > 0.0 ? 0.0 : a[j];
-                Stop(eased > 0.0 ? end[j] : q[j], eased > 0.0 ? end[dof + j] : v[j], a_here, times[found])
-                    .coefficients(c);
-                for (int k = 0; k < 5; ++k) first[(5 + k) * dof + j] = c[k];
-            }
         }
     });
 }

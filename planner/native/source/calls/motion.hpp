@@ -97,42 +97,6 @@ double polynomials_worst(int64_t n, int degree, int dof, int order, const double
     });
 }
 
-// Whether pieces (count, degree + 1, dof) that take `seconds` (count,) keep positions from lower to upper (dof,), and
-// limits `most` (kinds, dof), infinite ones on none, on so many derivatives by time.
-int pieces_within(int64_t count, int degree, int dof, const double* c, const double* seconds, int kinds,
-                  const double* most, const double* lower, const double* upper) {
-    return answered([&] {
-        require(dof >= 1 && kinds >= 0 && kinds <= 3, "there is no joint, or there are more than three derivatives");
-        require_polynomials(count, degree, dof, c);
-        require(std::all_of(seconds, seconds + count, [](double one) { return one > 0.0; }), "a piece takes no time");
-        const size_t size = (static_cast<size_t>(degree) + 1) * dof;
-        std::vector<double> slopes(size), hulls(size);  // (left + 1, dof)
-        double own[highest_degree + 1], least, largest;
-        for (int64_t k = 0; k < count; ++k) {
-            heed_at(k);
-            std::copy(c + k * size, c + (k + 1) * size, slopes.begin());
-            double unit = 1.0;
-            for (int order = 0, left = degree; order <= kinds; ++order, unit *= seconds[k]) {
-                if (order) left = derive(slopes.data(), left, 1, slopes.data(), dof);
-                std::copy(slopes.begin(), slopes.begin() + (left + 1) * dof, hulls.begin());
-                to_bernstein(hulls.data(), left, dof);
-                for (int j = 0; j < dof; ++j) {
-                    const double low = order ? -most[(order - 1) * dof + j] * unit : lower[j];
-                    const double high = order ? -low : upper[j];
-                    bool inside = true;
-                    for (int i = 0; i <= left; ++i)
-                        inside = inside && hulls[i * dof + j] >= low && hulls[i * dof + j] <= high;
-                    if (inside) continue;
-                    for (int i = 0; i <= left; ++i) own[i] = slopes[i * dof + j];
-                    extrema_of(own, left, least, largest);
-                    if (!(least >= low && largest <= high)) return 0;
-                }
-            }
-        }
-        return 1;
-    });
-}
-
 // The phases (p, 5) of the quickest motion along a curve (m, 3, dof), parabola k in `intervals[k]` parts; how many.
 // There is room for three a line, and for one an interval.
 int curve_phases(int dof, int m, const double* coefficients, const uint8_t* stop, const int64_t* intervals,

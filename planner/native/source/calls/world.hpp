@@ -323,19 +323,23 @@ int world_cheapest_chain(const World* world, const double* reach, const double* 
 int world_first_near(const World* world, int n, const double* q) {
     return answered([&] {
         Glance glance(*world);
+        int64_t suspect = -1;
         for (int k = 0; k < n; ++k, heed())
-            if (glance.finds_near(q + static_cast<size_t>(k) * world->chain.dof())) return k;
+            if (glance.finds_near(q + static_cast<size_t>(k) * world->chain.dof(), clearly, suspect)) return k;
         return n;
     });
 }
 
 // Whether no pair is so near in states along the motion from start by delta (dof,): at its end, in its middle, and where
 // no point moves further than `step` (m) from one to the next; reach (pairs, dof), body_reach (bodies, dof).
+// `suspect`: the pair that is asked first, -1 for none, and then the one that was found too near.
 int world_motion_looks_free(const World* world, const double* reach, const double* body_reach, const double* start,
-                            const double* delta, double step) {
+                            const double* delta, double step, int64_t* suspect) {
     return answered([&] {
         require(step > 0.0, "a step is longer than nothing");
-        return static_cast<int>(Glance(*world).looks_free(start, delta, reach, body_reach, step));
+        require(*suspect >= -1 && *suspect < world->pair_count() && (*suspect < 0 || world->pairs[*suspect].checked),
+                "a suspect is a pair that is checked");
+        return static_cast<int>(Glance(*world).looks_free(start, delta, reach, body_reach, step, *suspect));
     });
 }
 

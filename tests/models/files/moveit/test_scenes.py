@@ -9,10 +9,13 @@ import yaml
 
 from planner.collision import make_checker
 from planner.collision.checker import contact_of
+from planner.models.model_checks import notes
 from planner.models.robot import Robot, with_carried
 from planner.models.scene import Scene
 from planner.models.shapes import Box, Carried
 from tests.models.files.moveit.samples import BOX, scene
+from tests.refusals import refusal_of
+from tests.worlds import load
 
 
 def test_the_matrix_allows_robot_against_object_only(tmp_path: Path) -> None:
@@ -32,6 +35,59 @@ def test_the_matrix_allows_robot_against_object_only(tmp_path: Path) -> None:
         # what a matrix says of two robot links changes nothing
         assert len(checker.world.self_pairs) == len(make_checker(robot, Scene("none")).world.self_pairs)
     assert Scene.load(str(tmp_path / "s.yaml")).identity != Scene("x", world.obstacles).identity
+
+
+def _written(folder: Path, **more: object) -> Scene:
+    (folder / "s.yaml").write_text(yaml.safe_dump(scene(BOX, **more)))
+    return Scene.load(str(folder / "s.yaml"))
+
+
+def _matrix(*names: str, allowed: bool = False) -> dict:
+    return {"entry_names": list(names), "entry_values": [[allowed] * len(names) for _ in names]}
+
+
+def test_what_the_matrix_says_against_the_srdf_is_noted(tmp_path: Path) -> None:
+    robot = load("panda")
+    said = _written(tmp_path, allowed_collision_matrix=_matrix("panda_link5", "panda_link6", "panda_link4"))
+    (note,) = notes(robot, said)
+    assert "as its SRDF leaves them out: panda_link4 and panda_link5; panda_link4 and panda_link6" in note.text
+    links = ("panda_link0", "panda_link5")
+    assert not notes(robot, _written(tmp_path, allowed_collision_matrix=_matrix(*links)))
+    (note,) = notes(robot, _written(tmp_path, allowed_collision_matrix=_matrix(*links, allowed=True)))
+    assert "which are checked all the same, as the SRDF does not: panda_link0 and panda_link5" in note.text
+
+
+def test_a_matrix_names_each_once(tmp_path: Path) -> None:
+    twice = _matrix("crate", "crate", "panda_link5")
+    assert "'crate' is named twice" in refusal_of(lambda: _written(tmp_path, allowed_collision_matrix=twice))
+
+
+def test_an_obstacle_called_like_a_link_of_which_the_matrix_speaks_is_told(tmp_path: Path) -> None:
+    like = {**BOX, "id": "panda_link5"}
+    matrix = _matrix("panda_link5", "panda_link6", allowed=True)
+    (tmp_path / "s.yaml").write_text(yaml.safe_dump(scene(like, allowed_collision_matrix=matrix)))
+    (note,) = notes(load("panda"), Scene.load(str(tmp_path / "s.yaml")))
+    assert note.grave
+    assert "panda_link5 name obstacles and links of the robot alike" in note.text
+
+
+TWO = {**BOX, "id": "pair", **{key: 2 * BOX[key] for key in ("primitives", "primitive_poses")}}
+
+
+def test_a_permission_for_what_is_attached_is_for_all_its_shapes(tmp_path: Path) -> None:
+    held = {"attached_collision_objects": [{"link_name": "panda_hand", "object": TWO}]}
+    said = _written(tmp_path, robot_state=held, allowed_collision_matrix=_matrix("pair", "crate", allowed=True))
+    robot = with_carried(load("panda"), said.carried)
+    checked = make_checker(robot, said).world.checked[:, 0]
+    assert {body.link for body, each in zip(robot.bodies, checked, strict=True) if not each} == {"pair.0", "pair.1"}
+    said = _written(tmp_path, robot_state=held, allowed_collision_matrix=_matrix("pair", "panda_link5", allowed=True))
+    (note,) = notes(robot, said)
+    assert note.text.endswith("as the SRDF does not: pair and panda_link5.")
+
+
+def test_what_is_attached_does_not_stand_in_the_world_too(tmp_path: Path) -> None:
+    held = {"attached_collision_objects": [{"link_name": "panda_hand", "object": {**TWO, "id": "crate"}}]}
+    assert "object 'crate' is given twice" in refusal_of(lambda: _written(tmp_path, robot_state=held))
 
 
 def test_a_carried_box_collides_in_the_arms_stead(tmp_path: Path) -> None:
