@@ -15,15 +15,14 @@ from planner.base.errors import RobotError, StateError, choices
 from planner.base.yamlfile import nearest
 from planner.constraints.pieces import Piece, pieces_of
 from planner.kinematics.forward import Chain
-from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
+from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.poses import quaternion_of
 from planner.models.robot import Robot, with_tool
-from planner.native.library import NativeKeeping
+from planner.native.library import KeptBounds, NativeKeeping
 from planner.problem.conditions import Condition, KeepJoint, OfPoint, OfTurn, Quaternion
 
 FORGIVEN = 1e-9  # rad (m): beyond a condition by what was printed and read back
 _STEPS = 30  # of a projection
-_AT_ONCE = 512  # curves
 _FINEST = 0.1 * FORGIVEN  # rad (m): pieces that leave their chords by less are not halved
 
 
@@ -35,11 +34,6 @@ class _Group:
     pieces: tuple[Piece, ...]
     of: Ints
     bound: ToolBound
-
-    @cached_property
-    def weights(self) -> tuple[Floats, Floats]:
-        """How fast the slack of each piece changes at most with position and rotation, (k,) each."""
-        return np.array([p.per_metre for p in self.pieces]), np.array([p.per_turn for p in self.pieces])
 
 
 @dataclass(frozen=True)
@@ -153,20 +147,19 @@ class Keeps:
 
     def proven(self, coefficients: Floats) -> Bools:
         """(m,) on which curves sum_k c_k s^k, s in [0, 1], (m, degree + 1, dof), all are proven to be kept."""
-        proven = np.ones(len(coefficients), dtype=bool)
-        for k in range(len(self._groups)):
-            rows = np.flatnonzero(proven)
-            for first in range(0, len(rows), _AT_ONCE):
-                part = rows[first : first + _AT_ONCE]
-                proven[part] = self._proven(k, coefficients[part])
-        return proven
+        return self._native.proven(coefficients, self._bounds, FORGIVEN, _FINEST)
 
-    def _proven(self, k: int, coefficients: Floats) -> Bools:
-        def slack(_curve: Ints, _s: Floats, rotation: Floats, position: Floats) -> Floats:
-            return self._native.slack(k, rotation, position)[:, None, :] + FORGIVEN
-
-        group = self._groups[k]
-        return prove_along(group.bound, coefficients, slack, *group.weights, _FINEST).holds
+    @cached_property
+    def _bounds(self) -> KeptBounds:
+        groups, dof = self._groups, self.robot.dof
+        pieces = [piece for group in groups for piece in group.pieces]
+        return KeptBounds(
+            np.reshape([group.bound.reach for group in groups], (-1, dof)),
+            np.reshape([group.bound.rates for group in groups], (-1, dof, dof)),
+            np.reshape([group.bound.turns for group in groups], (-1, dof)),
+            np.array([piece.per_metre for piece in pieces], dtype=float),
+            np.array([piece.per_turn for piece in pieces], dtype=float),
+        )
 
     def along(self, q: Floats, coefficients: Floats) -> tuple[Kept, ...]:
         """What came of each condition on curves (m, degree + 1, dof), and on states of them (n, dof)."""

@@ -92,24 +92,24 @@ class ToolBound:
 
     def __init__(self, robot: Robot, frame: Frame | None = None) -> None:
         self.robot, self.frame = robot, frame or Frame.tool(robot)
-        self._reach = self.frame.reach(robot)
-        self._rates = column_rates(robot, self.frame)[0]
-        self._turns = ((self._reach > 0) & ~robot.prismatic).astype(float)
+        self.reach = self.frame.reach(robot)
+        self.rates = column_rates(robot, self.frame)[0]
+        self.turns = ((self.reach > 0) & ~robot.prismatic).astype(float)
 
     def __call__(self, coefficients: Floats, rounded: Floats | float = 0.0) -> tuple[Floats, Floats]:
         """For curves (m, degree + 1, dof) whose derivatives are known to ``rounded`` (m, dof)."""
         slope = derivative(coefficients)
         v, a = _largest(slope) + rounded, _largest(derivative(slope)) + rounded
-        off = 0.125 * (a @ self._reach + np.einsum("ni,ik,nk->n", v, self._rates, v))
-        turned = 0.125 * (a @ self._turns + (v @ self._turns) ** 2)
+        off = 0.125 * (a @ self.reach + np.einsum("ni,ik,nk->n", v, self.rates, v))
+        turned = 0.125 * (a @ self.turns + (v @ self.turns) ** 2)
         return off * (1.0 + _ROUNDED), turned * (1.0 + _ROUNDED)
 
     def rounding(self, coefficients: Floats, position: Floats) -> tuple[Floats, Floats]:
         """(m,) what rounding takes at most from a position (m), and from a column of R, near ``position`` (m, 3)."""
         joints = _ROUNDED * np.abs(coefficients).sum(axis=1)
-        size = np.abs(position).sum(axis=1) + self._reach.sum() + 1.0
+        size = np.abs(position).sum(axis=1) + self.reach.sum() + 1.0
         count = _ROUNDED * self.robot.dof
-        return joints @ self._reach + count * size, joints @ self._turns + count
+        return joints @ self.reach + count * size, joints @ self.turns + count
 
 
 def _largest(coefficients: Floats) -> Floats:

@@ -7,7 +7,7 @@ Arrays are float64 in C order, angles rad, lengths m. Each may be asked by sever
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -107,6 +107,16 @@ class NativeChain:
         return ends, distance, angle
 
 
+class KeptBounds(NamedTuple):
+    """How far frames (f,) leave their chords at most, and what that takes from what their pieces (p,) have to spare."""
+
+    reach: Floats  # (f, dof) m, of :meth:`planner.kinematics.tool_bound.Frame.reach`
+    rates: Floats  # (f, dof, dof), how fast columns of the linear Jacobian change
+    turns: Floats  # (f, dof), 1 for joints that turn the frame
+    per_metre: Floats  # (p,)
+    per_turn: Floats  # (p,)
+
+
 class NativeKeeping:
     """Convex pieces of the poses y (12,) = position and rows of the rotation of frames (f,) that joints carry.
 
@@ -159,6 +169,19 @@ class NativeKeeping:
         q, depth, good = _floats(q, n, self._dof).copy(), _floats(depth, n), np.empty(n, bool)
         _library.keeping_project(self._handle, n, _at(q), _at(depth), exact, steps, threads(), _at(good))
         return q, good
+
+    def proven(self, curves: Floats, bounds: KeptBounds, forgiven: float, finest: float) -> Bools:
+        """Which of the curves sum_k c_k s^k, s in [0, 1], (n, degree + 1, dof), are proven to keep all.
+
+        But for ``forgiven``; pieces of them that leave their chords by no more than ``finest`` are not halved.
+        """
+        n, length, f, dof, p = *curves.shape[:2], len(self._pieces), self._dof, int(self._pieces.sum())
+        shapes = (f, dof), (f, dof, dof), (f, dof), (p,), (p,)
+        arrays = [_floats(array, *shape) for array, shape in zip(bounds, shapes, strict=True)]
+        curves, good = _floats(curves, n, length, dof), np.empty(n, bool)
+        found = *map(_at, [curves, *arrays]), forgiven, finest, threads(), _at(good)
+        _library.keeping_prove(self._handle, n, length - 1, *found)
+        return good
 
 
 class NativeBoxes:

@@ -53,6 +53,15 @@ struct Keeping {
     }
 };
 
+// Position and rows of the rotation of a frame where the chain's frames stand.
+inline void pose_of(const KeptFrame& kept, const Frame* frames, double* y) {
+    const Frame& joint = frames[kept.joint];
+    const Vec position = joint * kept.placement.shift;
+    const Mat turn = joint.turn * kept.placement.turn;
+    y[0] = position.x, y[1] = position.y, y[2] = position.z;
+    std::copy(turn.m, turn.m + 9, y + 3);
+}
+
 class Projection {
    public:
     explicit Projection(const Keeping& keeping)
@@ -82,19 +91,11 @@ class Projection {
     bool holds(const double* q, double exact) {
         keeping_.chain.place(q, frames_.data());
         for (const KeptFrame& kept : keeping_.frames) {
-            pose(kept);
+            pose_of(kept, frames_.data(), y_);
             for (int k = kept.first; k < kept.behind; ++k)
                 if (!(keeping_.slack(keeping_.pieces[k], y_) >= -exact)) return false;
         }
         return true;
-    }
-
-    void pose(const KeptFrame& kept) {
-        const Frame& joint = frames_[kept.joint];
-        const Vec position = joint * kept.placement.shift;
-        const Mat turn = joint.turn * kept.placement.turn;
-        y_[0] = position.x, y_[1] = position.y, y_[2] = position.z;
-        std::copy(turn.m, turn.m + 9, y_ + 3);
     }
 
     // The least joint motion, with its sign turned, that removes what is off where the chain stands, as far as that is
@@ -104,7 +105,7 @@ class Projection {
         std::fill(step_.begin(), step_.end(), 0.0);
         size_ = 0.0;
         for (const KeptFrame& kept : keeping_.frames) {
-            pose(kept);
+            pose_of(kept, frames_.data(), y_);
             rates(kept);
             for (int k = kept.first; k < kept.behind; ++k) {
                 const Piece& piece = keeping_.pieces[k];

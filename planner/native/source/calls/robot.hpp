@@ -3,6 +3,7 @@
 
 #include "../inverse.hpp"
 #include "../keeping.hpp"
+#include "../keeping_proof.hpp"
 #include "../refusals.hpp"
 #include "../sharing.hpp"
 
@@ -273,6 +274,27 @@ int keeping_project(const Keeping* keeping, int n, double* q, const double* dept
             [&](int k, Projection& projection) {
                 good[k] = projection.run(q + static_cast<size_t>(k) * keeping->chain.dof(), depth[k], exact, steps);
             });
+    });
+}
+
+// `good` (n,) says which curves (n, degree + 1, dof) are proven to keep all; bounds as in KeptBounds.
+int keeping_prove(const Keeping* keeping, int n, int degree, const double* curves, const double* reach,
+                  const double* rates, const double* turns, const double* per_metre, const double* per_turn,
+                  double forgiven, double finest, int threads, uint8_t* good) {
+    return answered([&] {
+        const size_t dof = keeping->chain.dof(), frames = keeping->frames.size(), pieces = keeping->pieces.size();
+        const size_t size = (degree + 1) * dof;
+        require(degree >= 0 && degree <= highest_degree, "the curves are of a higher degree than is supported");
+        require(within(curves, n * size, farthest), "a coefficient is no finite number");
+        require(not_negative(reach, frames * dof, farthest) && not_negative(rates, frames * dof * dof, farthest) &&
+                    not_negative(turns, frames * dof, farthest) && not_negative(per_metre, pieces, farthest) &&
+                    not_negative(per_turn, pieces, farthest),
+                "a bound is no finite number, or negative");
+        require(forgiven >= 0.0 && finest > 0.0, "what is forgiven is negative, or pieces have no finest size");
+        const KeptBounds bounds{reach, rates, turns, per_metre, per_turn, forgiven, finest};
+        share_out(
+            n, threads, 64, [&] { return KeptProof(*keeping, bounds, degree); },
+            [&](int k, KeptProof& proof) { good[k] = proof.holds(curves + k * size); });
     });
 }
 
