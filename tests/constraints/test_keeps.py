@@ -10,7 +10,8 @@ from scipy.optimize import minimize_scalar
 
 from planner.base.errors import PlannerError
 from planner.base.polynomials import evaluate
-from planner.constraints.keeps import FORGIVEN, Keeps, bound_to, narrowed, require_bound
+from planner.constraints.keeps import _FINEST, FORGIVEN, Keeps, bound_to, narrowed, require_bound
+from planner.kinematics.tool_bound import prove_along
 from planner.models.robot import Robot
 from planner.problem.conditions import KeepAxis, KeepBox, parse_keeps
 
@@ -117,6 +118,49 @@ def test_proven_curves_do_not_stray(panda, text):
             assert max(-top.fun, worst[k]) <= 2e-6
         elif "rotvec" not in text:
             assert worst[k] > -2e-2  # a proof is refused only of what strays, or nearly
+
+
+def proven_in_python(keeps, curves):
+    """The same proof by arrays, frame by frame."""
+    proven = np.ones(len(curves), dtype=bool)
+    for k, group in enumerate(keeps._groups):
+        weights = (np.array([getattr(piece, per) for piece in group.pieces]) for per in ("per_metre", "per_turn"))
+
+        def slack(_curve, _s, rotation, position, k=k):
+            return keeps._native.slack(k, rotation, position)[:, None] + FORGIVEN
+
+        proven &= prove_along(group.bound, curves, slack, *weights, _FINEST).holds
+    return proven
+
+
+def grown(curves, factor):
+    """Curves (m, degree + 1, dof) that go on from where they begin by ``factor`` (m,) as much."""
+    return np.concatenate([curves[:, :1], factor[:, None, None] * curves[:, 1:]], axis=1)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2, 5, 12])
+@pytest.mark.parametrize("text", TEXTS)
+def test_the_compiled_proof_says_what_the_one_by_arrays_says(panda, text, degree):
+    """Of any curves, and of ones grown until they are hardly proven, and hardly not."""
+    keeps, rng = Keeps(panda, parse_keeps(text)), np.random.default_rng(degree)
+    start = rng.uniform(panda.lower, panda.upper, (300, panda.dof))
+    start, _ = keeps.projected(start, rng.uniform(0.0, 0.9, 300))
+    start[::10] = rng.uniform(panda.lower, panda.upper, start[::10].shape)
+    curves = np.concatenate([start[:, None], rng.normal(size=(len(start), degree, panda.dof))], axis=1)
+    curves = grown(curves, 10.0 ** rng.uniform(-4.0, -0.3, len(curves)))
+    proven = keeps.proven(curves)
+    assert 20 < proven.sum() < len(curves)
+    np.testing.assert_array_equal(proven, proven_in_python(keeps, curves))
+    if degree:
+        curves = curves[proven][:30]
+        low, high = np.ones(len(curves)), np.full(len(curves), 64.0)
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            held = proven_in_python(keeps, grown(curves, middle))
+            low, high = np.where(held, middle, low), np.where(held, high, middle)
+        for off in (-1e-6, -1e-9, 1e-9, 1e-6):
+            edge = grown(curves, low * (1.0 + off))
+            np.testing.assert_array_equal(keeps.proven(edge), proven_in_python(keeps, edge))
 
 
 def test_the_hardest_proven_turn_does_not_stray(panda):

@@ -17,6 +17,7 @@ from planner.native import graphs
 from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, NativeArcs, NativeFlow, hops_to_source
 from planner.native.gate import Chunk, NativeGate
 from planner.native.library import (
+    KeptBounds,
     NativeBounds,
     NativeBoxes,
     NativeChain,
@@ -149,6 +150,11 @@ def of_keeping(rng: Rng, size: Size) -> list[Any]:
         turned = turns[joint] @ placements[frame, :3, :3], shifts[joint] + turns[joint] @ placements[frame, :3, 3]
         found.append(keeping.slack(frame, *turned))
         assert (found[-1][good] >= -1e-8).all()
+    curves = np.stack([there, 0.1 * rng.normal(size=q.shape), 0.01 * rng.normal(size=q.shape)], axis=1)
+    per_joint = np.ones((2, size.joints)), np.ones((2, size.joints, size.joints)), np.ones((2, size.joints))
+    proven = keeping.proven(curves, KeptBounds(*per_joint, *np.full((2, 2 * k), 3.0)), 1e-9, 1e-6)
+    assert not proven[~good].any()
+    found.append(proven)
     empty = tuple(array[:0] for array in pieces)
     none = NativeKeeping(chain, joints[:0], placements[:0], *empty, free)  # type: ignore[call-arg]
     assert none.projected(q, np.ones(len(q)), 0.0, 3)[1].all()

@@ -13,7 +13,7 @@ import pytest
 from planner.base.errors import ArrayError
 from planner.native import dynamics, gate, graphs, library, loading, motions
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
-from planner.native.library import NativeBoxes, NativeChain, NativeKeeping, NativeWorld
+from planner.native.library import KeptBounds, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
 from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_gate, a_world, body_reach_of, bounds_of
 
 SEED = 5
@@ -150,6 +150,11 @@ def keeping_with(**other: Any) -> Callable[[], NativeKeeping]:
     return lambda: NativeKeeping(CHAIN, **(given | other))
 
 
+def keeping_proves(curves: np.ndarray, forgiven: float = 0.0, finest: float = 1e-9, **other: np.ndarray) -> object:
+    given = KeptBounds(np.ones((1, 3)), np.ones((1, 3, 3)), np.ones((1, 3)), np.ones(1), np.ones(1))
+    return keeping_with()().proven(curves, given._replace(**other), forgiven, finest)
+
+
 ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
 LINE, PHASE = np.ones((1, 3, 2)), np.array([[0.0, 0.0, 1.0, 0.0, 1.0]])
 LIMITS = np.ones(2), np.ones(2)
@@ -193,6 +198,16 @@ WRONG: dict[str, Callable[[], object]] = {
     "keeping: columns": lambda: keeping_with()().projected(Q[:, :1], np.ones(4), 0.0, 1),
     "keeping: depths": lambda: keeping_with()().projected(Q, np.ones(3), 0.0, 1),
     "keeping: frame": lambda: keeping_with()().slack(0, np.zeros((1, 3, 2)), np.zeros((1, 3))),
+    "keeping: columns of a curve": lambda: keeping_proves(np.zeros((1, 2, 2))),
+    "keeping: a curve with NaN": lambda: keeping_proves(np.full((1, 2, 3), np.nan)),
+    "keeping: a curve of no coefficient": lambda: keeping_proves(np.zeros((1, 0, 3))),
+    "keeping: a curve of degree 17": lambda: keeping_proves(np.zeros((1, 18, 3))),
+    "keeping: a reach of two": lambda: keeping_proves(np.zeros((1, 2, 3)), reach=np.ones((1, 2))),
+    "keeping: a negative reach": lambda: keeping_proves(np.zeros((1, 2, 3)), reach=-np.ones((1, 3))),
+    "keeping: rates with NaN": lambda: keeping_proves(np.zeros((1, 2, 3)), rates=np.full((1, 3, 3), np.nan)),
+    "keeping: weights of two": lambda: keeping_proves(np.zeros((1, 2, 3)), per_turn=np.ones(2)),
+    "keeping: nothing is finest": lambda: keeping_proves(np.zeros((1, 2, 3)), finest=0.0),
+    "keeping: forgiven NaN": lambda: keeping_proves(np.zeros((1, 2, 3)), forgiven=NAN),
     "world: margin": lambda: NativeWorld(CHAIN, NAN),
     "world: no points": lambda: fresh().add_hull(1, np.zeros((0, 3)), 0.1),
     "world: points of two": lambda: fresh().add_hull(1, np.zeros((3, 2)), 0.1),

@@ -17,7 +17,7 @@ import pytest
 
 from planner.base.progress import StopRequest
 from planner.native import graphs
-from planner.native.library import NativeBoxes, NativeChain, NativeKeeping, NativeWorld
+from planner.native.library import KeptBounds, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
 from planner.native.motions import curve_next_ramp, curve_phases, motion_mean, polynomial_extrema
 
 SOON = 1.0  # s
@@ -121,6 +121,16 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
     ),
     "inverse": (CHAIN.inverse, far_away),
     "keeping": (KEEPING.projected, lambda: (np.zeros((MANY, 1)), np.ones(MANY), 0.0, 1000)),
+    "keeping_proven": (  # one curve, of which millions of pieces are looked at
+        KEEPING.proven,
+        lambda: (
+            np.array([[[1e5], [8.0]]]),
+            KeptBounds(np.ones((1, 1)), np.full((1, 1, 1), 1e6), np.ones((1, 1)), np.full(1, 1e6), np.zeros(1)),
+            1.0,
+            1e-9,
+        ),
+    ),
+    ),
     "boxes": (boxes(200).hits, lambda: (np.zeros((MANY, 1)),)),
     "close": (
         WORLD.close,
