@@ -130,7 +130,6 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
             1e-9,
         ),
     ),
-    ),
     "boxes": (boxes(200).hits, lambda: (np.zeros((MANY, 1)),)),
     "close": (
         WORLD.close,
