@@ -124,12 +124,12 @@ def proven_in_python(keeps, curves):
     """The same proof by arrays, frame by frame."""
     proven = np.ones(len(curves), dtype=bool)
     for k, group in enumerate(keeps._groups):
-        weights = (np.array([getattr(piece, per) for piece in group.pieces]) for per in ("per_metre", "per_turn"))
+        metre, turn = (np.array([getattr(piece, per) for piece in group.pieces]) for per in ("per_metre", "per_turn"))
 
         def slack(_curve, _s, rotation, position, k=k):
             return keeps._native.slack(k, rotation, position)[:, None] + FORGIVEN
 
-        proven &= prove_along(group.bound, curves, slack, *weights, _FINEST).holds
+        proven &= prove_along(group.bound, curves, slack, metre, turn, _FINEST).holds
     return proven
 
 
