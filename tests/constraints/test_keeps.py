@@ -120,7 +120,7 @@ def test_proven_curves_do_not_stray(panda, text):
             assert worst[k] > -2e-2  # a proof is refused only of what strays, or nearly
 
 
-def proven_in_python(keeps, curves):
+def proven_in_python(keeps, curves, finest=_FINEST):
     """The same proof by arrays, frame by frame."""
     proven = np.ones(len(curves), dtype=bool)
     for k, group in enumerate(keeps._groups):
@@ -129,7 +129,7 @@ def proven_in_python(keeps, curves):
         def slack(_curve, _s, rotation, position, k=k):
             return keeps._native.slack(k, rotation, position)[:, None] + FORGIVEN
 
-        proven &= prove_along(group.bound, curves, slack, metre, turn, _FINEST).holds
+        proven &= prove_along(group.bound, curves, slack, metre, turn, finest).holds
     return proven
 
 
@@ -141,7 +141,7 @@ def grown(curves, factor):
 @pytest.mark.parametrize("degree", [0, 1, 2, 5, 12])
 @pytest.mark.parametrize("text", TEXTS)
 def test_the_compiled_proof_says_what_the_one_by_arrays_says(panda, text, degree):
-    """Of any curves, and of ones grown until they are hardly proven, and hardly not."""
+    """Of any curves, and of ones grown until they are hardly proven, and hardly not; halved, and not at all."""
     keeps, rng = Keeps(panda, parse_keeps(text)), np.random.default_rng(degree)
     start = rng.uniform(panda.lower, panda.upper, (300, panda.dof))
     start, _ = keeps.projected(start, rng.uniform(0.0, 0.9, 300))
@@ -151,16 +151,17 @@ def test_the_compiled_proof_says_what_the_one_by_arrays_says(panda, text, degree
     proven = keeps.proven(curves)
     assert 20 < proven.sum() < len(curves)
     np.testing.assert_array_equal(proven, proven_in_python(keeps, curves))
-    if degree:
-        curves = curves[proven][:30]
-        low, high = np.ones(len(curves)), np.full(len(curves), 64.0)
+    for finest in (_FINEST, 1e3) if degree else ():
+        edge = curves[proven_in_python(keeps, curves, finest)][:30]
+        low, high = np.ones(len(edge)), np.full(len(edge), 64.0)
         for _ in range(40):
             middle = 0.5 * (low + high)
-            held = proven_in_python(keeps, grown(curves, middle))
+            held = proven_in_python(keeps, grown(edge, middle), finest)
             low, high = np.where(held, middle, low), np.where(held, high, middle)
         for off in (-1e-6, -1e-9, 1e-9, 1e-6):
-            edge = grown(curves, low * (1.0 + off))
-            np.testing.assert_array_equal(keeps.proven(edge), proven_in_python(keeps, edge))
+            near = grown(edge, low * (1.0 + off))
+            found = keeps._native.proven(near, keeps._bounds, FORGIVEN, finest)
+            np.testing.assert_array_equal(found, proven_in_python(keeps, near, finest))
 
 
 def test_the_hardest_proven_turn_does_not_stray(panda):
