@@ -82,6 +82,14 @@ def rows(what: str, values: Any, width: int, error: type[PlannerError] = ArrayEr
     return _fitting(what, array[None] if array.shape == (width,) else array, shape, error, most)
 
 
+def truths(what: str, values: Any, shape: Shape, error: type[PlannerError] = ArrayError) -> Bools:
+    """``values`` as truth values of a ``shape``; otherwise as :func:`numbers`."""
+    given = np.asarray(values)
+    if given.dtype.kind != "b" and given.size:
+        raise error(f"{what} is no array of truth values: give one of shape {_text(shape)}.")
+    return _shaped(what, given, shape, error)
+
+
 def indices(what: str, values: Any, shape: Shape, count: int, error: type[PlannerError] = ArrayError) -> Ints:
     """``values`` as int64 of a ``shape``, from 0 to ``count`` - 1; otherwise as :func:`numbers`."""
     given = _shaped(what, _read(what, values, shape, error), shape, error)
@@ -110,14 +118,18 @@ def _read(what: str, values: Any, shape: Shape, error: type[PlannerError]) -> Fl
         return values
     try:
         given = np.asarray(values)
-        if given.dtype.kind in "fiubO":
+        if given.dtype.kind in "fiu" or (given.dtype.kind == "O" and not any(map(_is_text, given.flat))):
             return given.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError):
         pass
     raise error(f"{what} is no array of numbers: give one of shape {_text(shape)}.")
 
 
-def _shaped(what: str, array: Floats, shape: Shape, error: type[PlannerError]) -> Floats:
+def _is_text(value: Any) -> bool:
+    return isinstance(value, bool | str | bytes)  # NumPy makes numbers of true, and of "0_3"
+
+
+def _shaped(what: str, array: NDArray[Any], shape: Shape, error: type[PlannerError]) -> NDArray[Any]:
     there = array.shape
     alike = len(there) == len(shape)
     for size, wanted in zip(there, shape, strict=False):

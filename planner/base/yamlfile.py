@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import math
+import re
 import reprlib
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -11,6 +13,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 import pydantic
+import pydantic_core
 import yaml
 
 from planner.base.errors import FileError, PlannerError, choices
@@ -24,13 +27,15 @@ FARTHEST = (
 SMALLEST = 1e-6  # m: what is thinner than the libraries' own tolerance has no size
 
 
-def _no_bool(value: Any) -> Any:
-    if isinstance(value, bool):
-        raise ValueError(f"{str(value).lower()} is no number (yes, no, on and off are none either)")
+def _count(value: Any) -> Any:
+    if isinstance(value, bool | str | bytes):
+        raise pydantic_core.PydanticCustomError("int_type", "Input should be a valid integer")
     return value
 
 
-Number = Annotated[float, pydantic.BeforeValidator(_no_bool)]
+# What a number of a file or a message is: no boolean, and no text that happens to look like one (pydantic takes both).
+Number = Annotated[float, pydantic.Strict()]
+Whole = Annotated[int, pydantic.BeforeValidator(_count)]  # 3.0 is one too: so JSON of other languages says it
 Coordinate = Annotated[Number, pydantic.Field(ge=-FARTHEST, le=FARTHEST)]
 Size = Annotated[Number, pydantic.Field(ge=SMALLEST, le=FARTHEST)]
 Name = Annotated[str, pydantic.Field(max_length=1000)]
@@ -60,6 +65,14 @@ def read_text(path: Path, what: str) -> str:
         raise FileError(f"{what} {path} cannot be read: {reason}; give a readable text file.") from None
 
 
+class _Loader(yaml.CSafeLoader):
+    """PyYAML's safe loader, for which ``1e-3`` is a number as in YAML 1.2, not a text."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
 _DEEPEST = 200  # levels: on deep nesting libyaml's loader overflows the stack, its parser of events does not
 _LEVELS = {
     yaml.MappingStartEvent: 1,
@@ -73,7 +86,7 @@ def parse_yaml(text: str, where: str) -> Any:
     """Plain data out of YAML text; no tag can construct an object, and no key may stand twice in one mapping."""
     try:
         _require_plain(_require_small(yaml.parse(text, yaml.CSafeLoader)))
-        return yaml.load(text, yaml.CSafeLoader)
+        return yaml.load(text, _Loader)
     except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         line = f" at line {mark.line + 1}" if mark else ""
@@ -176,7 +189,18 @@ def _sentence(error: Any, model: type[pydantic.BaseModel]) -> str:
         context = error.get("ctx", {})
         return f"{key} has type {shown(context.get('tag'))}; types are {context.get('expected_tags')}."
     about = f"{key} is wrong: " if error["loc"] else ""
-    return f"{about}{error['msg'].removeprefix('Value error, ').removesuffix('.')}{more}."
+    if error["type"] in ("float_type", "int_type") and isinstance(error["input"], bool):
+        return f"{about}{str(error['input']).lower()} is no number (yes, no, on and off are none either)."
+    quoted = error["type"] in ("float_type", "int_type") and _reads_as_number(error["input"])
+    remedy = "; write it without quotes" if quoted else ""
+    return f"{about}{error['msg'].removeprefix('Value error, ').removesuffix('.')}{more}{remedy}."
+
+
+def _reads_as_number(value: Any) -> bool:
+    try:
+        return math.isfinite(float(value)) and isinstance(value, str)
+    except (TypeError, ValueError):
+        return False
 
 
 def repeated(names: Iterable[str]) -> list[str]:

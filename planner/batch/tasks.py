@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import pydantic
 
@@ -26,6 +26,7 @@ CSV_NAME = "batch.csv"
 _OUR_NAMES = re.compile(r"batch\.csv|row\.json|plan\.(json|html)|roadmap\.npz|trajectory\.json", re.IGNORECASE)
 _OPTIONS = tuple(field.name for field in fields(PlanRequest))
 _FILES = ("robot", "scene", "srdf", "motion_plan_request", "roadmap")  # options that may be the path of a file
+_SWITCHES = tuple(name for name, kind in get_type_hints(PlanRequest).items() if kind is bool)
 _SPELLINGS = {"request": "motion_plan_request"}  # as the command line has it
 
 
@@ -117,6 +118,12 @@ def _task(entry: Mapping[str, Any], number: int, plain: PlanRequest, source: Pat
     if unknown:
         meant = nearest(unknown[0], _OPTIONS)
         raise FileError(f"{where}: option '{unknown[0]:.100}' not found{meant}; options are name, {choices(_OPTIONS)}.")
+    switched = [key for key, value in given.items() if isinstance(value, bool) and key not in _SWITCHES]
+    if switched:
+        raise FileError(
+            f"{where}: option '{switched[0]}' is {str(given[switched[0]]).lower()}, which it cannot be; "
+            "put a text in quotes (yes, no, on and off are true and false in YAML)."
+        )
     for key in _FILES:
         if isinstance(given.get(key), str) and is_file(source.parent / given[key]):
             given[key] = str(source.parent / given[key])

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 import pydantic
 
-from planner.base.yamlfile import Coordinate, Name, Strict
+from planner.base.yamlfile import Coordinate, Name, Number, Strict
 
 Triple = tuple[Coordinate, Coordinate, Coordinate]
 
@@ -53,7 +53,7 @@ class SetBeta(Strict):
     """Weigh distance by beta, manipulability by the rest."""
 
     do: Literal["beta"]
-    beta: Annotated[float, pydantic.Field(ge=0, le=1)]
+    beta: Annotated[Number, pydantic.Field(ge=0, le=1)]
     what: ClassVar[str] = "beta set"
 
 

@@ -26,7 +26,7 @@ from planner.base.kinds import checks_kinds
 from planner.base.npz import DAMAGE, require_sane_sizes
 from planner.base.places import Place, place
 from planner.base.resolutions import W_STATES_PER_EDGE
-from planner.base.yamlfile import Strict, shown, validate
+from planner.base.yamlfile import Strict, Whole, shown, validate
 from planner.collision.checker import CollisionChecker
 from planner.objective.scale import COSTS, CostScale, mean_manipulability_cost
 from planner.roadmap.node_checks import nobody
@@ -52,7 +52,7 @@ class _Header(Strict):
     """The header as it must be, number by number."""
 
     format: Literal["gabf-planner roadmap"]
-    version: int
+    version: Whole
     sha256: str
     checksum: str
     origin: Origin

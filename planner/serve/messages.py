@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 import pydantic
 
-from planner.base.yamlfile import Coordinate, Name, Number, Strict
+from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole
 from planner.models.scene import ObstacleFile, PoseFile
 
 MAIN = "main"  # the world that is meant where none is named
@@ -23,7 +23,7 @@ LARGEST_ID = 1 << 63  # what every client's whole numbers hold
 _Number = Annotated[int, pydantic.Field(strict=True, gt=-LARGEST_ID, lt=LARGEST_ID)]
 Id: TypeAlias = Annotated[str, pydantic.Field(max_length=200)] | _Number
 Joints: TypeAlias = Annotated[list[Coordinate], pydantic.Field(max_length=1000)]
-Rows: TypeAlias = Annotated[list[list[float]], pydantic.Field(max_length=100_000)]  # judged by the gate
+Rows: TypeAlias = Annotated[list[list[Number]], pydantic.Field(max_length=100_000)]  # judged by the gate
 State: TypeAlias = Annotated[str, pydantic.Field(max_length=100_000)] | Joints
 
 
@@ -53,8 +53,8 @@ class Load(_OfWorld):
     limits: Limits = Limits()
     judged: list[Literal["position", "velocity", "acceleration", "jerk"]] | None = None
     min_manipulability: Number = 0.0
-    nodes: int | None = None
-    seed: int = 0
+    nodes: Whole | None = None
+    seed: Whole = 0
     beta: Number | None = None
 
 
@@ -82,9 +82,9 @@ class Cancel(Strict):
 class Now(Strict):
     """Where the robot is."""
 
-    q: list[float]
-    qd: list[float]
-    qdd: list[float] | None = None
+    q: list[Number]
+    qd: list[Number]
+    qdd: list[Number] | None = None
 
 
 class Check(_OfWorld):
@@ -93,7 +93,7 @@ class Check(_OfWorld):
     positions: Rows
     velocities: Rows | None = None
     accelerations: Rows | None = None
-    times: list[float]
+    times: list[Number]
     state: Now | None = None
     stop: bool = True
     want: tuple[Literal["stop", "clearance"], ...] = ()

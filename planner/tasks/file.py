@@ -18,7 +18,18 @@ from planner.base.kinds import checks_kinds
 from planner.base.places import Place as FilePlace
 from planner.base.places import place as file_place
 from planner.base.resources import scene_file
-from planner.base.yamlfile import FARTHEST, Coordinate, Name, Number, Size, Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import (
+    FARTHEST,
+    Coordinate,
+    Name,
+    Number,
+    Size,
+    Strict,
+    Whole,
+    parse_yaml,
+    read_text,
+    validate,
+)
 from planner.models.poses import pose
 from planner.models.scene import PoseFile, Triple
 from planner.problem.request import Thing
@@ -43,7 +54,7 @@ class Grasp:
     """
 
     pose: Floats
-    opening: float | None = None
+    opening: Number | None = None
 
     def __post_init__(self) -> None:
         _require_positive("the opening of a grasp", self.opening)
@@ -216,7 +227,7 @@ class PlaceFile(Strict):
     place: Name
     on: Name | None = None
     at: tuple[tuple[Coordinate, Coordinate], tuple[Coordinate, Coordinate]] | None = None
-    samples: Annotated[int, pydantic.Field(ge=1, le=_MOST_SAMPLES)] = 20
+    samples: Annotated[Whole, pydantic.Field(ge=1, le=_MOST_SAMPLES)] = 20
     pose: Annotated[
         Annotated[list[PoseFile], pydantic.Field(min_length=1)] | None,
         pydantic.BeforeValidator(lambda said: [said] if isinstance(said, dict) else said),

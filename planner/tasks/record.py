@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from planner.base.errors import Reason, choices
-from planner.base.yamlfile import Name, Number
+from planner.base.yamlfile import Name, Number, Whole
 from planner.planning.network import PathCost
 from planner.planning.record import FieldRecord, MotionRecord
 from planner.problem.run_schema import Record, RoadmapRecord, RunRecord
@@ -33,7 +33,7 @@ class SegmentTimes(Record):
 class SegmentRecord(Record):
     """A stretch from rest to rest."""
 
-    step: int
+    step: Whole
     """from 1"""
     doing: str
     """the step in words"""
@@ -59,12 +59,12 @@ class Event(Record):
     kind: Literal["attach", "detach", "gripper"]
     object: Name
     link: Name
-    segment: int
+    segment: Whole
     position: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = None
     """m: where the object stands then, of an attach or detach event"""
     quaternion: Annotated[list[Number], Field(min_length=4, max_length=4)] | None = None
     """x, y, z, w: and how it is turned"""
-    joints: dict[str, float] | None = None
+    joints: dict[str, Number] | None = None
     """values that the gripper's joints go to, of a gripper event"""
 
 
@@ -73,7 +73,7 @@ class StepFails(Reason, Record):
     """The first step that cannot be done: no grasp or placement of it is left, or no path leads there."""
 
     kind: Literal["step_fails"] = "step_fails"  # pyright: ignore[reportIncompatibleVariableOverride]
-    step: int
+    step: Whole
     """from 1"""
     doing: str
     """the step in words"""

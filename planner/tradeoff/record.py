@@ -7,7 +7,7 @@ import io
 import json
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pydantic
@@ -18,7 +18,7 @@ from planner.base.files import is_file, make_folder, remove, write_json, write_w
 from planner.base.formats import require_readable_version
 from planner.base.html import html_table
 from planner.base.progress import rounded
-from planner.base.yamlfile import Strict, read_text, shown, validate
+from planner.base.yamlfile import Number, Strict, Whole, read_text, shown, validate
 from planner.models.run_record import run_record
 from planner.problem.request import SweepRequest
 from planner.roadmap.record_text import roadmap_text
@@ -172,17 +172,20 @@ def _front_record(front: Front, tradeoff: Tradeoff) -> dict[str, Any]:
     }
 
 
+_Node = Annotated[Whole, pydantic.Field(ge=0)]
+
+
 class _Support(Strict):
-    beta: float = pydantic.Field(ge=0, le=1)
-    path_nodes: list[int] = pydantic.Field(min_length=1)
+    beta: Number = pydantic.Field(ge=0, le=1)
+    path_nodes: list[Whole] = pydantic.Field(min_length=1)
 
 
 class _Search(Strict):
     """The part of ``sweep.json`` that --resume goes on from."""
 
     roadmap_whole: bool
-    settled: int = pydantic.Field(ge=0)
-    barred: list[tuple[pydantic.NonNegativeInt, pydantic.NonNegativeInt]]
+    settled: Whole = pydantic.Field(ge=0)
+    barred: list[tuple[_Node, _Node]]
     found: list[_Support]
 
     @pydantic.model_validator(mode="after")
@@ -196,7 +199,7 @@ class _Search(Strict):
 
 class _Roadmap(pydantic.BaseModel):
     sha256: str
-    edges_removed: int
+    edges_removed: Whole
 
 
 class _Kept(pydantic.BaseModel):

@@ -13,7 +13,7 @@ from planner.base.beside import warn_of_mismatch
 from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder, write_json
 from planner.base.places import Place, place
-from planner.base.yamlfile import read_text, validate
+from planner.base.yamlfile import Number, read_text, validate
 from planner.paths.file import parse
 from planner.trajectory.limits import KINDS, MotionLimits
 from planner.trajectory.trajectory import DEGREE, Interpolation, Trajectory
@@ -25,25 +25,25 @@ FAR = 1e6  # rad, rad/s, rad/s², s: no motion of an arm goes there, and of such
 class _Point(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    t: float
-    q: list[float]
-    qd: list[float]
-    qdd: list[float]
+    t: Number
+    q: list[Number]
+    qd: list[Number]
+    qdd: list[Number]
 
 
 class _Limits(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    velocity: list[float]
-    acceleration: list[float]
-    jerk: list[float]
+    velocity: list[Number]
+    acceleration: list[Number]
+    jerk: list[Number]
     source: dict[str, str]
 
 
 class _Event(pydantic.BaseModel):
     model_config = pydantic.ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
 
-    t: float
+    t: Number
     kind: str
     object: str
     link: str
@@ -55,7 +55,7 @@ class _File(pydantic.BaseModel):
     robot: str | None = None
     scene: str | None = None
     law: str
-    duration: float | None = None
+    duration: Number | None = None
     interpolation: Interpolation
     joints: list[str]
     limits: _Limits | None = None

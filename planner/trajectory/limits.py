@@ -12,7 +12,7 @@ from planner.base.arrays import Floats, frozen
 from planner.base.errors import FileError, OptionError, PlannerError, choices
 from planner.base.kinds import checks_kinds
 from planner.base.places import Place, place
-from planner.base.yamlfile import Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import Number, Strict, parse_yaml, read_text, validate
 from planner.models.robot import Robot
 from planner.problem.request import LimitsRequest, require_scale
 
@@ -183,23 +183,23 @@ class _JointLimit(Strict):
     """
 
     has_position_limits: bool = True
-    min_position: float | None = None
-    max_position: float | None = None
+    min_position: Number | None = None
+    max_position: Number | None = None
     has_soft_limits: bool = True
-    soft_lower_limit: float | None = None
-    soft_upper_limit: float | None = None
-    k_position: float | None = None
-    k_velocity: float | None = None
+    soft_lower_limit: Number | None = None
+    soft_upper_limit: Number | None = None
+    k_position: Number | None = None
+    k_velocity: Number | None = None
     has_velocity_limits: bool = True
-    max_velocity: float | None = None
+    max_velocity: Number | None = None
     has_acceleration_limits: bool = True
-    max_acceleration: float | None = None
+    max_acceleration: Number | None = None
     has_deceleration_limits: bool = True
-    max_deceleration: float | None = None
+    max_deceleration: Number | None = None
     has_jerk_limits: bool = True
-    max_jerk: float | None = None
+    max_jerk: Number | None = None
     has_effort_limits: bool = True
-    max_effort: float | None = None
+    max_effort: Number | None = None
     angle_wraparound: bool = False
 
     @pydantic.model_validator(mode="after")
@@ -239,8 +239,8 @@ class _JointLimit(Strict):
 
 class _LimitsFile(Strict):
     joint_limits: dict[str, _JointLimit]
-    default_velocity_scaling_factor: float = 1.0
-    default_acceleration_scaling_factor: float = 1.0
+    default_velocity_scaling_factor: Number = 1.0
+    default_acceleration_scaling_factor: Number = 1.0
 
 
 def _with_file(limits: MotionLimits, path: Place, robot: Robot) -> tuple[MotionLimits, dict[str, float]]:

@@ -17,7 +17,7 @@ from planner.base.files import is_file
 from planner.base.notes import Note
 from planner.base.places import Place, place, place_text
 from planner.base.resources import robot_names, robots_folder
-from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, shown, validate
+from planner.base.yamlfile import Coordinate, Name, Number, Strict, parse_yaml, read_text, shown, validate
 from planner.models.files import urdf
 from planner.models.files.descriptions import described, is_description
 from planner.models.files.srdf import Srdf, group_joints, group_tip, read_srdf, require_fitting
@@ -44,8 +44,8 @@ class Source(Strict):
 class MotionFile(Strict):
     """How fast the joints may change their velocity: one number for all planned joints, or one for each."""
 
-    acceleration: float | list[float]  # rad/s², m/s² where a joint slides
-    jerk: float | list[float] | None = None  # rad/s³, m/s³
+    acceleration: Number | list[Number]  # rad/s², m/s² where a joint slides
+    jerk: Number | list[Number] | None = None  # rad/s³, m/s³
     source: str  # who says so
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pydantic
 
 from planner.base.arrays import Floats
-from planner.base.yamlfile import Coordinate, Name, Size, Strict, repeated
+from planner.base.yamlfile import Coordinate, Name, Number, Size, Strict, Whole, repeated
 from planner.models.files.moveit.fields import Label, Noted, Refused, none
 from planner.models.poses import pose
 
@@ -83,7 +83,7 @@ class Wrench(Strict):
     torque: Triple = (0.0, 0.0, 0.0)
 
 
-_Index = Annotated[int, pydantic.Field(ge=0, lt=2**31)]
+_Index = Annotated[Whole, pydantic.Field(ge=0, lt=2**31)]
 
 
 class Triangle(Strict):
@@ -96,10 +96,10 @@ class MeshMessage(Strict):
 
 
 class Plane(Strict):
-    coef: list[float] = none()
+    coef: list[Number] = none()
 
 
-_Kind = Name | Annotated[int, pydantic.Field(ge=0, le=255)]  # a byte in the message
+_Kind = Name | Annotated[Whole, pydantic.Field(ge=0, le=255)]  # a byte in the message
 _KINDS = {1: "box", 2: "sphere", 3: "cylinder", 4: "cone", 5: "prism"}
 
 
@@ -142,7 +142,7 @@ class CollisionObject(Strict):
     subframe_names: Annotated[list[Name], Noted("frames on objects are passed over")] = none()
     subframe_poses: list[PoseMessage] = none()
     operation: Annotated[
-        int | Name,
+        Whole | Name,
         Refused(
             "is not ADD (0): a message that removes, moves or appends changes a scene that is not here; export the "
             "whole scene",
@@ -170,7 +170,7 @@ class AttachedCollisionObject(Strict):
     object: CollisionObject
     touch_links: list[Name] = none()
     detach_posture: Annotated[JointTrajectory, Noted("how a gripper lets go is passed over")] = JointTrajectory()
-    weight: Annotated[float, Noted("weights of attached objects are passed over")] = 0.0
+    weight: Annotated[Number, Noted("weights of attached objects are passed over")] = 0.0
 
 
 def _moves(velocity: Sequence[float]) -> bool:
@@ -182,13 +182,13 @@ class JointState(Strict):
     name: list[Name] = none()
     position: list[Coordinate] = none()
     velocity: Annotated[
-        list[float],
+        list[Number],
         Refused(f"is above {AT_REST:g}: motions begin at rest; plan from where the arm comes to rest", when=_moves),
         Noted(
             "velocities at the start this low are taken for rest", when=lambda value: any(value) and not _moves(value)
         ),
     ] = none()
-    effort: Annotated[list[float], Noted("efforts at the start are passed over")] = none()
+    effort: Annotated[list[Number], Noted("efforts at the start are passed over")] = none()
 
     @pydantic.model_validator(mode="after")
     def _one_each(self) -> JointState:

@@ -13,7 +13,7 @@ from planner.base import places
 from planner.base.arrays import Floats
 from planner.base.errors import SceneError, choices
 from planner.base.notes import Note
-from planner.base.yamlfile import Coordinate, Name, Strict, parse_yaml, read_text, validate
+from planner.base.yamlfile import Coordinate, Name, Number, Strict, Whole, parse_yaml, read_text, validate
 from planner.models.files.moveit.fields import Label, Noted, Refused, none, notes_of
 from planner.models.files.moveit.messages import (
     Header,
@@ -32,10 +32,10 @@ from planner.models.poses import pose
 from planner.models.shapes import Carried
 
 _FINE = 0.01  # rad (m): a goal whose tolerances are no larger is reached at their centre
-_Tolerance = Annotated[float, pydantic.Field(ge=0)]
+_Tolerance = Annotated[Number, pydantic.Field(ge=0)]
 _KNOWN_FACTORS = (0.0, 1.0)
 _Weight = Annotated[
-    float, Noted("all constraints are kept, whatever their weights", when=lambda value: value not in _KNOWN_FACTORS)
+    Number, Noted("all constraints are kept, whatever their weights", when=lambda value: value not in _KNOWN_FACTORS)
 ]
 _SETTINGS = Noted("passed over, as only MoveIt's own planners or a moving base need it")
 _LATER = "is not kept by this planner: take it out, and look at the motion that is planned without it"
@@ -44,7 +44,7 @@ _LATER = "is not kept by this planner: take it out, and look at the motion that 
 class _Region(Solid):
     """A primitive as a tolerance: it may have no size."""
 
-    dimensions: list[Annotated[float, pydantic.Field(ge=0)]]
+    dimensions: list[Annotated[Number, pydantic.Field(ge=0)]]
 
     @pydantic.model_validator(mode="after")
     def _around_its_origin(self) -> _Region:
@@ -115,13 +115,13 @@ class OrientationConstraint(Strict):
 
 
 class VisibilityConstraint(Strict):
-    target_radius: float = 0.0
+    target_radius: Number = 0.0
     target_pose: PoseStamped = PoseStamped()
-    cone_sides: int = 0
+    cone_sides: Whole = 0
     sensor_pose: PoseStamped = PoseStamped()
-    max_view_angle: float = 0.0
-    max_range_angle: float = 0.0
-    sensor_view_direction: int = 0
+    max_view_angle: Number = 0.0
+    max_range_angle: Number = 0.0
+    sensor_view_direction: Whole = 0
     weight: _Weight = 0.0
 
 
@@ -155,7 +155,7 @@ class WorkspaceParameters(Strict):
 
 
 _Factor = Annotated[
-    float,
+    Number,
     Noted("outside (0, 1], and taken as 1, as MoveIt does", when=lambda value: not 0.0 <= value <= 1.0, grave=True),
 ]
 
@@ -172,14 +172,14 @@ class MotionPlanRequestMessage(Strict):
     pipeline_id: Annotated[Name, _SETTINGS] = ""
     planner_id: Annotated[Name, _SETTINGS] = ""
     group_name: Name = ""
-    num_planning_attempts: Annotated[int, _SETTINGS] = 0
-    allowed_planning_time: Annotated[float, _SETTINGS] = 0.0
+    num_planning_attempts: Annotated[Whole, _SETTINGS] = 0
+    allowed_planning_time: Annotated[Number, _SETTINGS] = 0.0
     max_velocity_scaling_factor: _Factor = 0.0
     max_acceleration_scaling_factor: _Factor = 0.0
     cartesian_speed_limited_link: Text = ""
     cartesian_speed_end_effector_link: Text = ""  # as it was called at first
     max_cartesian_speed: Annotated[
-        float,
+        Number,
         Refused(
             "limits the speed of a link, which is not kept: take it out, and lower max_velocity_scaling_factor",
             when=lambda value: value > 0,

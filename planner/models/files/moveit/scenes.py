@@ -13,7 +13,7 @@ import pydantic
 from planner.base.arrays import Floats, frozen
 from planner.base.errors import SceneError
 from planner.base.notes import Note
-from planner.base.yamlfile import Name, Strict, repeated, validate
+from planner.base.yamlfile import Name, Number, Strict, repeated, validate
 from planner.models.files.moveit.fields import Label, Noted, Refused, none, notes_of
 from planner.models.files.moveit.messages import (
     CollisionObject,
@@ -72,12 +72,12 @@ class AllowedCollisionMatrix(Strict):
 
 class LinkPadding(Strict):
     link_name: Text = ""
-    padding: float = 0.0
+    padding: Number = 0.0
 
 
 class LinkScale(Strict):
     link_name: Text = ""
-    scale: float = 1.0
+    scale: Number = 1.0
 
 
 class ObjectColor(Strict):
