@@ -38,7 +38,7 @@ def manipulability(robot: Robot, q: Floats) -> Floats:
     determinant in sqrt(det(J Jᵀ)) comes out negative by rounding in about half of all singular configurations. Modified
     Gram-Schmidt is as good as LAPACK's QR here (Björck 1967). Unit m^3 for six rows, m^3 for three, m^2 for two.
     """
-    return Chain.of(robot).native.manipulability(np.atleast_2d(np.asarray(q, dtype=float)), *_tool(robot))
+    return Chain.of(robot).native.manipulability(np.atleast_2d(np.asarray(q, dtype=float)), *measured_tool(robot))
 
 
 def node_manipulability(robot: Robot, q: Floats) -> Floats:
@@ -63,10 +63,10 @@ def _volumes(rows: Floats) -> Floats:
 
 def manipulability_along(robot: Robot, start: Floats, delta: Floats, shares: Floats) -> Floats:
     """w (n, k) along straight motions from ``start`` by ``delta`` (n, dof), after each of ``shares`` (k,) of them."""
-    return Chain.of(robot).native.manipulability_along(start, delta, shares, *_tool(robot))
+    return Chain.of(robot).native.manipulability_along(start, delta, shares, *measured_tool(robot))
 
 
-def _tool(robot: Robot) -> tuple[int, Floats, int]:
+def measured_tool(robot: Robot) -> tuple[int, Floats, int]:
     """The joint that carries the tool, where the tool is in its frame, and how many rows of its Jacobian count."""
     joint, placement = tool_joint(robot)
     return joint, placement.translation, ROWS[robot.manipulability].stop

@@ -20,6 +20,22 @@ from planner.native.loading import ints as _ints
 from planner.native.loading import library as _library
 
 
+class MotionPrices(NamedTuple):
+    """What motions are charged.
+
+    ``numbers`` (8,): low, high and zeta of omega, what lengths are divided by, beta, the floor under w, the longest
+    motion (rad), and how far apart (rad) w is looked at; ``kind`` of omega as in :func:`manipulability_costs`;
+    ``at_end``: charged for the last state, not for the mean; ``fewest`` states per motion, an odd number; ``wraps``
+    (dof,): joints that turn by half a turn at most.
+    """
+
+    numbers: Floats
+    kind: int
+    at_end: bool
+    fewest: int
+    wraps: Bools
+
+
 class NativeChain:
     """The joint tree of a robot; arrays as in :class:`planner.kinematics.forward.Chain`."""
 
@@ -73,6 +89,30 @@ class NativeChain:
         motions = n, _at(start), _at(delta), k, _at(shares)
         _library.chain_manipulability(self.handle, *motions, joint, _at(point), rows, threads(), _at(w))
         return w
+
+    def motion_costs(
+        self,
+        start: Floats,
+        end: Floats,
+        tool_lengths: Floats | None,
+        prices: MotionPrices,
+        joint: int,
+        point: Floats,
+        rows: int,
+    ) -> Floats:
+        """What straight motions from ``start`` to ``end`` (n, dof) cost (n,).
+
+        As :class:`planner.objective.motion_cost.MotionCost` says; ``tool_lengths`` (n,) m in the place of theirs.
+        """
+        n = len(start)
+        start, end, point = _floats(start, n, self.dof), _floats(end, n, self.dof), _floats(point, 3)
+        lengths = 0 if tool_lengths is None else _at(tool_lengths := _floats(tool_lengths, n))
+        numbers, wraps, costs = _floats(prices.numbers, 8), _bytes(prices.wraps, self.dof), np.empty(n)
+        _library.chain_motion_costs(
+            self.handle, n, _at(start), _at(end), lengths, joint, _at(point), rows, _at(numbers), prices.kind,
+            prices.at_end, prices.fewest, _at(wraps), threads(), _at(costs),
+        )  # fmt: skip
+        return costs
 
     def inverse(
         self,

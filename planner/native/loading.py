@@ -21,7 +21,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 25  # of the functions' arguments: what planner_version() says
+_VERSION = 26  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -44,6 +44,19 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
         *2 * [_Pointer],
     ),
     "chain_manipulability": (_Pointer, _int, *2 * [_Pointer], _int, _Pointer, _int, _Pointer, _int, _int, _Pointer),
+    "chain_motion_costs": (
+        _Pointer,
+        _int,
+        *3 * [_Pointer],
+        _int,
+        _Pointer,
+        _int,
+        _Pointer,
+        *3 * [_int],
+        _Pointer,
+        _int,
+        _Pointer,
+    ),
     "keeping_slack": (_Pointer, _int, _int, *3 * [_Pointer]),
     "keeping_project": (_Pointer, _int, *2 * [_Pointer], _double, _int, _int, _Pointer),
     "keeping_prove": (_Pointer, _int, _int, *6 * [_Pointer], *2 * [_double], _int, _Pointer),

@@ -16,20 +16,19 @@ from planner.objective.scale import COSTS, CostScale, mean_manipulability_cost
 _DOUBLED = 2.0 ** np.arange(7)  # on longer motions states are doubled, no more often than this
 
 
-def w_along(
-    robot: Robot, start: Floats, delta: Floats, length: Floats, fewest: int = W_STATES_PER_EDGE
-) -> Iterator[tuple[Ints, Floats]]:
+def w_along(robot: Robot, start: Floats, delta: Floats, length: Floats) -> Iterator[tuple[Ints, Floats]]:
     """w (j, states) along motions from ``start`` by ``delta`` (k, dof), of a ``length`` (k,), by rows (j,) of as many.
 
-    The rows are those of the motions that have equally many states: no farther apart than ``W_IN_COST``, at least the
-    ``fewest``, both ends included, and one more than a multiple of what these leave between them; on motions of more
-    than 100 rad no more than there.
+    The rows are those of the motions that have equally many states: no farther apart than ``W_IN_COST``, at least
+    ``W_STATES_PER_EDGE``, both ends included, and one more than a multiple of what these leave between them; on motions
+    of more than 100 rad no more than there.
     """
-    doubled = np.searchsorted((fewest - 1) * W_IN_COST * _DOUBLED, length)
+    intervals = W_STATES_PER_EDGE - 1
+    doubled = np.searchsorted(intervals * W_IN_COST * _DOUBLED, length)
     for level in range(int(doubled.max(initial=-1)) + 1):
         rows = np.flatnonzero(doubled == level)
         if len(rows):
-            yield rows, manipulability_along(robot, start[rows], delta[rows], _shares((fewest - 1) * 2**level))
+            yield rows, manipulability_along(robot, start[rows], delta[rows], _shares(intervals * 2**level))
 
 
 @lru_cache

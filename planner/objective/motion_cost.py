@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
-from planner.base.arrays import Floats
-from planner.base.resolutions import W_STATES_PER_EDGE
-from planner.kinematics.forward import tool_path_lengths
+from planner.base.arrays import Floats, frozen
+from planner.base.resolutions import W_IN_COST, W_STATES_PER_EDGE
+from planner.kinematics.forward import Chain, tool_path_lengths
+from planner.kinematics.manipulability import measured_tool
 from planner.models.robot import Robot
-from planner.objective.integral import w_along
-from planner.objective.scale import CostScale, cost_number, length_cost, manipulability_cost, mean_manipulability_cost
+from planner.native.library import MotionPrices
+from planner.objective.scale import CostScale, cost_number, length_cost, manipulability_cost
 from planner.problem.objective import Objective
 
 LONGEST = 2.0  # rad: longer motions take no part in refinement
@@ -55,15 +57,21 @@ class MotionCost:
 
     def __call__(self, a: Floats, b: Floats) -> Floats:
         """(k,) costs from configurations ``a`` (k, dof) to ``b`` (k, dof), angles unwound."""
-        delta = b - a
-        length = np.linalg.norm(delta, axis=1)
-        metric = self.objective.metric
-        tool = tool_path_lengths(self.robot, a, delta) if metric == "workspace" else length
-        cost = length_cost(self.scale, metric, length, tool)
-        if self.objective.beta < 1.0 or self.objective.floor > 0:
-            for rows, w in w_along(self.robot, a, delta, length, self.states):
-                cost[rows] = self._traded_off(w, cost[rows], length[rows])
-        return np.where((np.abs(delta[:, self.robot.continuous]) > np.pi).any(axis=1), np.inf, cost)
+        tool = tool_path_lengths(self.robot, a, b - a) if self.objective.metric == "workspace" else None
+        return Chain.of(self.robot).native.motion_costs(a, b, tool, self._prices, *measured_tool(self.robot))
+
+    @cached_property
+    def _prices(self) -> MotionPrices:
+        scale, objective = self.scale, self.objective
+        unit = scale.joint_length if objective.metric == "joint" else scale.tool_length
+        numbers = (scale.w_low, scale.w_high, scale.zeta, unit, objective.beta, objective.floor)
+        return MotionPrices(
+            numbers=frozen([*numbers, self.longest, W_IN_COST], np.float64),
+            kind=cost_number(objective.manipulability_cost),
+            at_end=objective.charge == "nodes",
+            fewest=self.states,
+            wraps=self.robot.continuous,
+        )
 
     def of_edges(self, edges: MeasuredEdges) -> Floats:
         """(m,) costs of a roadmap's edges from their first node to their second, from what it keeps of them.
@@ -71,26 +79,13 @@ class MotionCost:
         Their scale is this one.
         """
         assert self.scale == edges.scale
-        distance = length_cost(self.scale, self.objective.metric, edges.joint_length, edges.tool_length)
-        mean = edges.edge_cost[:, cost_number(self.objective.manipulability_cost)]
-        return self._traded_off(edges.edge_manipulability, distance, edges.joint_length, mean)
-
-    def _traded_off(self, w: Floats, distance: Floats, length: Floats, mean: Floats | None = None) -> Floats:
-        """(k,) costs of motions along which w (k, states) is known; infinite if too long or too singular.
-
-        ``mean`` (k,): of omega along them, where it is known.
-        """
-        cost, objective = distance, self.objective
+        objective, w = self.objective, edges.edge_manipulability
+        cost = distance = length_cost(self.scale, objective.metric, edges.joint_length, edges.tool_length)
         if objective.beta < 1.0:
-            cost = objective.total(self._omega(w, distance, mean), distance)
-            if np.isfinite(self.longest):
-                cost = np.where(length > self.longest, np.inf, cost)
-        if objective.floor > 0:
-            return np.where(w.min(axis=1, initial=np.inf) < objective.floor, np.inf, cost)
-        return cost
-
-    def _omega(self, w: Floats, distance: Floats, mean: Floats | None) -> Floats:
-        name = self.objective.manipulability_cost
-        if self.objective.charge == "nodes":
-            return manipulability_cost(w[:, -1], self.scale, name)
-        return (mean_manipulability_cost(w, self.scale, name) if mean is None else mean) * distance
+            name = objective.manipulability_cost
+            if objective.charge == "nodes":
+                omega = manipulability_cost(w[:, -1], self.scale, name)
+            else:
+                omega = edges.edge_cost[:, cost_number(name)] * distance
+            cost = np.where(edges.joint_length > self.longest, np.inf, objective.total(omega, distance))
+        return np.where(w.min(axis=1, initial=np.inf) < objective.floor, np.inf, cost)

@@ -18,6 +18,7 @@ from planner.native.dynamics import BRAKE_THEN_SINK, SINK_THEN_BRAKE, STRANG, Na
 from planner.native.gate import Chunk, NativeGate
 from planner.native.library import (
     KeptBounds,
+    MotionPrices,
     NativeBounds,
     NativeBoxes,
     NativeChain,
@@ -86,6 +87,18 @@ def crossing(a: np.ndarray) -> np.ndarray:
 
 def states(rng: Rng, size: Size) -> np.ndarray:
     return rng.uniform(-2, 2, (size.rows, size.joints))
+
+
+def of_motion_costs(rng: Rng, size: Size) -> list[Any]:
+    chain, q, found = a_chain(rng, size.joints), states(rng, size), []
+    end, wraps, tool = q + 2.0 * states(rng, size), rng.random(size.joints) < 0.3, rng.uniform(0, 1, len(q))
+    numbers = np.array([0.1, 0.8, 0.01, 2.0, 0.4, 0.02, 3.0, 0.1])
+    for kind, lengths in ((0, None), (1, tool), (2, None)):
+        prices = MotionPrices(numbers, kind, kind == 2, 3 + 2 * kind, wraps)
+        costs = chain.motion_costs(q, end, lengths, prices, size.joints, np.ones(3), 3)
+        assert (costs >= 0.4 * 0.01).all()  # beta of the least distance
+        found.append(costs)
+    return found
 
 
 def of_a_chain(rng: Rng, size: Size) -> list[Any]:
@@ -586,7 +599,7 @@ CASES: dict[str, Callable[[Rng, Size], list[Any]]] = {
     case.__name__: case
     for case in (
         of_a_chain, of_inverse, of_boxes, of_keeping, of_distances, of_glances, of_proofs, of_proofs_in_time, of_chunks,
-        of_stops, of_gates, of_curves_of_chunks, of_choices, of_costs, of_curves, of_polynomials, of_graphs,
-        of_dynamics, of_flows,
+        of_stops, of_gates, of_curves_of_chunks, of_choices, of_costs, of_motion_costs, of_curves, of_polynomials,
+        of_graphs, of_dynamics, of_flows,
     )
 }  # fmt: skip

@@ -13,7 +13,7 @@ import pytest
 from planner.base.errors import ArrayError
 from planner.native import dynamics, gate, graphs, library, loading, motions
 from planner.native.dynamics import NativeArcs, NativeFlow, hops_to_source
-from planner.native.library import KeptBounds, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
+from planner.native.library import KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
 from tests.native.door_cases import CASES, SIZES, Size, a_chain, a_gate, a_world, body_reach_of, bounds_of
 
 SEED = 5
@@ -155,6 +155,14 @@ def keeping_proves(curves: np.ndarray, forgiven: float = 0.0, finest: float = 1e
     return keeping_with()().proven(curves, given._replace(**other), forgiven, finest)
 
 
+PRICES = MotionPrices(np.ones(8), 0, False, 9, np.zeros(3))
+
+
+def motion_costs(**other: Any) -> object:
+    given = {"start": Q, "end": Q, "tool_lengths": None, "prices": PRICES, "joint": 0, "point": np.zeros(3), "rows": 6}
+    return CHAIN.motion_costs(**(given | other))
+
+
 ONE, NAN3, NAN = np.ones(1), np.full(3, np.nan), np.nan
 LINE, PHASE = np.ones((1, 3, 2)), np.array([[0.0, 0.0, 1.0, 0.0, 1.0]])
 LIMITS = np.ones(2), np.ones(2)
@@ -176,6 +184,16 @@ WRONG: dict[str, Callable[[], object]] = {
     "manipulability: columns": lambda: CHAIN.manipulability(Q[:, :2], 0, np.zeros(3), 3),
     "manipulability: joint": lambda: CHAIN.manipulability(Q, -1, np.zeros(3), 3),
     "manipulability: rows": lambda: CHAIN.manipulability(Q, 0, np.zeros(3), 7),
+    "motion costs: columns": lambda: motion_costs(start=Q[:, :2]),
+    "motion costs: ends": lambda: motion_costs(end=Q[:1]),
+    "motion costs: lengths": lambda: motion_costs(tool_lengths=np.ones(1)),
+    "motion costs: joint": lambda: motion_costs(joint=5),
+    "motion costs: rows": lambda: motion_costs(rows=7),
+    "motion costs: numbers": lambda: motion_costs(prices=PRICES._replace(numbers=np.ones(7))),
+    "motion costs: kind": lambda: motion_costs(prices=PRICES._replace(kind=3)),
+    "motion costs: even states": lambda: motion_costs(prices=PRICES._replace(fewest=4)),
+    "motion costs: one state": lambda: motion_costs(prices=PRICES._replace(fewest=1)),
+    "motion costs: wraps": lambda: motion_costs(prices=PRICES._replace(wraps=np.ones(1))),
     "inverse: columns": lambda: CHAIN.inverse(Q[:, :2], 0, EYE, EYE, True, FREE, 5),
     "inverse: tool": lambda: CHAIN.inverse(Q, 0, EYE[:3], EYE, True, FREE, 5),
     "inverse: targets": lambda: CHAIN.inverse(Q, 0, EYE, np.zeros((len(Q) + 1, 4, 4)), True, FREE, 5),

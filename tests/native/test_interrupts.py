@@ -17,7 +17,7 @@ import pytest
 
 from planner.base.progress import StopRequest
 from planner.native import graphs
-from planner.native.library import KeptBounds, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
+from planner.native.library import KeptBounds, MotionPrices, NativeBoxes, NativeChain, NativeKeeping, NativeWorld
 from planner.native.motions import curve_next_ramp, curve_phases, motion_mean, polynomial_extrema
 
 SOON = 1.0  # s
@@ -118,6 +118,18 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
     "manipulability": (
         CHAIN.manipulability_along,
         lambda: (np.zeros((1, 1)), np.ones((1, 1)), np.zeros(2**25), 1, POINT, 6),
+    ),
+    "motion_costs": (
+        CHAIN.motion_costs,
+        lambda: (
+            np.zeros((2**20, 1)),
+            np.ones((2**20, 1)),
+            None,
+            MotionPrices(np.array([0.1, 0.8, 0.01, 2.0, 0.4, 0.0, 9.0, 0.1]), 1, False, 9, np.zeros(1)),
+            1,
+            POINT,
+            6,
+        ),
     ),
     "inverse": (CHAIN.inverse, far_away),
     "keeping": (KEEPING.projected, lambda: (np.zeros((MANY, 1)), np.ones(MANY), 0.0, 1000)),

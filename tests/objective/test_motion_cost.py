@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.kinematics.forward import tool_path_lengths
 from planner.kinematics.manipulability import manipulability
+from planner.objective.integral import w_along
 from planner.objective.motion_cost import MotionCost
-from planner.objective.scale import manipulability_cost
+from planner.objective.scale import COSTS, CostScale, length_cost, manipulability_cost, mean_manipulability_cost
 from planner.planning.network import build_network
 from planner.problem.objective import Objective
 from planner.problem.request import Charge, Metric
-from tests.worlds import small_plan
+from tests.worlds import load, random_q, small_plan
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.5, 1.0])
@@ -39,6 +41,34 @@ def test_edges_cost_what_their_motions_cost(beta: float, floor: float, longest: 
     assert np.isfinite(motions).any()
     assert floor == 0 or np.isinf(motions).any()
     np.testing.assert_allclose(cost.of_edges(roadmap), motions, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["panda", "kinova", "planar_2r"])
+@pytest.mark.parametrize("charge", ["nodes", "edges"])
+@pytest.mark.parametrize(("beta", "floor"), [(0.0, 0.0), (0.3, 0.0), (0.3, 0.02), (1.0, 0.02), (1.0, 0.0)])
+@pytest.mark.parametrize("metric", ["joint", "workspace"])
+def test_motions_cost_what_numpy_says(name: str, charge: Charge, beta: float, floor: float, metric: Metric) -> None:
+    robot, rng = load(name), np.random.default_rng(3)
+    a = random_q(robot, 200, seed=4)
+    b = a + rng.normal(size=a.shape) * rng.uniform(0.0, 2.0, 200)[:, None]
+    b[0], longest = a[0], 2.5
+    scale = CostScale(0.02, 0.2, 1.7, 0.9, 0.01)
+    for kind in COSTS:
+        objective = Objective(beta, kind, metric=metric, charge=charge, floor=floor)
+        costs = MotionCost(robot, scale, objective, longest)(a, b)
+        assert np.isfinite(costs).any()
+        for start, end, cost in zip(a, b, costs.tolist(), strict=True):
+            length = float(np.linalg.norm(end - start))
+            w = next(w[0] for _, w in w_along(robot, start[None], (end - start)[None], np.array([length])))
+            one = np.array([length])
+            tool = tool_path_lengths(robot, start[None], (end - start)[None])
+            distance = float(length_cost(scale, metric, one, tool)[0])
+            mean = float(mean_manipulability_cost(w[None], scale, kind)[0]) * distance
+            omega = float(manipulability_cost(w[-1:], scale, kind)[0]) if charge == "nodes" else mean
+            whole = (1.0 - beta) * omega + beta * distance
+            turned = (np.abs(end - start) > np.pi)[robot.continuous].any()
+            barred = turned or (beta < 1.0 and length > longest) or (floor > 0 and w.min() < floor)
+            assert cost == pytest.approx(np.inf if barred else whole, rel=1e-12)
 
 
 @pytest.mark.parametrize("length", [0.5, 1.5, 3.0])

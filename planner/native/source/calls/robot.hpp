@@ -1,6 +1,7 @@
 // What Python asks of a robot by itself; see ../../library.py for shapes and units.
 #pragma once
 
+#include "../costs.hpp"
 #include "../inverse.hpp"
 #include "../keeping.hpp"
 #include "../keeping_proof.hpp"
@@ -25,21 +26,11 @@ void require_joint(const Chain& chain, int joint) {
 
 extern "C" {
 
-// The cost omega (n,) of manipulability w: 1 up to `low`, zeta from `high` on, and between them as 1 / w (kind 0), -ln w
-// (1) or -w (2) goes. By libm's logarithm on every processor: NumPy's differs in the last bits from one to the next.
+// The cost omega (n,) of manipulability w, see Omega.
 int manipulability_costs(int64_t n, const double* w, double low, double high, double zeta, int kind, double* costs) {
-    const auto fill = [&](auto decreasing) {
-        const double best = decreasing(high), worst = decreasing(low), span = worst > best ? worst - best : HUGE_VAL;
-        for (int64_t k = 0; k < n; ++k) {
-            const double share = (decreasing(std::min(std::max(w[k], low), high)) - best) / span;
-            costs[k] = zeta + (1.0 - zeta) * std::min(std::max(share, 0.0), 1.0);
-        }
-    };
     return answered([&] {
         require(kind >= 0 && kind <= 2, "there is no such kind of cost");
-        if (kind == 0) fill([](double x) { return 1.0 / x; });
-        if (kind == 1) fill([](double x) { return -std::log(x); });
-        if (kind == 2) fill([](double x) { return -x; });
+        Omega{low, high, zeta, kind}.fill(n, w, costs);
     });
 }
 
@@ -49,11 +40,12 @@ int manipulability_cost_sums(int64_t n, int states, const double* w, const doubl
     return answered([&] {
         constexpr int64_t at_a_time = 64;  // so that the costs stay in the nearest cache
         std::vector<double> costs(at_a_time * states);
+        const Omega omega{low, high, zeta, kind};
         require(kind >= 0 && kind <= 2, "there is no such kind of cost");
         for (int64_t first = 0; first < n; first += at_a_time) {
             heed();
             const int64_t count = std::min(at_a_time, n - first);
-            manipulability_costs(count * states, w + first * states, low, high, zeta, kind, costs.data());
+            omega.fill(count * states, w + first * states, costs.data());
             for (int64_t k = 0; k < count; ++k) {
                 double sum = 0.0;
                 for (int state = 0; state < states; ++state) sum += costs[k * states + state] * weights[state];
@@ -185,6 +177,31 @@ int chain_manipulability(const Chain* chain, int n, const double* start, const d
                     std::copy(found, found + count, w + first);
                 }
             });
+    });
+}
+
+// What motions from start to end (n, dof) cost (n,), see Prices; lengths (n,) in the place of theirs, or null. `numbers`:
+// low, high, zeta of omega, unit, beta, floor, longest, spacing.
+int chain_motion_costs(const Chain* chain, int n, const double* start, const double* end, const double* lengths,
+                       int last, const double* point, int rows, const double* numbers, int kind, int at_end, int fewest,
+                       const uint8_t* wraps, int threads, double* costs) {
+    return answered([&] {
+        require_joint(*chain, last);
+        require(rows >= 1 && rows <= 6, "a Jacobian has from one to six rows");
+        require(kind >= 0 && kind <= 2, "there is no such kind of cost");
+        require(fewest >= 3 && fewest < 1000 && fewest % 2, "Simpson's rule takes an odd number of states");
+        const double* k = numbers;
+        const Prices prices{{k[0], k[1], k[2], kind}, k[3], k[4], k[5], k[6], k[7], fewest, at_end != 0, wraps};
+        constexpr int at_a_time = 16;
+        const size_t dof = chain->dof();
+        share_out((n + at_a_time - 1) / at_a_time, threads, 2,
+                  [&] { return Pricing(*chain, {last, vec_at(point), rows}, prices); },
+                  [&](int part, Pricing& pricing) {
+                      const size_t first = static_cast<size_t>(part) * at_a_time;
+                      const int count = std::min(at_a_time, n - static_cast<int>(first));
+                      const double* own = lengths ? lengths + first : nullptr;
+                      pricing.price(count, start + first * dof, end + first * dof, own, costs + first);
+                  });
     });
 }
 

@@ -1,0 +1,156 @@
+// What straight motions cost: their length, and the manipulability cost omega integrated along them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "kinematics.hpp"
+
+namespace planner {
+
+// The cost omega of manipulability w: 1 up to `low`, zeta from `high` on, and between them as 1 / w (kind 0), -ln w (1) or
+// -w (2) goes. By libm's logarithm on every processor: NumPy's differs in the last bits from one to the next.
+struct Omega {
+    double low, high, zeta;
+    int kind;
+
+    void fill(int64_t n, const double* w, double* costs) const {
+        const auto by = [&](auto decreasing) {
+            const double best = decreasing(high), worst = decreasing(low),
+                         span = worst > best ? worst - best : HUGE_VAL;
+            for (int64_t k = 0; k < n; ++k) {
+                const double share = (decreasing(std::min(std::max(w[k], low), high)) - best) / span;
+                costs[k] = zeta + (1.0 - zeta) * std::min(std::max(share, 0.0), 1.0);
+            }
+        };
+        if (kind == 0) by([](double x) { return 1.0 / x; });
+        if (kind == 1) by([](double x) { return -std::log(x); });
+        if (kind == 2) by([](double x) { return -x; });
+    }
+};
+
+// A point that joint `last` carries, and how many rows of its Jacobian count.
+struct Tool {
+    int last;
+    Vec point;
+    int rows;
+};
+
+// What motions are charged; see MotionCost in Python.
+struct Prices {
+    Omega omega;
+    double unit;  // what lengths are divided by
+    double beta, floor, longest, spacing;
+    int fewest;   // states that w is looked at along a motion
+    bool at_end;  // omega is charged for the last of them, not for their mean
+    const uint8_t* wraps;
+
+    bool asks_w() const { return beta < 1.0 || floor > 0.0; }
+};
+
+constexpr int most_doublings = 7;  // of the states on longer motions
+
+// The costs of motions that straight lines from `start` to `end` (dof,) are, some at a time.
+class Pricing {
+   public:
+    Pricing(const Chain& chain, const Tool& tool, const Prices& prices)
+        : chain_(chain), tool_(tool), prices_(prices), scratch_(chain.dof()) {}
+
+    // Costs (count,) of motions from start to end (count, dof); lengths (count,) in the place of theirs, or null.
+    void price(int count, const double* start, const double* end, const double* lengths, double* costs) {
+        const int dof = chain_.dof();
+        asked_.clear(), states_.clear();
+        for (int k = 0; k < count; ++k) {
+            const double *a = start + static_cast<size_t>(k) * dof, *b = end + static_cast<size_t>(k) * dof;
+            double square = 0.0;
+            bool allowed = true;
+            for (int j = 0; j < dof; ++j) {
+                const double by = b[j] - a[j];
+                square += by * by;
+                allowed = allowed && !(prices_.wraps[j] && std::abs(by) > M_PI);
+            }
+            const double length = std::sqrt(square);
+            allowed = allowed && !(prices_.beta < 1.0 && length > prices_.longest);
+            const double distance = (lengths ? lengths[k] : length) / prices_.unit;
+            costs[k] = allowed ? std::max(distance, prices_.omega.zeta) : HUGE_VAL;
+            if (allowed && prices_.asks_w()) ask(k, a, b, length);
+        }
+        look();
+        for (const Asked& one : asked_) costs[one.motion] = traded_off(one, costs[one.motion]);
+    }
+
+   private:
+    struct Asked {
+        int motion, states;
+        size_t first;  // of its states
+    };
+    struct State {
+        const double *from, *to;
+        double share;
+    };
+
+    void ask(int motion, const double* a, const double* b, double length) {
+        int intervals = prices_.fewest - 1;
+        double reach = intervals * prices_.spacing;
+        for (int level = 0; level < most_doublings && length > reach; ++level) intervals *= 2, reach *= 2.0;
+        asked_.push_back({motion, intervals + 1, states_.size()});
+        const double part = 1.0 / intervals;
+        for (int k = 0; k < intervals; ++k) states_.push_back({a, b, k * part});
+        states_.push_back({a, b, 1.0});
+    }
+
+    // w of all states that are asked for, four at a time.
+    void look() {
+        const size_t all = states_.size();
+        w_.resize(all);
+        for (size_t first = 0; first < all; first += 4) {
+            heed_at(static_cast<int>(first));
+            const size_t count = std::min<size_t>(4, all - first);
+            for (size_t l = 0; l < 4; ++l) {  // the last one again where there are fewer
+                const State& state = states_[first + std::min(l, count - 1)];
+                for (int j = 0; j < chain_.dof(); ++j)
+                    scratch_.q[j][l] = state.from[j] + state.share * (state.to[j] - state.from[j]);
+            }
+            double found[4];
+            manipulability_of_four(chain_, tool_.last, tool_.point, tool_.rows, scratch_, found);
+            std::copy(found, found + count, w_.data() + first);
+        }
+    }
+
+    double traded_off(const Asked& one, double distance) {
+        const double* w = w_.data() + one.first;
+        if (prices_.floor > 0.0 && *std::min_element(w, w + one.states) < prices_.floor) return HUGE_VAL;
+        if (prices_.beta >= 1.0) return distance;
+        omega_.resize(one.states);
+        double omega = 0.0;
+        if (prices_.at_end) {
+            prices_.omega.fill(1, w + one.states - 1, &omega);
+        } else {
+            prices_.omega.fill(one.states, w, omega_.data());
+            omega = mean(one.states) * distance;
+        }
+        return (1.0 - prices_.beta) * omega + prices_.beta * distance;
+    }
+
+    // By Simpson's rule.
+    double mean(int states) const {
+        const double weights = 3.0 * (states - 1);
+        double sum = 0.0;
+        for (int k = 0; k < states; ++k) {
+            const double weight = k == 0 || k == states - 1 ? 1.0 : k % 2 ? 4.0 : 2.0;
+            sum += omega_[k] * (weight / weights);
+        }
+        return sum;
+    }
+
+    const Chain& chain_;
+    const Tool tool_;
+    const Prices& prices_;
+    FourScratch scratch_;
+    std::vector<Asked> asked_;
+    std::vector<State> states_;
+    std::vector<double> w_, omega_;
+};
+
+}  // namespace planner
