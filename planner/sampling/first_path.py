@@ -144,17 +144,16 @@ class FirstPathSearch:
         limit: int,
         planner: Planner = TreePlanners.rrt_connect,
     ) -> Floats | None:
-        look, before, within = self._motions.looks_free(sample), self.checked, self._within
+        look, inside = self._motions.looks_free(sample), self._within and self._within.holds
 
         def check(first: Floats, delta: Floats) -> bool:
-            self.checked += 1
-            if self.checked % _REPORT_EVERY == 0:
-                self._progress(FIRST_PATH, self.checked, self._settings.motions)
-            return (within is None or within.holds(first + delta)) and look(first, delta)
+            if planners.checked % _REPORT_EVERY == 0:
+                self._progress(FIRST_PATH, self.checked + planners.checked, self._settings.motions)
+            return look(first, delta)
 
-        with TreePlanners(space, check, self._rng, self._progress, self._motions.keeps) as planners:
+        with TreePlanners(space, check, self._rng, self._progress, self._motions.keeps, inside) as planners:
             path = planner(planners, starts, goals, self._motions.step(step), limit)
-        self.checked = max(self.checked, before + 1)  # a try that could not even begin counts, so that tries end
+        self.checked += max(planners.checked, 1)  # a try that could not even begin counts, so that tries end
         return path
 
     def _prove(self, path: Floats) -> Floats | None:

@@ -64,7 +64,9 @@ class TreePlanners:
             path = planners.rrt_connect(starts, goals, step=0.8, limit=5000)
 
     ``checked`` counts the motions that were checked, ``accepted`` those that passed. Each planner draws its seed from
-    ``rng``, so that the same generator gives the same paths, whatever other threads plan meanwhile. Where motions keep
+    ``rng``, so that the same generator gives the same paths, whatever other threads plan meanwhile. Only motions that
+    end ``inside``, where that is given, are checked: the tree from the goals asks for them backwards, from its new
+    states, and may reach out for what the other tree has to come back from. Where motions keep
     something trees grow on what is allowed: a state off it is projected there before its motion is checked (as Berenson
     et al., 2009; the states of OMPL's own constrained spaces cannot be read from Python).
     """
@@ -76,9 +78,10 @@ class TreePlanners:
         rng: np.random.Generator,
         progress: Progress = QUIET,
         keeps: Keeps | None = None,
+        inside: Callable[[list[float]], bool] | None = None,
     ) -> None:
         self.checked = self.accepted = 0
-        self._keeps, self._limit = keeps or None, math.inf
+        self._keeps, self._inside, self._limit = keeps or None, inside, math.inf
         self.on_accept: Callable[[int], None] = lambda accepted: None
         self._grown: Forest | None = None
         self._space, self._check, self._rng, self._progress = space, check, rng, progress
@@ -181,11 +184,16 @@ class TreePlanners:
             return False
         self.checked += 1
         if self._wraps is None:  # the quickest way into an array
-            self._ends.pack_into(self._buffer, 0, *[a[k] for k in self._joints], *[b[k] for k in self._joints])
+            start, end = [a[k] for k in self._joints], [b[k] for k in self._joints]
+            if self._inside is not None and not self._inside(end):
+                return False
+            self._ends.pack_into(self._buffer, 0, *start, *end)
             first, second = self._both
             delta = second - first
         else:
             first, second = self._read(a), self._read(b)
+            if self._inside is not None and not self._inside(second.tolist()):
+                return False
             delta = self._space.difference(first, second)
         if self._keeps is not None:
             if not self._brought(first, second, delta, a, b):

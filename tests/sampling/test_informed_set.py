@@ -28,14 +28,14 @@ def test_it_holds_what_a_path_of_that_length_may_pass(name: str) -> None:
         far = np.linalg.norm(ray - starts[0], axis=1) + np.linalg.norm(ray - goals[0], axis=1)
         inside = far <= longest
         ends.append(ray[inside][-1])
-        assert within.holds(ends[-1])
+        assert within.holds(ends[-1].tolist())
     lower, upper = within.space.lower, within.space.upper
     turns = robot.continuous
     assert (((np.array(ends) >= lower - 1e-9) & (np.array(ends) <= upper + 1e-9)) | turns).all()
     around = 0.5 * longest + 0.1
     box = middle + rng.uniform(-around, around, (2000, robot.dof))
     expected = np.linalg.norm(box[:, None] - starts, axis=2).min(axis=1) + np.linalg.norm(box - goals[0], axis=1)
-    assert [within.holds(q) for q in box] == (expected <= longest).tolist()
+    assert [within.holds(q) for q in box.tolist()] == (expected <= longest).tolist()
     held = box[expected <= longest]
     assert (((held >= lower) & (held <= upper)) | turns).all()
 
@@ -43,7 +43,7 @@ def test_it_holds_what_a_path_of_that_length_may_pass(name: str) -> None:
 def test_a_path_of_any_length_may_pass_everywhere() -> None:
     robot = load("panda")
     within = InformedSet(robot, robot.home[None], robot.home[None] + 0.1, np.inf)
-    assert within.holds(robot.upper)
+    assert within.holds(robot.upper.tolist())
     np.testing.assert_array_equal(within.space.upper, robot.upper)
 
 
