@@ -90,6 +90,7 @@ class Follower:
     floor: float
     timings: dict[str, float]
     seen: set[bytes] = field(default_factory=set)  # motions that passed a second look
+    reasons: dict[float, CannotFollow] = field(default_factory=dict)  # by the share that is followed
 
     @staticmethod
     def of(
@@ -177,6 +178,14 @@ class Follower:
         goals = ladder.nodes[best]
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
 
+    def _why_not(self, followed: float, request: PlanRequest) -> CannotFollow:
+        """Why it is not followed beyond that share: what the ladder says, whatever the beta or the start."""
+        if followed not in self.reasons:
+            there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
+            floor = self._lower_floor(request)
+            self.reasons[followed] = why_not(self.checker, self.ladder, followed, there, floor)
+        return self.reasons[followed]
+
     def _lower_floor(self, request: PlanRequest) -> float | None:
         """The highest floor found with which the path is followed farther; None where no floor is in the way."""
         if self.floor <= 0:
@@ -202,8 +211,7 @@ class Follower:
         outcome, reason, followed = solved.outcome, solved.reason, self.followed if len(solved.path) else 0.0
         if self.followed < 1.0 - 1e-9 and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
-            there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
-            reason = why_not(self.checker, self.ladder, followed, there, self._lower_floor(solved.request))
+            reason = self._why_not(followed, solved.request)
         went, off = np.zeros((0, 3)), (0.0, 0.0)
         if along is not None and len(solved.path):
             places = along[solved.path_nodes]

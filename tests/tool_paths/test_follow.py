@@ -142,6 +142,14 @@ def test_an_obstacle_on_the_way_is_named_with_the_point() -> None:
     assert outside(path, found.robot, (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)) <= 1.0
 
 
+def test_why_it_ends_is_asked_once_whatever_the_beta(monkeypatch: pytest.MonkeyPatch) -> None:
+    follower = Follower.of(line_of([[0.6, 0, 0.5], [0.9, 0, 0.5], [1.3, 0, 0.5]]), REQUEST)
+    first = follower.plan(REQUEST).reason
+    assert isinstance(first, CannotFollow)
+    monkeypatch.delattr("planner.planning.follow.why_not")
+    assert follower.plan(replace(REQUEST, beta=0.1)).reason == first
+
+
 def test_what_is_out_of_reach_says_by_how_much() -> None:
     found = follow(line_of([[0.6, 0, 0.5], [0.9, 0, 0.5], [1.3, 0, 0.5]]), REQUEST)
     assert isinstance(found.reason, CannotFollow)
