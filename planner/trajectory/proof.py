@@ -125,6 +125,9 @@ def prove_motion(
 
 
 def _free(trajectory: Trajectory, prover: EdgeProver, room: float) -> tuple[Ints, Ints]:
+    if prover.all_free(trajectory.coefficients, room, likely=True):
+        count = len(trajectory.coefficients)
+        return np.full(count, int(Verdict.FREE)), np.full(count, -1)
     proofs = prover.prove_curves(trajectory.coefficients, room)
     verdict, pair = proofs.verdict.copy(), proofs.pair.copy()
     for share in _CLOSER[1:]:

@@ -196,8 +196,9 @@ class Cubics {
             for (int j = 0; j < dof; ++j) {
                 const double from = q[k * dof + j], delta = q[(k + 1) * dof + j] - from;
                 const double start = v[k * dof + j] * h, end = v[(k + 1) * dof + j] * h;
-                double* c = &c_[(static_cast<size_t>(k) * dof + j) * 4];
-                c[0] = from, c[1] = start, c[2] = 3.0 * delta - 2.0 * start - end, c[3] = start + end - 2.0 * delta;
+                double* c = &c_[static_cast<size_t>(k) * 4 * dof + j];
+                c[0] = from, c[dof] = start, c[2 * dof] = 3.0 * delta - 2.0 * start - end;
+                c[3 * dof] = start + end - 2.0 * delta;
             }
         }
     }
@@ -207,43 +208,55 @@ class Cubics {
         return static_cast<int>(std::upper_bound(clock_, clock_ + count_, clock) - clock_) - 1;
     }
 
-    double position(int piece, int64_t clock, int joint) const {
-        if (piece < 0 || piece >= count_ - 1) return q_[(piece < 0 ? 0 : count_ - 1) * dof_ + joint];
-        return value(piece, since(piece, clock), joint);
+    // Positions (dof,) at a moment on a piece.
+    void positions(int piece, int64_t clock, double* found) const {
+        if (rests(piece))
+            std::copy(rest_at(piece), rest_at(piece) + dof_, found);
+        else
+            for (int j = 0; j < dof_; ++j) found[j] = value(of(piece) + j, since(piece, clock));
     }
 
     double velocity(int piece, int64_t clock, int joint) const {
-        if (piece < 0 || piece >= count_ - 1) return 0.0;
+        if (rests(piece)) return 0.0;
         const double h = seconds(piece), u = since(piece, clock);
-        const double* c = of(piece, joint);
-        return ((3.0 * c[3] * u + 2.0 * c[2]) * u + c[1]) / h;
+        const double* c = of(piece) + joint;
+        return ((3.0 * c[3 * dof_] * u + 2.0 * c[2 * dof_]) * u + c[dof_]) / h;
     }
 
-    // The integral of position - `base` from one moment on a piece to another one on it: Simpson's rule, exact here.
-    double integral(int piece, int64_t from, int64_t to, double base, int joint) const {
+    // Add the integrals (dof,) of positions less `base` (dof,), from one moment on a piece to another one on it: Simpson's
+    // rule, exact here.
+    FOR_THIS_PROCESSOR void add_integrals(int piece, int64_t from, int64_t to, const double* base, double* total) const {
         const double width = static_cast<double>(to - from) / 1e9;
-        if (piece < 0 || piece >= count_ - 1) return width * (position(piece, from, joint) - base);
-        const double low = since(piece, from), high = since(piece, to);
-        const double ends = value(piece, low, joint) + value(piece, high, joint);
-        return width / 6.0 * (ends + 4.0 * value(piece, 0.5 * (low + high), joint) - 6.0 * base);
+        if (rests(piece)) {
+            const double* rest = rest_at(piece);
+            for (int j = 0; j < dof_; ++j) total[j] += width * (rest[j] - base[j]);
+            return;
+        }
+        const double low = since(piece, from), high = since(piece, to), middle = 0.5 * (low + high);
+        const double* c = of(piece);
+        for (int j = 0; j < dof_; ++j) {
+            const double ends = value(c + j, low) + value(c + j, high);
+            total[j] += width / 6.0 * (ends + 4.0 * value(c + j, middle) - 6.0 * base[j]);
+        }
     }
 
     int64_t begin_of(int piece) const { return clock_[piece]; }
 
    private:
-    const double* of(int piece, int joint) const { return &c_[(static_cast<size_t>(piece) * dof_ + joint) * 4]; }
+    bool rests(int piece) const { return piece < 0 || piece >= count_ - 1; }
+    const double* rest_at(int piece) const { return q_ + (piece < 0 ? 0 : static_cast<size_t>(count_ - 1) * dof_); }
+    const double* of(int piece) const { return &c_[static_cast<size_t>(piece) * 4 * dof_]; }
     double seconds(int piece) const { return static_cast<double>(clock_[piece + 1] - clock_[piece]) / 1e9; }
     double since(int piece, int64_t clock) const {
         return static_cast<double>(clock - clock_[piece]) / 1e9 / seconds(piece);
     }
-    double value(int piece, double u, int joint) const {
-        const double* c = of(piece, joint);
-        return ((c[3] * u + c[2]) * u + c[1]) * u + c[0];
+    INLINED double value(const double* c, double u) const {
+        return ((c[3 * dof_] * u + c[2 * dof_]) * u + c[dof_]) * u + c[0];
     }
 
     const int64_t* clock_;
     int count_, dof_;
-    std::vector<double> c_;
+    std::vector<double> c_;  // (pieces, 4, dof)
     const double* q_;
 };
 
@@ -264,22 +277,24 @@ inline std::vector<int64_t> times_of_mean(const int64_t* clock, int count, int64
 inline void mean_over_window(const Cubics& base, const std::vector<int64_t>& times, int64_t window, int dof, double* q,
                              double* v, double* a) {
     const double seconds = static_cast<double>(window) * nanosecond, exactly = static_cast<double>(window) / 1e9;
+    std::vector<double> now(dof), before(dof), total(dof);
     for (size_t row = 0; row < times.size(); ++row) {
         heed_at(static_cast<int64_t>(row));
         const int64_t high = times[row], low = high - window;
         const int first = base.piece_at(low), last = base.piece_at(high);
+        const size_t k = row * dof;
+        base.positions(last, high, now.data());
+        base.positions(first, low, before.data());
+        std::fill(total.begin(), total.end(), 0.0);
+        for (int piece = first; piece <= last; ++piece) {
+            const int64_t from = piece == first ? low : base.begin_of(piece);
+            const int64_t to = piece == last ? high : base.begin_of(piece + 1);
+            if (to > from) base.add_integrals(piece, from, to, now.data(), total.data());
+        }
         for (int j = 0; j < dof; ++j) {
-            const double now = base.position(last, high, j);
-            double total = 0.0;
-            for (int piece = first; piece <= last; ++piece) {
-                const int64_t from = piece == first ? low : base.begin_of(piece);
-                const int64_t to = piece == last ? high : base.begin_of(piece + 1);
-                if (to > from) total += base.integral(piece, from, to, now, j);
-            }
-            const size_t k = row * dof + j;
-            q[k] = now + total / exactly;
-            v[k] = (now - base.position(first, low, j)) / seconds;
-            a[k] = (base.velocity(last, high, j) - base.velocity(first, low, j)) / seconds;
+            q[k + j] = now[j] + total[j] / exactly;
+            v[k + j] = (now[j] - before[j]) / seconds;
+            a[k + j] = (base.velocity(last, high, j) - base.velocity(first, low, j)) / seconds;
         }
     }
 }

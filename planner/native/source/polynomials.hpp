@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vector.hpp"
+
 namespace planner {
 
 constexpr int highest_degree = 16;
@@ -16,7 +18,7 @@ inline double value_of(const double* c, int degree, double s) {
 
 // The Bernstein coefficients of a polynomial of its powers: it stays between the least and the largest of them. The i-th
 // one is the sum of binomial(i, k) / binomial(degree, k) c_k; Pascal's triangle adds them up.
-inline void to_bernstein(double* c, int degree, int across = 1) {
+INLINED void to_bernstein(double* c, int degree, int across = 1) {
     double binomial = 1.0;
     for (int k = 1; k < degree; ++k) {
         binomial = binomial * (degree - k + 1) / k;
@@ -39,6 +41,28 @@ inline int derive(const double* c, int degree, int order, double* found, int acr
             std::fill(found, found + across, 0.0);
     }
     return degree;
+}
+
+// The largest absolute values (across,) of polynomials at 0 and 1.
+FOR_THIS_PROCESSOR inline void largest_at_ends(const double* c, int degree, int across, double* largest) {
+    std::copy(c + degree * across, c + (degree + 1) * across, largest);
+    for (int k = degree - 1; k >= 0; --k)
+        for (int j = 0; j < across; ++j) largest[j] += c[k * across + j];
+    for (int j = 0; j < across; ++j) {
+        const double begin = std::fabs(c[j]), end = std::fabs(largest[j]);
+        largest[j] = begin > end ? begin : end;
+    }
+}
+
+// The largest absolute Bernstein coefficients (across,), which no value exceeds; the polynomials are overwritten.
+FOR_THIS_PROCESSOR inline void largest_coefficients(double* c, int degree, int across, double* largest) {
+    to_bernstein(c, degree, across);
+    std::fill(largest, largest + across, 0.0);
+    for (int k = 0; k <= degree; ++k)
+        for (int j = 0; j < across; ++j) {
+            const double size = std::fabs(c[k * across + j]);
+            largest[j] = size > largest[j] ? size : largest[j];
+        }
 }
 
 // Where in (0, 1) the sign changes, ascending, to the last bit of s; how many places there are. Between two neighbouring

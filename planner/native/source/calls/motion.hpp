@@ -61,10 +61,10 @@ double polynomials_worst(int64_t n, int degree, int dof, int order, const double
         require(within(seconds, n, most_number) && within(most, dof, most_number), "a time or a limit is no number");
         require(std::all_of(seconds, seconds + n, [](double one) { return one > 0.0; }), "a piece takes no time");
         require(std::all_of(most, most + dof, [](double one) { return one > 0.0; }), "a limit is not above 0");
-        const size_t derivatives = static_cast<size_t>(std::max(degree - order, 0)) + 1;
-        std::vector<double> slopes(n * dof * derivatives), units(n, 1.0);
-        double own[highest_degree + 1], worst = -1.0;
-        int left = 0;
+        const int left = std::max(degree - order, 0);  // the degree of the derivatives
+        const size_t block = (degree + size_t{1}) * dof, slope_block = (left + size_t{1}) * dof;
+        std::vector<double> slopes(n * slope_block), own(block), most_here(dof), units(n, 1.0);
+        double worst = -1.0;
         const auto take = [&](double value, int64_t k, int j) {
             if (!(value > worst * (units[k] * most[j]))) return;
             worst = value / units[k] / most[j], where[0] = k, where[1] = j;
@@ -73,23 +73,21 @@ double polynomials_worst(int64_t n, int degree, int dof, int order, const double
         for (int64_t k = 0; k < n; ++k) {  // at the ends of the pieces
             heed_at(k);
             for (int i = 0; i < order; ++i) units[k] *= seconds[k];
-            for (int j = 0; j < dof; ++j) {
-                for (int i = 0; i <= degree; ++i) own[i] = c[(k * (degree + 1) + i) * dof + j];
-                left = derive(own, degree, order, own);
-                std::copy(own, own + left + 1, &slopes[(k * dof + j) * derivatives]);
-                take(std::max(std::fabs(own[0]), std::fabs(value_of(own, left, 1.0))), k, j);
-            }
+            derive(c + k * block, degree, order, own.data(), dof);
+            std::copy(own.begin(), own.begin() + slope_block, slopes.begin() + k * slope_block);
+            largest_at_ends(own.data(), left, dof, most_here.data());
+            for (int j = 0; j < dof; ++j) take(most_here[j], k, j);
         }
         for (int64_t k = 0; k < n; ++k) {  // and inside, where that may be more
             heed_at(k);
+            const double* slope = &slopes[k * slope_block];
+            std::copy(slope, slope + slope_block, own.begin());
+            largest_coefficients(own.data(), left, dof, most_here.data());
             for (int j = 0; j < dof; ++j) {
-                const double* slope = &slopes[(k * dof + j) * derivatives];
-                std::copy(slope, slope + left + 1, own);
-                to_bernstein(own, left);
-                double hull = 0.0, low = 0.0, high = 0.0;
-                for (int i = 0; i <= left; ++i) hull = std::max(hull, std::fabs(own[i]));
-                if (!(hull > std::max(worst, beyond) * (units[k] * most[j]))) continue;
-                extrema_of(slope, left, low, high);
+                if (!(most_here[j] > std::max(worst, beyond) * (units[k] * most[j]))) continue;
+                double low = 0.0, high = 0.0, alone[highest_degree + 1];
+                for (int i = 0; i <= left; ++i) alone[i] = slope[i * dof + j];
+                extrema_of(alone, left, low, high);
                 take(std::max(std::fabs(low), std::fabs(high)), k, j);
             }
         }
