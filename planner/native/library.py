@@ -447,14 +447,15 @@ class NativeWorld:
         """
         dof, here = self.dof, np.empty((2, self.dof))
         start, delta = here
-        ask, (reach, body_reach, _) = _library.world_motion_looks_free, bounds.addresses
-        suspect = np.full(1, -1)  # the pair that refused a motion last: the likeliest to refuse the next
-        known = self.handle, reach, body_reach, _at(start), _at(delta), step, _at(suspect)
+        handle = _library.glance_new(self.handle)
+        ask, (reach, body_reach, _) = _library.glance_looks_free, bounds.addresses
+        known = handle, reach, body_reach, _at(start), _at(delta), step
 
-        def look(first: Floats, by: Floats, holds: Any = (self, bounds, here, suspect)) -> bool:
+        def look(first: Floats, by: Floats, holds: Any = (self, bounds, here)) -> bool:
             start[:], delta[:] = _floats(first, dof), _floats(by, dof)
             return ask(*known) == 1
 
+        given_back(look, _library.glance_free, handle)
         return look
 
     def proof(self, bounds: NativeBounds, room: float) -> Callable[[Floats, Floats], tuple[float, int] | None]:

@@ -1,8 +1,9 @@
 """The door to the compiled library: its functions with the types of their arguments, and arrays as they read them.
 
-Every call leaves other Python threads running, and the library keeps nothing that can change between two calls: what is
-made here may be asked by several threads at once. It is given addresses and believes the lengths of arrays, so
-whoever calls it checks these, by :func:`floats` and its like; numbers and indices it checks itself, and refuses.
+Every call leaves other Python threads running. The library keeps nothing that can change between two calls, but for
+glances, which one thread asks: all else that is made here may be asked by several threads at once. It is given
+addresses and believes the lengths of arrays, so whoever calls it checks these, by :func:`floats` and its like; numbers
+and indices it checks itself, and refuses.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from planner.base.arrays import Floats, Ints
 from planner.base.errors import ArrayError, InstallationError
 from planner.base.interrupts import stop_requests
 
-_VERSION = 26  # of the functions' arguments: what planner_version() says
+_VERSION = 27  # of the functions' arguments: what planner_version() says
 _NAME = "libplanner.so"
 _Pointer = ctypes.c_void_p
 _int, _long, _double = ctypes.c_int, ctypes.c_int64, ctypes.c_double
@@ -93,7 +94,8 @@ _ARGUMENTS: dict[str, Sequence[Any]] = {
     "graph_costs": (_int, _int, *2 * [_Pointer], _int, *3 * [_Pointer]),
     "graph_detours": (_int, _int, *2 * [_Pointer], _int, *2 * [_Pointer], _int, _Pointer),
 }
-_FREED = ("chain", "boxes", "keeping", "world", "gate", "arcs")  # what is given back, by chain_free() and so on
+# what is given back, by chain_free() and so on
+_FREED = ("chain", "boxes", "keeping", "world", "glance", "gate", "arcs")
 _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
     "planner_version": (_int, ()),
     "chain_new": (_Pointer, (_int, *6 * [_Pointer])),
@@ -121,7 +123,8 @@ _RESULTS: dict[str, tuple[Any, Sequence[Any]]] = {
         (_int, _int, _Pointer, _int, _Pointer, _int, _Pointer, _int, *8 * [_Pointer]),
     ),
     "world_first_near": (_int, (_Pointer, _int, _Pointer)),
-    "world_motion_looks_free": (_int, (_Pointer, *4 * [_Pointer], _double, _Pointer)),
+    "glance_new": (_Pointer, (_Pointer,)),
+    "glance_looks_free": (_int, (_Pointer, *4 * [_Pointer], _double)),
     "world_cheapest_chain": (_int, (_Pointer, *3 * [_Pointer], _int, *2 * [_Pointer], _double, *3 * [_Pointer])),
 }
 

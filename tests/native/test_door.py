@@ -269,6 +269,8 @@ WRONG: dict[str, Callable[[], object]] = {
     "looks: reach": lambda: WORLD.look(_of_no_number(), 0.1)(*_free_motion()),
     "looks: no step": lambda: WORLD.look(BOUNDS, 0.0)(*_free_motion()),
     "looks: a NaN step": lambda: WORLD.look(BOUNDS, NAN)(*_free_motion()),
+    "looks: a body came later": lambda: _early_look(lambda world: world.add_hull(1, np.zeros((1, 3)), 0.1)),
+    "looks: spheres came later": lambda: _early_look(lambda world: world.add_spheres(0, np.zeros((1, 3)), ONE)),
     "prove: columns": lambda: WORLD.prove(BOUNDS, CURVES[:, :, :1], 1e-3),
     "prove: degree": lambda: WORLD.prove(BOUNDS, np.zeros((1, 18, 3)), 1e-3),
     "prove: no coefficients": lambda: WORLD.prove(BOUNDS, np.zeros((1, 0, 3)), 1e-3),
@@ -367,6 +369,13 @@ WRONG: dict[str, Callable[[], object]] = {
     "advance: parents": lambda: FLOW.advance(None, np.ones(2), np.ones(3), np.ones(3), 0.1, 1.0, np.ones(3)),
     "advance: row": lambda: FLOW.advance([3], ONE, np.ones(3), np.ones(3), 0.1, 1.0, np.ones(3)),
 }
+
+
+def _early_look(add: Callable[[NativeWorld], object]) -> None:
+    world = _without_spheres()
+    look = world.look(world.bounds(np.zeros((0, 3)), np.ones((1, 3)), NO_INTS), 0.1)
+    add(world)
+    look(Q[0], Q[0])
 
 
 def _without_spheres() -> NativeWorld:

@@ -9,32 +9,41 @@ namespace planner {
 constexpr double clearly = 1e-6;  // m beyond the margin, so that no rounding matters
 constexpr double ahead = 0.3;     // m: whatever is farther away is as far, for what is clear around a state
 
+// One thread asks it, and what it found in one state is where it begins in the next: which pair touched, and from where to
+// where two bodies were nearest.
 class Glance {
    public:
     explicit Glance(const World& world)
         : world_(world), scratch_(world.scratch()), bounds_(world.pair_count()),
           enough_(world.pair_count(), world.margin + rounding),
-          motion_(world.bodies + world.pair_count() - world.bodies * world.obstacles()) {
+          motion_(world.bodies + world.pair_count() - world.bodies * world.obstacles()), apart_(world.pair_count()),
+          guessed_(world.pair_count()) {
         world.place_moving(0.0, scratch_.frames.data());
     }
 
+    // Whether the world is as large as when this was made.
+    bool fits() const {
+        return bounds_.size() == world_.pairs.size() && scratch_.x.size() == world_.radii.size() &&
+               scratch_.middles.size() == static_cast<size_t>(world_.bodies) &&
+               scratch_.frames.size() == world_.frame_count();
+    }
+
     // Whether a pair is not farther apart than the margin at a configuration, or that holds what is no finite number. The
-    // `suspect` is asked first, -1 if none is known, and becomes the pair that was found.
-    bool finds_near(const double* q, double beyond, int64_t& suspect) {
+    // pair that was found last is asked first: it is the likeliest to be found again.
+    bool finds_near(const double* q, double beyond) {
         if (!within(q, world_.chain.dof(), farthest)) return true;
         const Frame* frames = scratch_.frames.data();
         world_.chain.place(q, scratch_.frames.data());
-        if (suspect >= 0) {
+        if (suspect_ >= 0) {
             world_.place_spheres(frames, scratch_);
-            const int pair = static_cast<int>(suspect);
-            if (world_.coarse_of(pair, frames, scratch_) <= world_.margin && touches(pair)) return true;
+            if (world_.coarse_of(suspect_, frames, scratch_) <= world_.margin && touches(suspect_)) return true;
         }
         world_.find_far(frames, world_.margin + beyond, least_, far_);
         world_.coarse(frames, scratch_, bounds_.data(), nullptr, enough_.data(), far_.data());
         for (int p = 0; p < world_.pair_count(); ++p) {
             if (bounds_[p] > world_.margin) continue;
             if (!touches(p)) continue;
-            suspect = p;
+            suspect_ = p;
             return true;
         }
         return false;
@@ -44,9 +53,8 @@ class Glance {
     // where no point moves further than `step` (m) from one state to the next. States are passed over that are clear as
     // one that was looked at is farther from everything than anything moves until there.
     // `reach` (pairs, dof) and `body_reach` (bodies, dof) bound how a joint's motion changes distances, and moves points.
-    // `suspect`: see finds_near().
     bool looks_free(const double* start, const double* delta, const double* reach, const double* body_reach,
-                    double step, int64_t& suspect) {
+                    double step) {
         const int dof = world_.chain.dof(), scene = world_.bodies * world_.obstacles();
         if (!within(delta, dof, farthest)) return false;
         const auto moved = [&](const double* row) {
@@ -66,7 +74,7 @@ class Glance {
         const auto is_near = [&](double share) {
             heed();
             for (int j = 0; j < dof; ++j) q[j] = start[j] + share * delta[j];
-            if (finds_near(q.data(), ahead, suspect)) return true;
+            if (finds_near(q.data(), ahead)) return true;
             const double around = std::min(clear_around(), 1.0) * count, at = share * count;
             if (around > 0.0)
                 for (int k = std::max(0, static_cast<int>(std::ceil(at - around))); k <= count && k <= at + around; ++k)
@@ -83,8 +91,9 @@ class Glance {
     }
 
    private:
-    bool touches(int pair) const {
-        Vec apart = world_.between_middles(pair, scratch_.frames.data());
+    bool touches(int pair) {
+        Vec& apart = apart_[pair];
+        if (!guessed_[pair]) apart = world_.between_middles(pair, scratch_.frames.data()), guessed_[pair] = 1;
         return !(world_.close(pair, scratch_.frames.data(), apart, {world_.margin + rounding}) > world_.margin);
     }
 
@@ -108,6 +117,9 @@ class Glance {
     std::vector<double> bounds_, enough_, least_,
         motion_;  // m at most: that bodies move, and pairs of them to each other
     std::vector<uint8_t> far_;
+    std::vector<Vec> apart_;  // of pairs that were looked at closely, the vector between them
+    std::vector<uint8_t> guessed_;
+    int suspect_ = -1;
 };
 
 }  // namespace planner

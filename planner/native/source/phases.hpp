@@ -225,7 +225,8 @@ class Cubics {
 
     // Add the integrals (dof,) of positions less `base` (dof,), from one moment on a piece to another one on it: Simpson's
     // rule, exact here.
-    FOR_THIS_PROCESSOR void add_integrals(int piece, int64_t from, int64_t to, const double* base, double* total) const {
+    FOR_THIS_PROCESSOR void add_integrals(int piece, int64_t from, int64_t to, const double* base,
+                                          double* total) const {
         const double width = static_cast<double>(to - from) / 1e9;
         if (rests(piece)) {
             const double* rest = rest_at(piece);

@@ -68,6 +68,34 @@ FOR_THIS_PROCESSOR inline double least_between(const double* x, const double* y,
     return *std::min_element(gaps, gaps + others);
 }
 
+// Points (count,) of a frame, in the world: u, v and w.
+FOR_THIS_PROCESSOR inline void place_points(const Frame& frame, int count, const double* x, const double* y,
+                                            const double* z, double* __restrict u, double* __restrict v,
+                                            double* __restrict w) {
+    const Mat turn = frame.turn;
+    const Vec shift = frame.shift;
+    const double* m = turn.m;
+    for (int k = 0; k < count; ++k) {
+        u[k] = m[0] * x[k] + m[1] * y[k] + m[2] * z[k] + shift.x;
+        v[k] = m[3] * x[k] + m[4] * y[k] + m[5] * z[k] + shift.y;
+        w[k] = m[6] * x[k] + m[7] * y[k] + m[8] * z[k] + shift.z;
+    }
+}
+
+// The least of some numbers, or of `least`; four at a time, as one after the other each would wait for the one before.
+inline double least_of(const double* numbers, int count, double least) {
+    if (count < 4) {
+        for (int k = 0; k < count; ++k) least = std::min(least, numbers[k]);
+        return least;
+    }
+    double of_four[4] = {numbers[0], numbers[1], numbers[2], numbers[3]};
+    for (int k = 4; k < count; k += 4) {
+        const double* next = numbers + std::min(k, count - 4);
+        for (int l = 0; l < 4; ++l) of_four[l] = std::min(of_four[l], next[l]);
+    }
+    return std::min(least, std::min(std::min(of_four[0], of_four[1]), std::min(of_four[2], of_four[3])));
+}
+
 // What one thread works in.
 struct Scratch {
     std::vector<Frame> frames;
@@ -78,8 +106,9 @@ struct Scratch {
 class World {
    public:
     Chain chain;
-    std::vector<Item> items;  // bodies, then obstacles
-    std::vector<Pair> pairs;  // every body against every obstacle, then self-collision pairs
+    std::vector<Item> items;     // bodies, then obstacles
+    std::vector<int> unchecked;  // pairs that are not
+    std::vector<Pair> pairs;     // every body against every obstacle, then self-collision pairs
     std::vector<double> radii, sphere_x, sphere_y, sphere_z;  // of all bodies, in their joints' frames
     std::vector<Motion> motions;       // of obstacles, their frames are behind those of the joints
     Balls body_balls, obstacle_balls;  // one around each; of bodies in their joints' frames
@@ -87,6 +116,9 @@ class World {
     double margin = 0.0;
 
     int obstacles() const { return static_cast<int>(items.size()) - bodies; }
+    size_t frame_count() const {
+        return chain.dof() + 1 + motions.size();
+    }  // of joints and of all that moves by itself
     int pair_count() const { return static_cast<int>(pairs.size()); }
 
     const Frame* frame_of(int item, const Frame* frames) const {
@@ -112,7 +144,7 @@ class World {
 
     Scratch scratch() const {
         size_t n = radii.size();
-        return {std::vector<Frame>(chain.dof() + 1 + motions.size()),
+        return {std::vector<Frame>(frame_count()),
                 std::vector<double>(n),
                 std::vector<double>(n),
                 std::vector<double>(n),
@@ -121,8 +153,10 @@ class World {
                 std::vector<Vec>(bodies)};
     }
 
-    // Put a ball around every item, once all are there.
+    // Put a ball around every item, and list what is not checked, once all are there.
     void measure() {
+        for (int p = 0; p < pair_count(); ++p)
+            if (!pairs[p].checked) unchecked.push_back(p);
         for (const Item& item : items) {
             std::vector<Vec> middles;
             std::vector<double> sizes;
@@ -147,14 +181,9 @@ class World {
     // Put the spheres of all bodies where the joints are placed.
     void place_spheres(const Frame* frames, Scratch& s) const {
         for (int b = 0; b < bodies; ++b) {
-            const Frame& frame = frames[items[b].joint];
-            const double* m = frame.turn.m;
-            const Vec shift = frame.shift;
-            for (int k = items[b].first_sphere; k < items[b].first_sphere + items[b].spheres; ++k) {
-                s.x[k] = m[0] * sphere_x[k] + m[1] * sphere_y[k] + m[2] * sphere_z[k] + shift.x;
-                s.y[k] = m[3] * sphere_x[k] + m[4] * sphere_y[k] + m[5] * sphere_z[k] + shift.y;
-                s.z[k] = m[6] * sphere_x[k] + m[7] * sphere_y[k] + m[8] * sphere_z[k] + shift.z;
-            }
+            const int first = items[b].first_sphere;
+            place_points(frames[items[b].joint], items[b].spheres, &sphere_x[first], &sphere_y[first], &sphere_z[first],
+                         &s.x[first], &s.y[first], &s.z[first]);
         }
     }
 
@@ -174,10 +203,9 @@ class World {
                 if (far && far[o]) break;
                 distances_to(frame ? carried(target, *frame) : target, scratch.x.data(), scratch.y.data(),
                              scratch.z.data(), radii.data(), count, scratch.gaps.data());
-                for (int b = 0; b < bodies; ++b) {
-                    const double* gaps = scratch.gaps.data() + items[b].first_sphere;
-                    for (int k = 0; k < items[b].spheres; ++k) scratch.least[b] = std::min(scratch.least[b], gaps[k]);
-                }
+                for (int b = 0; b < bodies; ++b)
+                    scratch.least[b] =
+                        least_of(scratch.gaps.data() + items[b].first_sphere, items[b].spheres, scratch.least[b]);
             }
             for (int b = 0; b < bodies; ++b) bounds[b * obstacles() + o] = scratch.least[b];
         }
@@ -189,8 +217,7 @@ class World {
             if (enough) bounds[p] = between_balls(pairs[p], scratch);
             if (!enough || !(bounds[p] >= enough[p])) bounds[p] = between_spheres(pairs[p], scratch);
         }
-        for (int p = 0; p < pair_count(); ++p)
-            if (!pairs[p].checked) bounds[p] = infinity;
+        for (const int p : unchecked) bounds[p] = infinity;
     }
 
     // The same of one pair that is checked; of spheres that are placed.
@@ -203,7 +230,7 @@ class World {
         for (const Target& target : items[p.second].targets) {
             distances_to(frame ? carried(target, *frame) : target, scratch.x.data() + first, scratch.y.data() + first,
                          scratch.z.data() + first, radii.data() + first, count, scratch.gaps.data());
-            for (int k = 0; k < count; ++k) least = std::min(least, scratch.gaps[k]);
+            least = least_of(scratch.gaps.data(), count, least);
         }
         return least;
     }

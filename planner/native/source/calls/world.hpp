@@ -209,7 +209,7 @@ struct Posed {
     int64_t placed = -1;
 
     Posed(const World& in, int count, const double* turns, const double* shifts)
-        : world(in), n(count), rotation(turns), position(shifts), frames(in.chain.dof() + 1 + in.motions.size()) {
+        : world(in), n(count), rotation(turns), position(shifts), frames(in.frame_count()) {
         world.place_moving(0.0, frames.data());
     }
     const Frame* at(int64_t k) {
@@ -323,23 +323,27 @@ int world_cheapest_chain(const World* world, const double* reach, const double* 
 int world_first_near(const World* world, int n, const double* q) {
     return answered([&] {
         Glance glance(*world);
-        int64_t suspect = -1;
         for (int k = 0; k < n; ++k, heed())
-            if (glance.finds_near(q + static_cast<size_t>(k) * world->chain.dof(), clearly, suspect)) return k;
+            if (glance.finds_near(q + static_cast<size_t>(k) * world->chain.dof(), clearly)) return k;
         return n;
     });
 }
 
+// What looks at one motion after the other, on one thread, for as long as the world is there.
+Glance* glance_new(const World* world) {
+    return answered([&] { return std::make_unique<Glance>(*world).release(); });
+}
+
+void glance_free(Glance* glance) { delete glance; }
+
 // Whether no pair is so near in states along the motion from start by delta (dof,): at its end, in its middle, and where
 // no point moves further than `step` (m) from one to the next; reach (pairs, dof), body_reach (bodies, dof).
-// `suspect`: the pair that is asked first, -1 for none, and then the one that was found too near.
-int world_motion_looks_free(const World* world, const double* reach, const double* body_reach, const double* start,
-                            const double* delta, double step, int64_t* suspect) {
+int glance_looks_free(Glance* glance, const double* reach, const double* body_reach, const double* start,
+                      const double* delta, double step) {
     return answered([&] {
         require(step > 0.0, "a step is longer than nothing");
-        require(*suspect >= -1 && *suspect < world->pair_count() && (*suspect < 0 || world->pairs[*suspect].checked),
-                "a suspect is a pair that is checked");
-        return static_cast<int>(Glance(*world).looks_free(start, delta, reach, body_reach, step, *suspect));
+        require(glance->fits(), "items and pairs come before the glance");
+        return static_cast<int>(glance->looks_free(start, delta, reach, body_reach, step));
     });
 }
 
