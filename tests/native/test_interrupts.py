@@ -148,7 +148,7 @@ LONG: dict[str, tuple[Callable[..., object], Callable[[], tuple[object, ...]]]] 
         lambda: (*CHAIN.placements(np.zeros((1, 1))), *np.zeros((2, 6 * MANY), dtype=np.int64)),
     ),
     "first_near": (WORLD.first_near, lambda: (np.zeros((9 * MANY, 1)),)),
-    "look": (WORLD.look(BOUNDS, 1e-7), lambda: (np.zeros(1), np.full(1, 9.0))),
+    "look": (WORLD.look(BOUNDS, 2e-8), lambda: (np.zeros(1), np.full(1, 9.0))),
     "prove": (WORLD.prove, lambda: (BOUNDS, np.tile(ALONG, (2, 1, 1)), 1e-4)),
     "first_proven": (WORLD.first_proven, lambda: (BOUNDS, ALONG, ONE, ONE, 0 * ONE, 1e-4)),
     "cheapest_chain": (
