@@ -1,10 +1,10 @@
 """A roadmap improved for one objective: its best paths refined, and other ones searched where samples say they may be.
 
-Work is counted in rounds, ``effort`` of them. A round refines the cheapest path that still gains. Every third one, or
-every second one where w counts, or where no path gains, one adds informed samples and a path that RRTConnect finds
-where a cheaper one may pass, searches a cheaper path through them or else one unlike those that were found before, and
-refines that. So paths of several homotopy classes are refined, and as the effort grows the cheapest one converges to
-the optimum.
+Work is counted in rounds, ``effort`` of them at most: they end once half of them have gained nothing. A round refines
+the cheapest path that still gains. Every third one, or every second one where w counts, or where no path gains, one
+adds informed samples and a path that RRTConnect finds where a cheaper one may pass, searches a cheaper path through
+them or else one unlike those that were found before, and refines that. So paths of several homotopy classes are
+refined, and as the effort grows the cheapest one converges to the optimum.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ _HOPELESS = 1.25  # a path is left once it costs so many times the cheapest one 
 _EXPLORED_EVERY, _EXPLORED_EVERY_FOR_W = 3, 2  # rounds; where w counts there are more local optima
 _JOIN_MOTIONS = 3000  # that RRTConnect may check in each of them
 _LONGER = 2.0  # times the best path's length: where w counts a cheaper path may be longer, but rarely more
+_PATIENCE, _SETTLED = 6, 1e-3  # half of the rounds, these at least, that gain less than this share are the last ones
 _RESUMED = 4  # after so many searches the cheapest path is refined once more
 
 
@@ -172,7 +173,7 @@ def improve(
     around: Floats | None = None,
     clearance: float = 0.0,
 ) -> Improvement:
-    """``effort`` rounds for the objective ``cost``, from a ``path`` (k, dof) along edges of ``roadmap`` if it has one.
+    """At most ``effort`` rounds for the objective ``cost``, from a ``path`` (k, dof) along edges of ``roadmap`` if any.
 
     With a floor of ``cost``, ``path`` must keep above it. Of the roadmap's edges those count that are certified to keep
     ``clearance`` (m) beyond its margin; new motions keep the margin of ``checker``. Nodes and edges of the roadmap
@@ -190,18 +191,25 @@ def improve(
         search.take(first)
     curve = [] if search.best is None else [(0, search.best.cost)]
     for spent in range(1, effort + 1):
-        if progress.stopped:
+        if progress.stopped or _has_settled(curve, effort):
             break
         search.round()
         if search.best is not None:
             curve.append((spent, search.best.cost))
         progress(IMPROVING, spent, effort)
+    progress(IMPROVING, effort, effort)
     if search.best is None:
         return Improvement(roadmap)
     search.finish()
     curve[-1] = (curve[-1][0], search.best.cost)
     kept = [c.path for c in search.candidates if c.cost < _HOPELESS * search.best.cost]
     return Improvement(with_paths(roadmap, prover, kept), tuple(curve))
+
+
+def _has_settled(curve: list[tuple[int, float]], effort: int) -> bool:
+    """Whether the last rounds of a ``curve`` gained next to nothing: half of the effort, so that more tries more."""
+    before = -1 - max(_PATIENCE, effort // 2)
+    return len(curve) >= -before and curve[-1][1] > (1.0 - _SETTLED) * curve[before][1]
 
 
 def _nearest(robot: Robot, nodes: Floats, q: Floats) -> int:

@@ -296,7 +296,8 @@ class SweepRequest(CostField, KeptRoadmap, RoadmapRequest):
     charge: Charge = DEFAULT_CHARGE
     """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
     effort: Optional[int] = None
-    """Rounds in which the best path is refined and others searched; left out, 12, or 0 with --roadmap: as it is."""
+    """Rounds in which the best path is refined and others searched, fewer where half of them gain nothing; left out,
+    12, or 0 with --roadmap: as it is."""
     room: float = DEFAULT_ROOM
     """Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and so
     on where start, goal or the narrowest passage leave no more. 0 for none."""
