@@ -23,7 +23,7 @@ from planner.tasks.file import Grasp, Move, Pick, Region, Task, TaskError
 from planner.tasks.file import Place as PlaceStep
 from planner.tasks.grasps import generated
 from planner.tasks.gripper import Gripper
-from planner.tasks.modes import BLOCKED, STRAYS, Held, Mode, Modes, Place
+from planner.tasks.modes import ARM, BLOCKED, STRAYS, Held, Mode, Modes, Place
 from planner.tasks.placements import REST, at_pose, extent, in_region, supports
 from planner.tasks.reach import along, line_poses, solutions
 
@@ -71,10 +71,16 @@ class Tried:
     contacts: Counter[str] = field(default_factory=Counter)
     unreached: list[Floats] = field(default_factory=list)  # where the tool was to be (3,)
 
-    def blame(self, what: str | None) -> None:
-        """Count one more that is blocked, by ``what`` :meth:`Modes.why` says."""
-        self.strays += what == STRAYS
-        self.contacts.update([what] if what not in (None, STRAYS) else [])
+    def count_blocked(self, hits: Iterable[tuple[Option, str | None]]) -> None:
+        """Count each grasp at a place all options of which are blocked, by what the first touches; None: it is not."""
+        groups: dict[tuple[int, int], list[str | None]] = {}
+        for option, hit in hits:
+            groups.setdefault((option.grasp, option.place), []).append(hit)
+        for found in groups.values():
+            first = found[0]
+            if first is not None and None not in found:
+                self.strays += first == STRAYS
+                self.contacts.update({first} - {STRAYS})
 
 
 class Options:
@@ -203,18 +209,19 @@ class Options:
         """Those whose lines the arm can follow among what is fixed, and the empty hand beside the object itself."""
         if not options:
             return options
-        motions = np.array([option.motions for option in options])
-        arm = self.modes.clauses(Mode(()))[0]
-        self.modes.prove(arm, motions.ravel())
-        blocked = (self.modes.known(arm)[motions] == BLOCKED).any(axis=1)
-        places, empty = np.array([option.place for option in options]), 0 if isinstance(step, Pick) else 2
-        for place in np.unique(places):
-            clause = self.modes.clauses(self.beside(int(place)))[1]
-            rows = np.flatnonzero((places == place) & ~blocked)
-            self.modes.prove(clause, motions[rows, empty])
-            blocked[rows] = self.modes.known(clause)[motions[rows, empty]] == BLOCKED
-        self._count(options, blocked, motions, empty)
-        return [option for option, bad in zip(options, blocked, strict=True) if not bad]
+        modes, empty = self.modes, 0 if isinstance(step, Pick) else 2
+        motions, places = np.array([o.motions for o in options]), np.array([o.place for o in options])
+        modes.prove(ARM, motions.ravel())
+        open_ = (modes.known(ARM)[motions] != BLOCKED).all(axis=1)
+        for place in np.unique(places).tolist():
+            modes.prove(self.beside(place), motions[(places == place) & open_, empty])
+        hits = []
+        for option in options:
+            parts = [(ARM, m) for m in option.motions.tolist()]
+            parts.insert(empty + 1, (self.beside(option.place), parts[empty][1]))
+            hits.append(next((modes.blame[part] for part in parts if part in modes.blame), None))
+        self.tried[-1].count_blocked(zip(options, hits, strict=True))
+        return [option for option, hit in zip(options, hits, strict=True) if hit is None]
 
     def beside(self, place: int) -> Mode:
         """The hand going to, or coming from, an object at a place: of it the gripper's links may touch it."""
@@ -226,18 +233,6 @@ class Options:
     def at_rest(self, place: int) -> list[tuple[str, str]]:
         """An object and what it stands on."""
         return [(self.modes.places[place].object, on) for on in self.modes.places[place].supports]
-
-    def _count(self, options: list[Option], blocked: np.ndarray, motions: Ints, empty: int) -> None:
-        """Grasps and placements of which every configuration is blocked count by what the first of them touches."""
-        ways: dict[tuple[int, int], list[int]] = {}
-        for k, option in enumerate(options):
-            ways.setdefault((option.grasp, option.place), []).append(k)
-        for rows in ways.values():
-            if blocked[rows].all():
-                option = options[rows[0]]
-                modes = [Mode(()) if k != empty else self.beside(option.place) for k in range(3)]
-                hits = (self.modes.why(mode, int(m)) for mode, m in zip(modes, motions[rows[0]], strict=True))
-                self.tried[-1].blame(next((hit for hit in hits if hit), None))
 
     def _require_outside(self, item: Obstacle, grasps: Iterable[Grasp]) -> None:
         """Raise :class:`TaskError` where every grasp has the hand inside the object."""

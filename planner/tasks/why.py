@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from copy import deepcopy
 
+import numpy as np
+
 from planner.kinematics.inverse import beyond_reach
 from planner.tasks.file import Move, Pick, Step
 from planner.tasks.options import Options, Tried
@@ -51,15 +53,12 @@ def _beyond(options: Options, tried: Tried) -> float | None:
 
 def _all_blocked(options: Options, search: LazySearch, number: int, tried: Tried) -> bool:
     """Whether the lines of every option of a step are refused in every mode; what they touch is counted."""
-    net, modes, left = search.network, options.modes, False
-    groups: dict[tuple[int, int], list[str | None]] = {}  # of a grasp and a place: what blocks each way, None for none
+    net, hits, left = search.network, [], False
     for way in (way for way in net.ways if way.step == number):
-        arcs = [net.arc(way.first + k, way.first + k + 1) for k in range(len(way.option.motions))]
-        refused = [arc for arc in arcs if search.refused[arc]]
+        arcs = net.arcs_along(np.arange(way.first, way.last + 1))
+        refused = arcs[search.refused[arcs]].tolist()
         left = left or not refused
-        hits = (modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused)
-        groups.setdefault((way.option.grasp, way.option.place), []).append(next((hit for hit in hits if hit), None))
-    for blocked in groups.values():
-        if None not in blocked:
-            tried.blame(blocked[0])
-    return bool(groups) and not left
+        why = (options.modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused)
+        hits.append((way.option, next((hit for hit in why if hit), None)))
+    tried.count_blocked(hits)
+    return bool(hits) and not left
