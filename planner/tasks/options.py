@@ -13,7 +13,7 @@ from planner.base.errors import choices
 from planner.base.yamlfile import nearest, repeated
 from planner.collision import coal_checker
 from planner.collision.world import World
-from planner.kinematics.forward import joint_placements, tool_joint, tool_pose
+from planner.kinematics.forward import tool_joint, tool_pose
 from planner.models.scene import Scene
 from planner.models.shapes import Carried, Obstacle
 from planner.problem.targets import parse_target
@@ -151,7 +151,11 @@ class Options:
         item, first = self.modes.objects[step.object], len(self.modes.grasps)
         given = generated(item.name, item.shape, self.gripper.opening) if step.grasps is None else step.grasps
         if step.grasps is not None:
-            self._require_outside(item, given)
+            if all(_hand_in(item, grasp, self.modes, self.gripper) for grasp in given):
+                raise TaskError(
+                    f"every grasp of '{item.name}' has the hand inside it: give tool poses in the object's frame, in "
+                    f"metres, with no link but {choices(self.gripper.touch)} at the object."
+                )
             widest = max(grasp.opening or 0.0 for grasp in given)
             if self.gripper.opening is not None and widest > self.gripper.opening + 1e-9:
                 raise TaskError(
@@ -234,28 +238,15 @@ class Options:
         """An object and what it stands on."""
         return [(self.modes.places[place].object, on) for on in self.modes.places[place].supports]
 
-    def _require_outside(self, item: Obstacle, grasps: Iterable[Grasp]) -> None:
-        """Raise :class:`TaskError` where every grasp has the hand inside the object."""
-        if all(_hand_in(item, grasp, self.modes, self.gripper) for grasp in grasps):
-            raise TaskError(
-                f"every grasp of '{item.name}' has the hand inside it: give tool poses in the object's frame, in "
-                f"metres, with no link but {choices(self.gripper.touch)} at the object."
-            )
-
 
 def _hand_in(item: Obstacle, grasp: Grasp, modes: Modes, gripper: Gripper) -> bool:
     """Whether links that the tool's joint carries, but for those that may, touch an object in a grasp."""
     robot, (last, _) = modes.robot, tool_joint(modes.robot)
-    tool = tool_pose(robot, robot.home).homogeneous
-    scene = replace(
-        modes.checker.world.scene,
-        obstacles=(replace(item, placement=tool @ np.linalg.inv(grasp.pose)),),
-        allowed=frozenset(),
-    )
-    checker = coal_checker(World.of(robot, scene, frozenset(), 0.0))
+    held = replace(item, placement=tool_pose(robot, robot.home).homogeneous @ np.linalg.inv(grasp.pose))
+    scene = replace(modes.checker.world.scene, obstacles=(held,), allowed=frozenset())
+    checker = coal_checker(World.of(robot, scene, frozenset()))
     bodies = [k for k, b in enumerate(robot.bodies) if b.joint == last and b.link not in gripper.touch]
-    rotation, position = joint_placements(checker.chain, robot.home[None])
-    return bool((checker.distances(rotation[:, 0], position[:, 0], np.array(bodies, dtype=np.int64)) <= 0).any())
+    return bool((checker.gaps(robot.home, np.array(bodies, dtype=np.int64)) <= 0).any())
 
 
 def _initial(modes: Modes) -> dict[str, Place]:

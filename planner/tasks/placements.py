@@ -12,7 +12,6 @@ from planner.base.errors import choices
 from planner.base.yamlfile import nearest
 from planner.collision.checker import CollisionChecker
 from planner.collision.world import World
-from planner.kinematics.forward import joint_placements
 from planner.models.poses import pose
 from planner.models.robot import with_carried
 from planner.models.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
@@ -138,8 +137,6 @@ def _touched(
     robot = with_carried(among.robot, [held])
     scene = replace(among.world.scene, obstacles=(*among.world.obstacles, *others))
     checker = type(among)(World.of(robot, scene, frozenset(), among.world.margin), among)
-    rotation, position = joint_placements(checker.chain, np.zeros((1, robot.dof)))
     count = len(scene.obstacles)
-    pairs = (len(robot.bodies) - 1) * count + np.arange(count)
-    near = checker.distances(rotation[:, 0], position[:, 0], pairs) <= among.world.margin
+    near = checker.gaps(np.zeros(robot.dof), (len(robot.bodies) - 1) * count + np.arange(count)) <= among.world.margin
     return tuple(each.object for each, close in zip(scene.obstacles, near, strict=True) if close)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -14,6 +14,7 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.models.poses import quaternion_of
 from planner.objective.motion_cost import MotionCost
+from planner.planning.motion import looked_at_again
 from planner.problem.objective import Objective
 from planner.problem.request import TimingRequest
 from planner.tasks.file import Move, Pick
@@ -23,7 +24,6 @@ from planner.tasks.network import APPROACH, TaskNetwork
 from planner.tasks.options import Options
 from planner.tasks.record import Event, SegmentRecord, SegmentTimes
 from planner.tasks.why import doing
-from planner.trajectory.check import looked_at
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion
 from planner.trajectory.timing import time_path
@@ -105,10 +105,7 @@ def timed(
         law = "blended" if line else timing.time_law
         made = time_path(segment.path, checker, limits, law=law, cost=cost, extra_cost=timing.extra_cost)
         made = _beyond_rest(made, segment, options.modes.checker_of(segment.strict), limits)
-        contact = looked_at(made, checker)
-        if contact is not None:
-            made = replace(made, proven=False, proof=made.proof | {"contact": asdict(contact.contact)})
-        found.append(replace(segment, trajectory=made))
+        found.append(replace(segment, trajectory=looked_at_again(made, checker)))
     return found
 
 
