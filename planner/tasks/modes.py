@@ -9,7 +9,6 @@ import numpy as np
 from planner.base.arrays import Floats, Ints, frozen, ranges, so_far
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.world import World
 from planner.kinematics.forward import tool_pose
 from planner.models.robot import Robot, held_in, with_carried
 from planner.models.shapes import Carried, Obstacle
@@ -68,7 +67,6 @@ class Modes:
     """
 
     checker: CollisionChecker
-    disabled: Pairs
     objects: dict[str, Obstacle]
     places: list[Place] = field(default_factory=list)
     grasps: list[Held] = field(default_factory=list)
@@ -128,8 +126,7 @@ class Modes:
         standing = [replace(self.objects[p.object], placement=p.pose) for p in (self.places[k] for k in mode.standing)]
         obstacles = (*(base.obstacles if fixed else ()), *standing)
         scene = replace(base.scene, obstacles=obstacles, allowed=base.scene.allowed | mode.allowed)
-        world = World.of(robot, scene, self.disabled | robot.touching, base.margin, conditions)
-        return type(self.checker)(world, self.checker)
+        return type(self.checker)(replace(base.among(scene, robot), conditions=conditions), self.checker)
 
     def _robot(self, held: int | None) -> Robot:
         """The robot with what a grasp holds."""

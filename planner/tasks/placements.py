@@ -11,7 +11,6 @@ from planner.base.arrays import Floats
 from planner.base.errors import choices
 from planner.base.yamlfile import nearest
 from planner.collision.checker import CollisionChecker
-from planner.collision.world import World
 from planner.models.poses import pose
 from planner.models.robot import with_carried
 from planner.models.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
@@ -136,7 +135,7 @@ def _touched(
     held = Carried(root.name, item.name, item.shape, np.linalg.inv(root.placement.homogeneous) @ placement)
     robot = with_carried(among.robot, [held])
     scene = replace(among.world.scene, obstacles=(*among.world.obstacles, *others))
-    checker = type(among)(World.of(robot, scene, frozenset(), among.world.margin), among)
+    checker = type(among)(among.world.among(scene, robot), among)
     count = len(scene.obstacles)
     near = checker.gaps(np.zeros(robot.dof), (len(robot.bodies) - 1) * count + np.arange(count)) <= among.world.margin
     return tuple(each.object for each, close in zip(scene.obstacles, near, strict=True) if close)

@@ -13,7 +13,6 @@ from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
-from planner.collision.self_pairs import disabled_pairs
 from planner.construction.build import build_roadmap
 from planner.models.frames import in_world
 from planner.models.scene import Scene
@@ -202,7 +201,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes
     checker = open_world(world)
     scene = in_world(scene, checker.robot)
     objects = {item.name: item for item in scene.obstacles if item.name in names}
-    modes = Modes(checker, disabled_pairs(checker.robot, type(checker)), objects)
+    modes = Modes(checker, objects)
     if held is not None:
         modes.take(next(item for item in scene.carried if item.name == held.name))
     return scene, modes
