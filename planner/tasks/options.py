@@ -37,28 +37,19 @@ _GOALS = 8  # configurations that a state becomes at most
 
 @dataclass(frozen=True, eq=False)
 class Option:
-    """One configuration of one grasp at one place, with the lines of the tool to it and off it, (k, dof) each.
+    """One configuration ``rest`` (dof,) of one grasp at one place, with the lines of the tool to it and off it.
 
-    ``motions`` (3,) are numbers of what leads from corner to corner. The corners of a pick are the begin of its
-    approach, the rest, ``RELEASE`` off it, and the end of its retreat; of a placement the begin, ``RELEASE`` before
-    the rest, the rest, and the end. A goal of a move is one corner: it has no motions, its grasp and place are NOTHING.
+    It is joined to the roadmap at both ``ends`` (2, dof). ``motions`` (3,) are numbers of what leads from corner to
+    corner. The corners of a pick are the begin of its approach, the rest, ``RELEASE`` off it, and the end of its
+    retreat; of a placement the begin, ``RELEASE`` before the rest, the rest, and the end. A goal of a move is one
+    corner: it has no motions, its grasp and place are NOTHING.
     """
 
     grasp: int
     place: int
-    before: Floats
-    after: Floats
+    rest: Floats
+    ends: Floats
     motions: Ints
-
-    @property
-    def ends(self) -> Floats:
-        """(2, dof) where it is joined to the roadmap."""
-        return np.array([self.before[0], self.after[-1]])
-
-    @staticmethod
-    def goal(q: Floats) -> Option:
-        """To be in a configuration (dof,)."""
-        return Option(NOTHING, NOTHING, q[None], q[None], np.zeros(0, dtype=np.int64))
 
 
 @dataclass(eq=False)
@@ -66,10 +57,9 @@ class Tried:
     """Of how many grasps or placements of a step a configuration was sought, and what became of the others."""
 
     of: int = 0
-    out_of_reach: int = 0
     strays: int = 0
     contacts: Counter[str] = field(default_factory=Counter)
-    unreached: list[Floats] = field(default_factory=list)  # where the tool was to be (3,)
+    out_of_reach: list[Floats] = field(default_factory=list)  # where the tool was to be (3,)
 
     def count_blocked(self, hits: Iterable[tuple[Option, str | None]]) -> None:
         """Count each grasp at a place all options of which are blocked, by what the first touches; None: it is not."""
@@ -108,7 +98,7 @@ class Options:
             self.tried.append(Tried())
             match step:
                 case Move():
-                    self.steps.append({NOTHING: [Option.goal(q) for q in self._goals(len(self.tried), step)]})
+                    self.steps.append({NOTHING: self._goals(len(self.tried), step)})
                 case Pick():
                     self.steps.append(self._pick(step))
                 case PlaceStep():
@@ -142,10 +132,11 @@ class Options:
         self.modes.places.append(place)
         return len(self.modes.places) - 1
 
-    def _goals(self, number: int, step: Move) -> Floats:
-        checker = self.modes.checker
+    def _goals(self, number: int, step: Move) -> list[Option]:
+        checker, role, none = self.modes.checker, f"step {number}, the move,", np.zeros(0, dtype=np.int64)
         states = states_of(checker.robot, checker.world.scene)
-        return resolve(parse_target(step.to), checker, states, f"step {number}, the move,", _GOALS, self.start)
+        found = resolve(parse_target(step.to), checker, states, role, _GOALS, self.start)
+        return [Option(NOTHING, NOTHING, q, np.array([q, q]), none) for q in found]
 
     def _pick(self, step: Pick) -> dict[int, list[Option]]:
         item, first = self.modes.objects[step.object], len(self.modes.grasps)
@@ -167,7 +158,7 @@ class Options:
         found = {place: self._options(step, [(g, place) for g in numbers], {}) for place in self.stands[item.name]}
         every = [option for options in found.values() for option in options]
         self._held = [g for g in numbers if any(option.grasp == g for option in every)]
-        self._seeds_of = {g: [o.before[-1] for o in every if o.grasp == g] for g in self._held}
+        self._seeds_of = {g: [o.rest for o in every if o.grasp == g] for g in self._held}
         return found
 
     def _place(self, step: PlaceStep) -> dict[int, list[Option]]:
@@ -189,8 +180,7 @@ class Options:
             near = np.vstack([*seeds.get(grasp, ()), *self._seeds[:many]])
             options = self._at(step, grasp, place, tool, near)
             if not options:
-                tried.out_of_reach += 1
-                tried.unreached.append(tool[:3, 3])
+                tried.out_of_reach.append(tool[:3, 3])
             found += options
         return self._unblocked(step, found)
 
@@ -204,9 +194,9 @@ class Options:
             before, after = along(robot, q, out), along(robot, q, away)
             if before is None or after is None:
                 continue
-            before = before[::-1]
+            before, ends = before[::-1], np.array([before[-1], after[-1]])
             parts = (before, after[:2], after[1:]) if isinstance(step, Pick) else (before[:-1], before[-2:], after)
-            found.append(Option(grasp, place, before, after, np.array([add(part) for part in parts])))
+            found.append(Option(grasp, place, q, ends, np.array([add(part) for part in parts])))
         return found
 
     def _unblocked(self, step: Pick | PlaceStep, options: list[Option]) -> list[Option]:

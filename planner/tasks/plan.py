@@ -72,9 +72,8 @@ class TaskPlanner:
     options: Options
     scene: Scene
     roadmap: Roadmap | None
-    network: TaskNetwork | None
+    search: LazySearch | None
     timings: dict[str, float]
-    _search: LazySearch | None = None
     _fields: dict[float, Floats] = field(default_factory=dict)
 
     @staticmethod
@@ -102,8 +101,13 @@ class TaskPlanner:
             ends = _ends(found, modes)
             roadmap = build_roadmap(modes.robot, modes.checker, start, ends, request.nodes, request.seed, progress)
         with clock("network"):
-            network = task_network(found, roadmap, request.objective)
-        return TaskPlanner(request, what, found, scene, roadmap, network, clock.seconds)
+            search = LazySearch(modes, task_network(found, roadmap, request.objective))
+        return TaskPlanner(request, what, found, scene, roadmap, search, clock.seconds)
+
+    @property
+    def network(self) -> TaskNetwork | None:
+        """The network over all modes; None where a step has no options."""
+        return None if self.search is None else self.search.network
 
     def plan(
         self,
@@ -117,23 +121,21 @@ class TaskPlanner:
         request = self.request if beta is None else replace(self.request, beta=beta)
         draft = TaskPlan(request, self.task, Outcome.NO_PATH, self.options.modes.robot, self.scene, self.options)
         begun, self.timings = self.timings, {}
-        if self.network is None or self.roadmap is None:
+        if self.search is None or self.roadmap is None:
             return replace(draft, reason=why_stuck(self.options, None), timings=begun)
-        search, network = self.search, self.network
+        search = known = self.search
         with clock("gabf"):
             if start is not None:
-                q = free_configuration(
-                    np.asarray(start, dtype=float), self.options.modes.checker_of(network.modes[0]), "start"
-                )
-                network = network.started(self.options, self.roadmap, q, request.objective)
-                search = search.started(network)
+                checker = self.options.modes.checker_of(self.options.first)
+                q = free_configuration(np.asarray(start, dtype=float), checker, "start")
+                search = known.started(known.network.started(self.options, self.roadmap, q, request.objective))
             law = gabf.named_law(request.law, request.prescribed_time)
-            found = search.path(request.beta, law, self._field_at(request.beta, network), progress)
-            self.search.refused |= search.refused[: len(self.network.tails)]
+            found = search.path(request.beta, law, self._field_at(request.beta, search.network), progress)
+            known.refused |= search.refused[: len(known.refused)]
         draft = replace(
             draft,
             roadmap=self.roadmap,
-            network=network,
+            network=search.network,
             cost_to_go=found.field,
             rounds=found.rounds,
             refused=found.refused,
@@ -143,27 +145,18 @@ class TaskPlanner:
             return replace(draft, outcome=Outcome.INTERRUPTED)
         if not len(found.arcs):
             return replace(draft, reason=why_stuck(self.options, search))
-        self._fields[request.beta] = found.field.x[: self.network.nodes]
+        self._fields[request.beta] = found.field.x[: known.network.nodes]
         with clock("timing"):
             solved = self._solved(draft, found, timing)
         return replace(solved, timings=begun | clock.seconds)
-
-    @property
-    def search(self) -> LazySearch:
-        """The search of the network, with all that was ever refused of it."""
-        assert self.network is not None  # whoever asks has seen to that
-        if self._search is None or self._search.network is not self.network:
-            self._search = LazySearch(self.options.modes, self.network)
-        return self._search
 
     def intervals(self) -> list[Piece]:
         """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
 
         Costs are those of ``piece.support``, whose ``nodes`` are of ``network``; none where there is no path.
         """
-        if self.network is None:
-            return []
-        return self.search.pieces(gabf.named_law(self.request.law, self.request.prescribed_time))
+        law = gabf.named_law(self.request.law, self.request.prescribed_time)
+        return [] if self.search is None else self.search.pieces(law)
 
     def _field_at(self, beta: float, network: TaskNetwork) -> Floats | None:
         """What the last search at the nearest beta left behind."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from planner.tasks.judge import off_rest
 from planner.tasks.modes import Mode
 from planner.tasks.network import APPROACH, TaskNetwork
 from planner.tasks.options import Options
-from planner.tasks.record import Event, SegmentRecord, SegmentTimes
+from planner.tasks.record import Event, Part, SegmentRecord, SegmentTimes
 from planner.tasks.why import doing
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion
@@ -30,7 +30,6 @@ from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 
 PAUSE = 0.5  # s that the arm rests while a gripper moves
-Part = Literal["transit", "approach", "retreat"]
 PARTS: tuple[Part, ...] = get_args(Part)
 
 
@@ -73,7 +72,7 @@ class Segment:
 def segments_of(options: Options, network: TaskNetwork, arcs: Ints) -> list[Segment]:
     """The stretches of a path between rests."""
     robot, motions = options.modes.robot, options.modes.motions
-    whole, found = [], []
+    found: list[Segment] = []
     for leg, group in itertools.groupby(arcs.tolist(), key=lambda arc: int(network.leg[arc])):
         rows = list(group)
         corners = [network.corners(motions, arc) for arc in rows]
@@ -84,11 +83,11 @@ def segments_of(options: Options, network: TaskNetwork, arcs: Ints) -> list[Segm
         held = None if loose.held is None else options.modes.grasps[loose.held].object
         step, part = divmod(leg, 3)
         found.append(Segment(step + 1, doing(options.task.steps[step]), PARTS[part], held, loose, strict, path))
-        whole.append(path)
-    unwound = robot.unwound(np.vstack(whole)) if whole else np.zeros((0, robot.dof))
-    ends = np.cumsum([len(path) for path in whole])
-    parts = np.split(unwound, ends[:-1]) if whole else []
-    return [replace(segment, path=frozen(part)) for segment, part in zip(found, parts, strict=True)]
+    if not found:
+        return []
+    paths = [segment.path for segment in found]
+    unwound = np.split(robot.unwound(np.vstack(paths)), np.cumsum([len(path) for path in paths])[:-1])
+    return [replace(segment, path=frozen(part)) for segment, part in zip(found, unwound, strict=True)]
 
 
 def timed(

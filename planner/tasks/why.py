@@ -35,7 +35,7 @@ def why_stuck(options: Options, search: LazySearch | None) -> StepFails:
         doing=doing(step),
         what=what,
         tried=tried.of,
-        out_of_reach=tried.out_of_reach,
+        out_of_reach=len(tried.out_of_reach),
         strays=tried.strays,
         contacts=dict(tried.contacts.most_common()),
         conditions=options.modes.checker.world.keeps.texts,
@@ -45,9 +45,9 @@ def why_stuck(options: Options, search: LazySearch | None) -> StepFails:
 
 def _beyond(options: Options, tried: Tried) -> float | None:
     """How far (m) the nearest is proven beyond reach; None where not all are."""
-    if tried.out_of_reach < tried.of or not tried.unreached:
+    if len(tried.out_of_reach) < tried.of or not tried.of:
         return None
-    nearest = min(beyond_reach(options.modes.robot, position) for position in tried.unreached)
+    nearest = min(beyond_reach(options.modes.robot, position) for position in tried.out_of_reach)
     return nearest if nearest >= _WORTH_SAYING else None
 
 
