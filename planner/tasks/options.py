@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,7 +24,7 @@ from planner.tasks.file import Place as PlaceStep
 from planner.tasks.grasps import generated
 from planner.tasks.gripper import Gripper
 from planner.tasks.modes import ARM, BLOCKED, STRAYS, Held, Mode, Modes, Place
-from planner.tasks.placements import REST, at_pose, extent, in_region, supports
+from planner.tasks.placements import REST, at_pose, extent, in_region, standing
 from planner.tasks.reach import along, line_poses, solutions
 
 NOTHING = -1  # in the place of a number of a grasp or a place
@@ -88,12 +88,12 @@ class Options:
         self._seeds = np.vstack([start, robot.home, rng.uniform(robot.lower, robot.upper, (_MOST, robot.dof))])
         self.steps: list[dict[int, list[Option]]] = []
         self.tried: list[Tried] = []
-        self.stands = {name: [self._new_place(initial)] for name, initial in _initial(modes).items()}
+        self.stands = {place.object: [self._new_place(place)] for place in _initial(modes)}
         self._held = list(range(len(modes.grasps)))  # grasps that are left, of the object that is held
         self._seeds_of: dict[int, list[Floats]] = {}  # configurations that hold it, by grasp
         self._require_free_tops()
-        standing = tuple(sorted(places[0] for places in self.stands.values()))
-        self.first = Mode(standing, self._held[0] if self._held else None)
+        numbers = tuple(sorted(places[0] for places in self.stands.values()))
+        self.first = Mode(numbers, self._held[0] if self._held else None)
         for step in task.steps:
             self.tried.append(Tried())
             match step:
@@ -239,15 +239,12 @@ def _hand_in(item: Obstacle, grasp: Grasp, modes: Modes, gripper: Gripper) -> bo
     return bool((checker.gaps(robot.home, np.array(bodies, dtype=np.int64)) <= 0).any())
 
 
-def _initial(modes: Modes) -> dict[str, Place]:
+def _initial(modes: Modes) -> Iterator[Place]:
     """Where the objects stand at the beginning; on what they rest is found among all that stands."""
-    held, found = {item.object for item in modes.grasps}, {}
+    held = {item.object for item in modes.grasps}
     objects = [item for name, item in modes.objects.items() if name not in held]
     for item in objects:
-        others = tuple(other for other in objects if other is not item)
-        on = supports(item, item.placement, modes.checker, others)
-        found[item.name] = Place(item.name, np.array(item.placement), on)
-    return found
+        yield standing(item, item.placement, modes.checker, tuple(other for other in objects if other is not item))
 
 
 def require_sensible(task: Task, scene: Scene) -> Carried | None:

@@ -99,13 +99,11 @@ def _level_of_top(board: Obstacle, low: Floats, high: Floats) -> float:
     return float(board.placement[2, 3] + half[up])
 
 
-def supports(
-    item: Obstacle, placement: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()
-) -> tuple[str, ...]:
-    """What an object that stands at ``placement`` rests on: what it would touch were it ``REST`` lower."""
+def standing(item: Obstacle, placement: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()) -> Place:
+    """An object at ``placement``, and what it rests on: what it would touch were it ``REST`` lower."""
     lower = np.array(placement)
     lower[2, 3] -= REST + among.world.margin
-    return _touched(item, lower, among, others)
+    return Place(item.name, np.array(placement), _touched(item, lower, among, others))
 
 
 def at_pose(item: Obstacle, placement: Floats, among: CollisionChecker) -> Place:
@@ -118,13 +116,13 @@ def at_pose(item: Obstacle, placement: Floats, among: CollisionChecker) -> Place
         raise TaskError(
             f"'{item.name}' cannot stand at ({where}) m: it would lie inside '{hit[0]}'; choose another pose."
         )
-    on = supports(item, placement, among)
-    if not on:
+    place = standing(item, placement, among)
+    if not place.supports:
         raise TaskError(
             f"'{item.name}' would stand in the air at ({where}) m: nothing is within {1e3 * REST:g} mm beneath it; "
             "lower it onto something."
         )
-    return Place(item.name, np.array(placement), on)
+    return place
 
 
 def _touched(

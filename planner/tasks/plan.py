@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Unpack
 
 import numpy as np
@@ -73,8 +73,7 @@ class TaskPlanner:
     scene: Scene
     roadmap: Roadmap | None
     search: LazySearch | None
-    timings: dict[str, float]
-    _fields: dict[float, Floats] = field(default_factory=dict)
+    clock: Stopwatch  # until the first plan, to which all that counts
 
     @staticmethod
     def of(
@@ -96,13 +95,14 @@ class TaskPlanner:
             found = Options(what, modes, gripper, start[None], request.ik_solutions)
             start = free_configuration(start, modes.checker_of(found.first), "start")
         if found.dead_end is not None:
-            return TaskPlanner(request, what, found, scene, None, None, clock.seconds)
+            return TaskPlanner(request, what, found, scene, None, None, clock)
         with clock("roadmap"):
             ends = _ends(found, modes)
             roadmap = build_roadmap(modes.robot, modes.checker, start, ends, request.nodes, request.seed, progress)
         with clock("network"):
-            search = LazySearch(modes, task_network(found, roadmap, request.objective))
-        return TaskPlanner(request, what, found, scene, roadmap, search, clock.seconds)
+            law = gabf.named_law(request.law, request.prescribed_time)
+            search = LazySearch(modes, task_network(found, roadmap, request.objective), law)
+        return TaskPlanner(request, what, found, scene, roadmap, search, clock)
 
     @property
     def network(self) -> TaskNetwork | None:
@@ -117,20 +117,18 @@ class TaskPlanner:
         timing: TimingRequest | None = None,
     ) -> TaskPlan:
         """The plan at another ``beta``, from another ``start`` (dof,): what was proven before is known."""
-        clock = Stopwatch()
+        clock, self.clock, robot = self.clock, Stopwatch(), self.options.modes.robot
         request = self.request if beta is None else replace(self.request, beta=beta)
-        draft = TaskPlan(request, self.task, Outcome.NO_PATH, self.options.modes.robot, self.scene, self.options)
-        begun, self.timings = self.timings, {}
+        draft = TaskPlan(request, self.task, Outcome.NO_PATH, robot, self.scene, self.options, timings=clock.seconds)
         if self.search is None or self.roadmap is None:
-            return replace(draft, reason=why_stuck(self.options, None), timings=begun)
+            return replace(draft, reason=why_stuck(self.options, None))
         search = known = self.search
         with clock("gabf"):
             if start is not None:
                 checker = self.options.modes.checker_of(self.options.first)
                 q = free_configuration(np.asarray(start, dtype=float), checker, "start")
                 search = known.started(known.network.started(self.options, self.roadmap, q, request.objective))
-            law = gabf.named_law(request.law, request.prescribed_time)
-            found = search.path(request.beta, law, self._field_at(request.beta, search.network), progress)
+            found = search.path(request.beta, progress)
             known.refused |= search.refused[: len(known.refused)]
         draft = replace(
             draft,
@@ -139,31 +137,20 @@ class TaskPlanner:
             cost_to_go=found.field,
             rounds=found.rounds,
             refused=found.refused,
-            timings=begun | clock.seconds,
         )
         if progress.stopped:
             return replace(draft, outcome=Outcome.INTERRUPTED)
         if not len(found.arcs):
             return replace(draft, reason=why_stuck(self.options, search))
-        self._fields[request.beta] = found.field.x[: known.network.nodes]
         with clock("timing"):
-            solved = self._solved(draft, found, timing)
-        return replace(solved, timings=begun | clock.seconds)
+            return self._solved(draft, found, timing)
 
     def intervals(self) -> list[Piece]:
         """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
 
         Costs are those of ``piece.support``, whose ``nodes`` are of ``network``; none where there is no path.
         """
-        law = gabf.named_law(self.request.law, self.request.prescribed_time)
-        return [] if self.search is None else self.search.pieces(law)
-
-    def _field_at(self, beta: float, network: TaskNetwork) -> Floats | None:
-        """What the last search at the nearest beta left behind."""
-        if not self._fields:
-            return None
-        x = self._fields[min(self._fields, key=lambda known: abs(known - beta))]
-        return np.concatenate([x, np.full(network.nodes - len(x), np.inf)])
+        return [] if self.search is None else self.search.pieces()
 
     def _solved(self, draft: TaskPlan, found: Found, timing: TimingRequest | None) -> TaskPlan:
         network, request = draft.network, draft.request

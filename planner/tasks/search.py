@@ -40,10 +40,15 @@ class Found:
 
 
 class LazySearch:
-    """A network of modes with what is refused of its arcs (arcs,), for one search after another."""
+    """A network of modes with what is refused of its arcs (arcs,), for one search after another.
 
-    def __init__(self, modes: Modes, network: TaskNetwork) -> None:
-        self.modes, self.network = modes, network
+    ``fields`` are what the last search at each beta left behind, (nodes,) but for other starts.
+    """
+
+    def __init__(self, modes: Modes, network: TaskNetwork, law: gabf.Law) -> None:
+        self.modes, self.network, self.law = modes, network, law
+        self.fields: dict[float, Floats] = {}
+        self._lasting = network.nodes
         self.refused = np.zeros(len(network.tails), dtype=bool)
         self._seen: set[tuple[int, int]] = set()  # (mode, motion) that a second look found free
         self._users: dict[Mode, list[int]] = {}
@@ -60,23 +65,29 @@ class LazySearch:
         made.refused = np.append(self.refused, np.zeros(len(network.tails) - len(self.refused), dtype=bool))
         return made
 
-    def path(self, beta: float, law: gabf.Law, x: Floats | None = None, progress: Progress = QUIET) -> Found:
-        """The cheapest proven path from the start at ``beta``, from the field ``x`` (nodes,) on where there is one."""
-        whole, rounds = self.network.at(beta), 0
+    def path(self, beta: float, progress: Progress = QUIET) -> Found:
+        """The cheapest proven path from the start at ``beta``, from the field at the nearest beta on."""
+        x, whole, rounds = None, self.network.at(beta), 0
+        if self.fields:
+            x = self.fields[min(self.fields, key=lambda known: abs(known - beta))]
+            x = np.append(x, np.full(self.network.nodes - len(x), np.inf))
         while True:
             refused, rounds = np.flatnonzero(self.refused), rounds + 1
             net = whole.without_arcs(refused)
-            if x is None or law.needs_overestimate:
-                field = gabf.solve(net, law=law)
+            if x is None or self.law.needs_overestimate:
+                field = gabf.solve(net, law=self.law)
             else:
-                field = gabf.heal(net, x, law).cost_to_go
+                field = gabf.heal(net, x, self.law).cost_to_go
             x = field.x
             progress("modes", rounds, rounds + 1)
             arcs = self.network.arcs_along(gabf.cheapest_path(field, np.array([self.network.start])))
             if not len(arcs) or progress.stopped or self._holds(arcs):
-                return Found(field, arcs, rounds, len(refused))
+                break
+        if len(arcs) and not progress.stopped:
+            self.fields[beta] = x[: self._lasting]
+        return Found(field, arcs, rounds, len(refused))
 
-    def pieces(self, law: gabf.Law) -> list[Piece]:
+    def pieces(self) -> list[Piece]:
         """Every path that some beta makes the cheapest proven one, with its exact interval of beta; none for no path.
 
         All corners of the least cost over beta on what is not refused; as long as one of their paths is, once more.
@@ -84,7 +95,7 @@ class LazySearch:
         whole = self.network.at(0.5)
         while True:
             net = whole.without_arcs(np.flatnonzero(self.refused))
-            envelope = EnvelopeSearch(net, np.array([self.network.start]), law)
+            envelope = EnvelopeSearch(net, np.array([self.network.start]), self.law)
             while not envelope.done:
                 envelope.step()
             if all([self._holds(self.network.arcs_along(support.nodes)) for support in envelope.supports]):

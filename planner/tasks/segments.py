@@ -10,7 +10,6 @@ from typing import Any, get_args
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
-from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.models.poses import quaternion_of
 from planner.objective.motion_cost import MotionCost
@@ -51,7 +50,7 @@ class Segment:
     path: Floats
     trajectory: Trajectory | None = None
 
-    def record(self, begin: float = 0.0) -> SegmentRecord:
+    def record(self, begin: float) -> SegmentRecord:
         """As ``plan.json`` has it; it begins at ``begin`` s of the whole."""
         made, pairs = self.trajectory, (self.strict.allowed, self.mode.allowed - self.strict.allowed)
         may_touch, at_rest = ([(min(pair), max(pair)) for pair in sorted(map(sorted, each))] for each in pairs)
@@ -93,7 +92,10 @@ def segments_of(options: Options, network: TaskNetwork, arcs: Ints) -> list[Segm
 def timed(
     segments: Sequence[Segment], options: Options, timing: TimingRequest, objective: Objective, scale: Any
 ) -> list[Segment]:
-    """Each segment with the quickest motion from rest to rest; lines are kept but for their rounded corners."""
+    """Each segment with the quickest motion from rest to rest; lines are kept but for their rounded corners.
+
+    It is proven only if it is also free without what may touch at the rest, once it is off that.
+    """
     robot = options.modes.robot
     limits = MotionLimits.of(robot, timing)
     cost = MotionCost(robot, scale, objective, longest=np.inf)
@@ -103,17 +105,12 @@ def timed(
         line = segment.part != PARTS[0] and timing.time_law == "shortcuts"
         law = "blended" if line else timing.time_law
         made = time_path(segment.path, checker, limits, law=law, cost=cost, extra_cost=timing.extra_cost)
-        made = _beyond_rest(made, segment, options.modes.checker_of(segment.strict), limits)
+        if segment.mode != segment.strict:
+            strict = EdgeProver(options.modes.checker_of(segment.strict))
+            free = prove_motion(off_rest(made, segment.path, segment.part), strict, limits).free
+            made = replace(made, proven=made.proven and free, proof=made.proof | {"free_off_rest": free})
         found.append(replace(segment, trajectory=looked_at_again(made, checker)))
     return found
-
-
-def _beyond_rest(made: Trajectory, segment: Segment, strict: CollisionChecker, limits: MotionLimits) -> Trajectory:
-    """The motion, proven only if it is also free without what may touch at the rest, once it is off that."""
-    if segment.mode == segment.strict:
-        return made
-    free = prove_motion(off_rest(made, segment.path, segment.part), EdgeProver(strict), limits).free
-    return replace(made, proven=made.proven and free, proof=made.proof | {"free_off_rest": free})
 
 
 def events_of(segments: Sequence[Segment], options: Options) -> tuple[Event, ...]:
