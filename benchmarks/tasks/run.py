@@ -159,7 +159,7 @@ def greedy_cost(planner: TaskPlanner, beta: float = 0.5) -> float | None:
     for step in range(len(planner.task.steps)):
         ends = [way.last for way in network.ways if way.step == step]
         part = replace(network, start=start, goals=np.array(ends, dtype=np.int64))
-        found = LazySearch(planner.options.modes, part).path(beta, gabf.named_law("singularity-free", 4.0))
+        found = LazySearch(planner.options.modes, part, gabf.named_law("singularity-free", 4.0)).path(beta)
         if not len(found.arcs):
             return None
         total += float(network.costs[found.arcs].sum(axis=0) @ [1 - beta, beta])

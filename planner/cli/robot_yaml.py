@@ -98,7 +98,7 @@ def _tried_as(arm: Robot, unchecked: frozenset[frozenset[str]], said: set[str]) 
     from planner.models.scene import Scene
     from planner.setup.trial import free_home
 
-    checker = CoalChecker(World.of(arm, Scene("none"), unchecked | (arm.disabled_pairs or frozenset()) | arm.touching))
+    checker = CoalChecker(World.of(arm, Scene("none"), unchecked | (arm.disabled_pairs or frozenset())))
     home = None if said else free_home(checker)
     if home is None or (home == arm.home).all():
         return checker

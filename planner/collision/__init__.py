@@ -42,7 +42,7 @@ def make_checker(
     disabled, made = robot.disabled_pairs, None
     if disabled is None:
         disabled, made = worked_out(robot, kind)
-    return kind(World.of(robot, in_world(scene, robot), disabled | robot.touching, margin, conditions), made)
+    return kind(World.of(robot, in_world(scene, robot), disabled, margin, conditions), made)
 
 
 @lru_cache(maxsize=8)

@@ -64,8 +64,7 @@ class CollisionChecker(Protocol):
         pairs = np.flatnonzero(checked & ~world.moving)
         if not len(pairs):
             return None
-        rotation, position = joint_placements(self.chain, np.zeros((1, self.robot.dof)))
-        touching = pairs[self.distances(rotation[:, 0], position[:, 0], pairs) <= world.margin]
+        touching = pairs[self.gaps(np.zeros(self.robot.dof), pairs) <= world.margin]
         return world.contact(int(touching[0])) if len(touching) else None
 
     def first_contact(self, q: Floats) -> tuple[int, Contact] | None:
@@ -101,6 +100,11 @@ class CollisionChecker(Protocol):
         ``rotation`` (joints + 1, 3, 3), ``position`` (joints + 1, 3). May exceed the truth by :meth:`error`.
         """
         ...
+
+    def gaps(self, q: Floats, pairs: Ints) -> Floats:
+        """The :meth:`distances` (k,) of numbered pairs in one configuration (dof,)."""
+        rotation, position = joint_placements(self.chain, np.atleast_2d(q))
+        return self.distances(rotation[:, 0], position[:, 0], pairs)
 
     def error(self, distance: float) -> float:
         """How much a reported ``distance`` (m) may exceed the true one."""

@@ -76,7 +76,7 @@ def survey_pairs(
     bodies, except that two links always touch if any two of their bodies do.
     """
     adjacent = adjacent_pairs(robot) & adjacent_links(robot.source, {body.link for body in robot.bodies})
-    world = World.of(robot, Scene("none"), (robot.disabled_pairs or frozenset()) | robot.touching)
+    world = World.of(robot, Scene("none"), robot.disabled_pairs or frozenset())
     links = [_links(world, pair) for pair in range(len(world.self_pairs))]
     asked = np.array([pair not in adjacent for pair in links], dtype=bool)
     checker = backend(world)

@@ -26,11 +26,6 @@ def adjacent_pairs(robot: Robot) -> frozenset[frozenset[str]]:
     )
 
 
-def disabled_pairs(robot: Robot, backend: type[CollisionChecker]) -> frozenset[frozenset[str]]:
-    """The pairs of links that need no check: the robot's own, else those that :func:`generate_disabled_pairs` finds."""
-    return generate_disabled_pairs(robot, backend) if robot.disabled_pairs is None else robot.disabled_pairs
-
-
 def generate_disabled_pairs(robot: Robot, backend: type[CollisionChecker]) -> frozenset[frozenset[str]]:
     """Adjacent links, and links that touch in nearly all of a fixed sample of random configurations.
 

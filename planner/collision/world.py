@@ -43,7 +43,8 @@ class World:
 
     Pairs 0 .. B O - 1 are body b against obstacle o (number b O + o); then the self-collision pairs. ``checked``
     says which scene pairs count. A configuration is free when every checked pair is farther apart than ``margin`` (m).
-    ``conditions`` are what every motion keeps besides, see :class:`planner.constraints.keeps.Keeps`.
+    ``conditions`` are what every motion keeps besides, see :class:`planner.constraints.keeps.Keeps`; ``disabled`` are
+    the pairs of links that need no check.
     """
 
     robot: Robot
@@ -52,6 +53,7 @@ class World:
     checked: Bools  # (B, O)
     margin: float = 0.0
     conditions: tuple[Condition, ...] = ()
+    disabled: frozenset[frozenset[str]] = frozenset()
 
     @staticmethod
     def of(
@@ -61,25 +63,31 @@ class World:
         margin: float = 0.0,
         conditions: tuple[Condition, ...] = (),
     ) -> World:
-        """Every scene pair that the scene does not allow, every pair of moving bodies not ``disabled`` by link."""
+        """Every scene pair that the scene does not allow, every pair of moving bodies not ``disabled`` by link.
+
+        What the robot carries is not checked against the links that it may touch.
+        """
         checked = np.ones((len(robot.bodies), len(scene.obstacles)), dtype=bool)
         objects = {item.name: item.object for item in scene.carried}
         names = [objects.get(body.link, body.link) for body in robot.bodies]
         for i, k in np.ndindex(*checked.shape) if scene.allowed else ():
             checked[i, k] = frozenset((names[i], scene.obstacles[k].object)) not in scene.allowed
-        return World(robot, scene, _self_pairs(robot, disabled), frozen(checked, np.bool_), margin, conditions)
+        own = _self_pairs(robot, disabled | robot.touching)
+        return World(robot, scene, own, frozen(checked, np.bool_), margin, conditions, disabled)
+
+    def among(self, scene: Scene, robot: Robot) -> World:
+        """The same world but for its ``scene``, and what its ``robot`` carries."""
+        return World.of(robot, scene, self.disabled, self.margin, self.conditions)
 
     def only(self, pairs: Bools) -> World:
         """The world with some ``pairs`` (pairs,) alone; obstacles that none of them names are left out."""
         scene = self.checked & pairs[: self.checked.size].reshape(self.checked.shape)
         touched = np.flatnonzero(scene.any(axis=0))
-        return World(
-            self.robot,
-            replace(self.scene, obstacles=tuple(self.obstacles[k] for k in touched)),
-            frozen(self.self_pairs[pairs[self.checked.size :]], np.int64),
-            frozen(scene[:, touched], np.bool_),
-            self.margin,
-            self.conditions,
+        return replace(
+            self,
+            scene=replace(self.scene, obstacles=tuple(self.obstacles[k] for k in touched)),
+            self_pairs=frozen(self.self_pairs[pairs[self.checked.size :]], np.int64),
+            checked=frozen(scene[:, touched], np.bool_),
         )
 
     def with_places(self, scene: Scene) -> World:

@@ -14,7 +14,6 @@ from planner.collision.checker import CollisionChecker
 from planner.collision.world import Contact
 from planner.gate.rules import RUNGS, Rules
 from planner.gate.verdict import Unsafe, Where
-from planner.kinematics.forward import joint_placements
 from planner.native.gate import NativeGate
 from planner.native.library import NativeBounds
 from planner.setup.resolve import position_bounds
@@ -83,8 +82,7 @@ class Guard:
         contact = world.contact(pair)
         names = contact.first, contact.second
         if touches == 2:  # one has dents
-            rotation, position = joint_placements(checker.chain, q[None])
-            touches = checker.distances(rotation[:, 0], position[:, 0], np.array([pair]))[0] <= world.margin
+            touches = checker.gaps(q, np.array([pair]))[0] <= world.margin
         if touches:
             return Unsafe("contact", on, names)
         limited = world.is_scene_pair(pair) and self.limited[world.members(pair)[1]]

@@ -13,7 +13,6 @@ from planner.base.resolutions import CLEARANCE_FIRST
 from planner.collision.checker import CollisionChecker
 from planner.collision.clearance import Clearance
 from planner.collision.world import Contact
-from planner.kinematics.forward import joint_placements
 
 TOLERANCE, SHARE = 1e-3, 0.1  # m, and of the clearance itself: what is reported is too large by less than either
 CLOSE = 5e-3  # m: models of one robot differ by a millimetre, and calibrations by more
@@ -67,8 +66,7 @@ def nearest_pair(checker: CollisionChecker, q: Floats) -> Contact | None:
     pairs = np.flatnonzero(checked & world.moving)
     if not len(pairs):
         return None
-    rotation, position = joint_placements(checker.chain, np.atleast_2d(q))
-    return world.contact(int(pairs[checker.distances(rotation[:, 0], position[:, 0], pairs).argmin()]))
+    return world.contact(int(pairs[checker.gaps(q, pairs).argmin()]))
 
 
 @dataclass(frozen=True, order=True)

@@ -14,7 +14,6 @@ from planner.base.errors import SceneError, choices
 from planner.base.yamlfile import SMALLEST, validate
 from planner.collision.checker import CollisionChecker, contact_of, is_free
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.self_pairs import disabled_pairs
 from planner.collision.world import Contact, World
 from planner.models.frames import in_world
 from planner.models.moving import MovingObstacle
@@ -34,14 +33,12 @@ from planner.setup.resolve import touching
 class LiveWorld:
     """What a session is at one moment.
 
-    ``bare``: the robot without what it carries; ``disabled``: the pairs of its links that need no check. ``kept`` is
-    the roadmap (None until the first query): it holds every edge that was ever proven, ``proofs`` what is known of each
-    now (nothing without it); its first ``lasting`` nodes stay, the others came with queries. ``stands`` (k, dof): where
-    the arm may stand.
+    ``bare``: the robot without what it carries. ``kept`` is the roadmap (None until the first query): it holds every
+    edge that was ever proven, ``proofs`` what is known of each now (nothing without it); its first ``lasting`` nodes
+    stay, the others came with queries. ``stands`` (k, dof): where the arm may stand.
     """
 
     bare: Robot
-    disabled: frozenset[frozenset[str]]
     checker: CollisionChecker
     proofs: EdgeProofs
     stands: Floats
@@ -53,10 +50,8 @@ class LiveWorld:
         """The world that a request names, without a roadmap."""
         scene = request.scene if isinstance(request.scene, Scene) else Scene.load(str(request.scene))
         checker = open_world(replace(request, scene=replace(scene, carried=())))
-        bare, kind = checker.robot, type(checker)
-        disabled = disabled_pairs(bare, kind)
-        stands = np.zeros((0, bare.dof))
-        live = LiveWorld(bare, disabled, checker, EdgeProofs.of(checker.world, np.zeros(0)), stands)
+        bare = checker.robot
+        live = LiveWorld(bare, checker, EdgeProofs.of(checker.world, np.zeros(0)), np.zeros((0, bare.dof)))
         return live._in(in_world(scene, bare))
 
     @property
@@ -193,8 +188,7 @@ class LiveWorld:
         robot = self.checker.robot
         if scene.carried != self.scene.carried:
             robot = with_carried(self.bare, scene.carried)
-        world = World.of(robot, scene, self.disabled | robot.touching, self.world.margin, self.world.conditions)
-        return self._in_world(world, other)
+        return self._in_world(self.world.among(scene, robot), other)
 
     def _in_world(self, world: World, other: str | None = None) -> LiveWorld:
         """The same of its world; raises :class:`SceneError` where something is put into the robot."""

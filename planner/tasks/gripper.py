@@ -38,56 +38,41 @@ def gripper_of(robot: Robot, said: GripperSaid) -> Gripper:
     They are taken to close at their lower limit, and to open, all of them together, by what their limits allow. The
     links that they move may touch; where there are none those that the tool's last joint carries, but for the first.
     """
-    fingers = _fingers(robot)
-    wide = {name: high for name, (_, high, _) in fingers.items()}
-    tight = {name: low for name, (low, _, _) in fingers.items()}
-    moved = tuple(dict.fromkeys(link for _, _, links in fingers.values() for link in links))
-    opening = sum(wide.values()) - sum(tight.values()) or None
-    _require_joints(robot, said.open or {})
-    _require_joints(robot, said.closed or {})
+    model, (last, _) = urdf.build_model(robot.source), tool_joint(robot)
+    joints = {name: model.getJointId(name) for name in robot.fixed_joints}
+    ends = list(zip(model.lowerPositionLimit.tolist(), model.upperPositionLimit.tolist(), strict=True))
+    limits = {name: ends[model.idx_qs[k]] for name, k in joints.items()}
+    for values in (said.open or {}, said.closed or {}):
+        _require_joints(robot, limits, values)
     links = dict.fromkeys(body.link for body in robot.bodies)
     unknown = sorted(set(said.touch or ()) - set(links))
     if unknown:
         raise TaskError(f"link '{unknown[0]}' cannot touch what is grasped: links with shapes are {choices(links)}.")
+    hand = model.getJointId(robot.model.names[last]) if last else 0
+    slides = [name for name, k in joints.items() if model.joints[k].shortname().startswith("JointModelP")]
+    fingers = [name for name in slides if hand in model.supports[joints[name]]]
+    tight, wide = ({name: limits[name][end] for name in fingers} for end in (0, 1))
+    frames = [(f.name, model.supports[f.parentJoint]) for f in model.frames if f.type == pin.FrameType.BODY]
+    moved = [link for name in fingers for link, path in frames if joints[name] in path and link in links]
     return Gripper(
         wide if said.open is None else said.open,
         tight if said.closed is None else said.closed,
-        opening if said.opening is None else said.opening,
-        (moved or _at_tool(robot)) if said.touch is None else said.touch,
+        (sum(wide.values()) - sum(tight.values()) or None) if said.opening is None else said.opening,
+        (tuple(dict.fromkeys(moved)) or _at_tool(robot)) if said.touch is None else said.touch,
     )
 
 
-def _require_joints(robot: Robot, values: Mapping[str, float]) -> None:
+def _require_joints(robot: Robot, limits: Mapping[str, tuple[float, float]], values: Mapping[str, float]) -> None:
     """Raise :class:`TaskError` for joints that are not held, or values beyond their limits."""
-    model = urdf.build_model(robot.source) if values else None
     for name, value in values.items():
-        if model is None or name not in robot.fixed_joints:
-            held = choices(sorted(robot.fixed_joints))
+        if name not in limits:
+            held = choices(sorted(limits))
             raise TaskError(f"the gripper cannot move '{name}': joints of {robot.name} that are held are {held}.")
-        at = model.joints[model.getJointId(name)].idx_q
-        low, high = float(model.lowerPositionLimit[at]), float(model.upperPositionLimit[at])
+        low, high = limits[name]
         if not low - 1e-9 <= value <= high + 1e-9:
             raise TaskError(
                 f"the gripper moves '{name}' to {value:g}, outside its limits [{low:g}, {high:g}] (rad, m)."
             )
-
-
-def _fingers(robot: Robot) -> dict[str, tuple[float, float, tuple[str, ...]]]:
-    """Sliding joints that are held and carried by the tool's joint: their limits, and links with shapes they move."""
-    if not robot.fixed_joints:
-        return {}
-    model, (last, _) = urdf.build_model(robot.source), tool_joint(robot)
-    hand = model.getJointId(robot.model.names[last]) if last else 0
-    shapes, found = {body.link for body in robot.bodies}, {}
-    for name in robot.fixed_joints:
-        joint = model.getJointId(name)
-        if not model.joints[joint].shortname().startswith("JointModelP") or hand not in model.supports[joint]:
-            continue
-        at = model.joints[joint].idx_q
-        moved = [frame for frame in model.frames if joint in model.supports[frame.parentJoint]]
-        limits = float(model.lowerPositionLimit[at]), float(model.upperPositionLimit[at])
-        found[name] = (*limits, tuple(f.name for f in moved if f.type == pin.FrameType.BODY and f.name in shapes))
-    return found
 
 
 def _at_tool(robot: Robot) -> tuple[str, ...]:

@@ -15,8 +15,6 @@ from planner.base.errors import FileError
 from planner.base.files import is_file, is_folder
 from planner.base.yamlfile import read_text, validate
 from planner.collision.checker import CollisionChecker
-from planner.collision.self_pairs import disabled_pairs
-from planner.collision.world import World
 from planner.models.poses import pose
 from planner.models.robot import with_carried, without_carried
 from planner.models.shapes import Carried
@@ -118,7 +116,6 @@ class Stage:
 
     def __init__(self, checker: CollisionChecker, events: Sequence[Event]) -> None:
         self._known, self.scene = checker, checker.world.scene
-        self._disabled = disabled_pairs(checker.robot, type(checker))
         first = next((event for event in events if event.kind != "gripper"), None)
         self._name = first.object if first is not None and first.kind == "detach" else None
         self.robot = checker.robot if self.held is None else without_carried(checker.robot, self.held.name)
@@ -130,10 +127,9 @@ class Stage:
 
     def checker(self, allowed: Iterable[tuple[str, str]]) -> CollisionChecker:
         """A checker of what there is now, where these pairs of names may touch besides."""
-        base, robot = self._known.world, self.robot if self.held is None else with_carried(self.robot, [self.held])
+        robot = self.robot if self.held is None else with_carried(self.robot, [self.held])
         there = replace(self.scene, allowed=self.scene.allowed | {frozenset(pair) for pair in allowed})
-        world = World.of(robot, there, self._disabled | robot.touching, base.margin, base.conditions)
-        return type(self._known)(world, self._known)
+        return type(self._known)(self._known.world.among(there, robot), self._known)
 
     def pose(self, name: str, q: Floats) -> Floats:
         """Where an object is (4, 4) in a configuration (dof,)."""

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Bools, Floats, Ints, frozen, ranges, so_far
+from planner.base.arrays import Floats, Ints, frozen, ranges, so_far
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
-from planner.collision.world import World
 from planner.kinematics.forward import tool_pose
 from planner.models.robot import Robot, held_in, with_carried
 from planner.models.shapes import Carried, Obstacle
@@ -21,8 +19,6 @@ OPEN, FREE, BLOCKED = 0, 1, 2
 Pairs = frozenset[frozenset[str]]
 NONE: Pairs = frozenset()
 STRAYS = "strays"  # in the place of two names: what motions keep is not proven of it
-Clause = tuple[Any, ...]
-"""Two parts of the world: the arm, what it holds, what stands; and which of their pairs may touch."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +34,9 @@ class Mode:
 
     def allowing(self, *pairs: tuple[str, str]) -> Mode:
         return replace(self, allowed=self.allowed | {frozenset(pair) for pair in pairs})
+
+
+ARM = Mode(())  # among what never moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,23 +62,21 @@ class Modes:
     """The worlds of all modes of one robot among fixed obstacles, and what is known of motions in them.
 
     ``checker`` knows the robot without what it picks, among what never moves. A motion is free in a mode where all
-    clauses of the mode are proven: the arm among what is fixed, which is the same for all; the arm against each object
-    that stands; what is held against arm and fixed obstacles, and against each object that stands. So a mode needs
-    proofs only for pairs that no mode before it had, and a proof is made when a path asks for it.
+    clauses of the mode are proven. So a mode needs proofs only for pairs that no mode before it had, and a proof is
+    made when a path asks for it.
     """
 
     checker: CollisionChecker
-    disabled: Pairs
     objects: dict[str, Obstacle]
     places: list[Place] = field(default_factory=list)
     grasps: list[Held] = field(default_factory=list)
-    verdicts: dict[Clause, Ints] = field(default_factory=dict)  # (motions,) of OPEN, FREE, BLOCKED
-    blame: dict[tuple[Clause, int], str] = field(default_factory=dict)  # what a blocked motion touches, or STRAYS
+    verdicts: dict[Mode, Ints] = field(default_factory=dict)  # by clause: (motions,) of OPEN, FREE, BLOCKED
+    blame: dict[tuple[Mode, int], str] = field(default_factory=dict)  # what a blocked motion touches, or STRAYS
     pieces_proven: int = 0
 
     def __post_init__(self) -> None:
         self.motions = Motions(self.robot)
-        self._provers: dict[Clause, EdgeProver] = {}
+        self._provers = {ARM: EdgeProver(self.checker)}  # of what all motions keep too
         self._checkers: dict[Mode, CollisionChecker] = {}
         self._holding: dict[int | None, Robot] = {None: self.robot}
 
@@ -100,20 +97,22 @@ class Modes:
         self.grasps.append(Held(item.name, Grasp(np.linalg.inv(in_hand)), touch))
         return len(self.grasps) - 1
 
-    def clauses(self, mode: Mode) -> list[Clause]:
-        """What has to be proven of a motion in ``mode``."""
+    def clauses(self, mode: Mode) -> list[Mode]:
+        """What has to be proven of a motion in ``mode``, each a mode in which one thing stands at most.
 
-        def among(*names: str) -> Pairs:
-            return frozenset(pair for pair in mode.allowed if not pair.isdisjoint(names))
+        The arm among what is fixed, which is the same for all; the arm against each object that stands; what is held
+        against arm and fixed obstacles, and against each object that stands.
+        """
 
-        found: list[Clause] = [("arm",)]
-        found += [("stands", place, among(self.places[place].object)) for place in mode.standing]
+        def among(name: str) -> Pairs:
+            return frozenset(pair for pair in mode.allowed if name in pair)
+
+        beside = {place: among(self.places[place].object) for place in mode.standing}
+        found = [ARM, *(Mode((place,), None, pairs) for place, pairs in beside.items())]
         if mode.held is not None:
-            mine = self.grasps[mode.held].object
-            others = {self.places[place].object for place in mode.standing}
-            fixed = frozenset(pair for pair in among(mine) if pair.isdisjoint(others))
-            found.append(("held", mode.held, fixed))
-            found += [("beside", mode.held, p, among(mine) & among(self.places[p].object)) for p in mode.standing]
+            mine = among(self.grasps[mode.held].object)
+            found.append(Mode((), mode.held, mine.difference(*beside.values())))
+            found += [Mode((place,), mode.held, mine & pairs) for place, pairs in beside.items()]
         return found
 
     def checker_of(self, mode: Mode) -> CollisionChecker:
@@ -127,8 +126,7 @@ class Modes:
         standing = [replace(self.objects[p.object], placement=p.pose) for p in (self.places[k] for k in mode.standing)]
         obstacles = (*(base.obstacles if fixed else ()), *standing)
         scene = replace(base.scene, obstacles=obstacles, allowed=base.scene.allowed | mode.allowed)
-        world = World.of(robot, scene, self.disabled | robot.touching, base.margin, conditions)
-        return type(self.checker)(world, self.checker)
+        return type(self.checker)(replace(base.among(scene, robot), conditions=conditions), self.checker)
 
     def _robot(self, held: int | None) -> Robot:
         """The robot with what a grasp holds."""
@@ -138,28 +136,18 @@ class Modes:
             self._holding[held] = with_carried(self.robot, [carried])
         return self._holding[held]
 
-    def _prover(self, clause: Clause) -> EdgeProver:
+    def _prover(self, clause: Mode) -> EdgeProver:
+        """A prover of a clause's own pairs: those of what stands, and of the last body, which is the one held."""
         if clause not in self._provers:
-            self._provers[clause] = self._prover_of(clause)
+            checker = self._made(clause, fixed=not clause.standing)
+            world, last = checker.world, len(checker.world.bodies) - 1
+            scene, own = np.ones_like(world.checked), np.full(len(world.self_pairs), not clause.standing)
+            if clause.held is not None:
+                scene[:last], own = False, own & (world.self_pairs == last).any(axis=1)
+            self._provers[clause] = EdgeProver(checker).only(np.append(scene, own))
         return self._provers[clause]
 
-    def _prover_of(self, clause: Clause) -> EdgeProver:
-        """A prover of the pairs of a clause alone; what all motions keep is proven with those of the arm."""
-        match clause:
-            case ("arm",):
-                return EdgeProver(self.checker)
-            case ("stands", place, allowed):
-                checker = self._made(Mode((place,), None, allowed), fixed=False)
-                return EdgeProver(checker).only(_scene_pairs(checker.world))
-            case ("held", held, allowed):
-                checker = self._made(Mode((), held, allowed))
-                return EdgeProver(checker).only(_of_last_body(checker.world))
-            case (_, held, place, allowed):
-                checker = self._made(Mode((place,), held, allowed), fixed=False)
-                return EdgeProver(checker).only(_scene_pairs(checker.world) & _of_last_body(checker.world))
-        raise AssertionError(clause)
-
-    def known(self, clause: Clause) -> Ints:
+    def known(self, clause: Mode) -> Ints:
         """(motions,) what is known of motions in a clause."""
         have, count = self.verdicts.get(clause, np.zeros(0, dtype=np.int64)), self.motions.count
         if len(have) < count:
@@ -167,7 +155,7 @@ class Modes:
             self.verdicts[clause] = have
         return have
 
-    def prove(self, clause: Clause, numbers: Ints) -> None:
+    def prove(self, clause: Mode, numbers: Ints) -> None:
         """Prove what is open of the motions ``numbers`` (k,) in a clause."""
         known = self.known(clause)
         todo = np.unique(numbers[known[numbers] == OPEN])
@@ -192,56 +180,34 @@ class Motions:
     """Joint motions by number, each a run of straight pieces."""
 
     def __init__(self, robot: Robot) -> None:
-        self.robot, self._start, self._delta = robot, [np.zeros((0, robot.dof))], [np.zeros((0, robot.dof))]
-        self._counts: list[Ints] = [np.zeros(0, dtype=np.int64)]
-        self._first = np.zeros(1, dtype=np.int64)
-        self.count = 0
+        self.robot, self.count = robot, 0
+        self._added: list[tuple[Floats, Floats, Ints]] = []  # starts and deltas of pieces, and how many a motion has
+        self._first = np.zeros(1, dtype=np.int64)  # piece of each motion, and how many pieces there are
 
     def through(self, corners: Floats) -> int:
         """A motion through ``corners`` (k, dof), its number; one of a single corner stays there."""
         corners = corners if len(corners) > 1 else np.vstack([corners, corners])
-        number = self.count
-        self._add(corners[:-1], np.diff(corners, axis=0), np.array([len(corners) - 1]))
-        return number
+        return int(self._add(corners[:-1], np.diff(corners, axis=0), np.array([len(corners) - 1]))[0])
 
     def straight(self, start: Floats, end: Floats) -> Ints:
         """Straight motions between configurations (k, dof), their numbers (k,)."""
-        first = self.count
-        self._add(start, self.robot.difference(start, end), np.ones(len(start), dtype=np.int64))
-        return first + np.arange(len(start))
+        return self._add(start, self.robot.difference(start, end), np.ones(len(start), dtype=np.int64))
 
-    def _add(self, start: Floats, delta: Floats, counts: Ints) -> None:
-        self._start.append(start)
-        self._delta.append(delta)
-        self._counts.append(counts)
+    def _add(self, start: Floats, delta: Floats, counts: Ints) -> Ints:
+        self._added.append((start, delta, counts))
         self.count += len(counts)
-
-    def joined(self) -> tuple[Floats, Floats, Ints]:
-        """All pieces: starts and motions (p, dof), and where those of each motion begin (motions + 1,)."""
-        if len(self._start) > 1:
-            self._start, self._delta = [np.concatenate(self._start)], [np.concatenate(self._delta)]
-            self._counts = [np.concatenate(self._counts)]
-            self._first = so_far(self._counts[0])
-        return self._start[0], self._delta[0], self._first
+        return np.arange(self.count - len(counts), self.count)
 
     def of(self, motions: Ints) -> tuple[Floats, Floats, Ints]:
-        """The pieces of ``motions``, and which motion each belongs to."""
-        start, delta, first = self.joined()
-        rows, counts = ranges(first[motions], np.diff(first)[motions]), np.diff(first)[motions]
-        return start[rows], delta[rows], np.repeat(motions, counts)
+        """The pieces of ``motions``, starts and deltas (p, dof), and which motion each belongs to."""
+        if len(self._first) <= self.count:
+            start, delta, counts = map(np.concatenate, zip(*self._added, strict=True))
+            self._added, self._first = [(start, delta, counts)], so_far(counts)
+        start, delta, counts = self._added[0]
+        rows = ranges(self._first[motions], counts[motions])
+        return start[rows], delta[rows], np.repeat(motions, counts[motions])
 
     def corners(self, motion: int) -> Floats:
         """The corners (k, dof) of a motion."""
         start, delta, _ = self.of(np.array([motion]))
         return np.vstack([start, start[-1:] + delta[-1:]])
-
-
-def _scene_pairs(world: World) -> Bools:
-    return np.arange(world.checked.size + len(world.self_pairs)) < world.checked.size
-
-
-def _of_last_body(world: World) -> Bools:
-    """The pairs of the body that was added last, which is the one held."""
-    last, count = len(world.bodies) - 1, len(world.obstacles)
-    scene = np.repeat(np.arange(len(world.bodies)) == last, count)
-    return np.concatenate([scene, (world.self_pairs == last).any(axis=1)])

@@ -6,7 +6,6 @@ beginning, proven or not, so every path over free arcs is a path of this network
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -20,15 +19,14 @@ from planner.objective.scale import cost_number, length_cost
 from planner.problem.objective import Objective
 from planner.roadmap.roadmap import Roadmap
 from planner.tasks.file import TaskError
-from planner.tasks.modes import Mode, Motions
+from planner.tasks.modes import ARM, FREE, Mode, Motions
 from planner.tasks.options import NOTHING, Option, Options
 
 NEIGHBOURS = 10  # nodes of the roadmap that each end of a line is joined to
 MOST_NODES = 3_000_000  # of the network
 TRANSIT, APPROACH, RETREAT = 0, 1, 2
 _CHUNK = 256  # ends whose neighbours are looked for at once
-
-Crossing = tuple[int, int, Option, int | None]  # a layer, a step, its option, layer after
+_COLUMNS = ("tails", "heads", "motion", "mode", "leg")  # of arcs
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,151 +89,118 @@ class TaskNetwork:
         found = motions.corners(int(self.motion[arc]))
         return found[::-1] if self.layered > self.tails[arc] > self.heads[arc] else found
 
-    def arc(self, tail: int, head: int) -> int:
-        """The arc from one node to another."""
-        first, last = np.searchsorted(self.tails, [tail, tail + 1])
-        return int(first + np.flatnonzero(self.heads[first:last] == head)[0])
+    @cached_property
+    def _ends(self) -> Ints:
+        """(arcs,) ascending numbers of pairs of nodes, no two arcs having the same."""
+        return self.tails * self.nodes + self.heads
+
+    def arcs_along(self, nodes: Ints) -> Ints:
+        """The arcs (k - 1,) between consecutive ``nodes`` (k,)."""
+        return np.searchsorted(self._ends, nodes[:-1] * self.nodes + nodes[1:])
 
     def started(self, options: Options, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
         """The same from another start ``q`` (dof,), joined to its neighbours in the first layer."""
         near = np.sort(_nearest(roadmap, options.modes.robot, q[None])[0])  # arcs in the order of the network
         motion = options.modes.motions.straight(np.repeat(q[None], len(near), axis=0), roadmap.nodes[near])
-        start, many = self.nodes, len(near)
-        arcs = {
-            "tails": np.full(many, start),
-            "heads": near,
-            "motion": motion,
-            "mode": np.zeros(many, dtype=np.int64),
-            "leg": np.full(many, TRANSIT),
-        }
-        more = {name: np.concatenate([getattr(self, name), rows]) for name, rows in arcs.items()}
+        arcs = dict(zip(_COLUMNS, _arcs(self.nodes, near, motion, 0, TRANSIT), strict=True))
+        more = {name: np.append(getattr(self, name), rows) for name, rows in arcs.items()}
         costs = np.vstack([self.costs, motion_costs(options, roadmap, objective, motion)])
         reaches = np.append(self.reaches, 0)
-        return replace(self, nodes=self.nodes + 1, start=start, costs=costs, reaches=reaches, **more)
+        return replace(self, nodes=self.nodes + 1, start=self.nodes, costs=costs, reaches=reaches, **more)
+
+
+def _arcs(*columns: Ints | int) -> Ints:
+    """The five columns (5, k) of some arcs, of which one may be the same in all."""
+    return np.stack(np.broadcast_arrays(*columns)).reshape(len(_COLUMNS), -1)
 
 
 def task_network(options: Options, roadmap: Roadmap, objective: Objective) -> TaskNetwork:
     """The network of a task's options over the nodes and edges of ``roadmap``, whose first start is the task's."""
-    return _Builder(options, roadmap).network(objective)
+    modes, (first, second), n = options.modes, roadmap.edges.T, len(roadmap.nodes)
+    along = modes.motions.straight(roadmap.nodes[first], roadmap.nodes[second])
+    modes.known(ARM)[along[roadmap.proven]] = FREE
+    joints = _joints(options, roadmap)
+    layers, crossings = _layers(options, n)
+    number = {mode: k for k, mode in enumerate(dict.fromkeys(mode for _, mode in layers))}
+    arcs = []
+    for layer, (stage, mode) in enumerate(layers):
+        for tails, heads in ((first, second), (second, first)):
+            arcs.append(_arcs(layer * n + tails, layer * n + heads, along, number[mode], 3 * stage))
+    node, ways, goals, reaches = len(layers) * n, [], [], [np.repeat([stage for stage, _ in layers], n)]
+    for layer, option, after in crossings:
+        (stage, mode), (near_in, there, near_out, off) = layers[layer], joints[id(option)]
+        way = Way(stage, option, node)
+        arcs.append(_arcs(layer * n + near_in, node, there, number[mode], 3 * stage))
+        for k, (part, leg) in enumerate(_lines(options, mode, option)):
+            part_number = number.setdefault(part, len(number))
+            arcs.append(_arcs(node + k, node + k + 1, option.motions[k], part_number, 3 * stage + leg))
+        if after is None:
+            goals.append(way.last)
+        else:
+            arcs.append(_arcs(way.last, after * n + near_out, off, number[layers[after][1]], 3 * stage + 3))
+        node = way.last + 1
+        ways.append(way)
+        reaches.append(np.append(np.full(way.last - way.first, stage), stage + 1))  # its last is behind the step
+    columns = np.concatenate(arcs, axis=1)
+    columns = columns[:, np.argsort(columns[0] * node + columns[1], kind="stable")]  # as the network has them
+    tails, heads, motion, mode_of, leg_of = columns
+    costs = motion_costs(options, roadmap, objective, np.arange(modes.motions.count))
+    return TaskNetwork(
+        node,
+        int(roadmap.starts[0]),
+        np.array(goals, dtype=np.int64),
+        tails,
+        heads,
+        motion,
+        mode_of,
+        leg_of,
+        costs[motion],
+        tuple(number),
+        len(layers) * n,
+        tuple(ways),
+        np.concatenate(reaches),
+    )
 
 
-class _Builder:
-    """Layer after layer: each is a mode before a step."""
+def _joints(options: Options, roadmap: Roadmap) -> dict[int, tuple[Ints, Ints, Ints, Ints]]:
+    """By the id of an option: neighbours of its begin and the straight motions from there, of its end and to there."""
+    listed = [o for step in options.steps for found in step.values() for o in found]
+    flat, robot, motions = np.concatenate([o.ends for o in listed]), options.modes.robot, options.modes.motions
+    near = _nearest(roadmap, robot, flat)
+    theirs, mine = roadmap.nodes[near].reshape(-1, robot.dof), np.repeat(flat, near.shape[1], axis=0)
+    there, off = (motions.straight(*pair).reshape(near.shape) for pair in ((theirs, mine), (mine, theirs)))
+    ends = zip(near[::2], there[::2], near[1::2], off[1::2], strict=True)
+    return {id(option): found for option, found in zip(listed, ends, strict=True)}
 
-    def __init__(self, options: Options, roadmap: Roadmap) -> None:
-        self.options, self.roadmap, self.n = options, roadmap, len(roadmap.nodes)
-        motions, nodes, edges = options.modes.motions, roadmap.nodes, roadmap.edges
-        self.edge_motions = motions.straight(nodes[edges[:, 0]], nodes[edges[:, 1]])
-        options.modes.known(("arm",))[self.edge_motions[roadmap.proven]] = 1
-        self.modes: dict[Mode, int] = {}
-        self.layers: list[tuple[int, Mode]] = []
-        self.links = self._links()
 
-    def _links(self) -> dict[int, tuple[tuple[Ints, Ints], tuple[Ints, Ints]]]:
-        """Neighbours of both ends of every option, and the straight motions there and off; by the option's id."""
-        listed = [o for step in self.options.steps for options in step.values() for o in options]
-        flat, robot, motions = (
-            np.concatenate([o.ends for o in listed]),
-            self.options.modes.robot,
-            self.options.modes.motions,
-        )
-        near = _nearest(self.roadmap, robot, flat)
-        many = near.shape[1]
-        theirs, mine = self.roadmap.nodes[near].reshape(-1, robot.dof), np.repeat(flat, many, axis=0)
-        there, off = (motions.straight(*pair).reshape(-1, many) for pair in ((theirs, mine), (mine, theirs)))
-        return {id(o): ((near[2 * k], there[2 * k]), (near[2 * k + 1], off[2 * k + 1])) for k, o in enumerate(listed)}
-
-    def network(self, objective: Objective) -> TaskNetwork:
-        """All layers that the steps lead to from the first, and the crossings between them."""
-        self.layer_of: dict[tuple[int, Mode], int] = {}
-        self._layer(0, self.options.first)
-        crossings: list[Crossing] = []
-        for layer, (stage, mode) in enumerate(self.layers):  # to which the ways add
-            crossings += [(layer, *way) for way in self._ways(stage, mode)]
-        return self._assembled(crossings, objective)
-
-    def _layer(self, stage: int, mode: Mode) -> int | None:
-        """The number of a layer, None behind the last step."""
-        if stage == len(self.options.task.steps):
-            return None
-        if (stage, mode) not in self.layer_of:
-            self.layer_of[stage, mode] = len(self.layers)
-            self.layers.append((stage, mode))
-            self._number(mode)
-            if len(self.layers) * self.n > MOST_NODES:
-                raise TaskError(
-                    f"the task has more than {len(self.layers) - 1} modes of {self.n} nodes: give fewer grasps, fewer "
-                    "placements or fewer --nodes."
-                )
-        return self.layer_of[stage, mode]
-
-    def _number(self, mode: Mode) -> int:
-        return self.modes.setdefault(mode, len(self.modes))
-
-    def _ways(self, stage: int, mode: Mode) -> Iterator[tuple[int, Option, int | None]]:
-        """What leads out of a layer: step, option, layer after."""
-        found = self.options.steps[stage]
+def _layers(options: Options, n: int) -> tuple[list[tuple[int, Mode]], list[tuple[int, Option, int | None]]]:
+    """All modes before a step (from 0) that the steps lead to, and the ways: a layer, an option, the layer after."""
+    layers, crossings = {(0, options.first): 0}, []
+    queue = list(layers)
+    for stage, mode in queue:  # to which the ways add
         for key in (NOTHING, *(mode.standing if mode.held is None else (mode.held,))):
-            for option in found.get(key, ()):
-                yield stage, option, self._layer(stage + 1, _after(mode, option))
+            for option in options.steps[stage].get(key, ()):
+                after = stage + 1, _after(mode, option)
+                if after not in layers and stage + 1 < len(options.steps):
+                    if (len(layers) + 1) * n > MOST_NODES:
+                        raise TaskError(
+                            f"the task has more than {len(layers)} modes of {n} nodes: give fewer grasps, fewer "
+                            "placements or fewer --nodes."
+                        )
+                    layers[after] = len(layers)
+                    queue.append(after)
+                crossings.append((layers[stage, mode], option, layers.get(after)))
+    return queue, crossings
 
-    def _assembled(self, crossings: list[Crossing], objective: Objective) -> TaskNetwork:
-        columns: list[tuple[Ints, Ints, Ints, Ints, Ints]] = []
 
-        def arcs(tails, heads, motion, mode: Mode, leg: int) -> None:
-            tails, heads, motion = np.atleast_1d(tails), np.atleast_1d(heads), np.atleast_1d(motion)
-            many = max(len(tails), len(heads))
-            same = np.full(many, self._number(mode)), np.full(many, leg)
-            columns.append((np.broadcast_to(tails, many), np.broadcast_to(heads, many), motion, *same))
-
-        edges, n = self.roadmap.edges, self.n
-        for layer, (stage, mode) in enumerate(self.layers):
-            arcs(layer * n + edges[:, 0], layer * n + edges[:, 1], self.edge_motions, mode, 3 * stage)
-            arcs(layer * n + edges[:, 1], layer * n + edges[:, 0], self.edge_motions, mode, 3 * stage)
-        node, ways, goals = len(self.layers) * n, [], []
-        reaches = [np.repeat([stage for stage, _ in self.layers], n)]
-        for layer, stage, option, after in crossings:
-            (near_in, there), (near_out, off) = self.links[id(option)]
-            mode, way = self.layers[layer][1], Way(stage, option, node)
-            arcs(layer * n + near_in, node, there, mode, 3 * stage)
-            for k, (one, leg) in enumerate(self._lines(mode, option)):
-                arcs(node + k, node + k + 1, option.motions[k], one, 3 * stage + leg)
-            if after is None:
-                goals.append(way.last)
-            else:
-                arcs(way.last, after * n + near_out, off, self.layers[after][1], 3 * stage + 3)
-            ways.append(way)
-            reaches.append(np.full(way.last + 1 - node, stage))
-            reaches[-1][-1] += 1  # its last corner is behind the step
-            node = way.last + 1
-        tails, heads, motion, mode, leg = (np.concatenate(column) for column in zip(*columns, strict=True))
-        order = np.argsort(tails * node + heads, kind="stable")  # as the network has them
-        costs = motion_costs(self.options, self.roadmap, objective, np.arange(self.options.modes.motions.count))
-        return TaskNetwork(
-            node,
-            int(self.roadmap.starts[0]),
-            np.array(goals, dtype=np.int64),
-            tails[order],
-            heads[order],
-            motion[order],
-            mode[order],
-            leg[order],
-            costs[motion[order]],
-            tuple(self.modes),
-            len(self.layers) * n,
-            tuple(ways),
-            np.concatenate(reaches),
-        )
-
-    def _lines(self, mode: Mode, option: Option) -> list[tuple[Mode, int]]:
-        """The mode and the leg of each of the motions between an option's corners."""
-        if option.place == NOTHING:
-            return []
-        after, options = _after(mode, option), self.options
-        hand, rest = options.at_hand(option.place), options.at_rest(option.place)
-        if mode.held is None:
-            return [(mode.allowing(*hand), APPROACH), (after.allowing(*rest), RETREAT), (after, RETREAT)]
-        return [(mode, APPROACH), (mode.allowing(*rest), APPROACH), (after.allowing(*hand), RETREAT)]
+def _lines(options: Options, mode: Mode, option: Option) -> list[tuple[Mode, int]]:
+    """The mode and the leg of each of the motions between an option's corners."""
+    if option.place == NOTHING:
+        return []
+    after, hand, rest = _after(mode, option), options.at_hand(option.place), options.at_rest(option.place)
+    if mode.held is None:
+        return [(mode.allowing(*hand), APPROACH), (after.allowing(*rest), RETREAT), (after, RETREAT)]
+    return [(mode, APPROACH), (mode.allowing(*rest), APPROACH), (after.allowing(*hand), RETREAT)]
 
 
 def _after(mode: Mode, option: Option) -> Mode:

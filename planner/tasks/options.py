@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from planner.base.errors import choices
 from planner.base.yamlfile import nearest, repeated
 from planner.collision import coal_checker
 from planner.collision.world import World
-from planner.kinematics.forward import joint_placements, tool_joint, tool_pose
+from planner.kinematics.forward import tool_joint, tool_pose
 from planner.models.scene import Scene
 from planner.models.shapes import Carried, Obstacle
 from planner.problem.targets import parse_target
@@ -23,8 +23,8 @@ from planner.tasks.file import Grasp, Move, Pick, Region, Task, TaskError
 from planner.tasks.file import Place as PlaceStep
 from planner.tasks.grasps import generated
 from planner.tasks.gripper import Gripper
-from planner.tasks.modes import BLOCKED, STRAYS, Held, Mode, Modes, Place
-from planner.tasks.placements import REST, at_pose, extent, in_region, supports
+from planner.tasks.modes import ARM, BLOCKED, STRAYS, Held, Mode, Modes, Place
+from planner.tasks.placements import REST, at_pose, extent, in_region, standing
 from planner.tasks.reach import along, line_poses, solutions
 
 NOTHING = -1  # in the place of a number of a grasp or a place
@@ -37,28 +37,19 @@ _GOALS = 8  # configurations that a state becomes at most
 
 @dataclass(frozen=True, eq=False)
 class Option:
-    """One configuration of one grasp at one place, with the lines of the tool to it and off it, (k, dof) each.
+    """One configuration ``rest`` (dof,) of one grasp at one place, with the lines of the tool to it and off it.
 
-    ``motions`` (3,) are numbers of what leads from corner to corner. The corners of a pick are the begin of its
-    approach, the rest, ``RELEASE`` off it, and the end of its retreat; of a placement the begin, ``RELEASE`` before
-    the rest, the rest, and the end. A goal of a move is one corner: it has no motions, its grasp and place are NOTHING.
+    It is joined to the roadmap at both ``ends`` (2, dof). ``motions`` (3,) are numbers of what leads from corner to
+    corner. The corners of a pick are the begin of its approach, the rest, ``RELEASE`` off it, and the end of its
+    retreat; of a placement the begin, ``RELEASE`` before the rest, the rest, and the end. A goal of a move is one
+    corner: it has no motions, its grasp and place are NOTHING.
     """
 
     grasp: int
     place: int
-    before: Floats
-    after: Floats
+    rest: Floats
+    ends: Floats
     motions: Ints
-
-    @property
-    def ends(self) -> Floats:
-        """(2, dof) where it is joined to the roadmap."""
-        return np.array([self.before[0], self.after[-1]])
-
-    @staticmethod
-    def goal(q: Floats) -> Option:
-        """To be in a configuration (dof,)."""
-        return Option(NOTHING, NOTHING, q[None], q[None], np.zeros(0, dtype=np.int64))
 
 
 @dataclass(eq=False)
@@ -66,15 +57,20 @@ class Tried:
     """Of how many grasps or placements of a step a configuration was sought, and what became of the others."""
 
     of: int = 0
-    out_of_reach: int = 0
     strays: int = 0
     contacts: Counter[str] = field(default_factory=Counter)
-    unreached: list[Floats] = field(default_factory=list)  # where the tool was to be (3,)
+    out_of_reach: list[Floats] = field(default_factory=list)  # where the tool was to be (3,)
 
-    def blame(self, what: str | None) -> None:
-        """Count one more that is blocked, by ``what`` :meth:`Modes.why` says."""
-        self.strays += what == STRAYS
-        self.contacts.update([what] if what not in (None, STRAYS) else [])
+    def count_blocked(self, hits: Iterable[tuple[Option, str | None]]) -> None:
+        """Count each grasp at a place all options of which are blocked, by what the first touches; None: it is not."""
+        groups: dict[tuple[int, int], list[str | None]] = {}
+        for option, hit in hits:
+            groups.setdefault((option.grasp, option.place), []).append(hit)
+        for found in groups.values():
+            first = found[0]
+            if first is not None and None not in found:
+                self.strays += first == STRAYS
+                self.contacts.update({first} - {STRAYS})
 
 
 class Options:
@@ -92,17 +88,17 @@ class Options:
         self._seeds = np.vstack([start, robot.home, rng.uniform(robot.lower, robot.upper, (_MOST, robot.dof))])
         self.steps: list[dict[int, list[Option]]] = []
         self.tried: list[Tried] = []
-        self.stands = {name: [self._new_place(initial)] for name, initial in _initial(modes).items()}
+        self.stands = {place.object: [self._new_place(place)] for place in _initial(modes)}
         self._held = list(range(len(modes.grasps)))  # grasps that are left, of the object that is held
         self._seeds_of: dict[int, list[Floats]] = {}  # configurations that hold it, by grasp
         self._require_free_tops()
-        standing = tuple(sorted(places[0] for places in self.stands.values()))
-        self.first = Mode(standing, self._held[0] if self._held else None)
+        numbers = tuple(sorted(places[0] for places in self.stands.values()))
+        self.first = Mode(numbers, self._held[0] if self._held else None)
         for step in task.steps:
             self.tried.append(Tried())
             match step:
                 case Move():
-                    self.steps.append({NOTHING: [Option.goal(q) for q in self._goals(len(self.tried), step)]})
+                    self.steps.append({NOTHING: self._goals(len(self.tried), step)})
                 case Pick():
                     self.steps.append(self._pick(step))
                 case PlaceStep():
@@ -136,16 +132,21 @@ class Options:
         self.modes.places.append(place)
         return len(self.modes.places) - 1
 
-    def _goals(self, number: int, step: Move) -> Floats:
-        checker = self.modes.checker
+    def _goals(self, number: int, step: Move) -> list[Option]:
+        checker, role, none = self.modes.checker, f"step {number}, the move,", np.zeros(0, dtype=np.int64)
         states = states_of(checker.robot, checker.world.scene)
-        return resolve(parse_target(step.to), checker, states, f"step {number}, the move,", _GOALS, self.start)
+        found = resolve(parse_target(step.to), checker, states, role, _GOALS, self.start)
+        return [Option(NOTHING, NOTHING, q, np.array([q, q]), none) for q in found]
 
     def _pick(self, step: Pick) -> dict[int, list[Option]]:
         item, first = self.modes.objects[step.object], len(self.modes.grasps)
         given = generated(item.name, item.shape, self.gripper.opening) if step.grasps is None else step.grasps
         if step.grasps is not None:
-            self._require_outside(item, given)
+            if all(_hand_in(item, grasp, self.modes, self.gripper) for grasp in given):
+                raise TaskError(
+                    f"every grasp of '{item.name}' has the hand inside it: give tool poses in the object's frame, in "
+                    f"metres, with no link but {choices(self.gripper.touch)} at the object."
+                )
             widest = max(grasp.opening or 0.0 for grasp in given)
             if self.gripper.opening is not None and widest > self.gripper.opening + 1e-9:
                 raise TaskError(
@@ -157,7 +158,7 @@ class Options:
         found = {place: self._options(step, [(g, place) for g in numbers], {}) for place in self.stands[item.name]}
         every = [option for options in found.values() for option in options]
         self._held = [g for g in numbers if any(option.grasp == g for option in every)]
-        self._seeds_of = {g: [o.before[-1] for o in every if o.grasp == g] for g in self._held}
+        self._seeds_of = {g: [o.rest for o in every if o.grasp == g] for g in self._held}
         return found
 
     def _place(self, step: PlaceStep) -> dict[int, list[Option]]:
@@ -179,8 +180,7 @@ class Options:
             near = np.vstack([*seeds.get(grasp, ()), *self._seeds[:many]])
             options = self._at(step, grasp, place, tool, near)
             if not options:
-                tried.out_of_reach += 1
-                tried.unreached.append(tool[:3, 3])
+                tried.out_of_reach.append(tool[:3, 3])
             found += options
         return self._unblocked(step, found)
 
@@ -194,27 +194,28 @@ class Options:
             before, after = along(robot, q, out), along(robot, q, away)
             if before is None or after is None:
                 continue
-            before = before[::-1]
+            before, ends = before[::-1], np.array([before[-1], after[-1]])
             parts = (before, after[:2], after[1:]) if isinstance(step, Pick) else (before[:-1], before[-2:], after)
-            found.append(Option(grasp, place, before, after, np.array([add(part) for part in parts])))
+            found.append(Option(grasp, place, q, ends, np.array([add(part) for part in parts])))
         return found
 
     def _unblocked(self, step: Pick | PlaceStep, options: list[Option]) -> list[Option]:
         """Those whose lines the arm can follow among what is fixed, and the empty hand beside the object itself."""
         if not options:
             return options
-        motions = np.array([option.motions for option in options])
-        arm = self.modes.clauses(Mode(()))[0]
-        self.modes.prove(arm, motions.ravel())
-        blocked = (self.modes.known(arm)[motions] == BLOCKED).any(axis=1)
-        places, empty = np.array([option.place for option in options]), 0 if isinstance(step, Pick) else 2
-        for place in np.unique(places):
-            clause = self.modes.clauses(self.beside(int(place)))[1]
-            rows = np.flatnonzero((places == place) & ~blocked)
-            self.modes.prove(clause, motions[rows, empty])
-            blocked[rows] = self.modes.known(clause)[motions[rows, empty]] == BLOCKED
-        self._count(options, blocked, motions, empty)
-        return [option for option, bad in zip(options, blocked, strict=True) if not bad]
+        modes, empty = self.modes, 0 if isinstance(step, Pick) else 2
+        motions, places = np.array([o.motions for o in options]), np.array([o.place for o in options])
+        modes.prove(ARM, motions.ravel())
+        open_ = (modes.known(ARM)[motions] != BLOCKED).all(axis=1)
+        for place in np.unique(places).tolist():
+            modes.prove(self.beside(place), motions[(places == place) & open_, empty])
+        hits = []
+        for option in options:
+            parts = [(ARM, m) for m in option.motions.tolist()]
+            parts.insert(empty + 1, (self.beside(option.place), parts[empty][1]))
+            hits.append(next((modes.blame[part] for part in parts if part in modes.blame), None))
+        self.tried[-1].count_blocked(zip(options, hits, strict=True))
+        return [option for option, hit in zip(options, hits, strict=True) if hit is None]
 
     def beside(self, place: int) -> Mode:
         """The hand going to, or coming from, an object at a place: of it the gripper's links may touch it."""
@@ -227,51 +228,23 @@ class Options:
         """An object and what it stands on."""
         return [(self.modes.places[place].object, on) for on in self.modes.places[place].supports]
 
-    def _count(self, options: list[Option], blocked: np.ndarray, motions: Ints, empty: int) -> None:
-        """Grasps and placements of which every configuration is blocked count by what the first of them touches."""
-        ways: dict[tuple[int, int], list[int]] = {}
-        for k, option in enumerate(options):
-            ways.setdefault((option.grasp, option.place), []).append(k)
-        for rows in ways.values():
-            if blocked[rows].all():
-                option = options[rows[0]]
-                modes = [Mode(()) if k != empty else self.beside(option.place) for k in range(3)]
-                hits = (self.modes.why(mode, int(m)) for mode, m in zip(modes, motions[rows[0]], strict=True))
-                self.tried[-1].blame(next((hit for hit in hits if hit), None))
-
-    def _require_outside(self, item: Obstacle, grasps: Iterable[Grasp]) -> None:
-        """Raise :class:`TaskError` where every grasp has the hand inside the object."""
-        if all(_hand_in(item, grasp, self.modes, self.gripper) for grasp in grasps):
-            raise TaskError(
-                f"every grasp of '{item.name}' has the hand inside it: give tool poses in the object's frame, in "
-                f"metres, with no link but {choices(self.gripper.touch)} at the object."
-            )
-
 
 def _hand_in(item: Obstacle, grasp: Grasp, modes: Modes, gripper: Gripper) -> bool:
     """Whether links that the tool's joint carries, but for those that may, touch an object in a grasp."""
     robot, (last, _) = modes.robot, tool_joint(modes.robot)
-    tool = tool_pose(robot, robot.home).homogeneous
-    scene = replace(
-        modes.checker.world.scene,
-        obstacles=(replace(item, placement=tool @ np.linalg.inv(grasp.pose)),),
-        allowed=frozenset(),
-    )
-    checker = coal_checker(World.of(robot, scene, frozenset(), 0.0))
+    held = replace(item, placement=tool_pose(robot, robot.home).homogeneous @ np.linalg.inv(grasp.pose))
+    scene = replace(modes.checker.world.scene, obstacles=(held,), allowed=frozenset())
+    checker = coal_checker(World.of(robot, scene, frozenset()))
     bodies = [k for k, b in enumerate(robot.bodies) if b.joint == last and b.link not in gripper.touch]
-    rotation, position = joint_placements(checker.chain, robot.home[None])
-    return bool((checker.distances(rotation[:, 0], position[:, 0], np.array(bodies, dtype=np.int64)) <= 0).any())
+    return bool((checker.gaps(robot.home, np.array(bodies, dtype=np.int64)) <= 0).any())
 
 
-def _initial(modes: Modes) -> dict[str, Place]:
+def _initial(modes: Modes) -> Iterator[Place]:
     """Where the objects stand at the beginning; on what they rest is found among all that stands."""
-    held, found = {item.object for item in modes.grasps}, {}
+    held = {item.object for item in modes.grasps}
     objects = [item for name, item in modes.objects.items() if name not in held]
     for item in objects:
-        others = tuple(other for other in objects if other is not item)
-        on = supports(item, item.placement, modes.checker, others)
-        found[item.name] = Place(item.name, np.array(item.placement), on)
-    return found
+        yield standing(item, item.placement, modes.checker, tuple(other for other in objects if other is not item))
 
 
 def require_sensible(task: Task, scene: Scene) -> Carried | None:

@@ -11,8 +11,6 @@ from planner.base.arrays import Floats
 from planner.base.errors import choices
 from planner.base.yamlfile import nearest
 from planner.collision.checker import CollisionChecker
-from planner.collision.world import World
-from planner.kinematics.forward import joint_placements
 from planner.models.poses import pose
 from planner.models.robot import with_carried
 from planner.models.shapes import Box, Capsule, Carried, Cylinder, Mesh, Obstacle, Shape, Sphere
@@ -101,13 +99,11 @@ def _level_of_top(board: Obstacle, low: Floats, high: Floats) -> float:
     return float(board.placement[2, 3] + half[up])
 
 
-def supports(
-    item: Obstacle, placement: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()
-) -> tuple[str, ...]:
-    """What an object that stands at ``placement`` rests on: what it would touch were it ``REST`` lower."""
+def standing(item: Obstacle, placement: Floats, among: CollisionChecker, others: tuple[Obstacle, ...] = ()) -> Place:
+    """An object at ``placement``, and what it rests on: what it would touch were it ``REST`` lower."""
     lower = np.array(placement)
     lower[2, 3] -= REST + among.world.margin
-    return _touched(item, lower, among, others)
+    return Place(item.name, np.array(placement), _touched(item, lower, among, others))
 
 
 def at_pose(item: Obstacle, placement: Floats, among: CollisionChecker) -> Place:
@@ -120,13 +116,13 @@ def at_pose(item: Obstacle, placement: Floats, among: CollisionChecker) -> Place
         raise TaskError(
             f"'{item.name}' cannot stand at ({where}) m: it would lie inside '{hit[0]}'; choose another pose."
         )
-    on = supports(item, placement, among)
-    if not on:
+    place = standing(item, placement, among)
+    if not place.supports:
         raise TaskError(
             f"'{item.name}' would stand in the air at ({where}) m: nothing is within {1e3 * REST:g} mm beneath it; "
             "lower it onto something."
         )
-    return Place(item.name, np.array(placement), on)
+    return place
 
 
 def _touched(
@@ -137,9 +133,7 @@ def _touched(
     held = Carried(root.name, item.name, item.shape, np.linalg.inv(root.placement.homogeneous) @ placement)
     robot = with_carried(among.robot, [held])
     scene = replace(among.world.scene, obstacles=(*among.world.obstacles, *others))
-    checker = type(among)(World.of(robot, scene, frozenset(), among.world.margin), among)
-    rotation, position = joint_placements(checker.chain, np.zeros((1, robot.dof)))
+    checker = type(among)(among.world.among(scene, robot), among)
     count = len(scene.obstacles)
-    pairs = (len(robot.bodies) - 1) * count + np.arange(count)
-    near = checker.distances(rotation[:, 0], position[:, 0], pairs) <= among.world.margin
+    near = checker.gaps(np.zeros(robot.dof), (len(robot.bodies) - 1) * count + np.arange(count)) <= among.world.margin
     return tuple(each.object for each, close in zip(scene.obstacles, near, strict=True) if close)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Unpack
 
 import numpy as np
@@ -13,7 +13,6 @@ from planner.base.kinds import checks_kinds
 from planner.base.places import Place
 from planner.base.progress import QUIET, Progress, Stopwatch
 from planner.collision.checker import contact_of
-from planner.collision.self_pairs import disabled_pairs
 from planner.construction.build import build_roadmap
 from planner.models.frames import in_world
 from planner.models.scene import Scene
@@ -73,10 +72,8 @@ class TaskPlanner:
     options: Options
     scene: Scene
     roadmap: Roadmap | None
-    network: TaskNetwork | None
-    timings: dict[str, float]
-    _search: LazySearch | None = None
-    _fields: dict[float, Floats] = field(default_factory=dict)
+    search: LazySearch | None
+    clock: Stopwatch  # until the first plan, to which all that counts
 
     @staticmethod
     def of(
@@ -98,13 +95,19 @@ class TaskPlanner:
             found = Options(what, modes, gripper, start[None], request.ik_solutions)
             start = free_configuration(start, modes.checker_of(found.first), "start")
         if found.dead_end is not None:
-            return TaskPlanner(request, what, found, scene, None, None, clock.seconds)
+            return TaskPlanner(request, what, found, scene, None, None, clock)
         with clock("roadmap"):
             ends = _ends(found, modes)
             roadmap = build_roadmap(modes.robot, modes.checker, start, ends, request.nodes, request.seed, progress)
         with clock("network"):
-            network = task_network(found, roadmap, request.objective)
-        return TaskPlanner(request, what, found, scene, roadmap, network, clock.seconds)
+            law = gabf.named_law(request.law, request.prescribed_time)
+            search = LazySearch(modes, task_network(found, roadmap, request.objective), law)
+        return TaskPlanner(request, what, found, scene, roadmap, search, clock)
+
+    @property
+    def network(self) -> TaskNetwork | None:
+        """The network over all modes; None where a step has no options."""
+        return None if self.search is None else self.search.network
 
     def plan(
         self,
@@ -114,64 +117,40 @@ class TaskPlanner:
         timing: TimingRequest | None = None,
     ) -> TaskPlan:
         """The plan at another ``beta``, from another ``start`` (dof,): what was proven before is known."""
-        clock = Stopwatch()
+        clock, self.clock, robot = self.clock, Stopwatch(), self.options.modes.robot
         request = self.request if beta is None else replace(self.request, beta=beta)
-        draft = TaskPlan(request, self.task, Outcome.NO_PATH, self.options.modes.robot, self.scene, self.options)
-        begun, self.timings = self.timings, {}
-        if self.network is None or self.roadmap is None:
-            return replace(draft, reason=why_stuck(self.options, None), timings=begun)
-        search, network = self.search, self.network
+        draft = TaskPlan(request, self.task, Outcome.NO_PATH, robot, self.scene, self.options, timings=clock.seconds)
+        if self.search is None or self.roadmap is None:
+            return replace(draft, reason=why_stuck(self.options, None))
+        search = known = self.search
         with clock("gabf"):
             if start is not None:
-                q = free_configuration(
-                    np.asarray(start, dtype=float), self.options.modes.checker_of(network.modes[0]), "start"
-                )
-                network = network.started(self.options, self.roadmap, q, request.objective)
-                search = search.started(network)
-            law = gabf.named_law(request.law, request.prescribed_time)
-            found = search.path(request.beta, law, self._field_at(request.beta, network), progress)
-            self.search.refused |= search.refused[: len(self.network.tails)]
+                checker = self.options.modes.checker_of(self.options.first)
+                q = free_configuration(np.asarray(start, dtype=float), checker, "start")
+                search = known.started(known.network.started(self.options, self.roadmap, q, request.objective))
+            found = search.path(request.beta, progress)
+            known.refused |= search.refused[: len(known.refused)]
         draft = replace(
             draft,
             roadmap=self.roadmap,
-            network=network,
+            network=search.network,
             cost_to_go=found.field,
             rounds=found.rounds,
             refused=found.refused,
-            timings=begun | clock.seconds,
         )
         if progress.stopped:
             return replace(draft, outcome=Outcome.INTERRUPTED)
         if not len(found.arcs):
             return replace(draft, reason=why_stuck(self.options, search))
-        self._fields[request.beta] = found.field.x[: self.network.nodes]
         with clock("timing"):
-            solved = self._solved(draft, found, timing)
-        return replace(solved, timings=begun | clock.seconds)
-
-    @property
-    def search(self) -> LazySearch:
-        """The search of the network, with all that was ever refused of it."""
-        assert self.network is not None  # whoever asks has seen to that
-        if self._search is None or self._search.network is not self.network:
-            self._search = LazySearch(self.options.modes, self.network)
-        return self._search
+            return self._solved(draft, found, timing)
 
     def intervals(self) -> list[Piece]:
         """Every path through all modes that some beta makes optimal, with its interval; all of them proven.
 
         Costs are those of ``piece.support``, whose ``nodes`` are of ``network``; none where there is no path.
         """
-        if self.network is None:
-            return []
-        return self.search.pieces(gabf.named_law(self.request.law, self.request.prescribed_time))
-
-    def _field_at(self, beta: float, network: TaskNetwork) -> Floats | None:
-        """What the last search at the nearest beta left behind."""
-        if not self._fields:
-            return None
-        x = self._fields[min(self._fields, key=lambda known: abs(known - beta))]
-        return np.concatenate([x, np.full(network.nodes - len(x), np.inf)])
+        return [] if self.search is None else self.search.pieces()
 
     def _solved(self, draft: TaskPlan, found: Found, timing: TimingRequest | None) -> TaskPlan:
         network, request = draft.network, draft.request
@@ -202,7 +181,7 @@ def _modes(what: Task, scene: Scene, request: TaskRequest) -> tuple[Scene, Modes
     checker = open_world(world)
     scene = in_world(scene, checker.robot)
     objects = {item.name: item for item in scene.obstacles if item.name in names}
-    modes = Modes(checker, disabled_pairs(checker.robot, type(checker)), objects)
+    modes = Modes(checker, objects)
     if held is not None:
         modes.take(next(item for item in scene.carried if item.name == held.name))
     return scene, modes

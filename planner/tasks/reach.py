@@ -26,8 +26,8 @@ def solutions(robot: Robot, pose: Floats, seeds: Floats, most: int) -> Floats:
     return distinct_rows(robot, found[best], _APART, most)
 
 
-def along(robot: Robot, q: Floats, poses: list[Floats]) -> Floats | None:
-    """Configurations (k + 1, dof) from ``q`` on that follow the tool through ``poses`` (k); None where they cannot.
+def along(robot: Robot, q: Floats, poses: Floats) -> Floats | None:
+    """Configurations (k + 1, dof) from ``q`` on with the tool at ``poses`` (k, 4, 4); None where that cannot be.
 
     A line ends where a solution is missing, or lies a jump away from the one before it.
     """
@@ -45,8 +45,8 @@ def _ends(robot: Robot, pose: Floats, seeds: Floats) -> Floats:
     return ends[(distance <= POSITION_TOLERANCE) & (angle <= ANGLE_TOLERANCE)]
 
 
-def line_poses(rest: Floats, line: Line, forward: bool, margin: float = 0.0) -> list[Floats]:
-    """Poses of the tool from ``rest`` (4, 4) outwards: back along an approach, or ``forward`` along a retreat.
+def line_poses(rest: Floats, line: Line, forward: bool, margin: float) -> Floats:
+    """Poses (k, 4, 4) of the tool from ``rest`` (4, 4) on: back along an approach, or ``forward`` along a retreat.
 
     The first is ``RELEASE`` beyond the ``margin`` (m) away from the rest, or at the line's end where that is nearer,
     the others up to ``STEP`` apart. One pose at least: without a line it is the rest itself.
@@ -55,10 +55,7 @@ def line_poses(rest: Floats, line: Line, forward: bool, margin: float = 0.0) -> 
     first = min(RELEASE + margin, line.distance)
     rest_of = line.distance - first
     count = int(np.ceil(rest_of / STEP - 1e-9))
-    distances = [first, *(first + rest_of * (np.arange(count) + 1) / max(count, 1))]
-    found = []
-    for distance in distances:
-        pose = np.array(rest)
-        pose[:3, 3] += (distance if forward else -distance) * axis
-        found.append(pose)
+    distances = np.append(first, first + rest_of * (np.arange(count) + 1) / max(count, 1))
+    found = np.tile(rest, (count + 1, 1, 1))
+    found[:, :3, 3] += np.outer(distances if forward else -distances, axis)
     return found

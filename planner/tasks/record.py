@@ -14,6 +14,7 @@ from planner.planning.record import FieldRecord, MotionRecord
 from planner.problem.run_schema import Record, RoadmapRecord, RunRecord
 
 Pairs = list[tuple[Name, Name]]
+Part = Literal["transit", "approach", "retreat"]
 _NAMED = 3  # contacts in the sentence
 
 
@@ -37,7 +38,7 @@ class SegmentRecord(Record):
     """from 1"""
     doing: str
     """the step in words"""
-    part: Literal["transit", "approach", "retreat"]
+    part: Part
     carried: Name | None
     """what is held"""
     may_touch: Pairs

@@ -111,14 +111,10 @@ class TaskPlan:
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of ``plan.json``; units in rad, m and s."""
-        return self.record().to_dict()
-
-    def record(self) -> TaskPlanRecord:
-        """What there is to be written."""
         begun: dict[str, Any] = run_record(self.request, self.outcome, self.robot, self.scene)
         begun["message"] = self.message
         net, x = self.network, self.cost_to_go
-        return TaskPlanRecord(
+        record = TaskPlanRecord(
             **begun,
             task=self.task.name,
             reason=self.reason,
@@ -145,6 +141,7 @@ class TaskPlan:
             ),
             timings_s=rounded(self.timings),
         )
+        return record.to_dict()
 
     def _segments(self) -> list[SegmentRecord]:
         begins = begins_of(self.segments, self.events)

@@ -9,7 +9,6 @@ of all combinations of grasp, configuration, path and placement costs, planned o
 
 from __future__ import annotations
 
-import itertools
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -23,7 +22,7 @@ from planner.collision import second_checker
 from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import first_contact_on
 from planner.native.graphs import reached
-from planner.tasks.modes import BLOCKED, NONE, OPEN, Modes
+from planner.tasks.modes import BLOCKED, NONE, OPEN, Mode, Modes
 from planner.tasks.network import TaskNetwork
 from planner.tradeoff.envelope import EnvelopeSearch, Piece, pieces
 
@@ -41,13 +40,18 @@ class Found:
 
 
 class LazySearch:
-    """A network of modes with what is refused of its arcs (arcs,), for one search after another."""
+    """A network of modes with what is refused of its arcs (arcs,), for one search after another.
 
-    def __init__(self, modes: Modes, network: TaskNetwork) -> None:
-        self.modes, self.network = modes, network
+    ``fields`` are what the last search at each beta left behind, (nodes,) but for other starts.
+    """
+
+    def __init__(self, modes: Modes, network: TaskNetwork, law: gabf.Law) -> None:
+        self.modes, self.network, self.law = modes, network, law
+        self.fields: dict[float, Floats] = {}
+        self._lasting = network.nodes
         self.refused = np.zeros(len(network.tails), dtype=bool)
         self._seen: set[tuple[int, int]] = set()  # (mode, motion) that a second look found free
-        self._users: dict[tuple, list[int]] = {}
+        self._users: dict[Mode, list[int]] = {}
         for number, mode in enumerate(network.modes):
             for clause in modes.clauses(mode):
                 self._users.setdefault(clause, []).append(number)
@@ -61,30 +65,29 @@ class LazySearch:
         made.refused = np.append(self.refused, np.zeros(len(network.tails) - len(self.refused), dtype=bool))
         return made
 
-    def path(self, beta: float, law: gabf.Law, x: Floats | None = None, progress: Progress = QUIET) -> Found:
-        """The cheapest proven path from the start at ``beta``, from the field ``x`` (nodes,) on where there is one."""
-        whole, kept, rounds = self.network.at(beta), -1, 0
-        net = whole
-        field = None
+    def path(self, beta: float, progress: Progress = QUIET) -> Found:
+        """The cheapest proven path from the start at ``beta``, from the field at the nearest beta on."""
+        x, whole, rounds = None, self.network.at(beta), 0
+        if self.fields:
+            x = self.fields[min(self.fields, key=lambda known: abs(known - beta))]
+            x = np.append(x, np.full(self.network.nodes - len(x), np.inf))
         while True:
-            if kept != int(self.refused.sum()):
-                kept, net = int(self.refused.sum()), whole.without_arcs(np.flatnonzero(self.refused))
-                field = self._field(net, field.x if field is not None else x, law)
-                rounds += 1
-                progress("modes", rounds, rounds + 1)
-            assert field is not None
-            steps = gabf.cheapest_path(field, np.array([self.network.start]))
-            arcs = self._arcs(steps)
+            refused, rounds = np.flatnonzero(self.refused), rounds + 1
+            net = whole.without_arcs(refused)
+            if x is None or self.law.needs_overestimate:
+                field = gabf.solve(net, law=self.law)
+            else:
+                field = gabf.heal(net, x, self.law).cost_to_go
+            x = field.x
+            progress("modes", rounds, rounds + 1)
+            arcs = self.network.arcs_along(gabf.cheapest_path(field, np.array([self.network.start])))
             if not len(arcs) or progress.stopped or self._holds(arcs):
-                return Found(field, arcs, rounds, kept)
+                break
+        if len(arcs) and not progress.stopped:
+            self.fields[beta] = x[: self._lasting]
+        return Found(field, arcs, rounds, len(refused))
 
-    @staticmethod
-    def _field(net: gabf.Network, x: Floats | None, law: gabf.Law) -> gabf.CostToGo:
-        if x is None or law.needs_overestimate:
-            return gabf.solve(net, law=law)
-        return gabf.heal(net, x, law).cost_to_go
-
-    def pieces(self, law: gabf.Law) -> list[Piece]:
+    def pieces(self) -> list[Piece]:
         """Every path that some beta makes the cheapest proven one, with its exact interval of beta; none for no path.
 
         All corners of the least cost over beta on what is not refused; as long as one of their paths is, once more.
@@ -92,15 +95,11 @@ class LazySearch:
         whole = self.network.at(0.5)
         while True:
             net = whole.without_arcs(np.flatnonzero(self.refused))
-            envelope = EnvelopeSearch(net, np.array([self.network.start]), law)
+            envelope = EnvelopeSearch(net, np.array([self.network.start]), self.law)
             while not envelope.done:
                 envelope.step()
-            holds = [self._holds(self._arcs(support.nodes)) for support in envelope.supports]
-            if all(holds):
+            if all([self._holds(self.network.arcs_along(support.nodes)) for support in envelope.supports]):
                 return pieces(envelope.supports)
-
-    def _arcs(self, steps: Ints) -> Ints:
-        return np.array([self.network.arc(i, j) for i, j in itertools.pairwise(steps.tolist())], dtype=np.int64)
 
     def _holds(self, arcs: Ints) -> bool:
         """Whether a path is free, proven and looked at once more; if not, what is refused of it, and more, is gone."""
@@ -113,7 +112,7 @@ class LazySearch:
                     self._refuse(clause)
         return not self.refused[arcs].any() and self._looks_free(arcs)
 
-    def _prove_more(self, clause: tuple, mode: int, arcs: Ints) -> None:
+    def _prove_more(self, clause: Mode, mode: int, arcs: Ints) -> None:
         """Prove more of a mode's motions in a clause that has refused some ``arcs``: all, or those at their nodes."""
         mine = self.network.of_mode[mode]
         mine = mine[(self.modes.known(clause)[self.network.motion[mine]] == OPEN) & ~self.refused[mine]]
@@ -122,7 +121,7 @@ class LazySearch:
         chosen = mine if len(mine) <= _AT_ONCE else mine[touching]
         self.modes.prove(clause, self.network.motion[chosen])
 
-    def _refuse(self, clause: tuple) -> None:
+    def _refuse(self, clause: Mode) -> None:
         """The arcs that a clause blocks are refused in all modes that have it."""
         blocked = self.modes.known(clause) == BLOCKED
         for mode in self._users.get(clause, ()):

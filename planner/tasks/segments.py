@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal, get_args
+from dataclasses import dataclass, replace
+from typing import Any, get_args
 
 import numpy as np
 
 from planner.base.arrays import Floats, Ints, frozen
-from planner.collision.checker import CollisionChecker
 from planner.collision.edge_prover import EdgeProver
 from planner.models.poses import quaternion_of
 from planner.objective.motion_cost import MotionCost
+from planner.planning.motion import looked_at_again
 from planner.problem.objective import Objective
 from planner.problem.request import TimingRequest
 from planner.tasks.file import Move, Pick
@@ -21,16 +21,14 @@ from planner.tasks.judge import off_rest
 from planner.tasks.modes import Mode
 from planner.tasks.network import APPROACH, TaskNetwork
 from planner.tasks.options import Options
-from planner.tasks.record import Event, SegmentRecord, SegmentTimes
+from planner.tasks.record import Event, Part, SegmentRecord, SegmentTimes
 from planner.tasks.why import doing
-from planner.trajectory.check import looked_at
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion
 from planner.trajectory.timing import time_path
 from planner.trajectory.trajectory import Trajectory
 
 PAUSE = 0.5  # s that the arm rests while a gripper moves
-Part = Literal["transit", "approach", "retreat"]
 PARTS: tuple[Part, ...] = get_args(Part)
 
 
@@ -52,7 +50,7 @@ class Segment:
     path: Floats
     trajectory: Trajectory | None = None
 
-    def record(self, begin: float = 0.0) -> SegmentRecord:
+    def record(self, begin: float) -> SegmentRecord:
         """As ``plan.json`` has it; it begins at ``begin`` s of the whole."""
         made, pairs = self.trajectory, (self.strict.allowed, self.mode.allowed - self.strict.allowed)
         may_touch, at_rest = ([(min(pair), max(pair)) for pair in sorted(map(sorted, each))] for each in pairs)
@@ -73,7 +71,7 @@ class Segment:
 def segments_of(options: Options, network: TaskNetwork, arcs: Ints) -> list[Segment]:
     """The stretches of a path between rests."""
     robot, motions = options.modes.robot, options.modes.motions
-    whole, found = [], []
+    found: list[Segment] = []
     for leg, group in itertools.groupby(arcs.tolist(), key=lambda arc: int(network.leg[arc])):
         rows = list(group)
         corners = [network.corners(motions, arc) for arc in rows]
@@ -84,17 +82,20 @@ def segments_of(options: Options, network: TaskNetwork, arcs: Ints) -> list[Segm
         held = None if loose.held is None else options.modes.grasps[loose.held].object
         step, part = divmod(leg, 3)
         found.append(Segment(step + 1, doing(options.task.steps[step]), PARTS[part], held, loose, strict, path))
-        whole.append(path)
-    unwound = robot.unwound(np.vstack(whole)) if whole else np.zeros((0, robot.dof))
-    ends = np.cumsum([len(path) for path in whole])
-    parts = np.split(unwound, ends[:-1]) if whole else []
-    return [replace(segment, path=frozen(part)) for segment, part in zip(found, parts, strict=True)]
+    if not found:
+        return []
+    paths = [segment.path for segment in found]
+    unwound = np.split(robot.unwound(np.vstack(paths)), np.cumsum([len(path) for path in paths])[:-1])
+    return [replace(segment, path=frozen(part)) for segment, part in zip(found, unwound, strict=True)]
 
 
 def timed(
     segments: Sequence[Segment], options: Options, timing: TimingRequest, objective: Objective, scale: Any
 ) -> list[Segment]:
-    """Each segment with the quickest motion from rest to rest; lines are kept but for their rounded corners."""
+    """Each segment with the quickest motion from rest to rest; lines are kept but for their rounded corners.
+
+    It is proven only if it is also free without what may touch at the rest, once it is off that.
+    """
     robot = options.modes.robot
     limits = MotionLimits.of(robot, timing)
     cost = MotionCost(robot, scale, objective, longest=np.inf)
@@ -104,20 +105,12 @@ def timed(
         line = segment.part != PARTS[0] and timing.time_law == "shortcuts"
         law = "blended" if line else timing.time_law
         made = time_path(segment.path, checker, limits, law=law, cost=cost, extra_cost=timing.extra_cost)
-        made = _beyond_rest(made, segment, options.modes.checker_of(segment.strict), limits)
-        contact = looked_at(made, checker)
-        if contact is not None:
-            made = replace(made, proven=False, proof=made.proof | {"contact": asdict(contact.contact)})
-        found.append(replace(segment, trajectory=made))
+        if segment.mode != segment.strict:
+            strict = EdgeProver(options.modes.checker_of(segment.strict))
+            free = prove_motion(off_rest(made, segment.path, segment.part), strict, limits).free
+            made = replace(made, proven=made.proven and free, proof=made.proof | {"free_off_rest": free})
+        found.append(replace(segment, trajectory=looked_at_again(made, checker)))
     return found
-
-
-def _beyond_rest(made: Trajectory, segment: Segment, strict: CollisionChecker, limits: MotionLimits) -> Trajectory:
-    """The motion, proven only if it is also free without what may touch at the rest, once it is off that."""
-    if segment.mode == segment.strict:
-        return made
-    free = prove_motion(off_rest(made, segment.path, segment.part), EdgeProver(strict), limits).free
-    return replace(made, proven=made.proven and free, proof=made.proof | {"free_off_rest": free})
 
 
 def events_of(segments: Sequence[Segment], options: Options) -> tuple[Event, ...]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from copy import deepcopy
 
+import numpy as np
+
 from planner.kinematics.inverse import beyond_reach
 from planner.tasks.file import Move, Pick, Step
 from planner.tasks.options import Options, Tried
@@ -33,7 +35,7 @@ def why_stuck(options: Options, search: LazySearch | None) -> StepFails:
         doing=doing(step),
         what=what,
         tried=tried.of,
-        out_of_reach=tried.out_of_reach,
+        out_of_reach=len(tried.out_of_reach),
         strays=tried.strays,
         contacts=dict(tried.contacts.most_common()),
         conditions=options.modes.checker.world.keeps.texts,
@@ -43,23 +45,20 @@ def why_stuck(options: Options, search: LazySearch | None) -> StepFails:
 
 def _beyond(options: Options, tried: Tried) -> float | None:
     """How far (m) the nearest is proven beyond reach; None where not all are."""
-    if tried.out_of_reach < tried.of or not tried.unreached:
+    if len(tried.out_of_reach) < tried.of or not tried.of:
         return None
-    nearest = min(beyond_reach(options.modes.robot, position) for position in tried.unreached)
+    nearest = min(beyond_reach(options.modes.robot, position) for position in tried.out_of_reach)
     return nearest if nearest >= _WORTH_SAYING else None
 
 
 def _all_blocked(options: Options, search: LazySearch, number: int, tried: Tried) -> bool:
     """Whether the lines of every option of a step are refused in every mode; what they touch is counted."""
-    net, modes, left = search.network, options.modes, False
-    groups: dict[tuple[int, int], list[str | None]] = {}  # of a grasp and a place: what blocks each way, None for none
+    net, hits, left = search.network, [], False
     for way in (way for way in net.ways if way.step == number):
-        arcs = [net.arc(way.first + k, way.first + k + 1) for k in range(len(way.option.motions))]
-        refused = [arc for arc in arcs if search.refused[arc]]
+        arcs = net.arcs_along(np.arange(way.first, way.last + 1))
+        refused = arcs[search.refused[arcs]].tolist()
         left = left or not refused
-        hits = (modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused)
-        groups.setdefault((way.option.grasp, way.option.place), []).append(next((hit for hit in hits if hit), None))
-    for blocked in groups.values():
-        if None not in blocked:
-            tried.blame(blocked[0])
-    return bool(groups) and not left
+        why = (options.modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused)
+        hits.append((way.option, next((hit for hit in why if hit), None)))
+    tried.count_blocked(hits)
+    return bool(hits) and not left

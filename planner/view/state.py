@@ -10,7 +10,7 @@ from planner.base.arrays import Bools, Floats
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.collision.clearance import Clearance
 from planner.collision.world import Contact
-from planner.kinematics.forward import joint_placements, tool_positions
+from planner.kinematics.forward import tool_positions
 from planner.kinematics.manipulability import manipulability
 from planner.paths.clearance import SHOWN, clearance_text
 from planner.setup.resolve import beyond_limits
@@ -88,10 +88,9 @@ def _contacts(checker: CollisionChecker, q: Floats) -> tuple[Contact, ...]:
     if first is None:
         return ()
     world = checker.world
-    rotation, position = joint_placements(checker.chain, np.atleast_2d(q))
     scene = np.flatnonzero(world.checked.ravel())
     pairs = np.concatenate([scene, world.checked.size + np.arange(len(world.self_pairs))])
-    near = pairs[checker.distances(rotation[:, 0], position[:, 0], pairs) <= world.margin]
+    near = pairs[checker.gaps(q, pairs) <= world.margin]
     return tuple(dict.fromkeys([first, *(world.contact(int(pair)) for pair in near)]))
 
 

@@ -218,4 +218,7 @@ def test_bad_files_and_options_write_nothing(run: Run, tmp_path: Path) -> None:
     bad = tmp_path / "bad.yaml"
     bad.write_text("robot: panda\nscene: empty\nsteps: [{pick: mug}]\n")
     assert_refused(run("task", str(bad), "--out", str(out)), 3, "which is not in the scene", out)
+    for line in ("steps: [{move: nowhere}]", "start: nowhere\nsteps: [{move: home}]"):
+        bad.write_text(f"robot: panda\nscene: empty\n{line}\n")
+        assert_refused(run("task", str(bad), "--out", str(out)), 3, "'nowhere' is not among the scene's states", out)
     assert_refused(run("task", str(bad), "--beta", "2", "--out", str(out)), 2, "beta", out)

@@ -7,8 +7,10 @@ import numpy as np
 from planner.collision.world import Contact, World
 from planner.kinematics.forward import Chain, joint_placements
 from planner.models.poses import pose
+from planner.models.robot import with_carried
 from planner.models.scene import Scene
-from planner.models.shapes import Obstacle, Sphere
+from planner.models.shapes import Carried, Obstacle, Sphere
+from planner.problem.conditions import KeepPlane
 from tests.worlds import load, random_q
 
 ROBOT = load("planar_2r")
@@ -40,6 +42,22 @@ def test_disabled_links_are_no_pair() -> None:
     left = {tuple(pair) for pair in World.of(ROBOT, SCENE, off).self_pairs.tolist()}
     assert (int(i), int(k)) not in left
     assert left < {tuple(pair) for pair in every.self_pairs.tolist()}
+
+
+def test_another_scene_and_what_is_carried_leave_the_rest_of_a_world_as_it_is() -> None:
+    robot = load("panda")
+    assert robot.disabled_pairs
+    ball = Carried("panda_hand", "ball", Sphere(0.02), pose([0, 0, 0.1]), ("panda_link5",))
+    held = with_carried(robot, [ball])
+    world = World.of(robot, Scene("made", SCENE.obstacles), robot.disabled_pairs, 0.01, (KeepPlane((0, 0, 1), 0.0),))
+    other = world.among(Scene("other"), held)
+    pairs = {frozenset((held.bodies[i].link, held.bodies[k].link)) for i, k in other.self_pairs}
+    assert not pairs & (robot.disabled_pairs | held.touching)
+    assert frozenset(("ball", "panda_link0")) in pairs
+    assert (other.obstacles, other.margin, other.conditions) == ((), 0.01, world.conditions)
+    back = other.among(world.scene, robot)
+    np.testing.assert_array_equal(back.self_pairs, world.self_pairs)
+    np.testing.assert_array_equal(back.checked, world.checked)
 
 
 def test_no_motion_changes_a_distance_by_more_than_the_reach_says() -> None:

@@ -17,6 +17,7 @@ from planner.problem.outcome import Outcome
 from planner.tasks.file import Grasp, GripperSaid, Line, Move, Pick, Place, Region, Task, TaskError
 from planner.tasks.gripper import gripper_of
 from planner.tasks.plan import TaskPlanner, task
+from planner.tasks.search import LazySearch
 from tests.tasks.cases import BOARD, GRASPS, MUG, POST, SCENE, SMALL, TABLE
 from tests.worlds import load
 
@@ -266,8 +267,10 @@ def test_no_placement_that_the_object_fits_into() -> None:
 def test_a_roadmap_too_small_leaves_no_path() -> None:
     planner = TaskPlanner.of(SMALL, nodes=100, ik_solutions=2)
     assert planner.network is not None
+    assert planner.search is not None
     off = planner.network.leg == 3 * 2  # the way home
-    planner.network = replace(planner.network, heads=np.where(off, planner.network.tails[0], planner.network.heads))
+    cut = replace(planner.network, heads=np.where(off, planner.network.tails[0], planner.network.heads))
+    planner.search = LazySearch(planner.options.modes, cut, planner.search.law)
     found = planner.plan()
     assert found.reason is not None
     assert (found.reason.step, found.reason.what) == (3, "no_path")

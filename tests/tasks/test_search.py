@@ -115,7 +115,7 @@ def test_another_start_is_answered_on_what_is_known(brute) -> None:
     network = found.network
     assert found.solved
     np.testing.assert_allclose(found.path[0], q)
-    more = TaskPlanner(**{**vars(planner), "network": network})
+    more = replace(planner, search=planner.search.started(network))
     cost = network.costs.mean(axis=1)
     assert found.cost.total == pytest.approx(dijkstra(network, cost, proven_eagerly(more)), rel=1e-9)
 
