@@ -184,10 +184,10 @@ class TreePlanners:
             return False
         self.checked += 1
         if self._wraps is None:  # the quickest way into an array
-            start, end = [a[k] for k in self._joints], [b[k] for k in self._joints]
+            end = [b[k] for k in self._joints]
             if self._inside is not None and not self._inside(end):
                 return False
-            self._ends.pack_into(self._buffer, 0, *start, *end)
+            self._ends.pack_into(self._buffer, 0, *[a[k] for k in self._joints], *end)
             first, second = self._both
             delta = second - first
         else:
