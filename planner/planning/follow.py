@@ -35,8 +35,8 @@ from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.setup.open import Query, open_world, states_of
 from planner.setup.resolve import resolve
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.ladder import Ladder, build_ladder
-from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, attached, ladder_roadmap, roadmap_of
+from planner.tool_paths.ladder import build_ladder
+from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of
 from planner.tool_paths.timing import ToolSpeed, joined_motion, time_tool_path
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
@@ -84,9 +84,7 @@ class Follower:
 
     checker: CollisionChecker
     path: ToolPath
-    ladder: Ladder
-    roadmap: Roadmap | None  # the part of the ladder that is joined to its beginning, proven free; None without any
-    along: Floats  # (n,) m along the path of its nodes
+    found: Reached
     floor: float
     timings: dict[str, float]
     seen: set[bytes] = field(default_factory=set)  # motions that passed a second look
@@ -113,13 +111,8 @@ class Follower:
             )
             progress("ladder", len(ladder.q), len(ladder.q))
         with clock("proofs"):
-            roadmap, along = ladder_roadmap(ladder, checker, request, progress)
-        return Follower(checker, path, ladder, roadmap, along, request.min_manipulability, clock.seconds)
-
-    @property
-    def followed(self) -> float:
-        """The share of the path's length that can be followed."""
-        return float(self.along.max() / self.ladder.stations[-1]) if self.roadmap else 0.0
+            found = reached_on(ladder, checker, request, progress)
+        return Follower(checker, path, found, request.min_manipulability, clock.seconds)
 
     def plan(self, request: FollowRequest, progress: Progress = QUIET, timing: TimingRequest | None = None) -> Plan:
         """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
@@ -127,10 +120,10 @@ class Follower:
         clock.seconds.update(self.timings)
         limits = None if timing is None else MotionLimits.of(robot, timing)
         begun = {"robot": robot, "scene": self.checker.world.scene, "checker": self.checker, "timings": clock.seconds}
-        if self.roadmap is None:
+        roadmap, along = self.found.roadmap, self.found.along
+        if roadmap is None:
             nowhere = roadmap_of(self.checker, robot.home[None], request.seed)
             return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), None)
-        roadmap, along = self.roadmap, self.along
         draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
         if progress.stopped:
             return draft
@@ -161,7 +154,7 @@ class Follower:
         """The motion along the path, after the free one to it where there is one; with a rest between them."""
         places = along[found.path_nodes]
         first, floor = int(np.argmax(places >= 0.0)), request.min_manipulability
-        on_path = found.path[first:], places[first:], self.ladder.tube, self.checker, limits
+        on_path = found.path[first:], places[first:], self.found.ladder.tube, self.checker, limits
         made, speed = time_tool_path(*on_path, request.tool_speed, floor, timing.time_law)
         if first:
             free = timed(replace(found, path=found.path[: first + 1]), timing, limits)
@@ -172,26 +165,25 @@ class Follower:
         """From the start to the first rungs of the least cost-to-go."""
         checker, ladder = self.checker, draft.roadmap
         start = _starts(request, checker)
-        network = _forward(build_network(ladder, request.objective), self.along)
+        network = _forward(build_network(ladder, request.objective), self.found.along)
         cost = gabf.oracle(network)[ladder.starts]
         best = ladder.starts[np.argsort(cost, kind="stable")[: min(_ENDS, int(np.isfinite(cost).sum()))]]
         goals = ladder.nodes[best]
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
 
-    def _why_not(self, followed: float, request: PlanRequest) -> CannotFollow:
-        """Why it is not followed beyond that share: what the ladder says, whatever the beta or the start."""
-        if followed not in self.reasons:
-            there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
-            floor = self._lower_floor(request)
-            self.reasons[followed] = why_not(self.checker, self.ladder, followed, there, floor)
-        return self.reasons[followed]
+    def _why_not(self, found: Reached, request: PlanRequest) -> CannotFollow:
+        """Why it is not followed beyond what is ``found``: what the ladder says, whatever the beta or the start."""
+        if found.share not in self.reasons:
+            self.reasons[found.share] = why_not(self.checker, found, floor=self._lower_floor(request))
+        return self.reasons[found.share]
 
     def _lower_floor(self, request: PlanRequest) -> float | None:
         """The highest floor found with which the path is followed farther; None where no floor is in the way."""
         if self.floor <= 0:
             return None
-        free, along = ladder_roadmap(self.ladder, self.checker, replace(request, min_manipulability=0.0))
-        if free is None or along.max() <= self.along.max(initial=0.0) + 1e-9:
+        lower = reached_on(self.found.ladder, self.checker, replace(request, min_manipulability=0.0))
+        free, along = lower.roadmap, lower.along
+        if free is None or along.max() <= self.found.along.max(initial=0.0) + 1e-9:
             return None
         ahead = along[free.edges[:, 0]] < along[free.edges[:, 1]]
         arcs = np.where(ahead[:, None], free.edges, free.edges[:, ::-1])
@@ -208,22 +200,23 @@ class Follower:
         self, solved: Plan, motion: tuple[Trajectory, ToolSpeed | None] | None, along: Floats | None = None
     ) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
-        outcome, reason, followed = solved.outcome, solved.reason, self.followed if len(solved.path) else 0.0
-        if self.followed < 1.0 - 1e-9 and reason is None:
+        outcome, reason = solved.outcome, solved.reason
+        found = self.found if len(solved.path) else Reached(self.found.ladder)
+        if not self.found.whole and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
-            reason = self._why_not(followed, solved.request)
+            reason = self._why_not(found, solved.request)
         went, off = np.zeros((0, 3)), (0.0, 0.0)
         if along is not None and len(solved.path):
             places = along[solved.path_nodes]
             rows = places >= 0.0
-            went, off = self.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
+            went, off = found.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
         trajectory, speed = motion or (None, None)
-        rungs = self.roadmap.nodes if self.roadmap else np.zeros((0, solved.robot.dof))
+        rungs = self.found.roadmap.nodes if self.found.roadmap else np.zeros((0, solved.robot.dof))
         record = ToolPathRecord(
-            followed=followed,
+            followed=found.share,
             points=int(self.path.given.max()),
             largest_deviation=DeviationRecord(position=off[0], angle=off[1]),
-            tube=DeviationRecord(position=self.path.tube.position, angle=self.path.tube.angle),
+            tube=DeviationRecord(**asdict(self.path.tube)),
             proven=bool(len(solved.path)) and (trajectory is None or trajectory.proven),
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
             speed=None if speed is None else ToolSpeedRecord(**asdict(speed)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -25,13 +25,35 @@ from planner.tool_paths.ladder import Ladder
 NEW, LEFT_OUT = -1, -2  # what becomes of a ladder's nodes
 
 
-def ladder_roadmap(
-    ladder: Ladder, checker: CollisionChecker, request: PlanRequest, progress: Progress = QUIET
-) -> tuple[Roadmap | None, Floats]:
-    """The ladder's motions that are free and above the floor, as far as they are joined to its first rungs.
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """What of a ``ladder`` is joined to its first rungs by motions that are free and above a floor.
 
-    Its starts are the first rungs, its goals those farthest along the path that are reached.
+    The starts of ``roadmap`` are these, its goals the rungs farthest along the path; None without any such motion.
+    ``along`` (n,): where its nodes are, m along the path.
     """
+
+    ladder: Ladder
+    roadmap: Roadmap | None = None
+    along: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def share(self) -> float:
+        """Of the path's length."""
+        return float(self.along.max() / self.ladder.stations[-1]) if self.roadmap else 0.0
+
+    @property
+    def whole(self) -> bool:
+        return self.share >= 1.0 - 1e-9
+
+    @property
+    def ends(self) -> Floats:
+        """(k, dof) as far as it comes; none where it does not begin."""
+        return self.roadmap.nodes[self.roadmap.goals] if self.roadmap else self.ladder.q[:0]
+
+
+def reached_on(ladder: Ladder, checker: CollisionChecker, request: PlanRequest, progress: Progress = QUIET) -> Reached:
+    """The ladder's motions that are free and above the floor of ``request``, as far as they lead on from its begin."""
     robot, along, arcs = ladder.robot, ladder.along, ladder.arcs
     arcs = arcs[_on_the_way(along, arcs)]
     start = ladder.q[arcs[:, 0]]
@@ -44,7 +66,7 @@ def ladder_roadmap(
     arcs, rows = arcs[good], np.flatnonzero(good)
     kept = _on_the_way(along, arcs)
     if not kept.any():
-        return None, np.zeros(0)
+        return Reached(ladder)
     return _roadmap(ladder, arcs[kept], proofs, rows[kept], checker, request.seed)
 
 
@@ -63,9 +85,7 @@ def _on_the_way(along: Floats, arcs: Ints) -> Bools:
     return ahead[arcs[:, 0]] & back[arcs[:, 1]]
 
 
-def _roadmap(
-    ladder: Ladder, arcs: Ints, proofs: Proofs, rows: Ints, checker: CollisionChecker, seed: int
-) -> tuple[Roadmap, Floats]:
+def _roadmap(ladder: Ladder, arcs: Ints, proofs: Proofs, rows: Ints, checker: CollisionChecker, seed: int) -> Reached:
     used = np.unique(arcs)
     along = ladder.along[used]
     first, last = along <= 1e-9, along >= along.max() - 1e-9
@@ -93,7 +113,7 @@ def _roadmap(
         scale=scale,
         origin=origin_of(checker, seed),
     )
-    return roadmap, along[order]
+    return Reached(ladder, roadmap, along[order])
 
 
 def roadmap_of(checker: CollisionChecker, nodes: Floats, seed: int) -> Roadmap:

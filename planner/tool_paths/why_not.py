@@ -13,6 +13,7 @@ from planner.kinematics.inverse import POSITION_TOLERANCE
 from planner.models.robot import Robot
 from planner.problem.reasons import CannotFollow
 from planner.tool_paths.ladder import Ladder, solutions_at
+from planner.tool_paths.ladder_roadmap import Reached
 from planner.tool_paths.tube import Tube
 
 _STARTS = 300
@@ -21,19 +22,19 @@ _LOOKED_AT = 40  # solutions whose contacts are named
 
 
 def why_not(
-    checker: CollisionChecker, ladder: Ladder, followed: float, reached: Floats | None, floor: float | None = None
+    checker: CollisionChecker, found: Reached, reached: Floats | None = None, floor: float | None = None
 ) -> CannotFollow:
-    """The reason why the path is not followed beyond a share of its length, by its next station.
+    """The reason why the path is not followed beyond what is ``found``, by its next station.
 
-    ``reached`` (k, dof) are the solutions there that can be reached, ``floor`` is one that lets it go on, where the one
-    asked for is all that is in the way.
+    ``reached`` (k, dof) is where it ends, where the ladder does not say so; ``floor`` is one that lets it go on, where
+    the one asked for is all that is in the way.
     """
+    ladder, ends = found.ladder, found.ends if reached is None else reached
     robot, path, stations = ladder.robot, ladder.tube.path, ladder.stations
-    here = followed * stations[-1]
-    beyond = stations[stations > here + 1e-9] if reached is not None else stations[:1]
+    beyond = stations[stations > found.share * stations[-1] + 1e-9] if len(ends) else stations[:1]
     there = float(beyond[0]) if len(beyond) else float(stations[-1])
     line = min(int(np.searchsorted(path.along, there - 1e-9)), len(path.along) - 1)
-    begun = {"point": int(path.given[line]), "followed": followed}
+    begun = {"point": int(path.given[line]), "followed": found.share}
     if floor is not None:
         return CannotFollow(cause="below_floor", reachable=floor, **begun)
     q, miss = _solutions(robot, ladder, there)
@@ -53,8 +54,8 @@ def why_not(
         return CannotFollow(cause="touching", between=named.most_common(1)[0][0], **begun)
     free = q[[k for k, found in enumerate(contacts) if found is None]]
     away = 0.0
-    if reached is not None:
-        away = float(np.abs(robot.difference(reached[:, None], free[None])).max(axis=2).min())
+    if len(ends):
+        away = float(np.abs(robot.difference(ends[:, None], free[None])).max(axis=2).min())
     return CannotFollow(cause="jump", distance=away, **begun)
 
 

@@ -62,10 +62,10 @@ def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch
     monkeypatch.setattr("planner.view.drawing.Canvas.segments", lambda _, *drawn: rungs.append(drawn))
     found = follower.plan(REQUEST)
     found.page()
-    assert follower.roadmap is not None
+    assert follower.found.roadmap is not None
     ((_, bars, _),) = [each for each in rungs if each[0] == "tool_path/rungs"]
-    assert len(bars) == 2 * len(follower.roadmap.nodes)
-    turn, position = pose_of(found.robot, follower.roadmap.nodes[7])
+    assert len(bars) == 2 * len(follower.found.roadmap.nodes)
+    turn, position = pose_of(found.robot, follower.found.roadmap.nodes[7])
     np.testing.assert_allclose(bars[14:16], position + np.outer([-0.025, 0.025], turn[:, 0]), atol=1e-9)
     np.testing.assert_array_equal(drawn, [RASTER.positions])
 
