@@ -29,7 +29,7 @@ from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
-from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
+from planner.problem.request import FollowRequest, TimingRequest
 from planner.problem.targets import parse_target
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.setup.open import Query, open_world, states_of
@@ -85,7 +85,7 @@ class Follower:
     checker: CollisionChecker
     path: ToolPath
     found: Reached
-    floor: float
+    request: FollowRequest  # what the ladder was made for
     timings: dict[str, float]
     seen: set[bytes] = field(default_factory=set)  # motions that passed a second look
     reasons: dict[float, CannotFollow] = field(default_factory=dict)  # by the share that is followed
@@ -104,15 +104,12 @@ class Follower:
                 raise SceneError(
                     f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."
                 )
-        with clock("ladder"):
-            step = None if request.tool_speed is None else _FAST_STEP
-            ladder = build_ladder(
-                checker.robot, Tube(path.evenly_turned()), step, request.seed, request.ladder_density, _free_at(checker)
-            )
-            progress("ladder", len(ladder.q), len(ladder.q))
-        with clock("proofs"):
-            found = reached_on(ladder, checker, request, progress)
-        return Follower(checker, path, found, request.min_manipulability, clock.seconds)
+        tube = Tube(path.evenly_turned())
+        found = _reached(tube, checker, request, progress, clock)
+        if not found.whole:
+            inside = _reached(replace(tube, all_of_it=True), checker, request, progress, clock)
+            found = max(found, inside, key=lambda each: each.share)
+        return Follower(checker, path, found, request, clock.seconds)
 
     def plan(self, request: FollowRequest, progress: Progress = QUIET, timing: TimingRequest | None = None) -> Plan:
         """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
@@ -171,17 +168,21 @@ class Follower:
         goals = ladder.nodes[best]
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
 
-    def _why_not(self, found: Reached, request: PlanRequest) -> CannotFollow:
+    def _why_not(self, found: Reached) -> CannotFollow:
         """Why it is not followed beyond what is ``found``: what the ladder says, whatever the beta or the start."""
         if found.share not in self.reasons:
-            self.reasons[found.share] = why_not(self.checker, found, floor=self._lower_floor(request))
+            floor = self._lower_floor()
+            self.reasons[found.share] = why_not(self.checker, found, floor=floor, in_tube=self._in_tube)
         return self.reasons[found.share]
 
-    def _lower_floor(self, request: PlanRequest) -> float | None:
+    def _in_tube(self, tube: Tube) -> Reached:
+        return _reached(tube, self.checker, self.request, QUIET, Stopwatch())
+
+    def _lower_floor(self) -> float | None:
         """The highest floor found with which the path is followed farther; None where no floor is in the way."""
-        if self.floor <= 0:
+        if self.request.min_manipulability <= 0:
             return None
-        lower = reached_on(self.found.ladder, self.checker, replace(request, min_manipulability=0.0))
+        lower = reached_on(self.found.ladder, self.checker, replace(self.request, min_manipulability=0.0))
         free, along = lower.roadmap, lower.along
         if free is None or along.max() <= self.found.along.max(initial=0.0) + 1e-9:
             return None
@@ -204,7 +205,7 @@ class Follower:
         found = self.found if len(solved.path) else Reached(self.found.ladder)
         if not self.found.whole and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
-            reason = self._why_not(found, solved.request)
+            reason = self._why_not(found)
         went, off = np.zeros((0, 3)), (0.0, 0.0)
         if along is not None and len(solved.path):
             places = along[solved.path_nodes]
@@ -229,6 +230,18 @@ class Follower:
             trajectory=trajectory,
             tool_path=FollowedPath(record, self.path.positions, went, rungs),
         )
+
+
+def _reached(
+    tube: Tube, checker: CollisionChecker, request: FollowRequest, progress: Progress, clock: Stopwatch
+) -> Reached:
+    """How far a ladder leads in a tube."""
+    with clock("ladder"):
+        step = None if request.tool_speed is None else _FAST_STEP
+        ladder = build_ladder(checker.robot, tube, step, request.seed, request.ladder_density, _free_at(checker))
+        progress("ladder", len(ladder.q), len(ladder.q))
+    with clock("proofs"):
+        return reached_on(ladder, checker, request, progress)
 
 
 def _starts(request: FollowRequest, checker: CollisionChecker) -> Floats:

@@ -76,6 +76,16 @@ class BlockedInTimeRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
+class WiderTubeRecord(Record):
+    """A tube with which a tool path can be followed farther."""
+
+    position: float
+    """m"""
+    angle: float
+    """rad"""
+
+
+@dataclass(frozen=True, kw_only=True)
 class CannotFollowRecord(Record):
     """A tool path cannot be followed to one of its points."""
 
@@ -93,6 +103,8 @@ class CannotFollowRecord(Record):
     """the highest floor found with which it goes on, where the floor is too high"""
     cone: float | None
     """rad: the narrowest about the tool's axis with which it was found to go on; 0: a free turn about it will do"""
+    tube: WiderTubeRecord | None
+    """the narrowest of a few wider ones with which it was found to be followed to that point"""
     leg: Literal["", "approach", "retreat"]
     """which leg of a plan it is, point 1 the plan's goal or start"""
 

@@ -9,12 +9,12 @@ thread, the motion is halved at a solution for its middle. So no joint changes b
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows
-from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE, solve_each
+from planner.kinematics.inverse import solve_each
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
@@ -82,16 +82,20 @@ def ladder_from(robot: Robot, tube: Tube, q: Floats) -> Ladder:
 
 @dataclass(frozen=True, eq=False)
 class _Stations:
-    """Targets (s, 4, 4) at places of the path, whether the tool turns freely there (s,), and its cones (s,)."""
+    """Targets (s, 4, 4) at places of a path, whether the tool turns freely there (s,), and its cones (s,).
+
+    Solutions may be off their targets by what is ``taken`` (s, 2), m and rad.
+    """
 
     line: Ints
     share: Floats
     targets: Floats
     free: Bools
     cones: Floats
+    taken: Floats
 
     def part(self, rows: Ints) -> _Stations:
-        return _Stations(self.line[rows], self.share[rows], self.targets[rows], self.free[rows], self.cones[rows])
+        return _Stations(*(getattr(self, each.name)[rows] for each in fields(self)))
 
     @staticmethod
     def along(tube: Tube, step: float = np.inf) -> _Stations:
@@ -110,7 +114,8 @@ class _Stations:
         targets[:, :3, 3], targets[:, :3, :3] = position, turn
         for end, at in ((0, share == 0), (1, share == 1)):  # what a point allows it allows, whatever its neighbours do
             free[at], cone[at] = path.free[line[at] + end], path.cones[line[at] + end]
-        return _Stations(line, share, targets, free, cone)
+        cone[free] = np.maximum(cone[free], tube.lean)
+        return _Stations(line, share, targets, free, cone, tube.taken(free))
 
 
 def solutions_at(
@@ -139,7 +144,7 @@ def _solved(robot: Robot, stations: _Stations, z: Floats, seeds: Floats) -> tupl
             targets[:, :3, :3] = turned_to(z[rows], Frame.tool(robot).poses(robot, seeds[rows])[0])
         q[rows], *missed = solve_each(robot, targets, seeds[rows], free)
         off[rows] = np.stack(missed, axis=1)
-    q[(off[:, 0] > POSITION_TOLERANCE) | (off[:, 1] > ANGLE_TOLERANCE)] = np.nan
+    q[(off > stations.taken).any(axis=1)] = np.nan
     return q, off
 
 

@@ -44,6 +44,7 @@ class Reached:
 
     @property
     def whole(self) -> bool:
+        """Whether it leads to the end."""
         return self.share >= 1.0 - 1e-9
 
     @property

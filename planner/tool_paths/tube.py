@@ -9,10 +9,12 @@ and rotation, and :func:`planner.kinematics.tool_bound.prove_along` applies.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
+from planner.base.arrays import Bools, Floats, Ints
+from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
 from planner.kinematics.tool_bound import AlongProofs, Frame, ToolBound, prove_along
 from planner.models.robot import Robot
 from planner.tool_paths.tool_path import ToolPath, rotation_angles
@@ -20,27 +22,46 @@ from planner.tool_paths.tool_path import ToolPath, rotation_angles
 _BEYOND = 0.05  # of the tube's radius: so far may the projection lie beyond an end of the line
 _FINEST = 1e-3  # of the tube: pieces that leave their chord by less are not halved again
 _SAMPLES = 16  # poses looked at on each motion, for the largest deviation that is told
+_OFF, _LEAN = 0.8, 0.65  # of the tube, for solutions inside: what is left has to do for the motions between
 _ARC = 0.1  # of the tube's radius is left to the arcs that lines stand for
 
 
 @dataclass(frozen=True, eq=False)
 class Tube:
-    """The tube around the lines of a ``path``, whose orientation changes little on each."""
+    """The tube around the lines of a ``path``, whose orientation changes little on each.
+
+    ``all_of_it``: solutions of inverse kinematics may lie anywhere inside, and not on the path alone.
+    """
 
     path: ToolPath
+    all_of_it: bool = False
 
-    def __post_init__(self) -> None:
-        path = self.path
-        object.__setattr__(self, "_length", path.lengths)
-        turns = rotation_angles(path.turns[:-1], path.turns[1:])
-        past = self._beyond / path.lengths
-        chord = 0.5 * turns**2 * np.maximum(0.25, past * (1.0 + past)) + past * turns
-        object.__setattr__(self, "_chord", chord)
-        object.__setattr__(self, "_rate", float((turns / path.lengths).max()))
+    def taken(self, free: Bools) -> Floats:
+        """How far (n, 2) m and rad solutions may be off what is asked for, where the tool is ``free`` (n,) or not."""
+        if not self.all_of_it:
+            return np.full((len(free), 2), (POSITION_TOLERANCE, ANGLE_TOLERANCE))
+        size = self.path.tube
+        return np.where(free[:, None], (_OFF, _OFF - _LEAN), (_OFF, _OFF)) * (size.position, size.angle)
 
-    _length: Floats = None  # type: ignore[assignment]  (m, of the lines)
-    _chord: Floats = None  # type: ignore[assignment]  (by what columns of rotations on a line are off their chord)
-    _rate: float = 0.0  # the most that a column changes per metre along a line
+    @property
+    def lean(self) -> float:
+        """How far (rad) the z axis leans at most in what is asked for, where the tool may turn about it."""
+        return _LEAN * self.path.tube.angle if self.all_of_it else 0.0
+
+    @cached_property
+    def _length(self) -> Floats:
+        return self.path.lengths
+
+    @cached_property
+    def _turned(self) -> Floats:
+        """(rad) on each line."""
+        return rotation_angles(self.path.turns[:-1], self.path.turns[1:])
+
+    @cached_property
+    def _chord(self) -> Floats:
+        """By what columns of rotations on a line are off their chord."""
+        past = self._beyond / self._length
+        return 0.5 * self._turned**2 * np.maximum(0.25, past * (1.0 + past)) + past * self._turned
 
     @property
     def _beyond(self) -> float:
@@ -67,11 +88,12 @@ class Tube:
         """Whether curves (m, degree + 1, dof) stay inside, each piece beside one of its ``lines`` (m, a)."""
         cones = np.where(self.path.cones > 0, self.path.cones, 0.0)
         opens = float(np.max(np.abs(np.diff(cones)) / self._length, initial=0.0))
+        rate = float((self._turned / self._length).max())  # the most that a column changes per metre along a line
         return prove_along(
             bound,
             coefficients,
             lambda curve, s, rotation, position: self.spare(lines[curve], rotation, position),
-            np.array([1.0, self._rate + opens, 1.0]),
+            np.array([1.0, rate + opens, 1.0]),
             np.array([0.0, 1.0, 0.0]),
             _FINEST * min(self.path.tube.position, self.path.tube.angle),
         )
