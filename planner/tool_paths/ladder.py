@@ -297,7 +297,7 @@ def _in_tube(ladder: Ladder, bound: ToolBound, arcs: Ints) -> Bools:
     if not len(arcs):
         return np.zeros(0, dtype=bool)
     line = np.where(ladder.share[arcs[:, 0]] < 1.0, ladder.line[arcs[:, 0]], ladder.line[arcs[:, 1]])
-    return ladder.tube.prove(bound, _motions(ladder, arcs), line[:, None]).holds
+    return ladder.tube.prove(bound, _motions(ladder, arcs), line[:, None])
 
 
 def _halved(ladder: Ladder, arcs: Ints) -> tuple[Ladder, Ints]:

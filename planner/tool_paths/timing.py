@@ -73,7 +73,7 @@ class ToolGuide:
         first = np.searchsorted(places, begin, side="right") - 1 - _BESIDE
         beside = 2 * _BESIDE + 1 + int((np.searchsorted(places, end) - np.searchsorted(places, begin)).max(initial=0))
         lines = np.clip(first[:, None] + np.arange(beside), 0, count - 1)
-        return self.tube.prove(self._bound, coefficients, lines).holds
+        return self.tube.prove(self._bound, coefficients, lines)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints
 from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
-from planner.kinematics.tool_bound import AlongProofs, Frame, ToolBound, prove_along
+from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
 from planner.models.robot import Robot
 from planner.tool_paths.tool_path import ToolPath, rotation_angles
 
@@ -84,8 +84,8 @@ class Tube:
         along = np.minimum(u * length, (1.0 - u) * length) + self._beyond
         return np.stack([room - off, most - self._chord[lines] - np.where(free, column, whole), along], axis=2)
 
-    def prove(self, bound: ToolBound, coefficients: Floats, lines: Ints) -> AlongProofs:
-        """Whether curves (m, degree + 1, dof) stay inside, each piece beside one of its ``lines`` (m, a)."""
+    def prove(self, bound: ToolBound, coefficients: Floats, lines: Ints) -> Bools:
+        """Which curves (m, degree + 1, dof) stay inside, (m,), each piece beside one of its ``lines`` (m, a)."""
         cones = np.where(self.path.cones > 0, self.path.cones, 0.0)
         opens = float(np.max(np.abs(np.diff(cones)) / self._length, initial=0.0))
         rate = float((self._turned / self._length).max())  # the most that a column changes per metre along a line
