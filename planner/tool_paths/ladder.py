@@ -101,9 +101,7 @@ class _Stations:
     def along(tube: Tube, step: float = np.inf) -> _Stations:
         """Along all of the path, ``step`` (m) apart at most."""
         step = min(step, _STEP * float(np.sqrt(tube.path.tube.position)))
-        count = np.maximum(np.ceil(tube.path.lengths / step - 1e-9), 1).astype(np.int64)
-        line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
-        return _Stations.of(tube, line, np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0))
+        return _Stations.of(tube, *tube.path.divided(tube.path.lengths / step))
 
     @staticmethod
     def of(tube: Tube, line: Ints, share: Floats) -> _Stations:

@@ -95,37 +95,35 @@ def _roadmap(ladder: Ladder, arcs: Ints, proofs: Proofs, rows: Ints, checker: Co
     number[used[order]] = np.arange(len(order))
     edges = np.sort(number[arcs], axis=1)
     sorted_ = np.lexsort((edges[:, 1], edges[:, 0]))
-    nodes, edges, rows = ladder.q[used[order]], edges[sorted_], rows[sorted_]
-    w, robot = node_manipulability(ladder.robot, nodes), ladder.robot
-    unit = CostScale(1.0, 2.0, 1.0, 1.0, 0.01)
-    measured = measure_edges(robot, nodes, edges, unit)
-    scale = measure_scale(w, measured["joint_length"], measured["tool_length"])
-    roadmap = Roadmap(
-        nodes=nodes,
-        edges=edges,
-        proven=np.ones(len(edges), dtype=bool),
-        starts=np.arange(first.sum()),
-        goals=first.sum() + np.arange(last.sum()),
-        manipulability=w,
-        **measure_edges(robot, nodes, edges, scale),
-        clearance=np.maximum(proofs.clearance[rows], 0.0),
-        samples=proofs.samples[rows],
-        checked_by=nobody(len(nodes)),
-        scale=scale,
-        origin=origin_of(checker, seed),
-    )
-    return Reached(ladder, roadmap, along[order])
+    ends = np.arange(first.sum()), first.sum() + np.arange(last.sum())
+    rows = rows[sorted_]
+    free = np.maximum(proofs.clearance[rows], 0.0), proofs.samples[rows]
+    return Reached(ladder, _made(checker, seed, ladder.q[used[order]], ends, edges[sorted_], *free), along[order])
 
 
 def roadmap_of(checker: CollisionChecker, nodes: Floats, seed: int) -> Roadmap:
     """A roadmap of ``nodes`` (n, dof) alone, the first of them its start, for what is followed nowhere."""
-    robot, none = checker.robot, np.zeros((0, 2), dtype=np.int64)
-    w = node_manipulability(robot, nodes)
-    scale = measure_scale(w, np.zeros(0), np.zeros(0))
+    none = np.zeros(0, dtype=np.int64)
+    return _made(checker, seed, nodes, (np.zeros(1, np.int64), none), np.zeros((0, 2), np.int64), np.zeros(0), none)
+
+
+def _made(
+    checker: CollisionChecker,
+    seed: int,
+    nodes: Floats,
+    ends: tuple[Ints, Ints],
+    edges: Ints,
+    clearance: Floats,
+    samples: Ints,
+) -> Roadmap:
+    """The roadmap of proven edges, on a scale of its own."""
+    robot, w = checker.robot, node_manipulability(checker.robot, nodes)
+    measured = measure_edges(robot, nodes, edges, CostScale(1.0, 2.0, 1.0, 1.0, 0.01))
+    scale = measure_scale(w, measured["joint_length"], measured["tool_length"])
     return Roadmap(
-        nodes=nodes, edges=none, proven=np.zeros(0, bool), starts=np.zeros(1, np.int64), goals=np.zeros(0, np.int64),
-        manipulability=w, **measure_edges(robot, nodes, none, scale), clearance=np.zeros(0),
-        samples=np.zeros(0, np.int64), checked_by=nobody(len(nodes)), scale=scale, origin=origin_of(checker, seed),
+        nodes=nodes, edges=edges, proven=np.ones(len(edges), dtype=bool), starts=ends[0], goals=ends[1],
+        manipulability=w, **measure_edges(robot, nodes, edges, scale), clearance=clearance, samples=samples,
+        checked_by=nobody(len(nodes)), scale=scale, origin=origin_of(checker, seed),
     )  # fmt: skip
 
 

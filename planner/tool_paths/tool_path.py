@@ -17,6 +17,7 @@ _FARTHEST = 20.0  # m: beyond any arm; points in millimetres are
 _SAME = 1e-6  # m: points nearer to each other are one
 _WIDEST = 1.5708  # rad, of a cone
 _TURNED = 1e-6  # by so much the entries of a rotation may be off
+POINT_ARRAYS = ("positions", "turns", "free", "cones", "given")
 _SIZES = {"position": (1e-6, 0.1, "m"), "angle": (1e-5, 0.5, "rad")}
 
 
@@ -107,27 +108,31 @@ class ToolPath:
         """(k,) m from the first point to each."""
         return so_far(self.lengths)
 
+    def rows(self, which: Ints | slice) -> dict[str, Any]:
+        """The arrays of some of its points."""
+        return {name: getattr(self, name)[which] for name in POINT_ARRAYS}
+
     @property
     def backwards(self) -> ToolPath:
         """The same from its end to its beginning."""
-        turned: dict[str, Any] = {
-            name: getattr(self, name)[::-1] for name in ("positions", "turns", "free", "cones", "given")
-        }
-        return replace(self, **turned)
+        return replace(self, **self.rows(slice(None, None, -1)))
 
     def evenly_turned(self) -> ToolPath:
         """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
-        return self._with_points(np.ceil(rotation_angles(self.turns[:-1], self.turns[1:]) / _TURN - 1e-9))
-
-    def _with_points(self, pieces: Floats) -> ToolPath:
-        count = np.maximum(pieces, 1).astype(np.int64)
-        line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
-        share = np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0)
-        position, turn, free, cone = self.at(np.minimum(line, len(count) - 1), share)
-        begins = so_far(count)  # what a point allows it allows, whatever its neighbours do
+        turned = rotation_angles(self.turns[:-1], self.turns[1:])
+        line, share = self.divided(turned / _TURN)
+        position, turn, free, cone = self.at(line, share)
+        begins = (share == 0) | (share == 1)  # what a point allows it allows, whatever its neighbours do
         position[begins], turn[begins], free[begins], cone[begins] = self.positions, self.turns, self.free, self.cones
-        given = self.given[np.where(share > 0, line + 1, line).clip(max=len(count))]
-        return ToolPath(self.name, position, turn, free, cone, given, self.tube)
+        return ToolPath(
+            self.name, position, turn, free, cone, self.given[np.where(share > 0, line + 1, line)], self.tube
+        )
+
+    def divided(self, pieces: Floats) -> tuple[Ints, Floats]:
+        """Places of the path, by line and share (n,), that cut its lines into ``pieces`` (k - 1,) at least."""
+        count = np.maximum(np.ceil(pieces - 1e-9), 1).astype(np.int64)
+        line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
+        return line, np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0)
 
     def at(self, line: Ints, share: Floats) -> tuple[Floats, Floats, Bools, Floats]:
         """Positions (n, 3), turns (n, 3, 3), whether turning is free (n,), and cones (n,) on lines at a share (n,)."""
