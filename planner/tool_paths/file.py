@@ -129,7 +129,7 @@ def _with_arcs(path: ToolPath, vias: list[int], where: str) -> ToolPath:
         raise FileError(
             f"{where}: a 'via: arc' stands between two points that are none: give each arc a begin and an end."
         )
-    parts = [tuple(getattr(path, name)[:1] for name in POINT_ARRAYS)]
+    parts = [path.rows(slice(1))]
     for k in range(1, len(path.positions)):
         if k in vias:
             try:
@@ -137,19 +137,18 @@ def _with_arcs(path: ToolPath, vias: list[int], where: str) -> ToolPath:
             except ValueError as error:
                 raise FileError(f"{where}: point {k + 1} is no middle of an arc, as {error}: move it.") from None
         elif k - 1 not in vias:
-            parts.append(tuple(getattr(path, name)[k : k + 1] for name in POINT_ARRAYS))
-    arrays = {name: np.concatenate(rows) for name, rows in zip(POINT_ARRAYS, zip(*parts, strict=True), strict=True)}
-    return replace(path, **arrays)
+            parts.append(path.rows(slice(k, k + 1)))
+    return replace(path, **{name: np.concatenate([part[name] for part in parts]) for name in POINT_ARRAYS})
 
 
-def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> tuple[Any, ...]:
+def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> dict[str, Any]:
     """The arrays of points on the arc from ``first``; orientations change evenly to its middle, and from there."""
     at_middle = int(np.abs(points - path.positions[first + 1]).sum(axis=1).argmin())
     begin = np.where(np.arange(len(points)) <= at_middle, first, first + 1)
     low = np.where(begin == first, 0.0, angles[at_middle])
     high = np.where(begin == first, angles[at_middle], angles[-1])
     _, turns, free, cones = path.at(begin, (angles - low) / (high - low))
-    return points, turns, free, cones, path.given[begin + 1]
+    return dict(zip(POINT_ARRAYS, (points, turns, free, cones, path.given[begin + 1]), strict=True))
 
 
 def _with_legs(path: ToolPath, approach: float, retreat: float) -> ToolPath:

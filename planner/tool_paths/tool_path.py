@@ -113,6 +113,11 @@ class ToolPath:
         return {name: getattr(self, name)[which] for name in POINT_ARRAYS}
 
     @property
+    def widths(self) -> Floats:
+        """(k,) rad that the z axis may be off at each point where the tool may turn about it."""
+        return np.where(self.cones > 0, self.cones, self.tube.angle)
+
+    @property
     def backwards(self) -> ToolPath:
         """The same from its end to its beginning."""
         return replace(self, **self.rows(slice(None, None, -1)))
@@ -136,14 +141,11 @@ class ToolPath:
 
     def at(self, line: Ints, share: Floats) -> tuple[Floats, Floats, Bools, Floats]:
         """Positions (n, 3), turns (n, 3, 3), whether turning is free (n,), and cones (n,) on lines at a share (n,)."""
-        s, ends = share[:, None], (line, line + 1)
-        position = (1 - s) * self.positions[line] + s * self.positions[line + 1]
-        free = self.free[ends[0]] | self.free[ends[1]]
-        angles = np.where(self.cones > 0, self.cones, self.tube.angle)
-        cone = np.where(
-            self.cones[ends[0]] + self.cones[ends[1]] > 0, (1 - share) * angles[line] + share * angles[line + 1], 0.0
-        )
-        return position, between_turns(self.turns[line], self.turns[line + 1], share), free, cone
+        s, end, widths = share[:, None], line + 1, self.widths
+        position = (1 - s) * self.positions[line] + s * self.positions[end]
+        width = (1 - share) * widths[line] + share * widths[end]
+        cone = np.where(self.cones[line] + self.cones[end] > 0, width, 0.0)
+        return position, between_turns(self.turns[line], self.turns[end], share), self.free[line] | self.free[end], cone
 
 
 def rotation_angles(a: Floats, b: Floats) -> Floats:

@@ -67,18 +67,20 @@ class Tube:
     def _beyond(self) -> float:
         return _BEYOND * self.path.tube.position
 
+    def _beside(self, lines: Ints, position: Floats) -> tuple[Floats, Floats]:
+        """The shares of lines (n, a) at which positions (n, 3) lie beside them, and how far (n, a) m they are off."""
+        begin, way = self.path.positions[lines], np.diff(self.path.positions, axis=0)[lines]
+        u = ((position[:, None] - begin) * way).sum(axis=2) / self._length[lines] ** 2
+        return u, np.linalg.norm(position[:, None] - begin - np.clip(u, 0.0, 1.0)[..., None] * way, axis=2)
+
     def spare(self, lines: Ints, rotation: Floats, position: Floats) -> Floats:
         """(n, a, 3) what poses have to spare beside lines (n, a): m, the length of a column's change, m along it."""
-        path = self.path
-        begin, way, length = path.positions[lines], np.diff(path.positions, axis=0)[lines], self._length[lines]
-        u = ((position[:, None] - begin) * way).sum(axis=2) / length**2
-        off = np.linalg.norm(position[:, None] - begin - np.clip(u, 0.0, 1.0)[..., None] * way, axis=2)
-        wanted = path.turns[lines] + u[..., None, None] * np.diff(path.turns, axis=0)[lines]
-        away = rotation[:, None] - wanted
+        path, length = self.path, self._length[lines]
+        u, off = self._beside(lines, position)
+        away = rotation[:, None] - (path.turns[lines] + u[..., None, None] * np.diff(path.turns, axis=0)[lines])
         free = path.free[lines] | path.free[lines + 1]
         column, whole = np.linalg.norm(away[..., 2], axis=2), np.sqrt((away**2).sum(axis=(2, 3)) / 2.0)
-        cones = np.where(path.cones > 0, path.cones, path.tube.angle)
-        angle = cones[lines] + u * np.diff(cones)[lines]
+        angle = path.widths[lines] + u * np.diff(path.widths)[lines]
         most = np.where(free, 2.0 * np.sin(np.clip(angle, 0.0, np.pi) / 2.0), 2.0 * np.sin(path.tube.angle / 2.0))
         room = (1.0 - _ARC) * path.tube.position
         along = np.minimum(u * length, (1.0 - u) * length) + self._beyond
@@ -86,8 +88,7 @@ class Tube:
 
     def prove(self, bound: ToolBound, coefficients: Floats, lines: Ints) -> Bools:
         """Which curves (m, degree + 1, dof) stay inside, (m,), each piece beside one of its ``lines`` (m, a)."""
-        cones = np.where(self.path.cones > 0, self.path.cones, 0.0)
-        opens = float(np.max(np.abs(np.diff(cones)) / self._length, initial=0.0))
+        opens = float(np.max(np.abs(np.diff(self.path.cones)) / self._length, initial=0.0))
         rate = float((self._turned / self._length).max())  # the most that a column changes per metre along a line
         return prove_along(
             bound,
@@ -113,12 +114,9 @@ class Tube:
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
         """How far (n,) m and rad poses are off the nearest of their lines (n, a), and the angle beyond a cone's."""
-        path = self.path
-        begin, way, length = path.positions[lines], np.diff(path.positions, axis=0)[lines], self._length[lines]
-        u = np.clip(((position[:, None] - begin) * way).sum(axis=2) / length**2, 0.0, 1.0)
-        off = np.linalg.norm(position[:, None] - begin - u[..., None] * way, axis=2)
+        u, off = self._beside(lines, position)
         nearest, rows = off.argmin(axis=1), np.arange(len(lines))
-        _, turns, free, cones = path.at(lines[rows, nearest], u[rows, nearest])
+        _, turns, free, cones = self.path.at(lines[rows, nearest], np.clip(u[rows, nearest], 0.0, 1.0))
         column = 2.0 * np.arcsin(np.clip(np.linalg.norm(rotation[..., 2] - turns[..., 2], axis=1) / 2.0, 0.0, 1.0))
         angle = np.where(free, np.maximum(column - cones, 0.0), rotation_angles(rotation, turns))
         return off[rows, nearest], angle
