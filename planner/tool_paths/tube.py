@@ -88,7 +88,7 @@ class Tube:
 
     def prove(self, bound: ToolBound, coefficients: Floats, lines: Ints) -> Bools:
         """Which curves (m, degree + 1, dof) stay inside, (m,), each piece beside one of its ``lines`` (m, a)."""
-        opens = float(np.max(np.abs(np.diff(self.path.cones)) / self._length, initial=0.0))
+        opens = float(np.max(np.abs(np.diff(self.path.widths)) / self._length, initial=0.0))
         rate = float((self._turned / self._length).max())  # the most that a column changes per metre along a line
         return prove_along(
             bound,

@@ -7,6 +7,7 @@ import pytest
 
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
+from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder, ladder_from
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
@@ -177,3 +178,22 @@ def test_deviations_are_what_they_are() -> None:
     spare = tube.spare(np.zeros((1, 1), dtype=int), lean[None], np.array([[0.5, 0.02, 0.0]]))
     assert spare[0, 0, 0] == pytest.approx(0.9e-3 - 0.02)
     assert spare[0, 0, 1] < 0
+
+
+@pytest.mark.parametrize("cone", [1e-3, 0.6])
+def test_what_a_cone_allows_changes_no_faster_than_the_proof_reckons(
+    cone: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From a cone narrower than the tube's angle, or wider, to an axis within that angle."""
+    points: list[dict] = [{"position": [0.4, 0, 0.3], "cone": {"axis": [0, 0, -1], "angle": cone}}]
+    points.append({"position": [0.41, 0, 0.3], "axis": [0, 0, -1]})
+    path = read_tool_path({"points": points, "tube": {"position": 0.01, "angle": 0.3}})
+    tube, down, robot = Tube(path.evenly_turned()), np.diag([1.0, -1.0, -1.0])[None], load("panda")
+    places = [np.array([[x, 0.0, 0.3]]) for x in np.linspace(0.4, 0.41, 101)]
+    spare = np.array([tube.spare(np.zeros((1, 1), dtype=int), down, place)[0, 0, 1] for place in places])
+    claimed: list[np.ndarray] = []
+    monkeypatch.setattr(
+        "planner.tool_paths.tube.prove_along", lambda *given: claimed.append(given[3]) or np.ones(1, bool)
+    )
+    tube.prove(ToolBound(robot), np.stack([robot.home, 0 * robot.home])[None], np.zeros((1, 1), dtype=int))
+    assert np.abs(np.diff(spare) / 1e-4).max() <= claimed[0][1]
