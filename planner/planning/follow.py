@@ -23,11 +23,12 @@ from planner.planning.manipulability_floor import rounded_down
 from planner.planning.motion import looked_at_again, timed
 from planner.planning.network import build_network
 from planner.planning.plan import improved, solve_and_heal
-from planner.planning.record import DeviationRecord, ToolPathRecord, ToolSpeedRecord
+from planner.planning.record import ToolPathRecord
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
+from planner.problem.reason_schema import DeviationRecord
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.problem.targets import parse_target
@@ -37,7 +38,7 @@ from planner.setup.resolve import resolve
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder
 from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of
-from planner.tool_paths.timing import ToolSpeed, joined_motion, time_tool_path
+from planner.tool_paths.timing import ToolSpeedRecord, joined_motion, time_tool_path
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
 from planner.tool_paths.why_not import why_not
@@ -147,7 +148,7 @@ class Follower:
 
     def _timed(
         self, found: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
-    ) -> tuple[Trajectory, ToolSpeed | None]:
+    ) -> tuple[Trajectory, ToolSpeedRecord | None]:
         """The motion along the path, after the free one to it where there is one; with a rest between them."""
         places = along[found.path_nodes]
         first, floor = int(np.argmax(places >= 0.0)), request.min_manipulability
@@ -198,7 +199,7 @@ class Follower:
         return rounded_down(float(levels[low]))
 
     def _finished(
-        self, solved: Plan, motion: tuple[Trajectory, ToolSpeed | None] | None, along: Floats | None = None
+        self, solved: Plan, motion: tuple[Trajectory, ToolSpeedRecord | None] | None, along: Floats | None = None
     ) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
         outcome, reason = solved.outcome, solved.reason
@@ -220,7 +221,7 @@ class Follower:
             tube=DeviationRecord(**asdict(self.path.tube)),
             proven=bool(len(solved.path)) and (trajectory is None or trajectory.proven),
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
-            speed=None if speed is None else ToolSpeedRecord(**asdict(speed)),
+            speed=speed,
         )
         return replace(
             solved,

@@ -12,8 +12,9 @@ from planner.kinematics.tool_bound import Frame
 from planner.models.robot import Robot
 from planner.planning.followed import leg_line
 from planner.planning.motion import timed
-from planner.planning.record import DeviationRecord, LegRecord
+from planner.planning.record import LegRecord
 from planner.planning.result import Plan
+from planner.problem.reason_schema import DeviationRecord
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
