@@ -121,30 +121,28 @@ class Follower:
         roadmap, along = self.found.roadmap, self.found.along
         if roadmap is None:
             nowhere = roadmap_of(self.checker, robot.home[None], request.seed)
-            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), None)
+            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), along)
         draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
         if progress.stopped:
             return draft
         if not request.begins_on_path:
             with clock("roadmap"):
-                query = self._query(request, draft)
-                free = improved(
-                    replace(draft, roadmap=obtain_roadmap(request, query, progress, request.path_only)), progress
-                )
+                grown = obtain_roadmap(request, self._query(request, draft), progress, request.path_only)
+                free = improved(replace(draft, roadmap=grown), progress)
                 if progress.stopped:
                     return draft
                 if not free.roadmap.connected:
                     failed = replace(free, outcome=Outcome.NO_PATH)
-                    return self._finished(replace(failed, reason=why_no_path(failed, progress)), None)
+                    return self._finished(replace(failed, reason=why_no_path(failed, progress)), along)
                 roadmap, along = _joined(free, roadmap, along)
         with clock("costs"):
             network = _forward(build_network(roadmap, request.objective), along)
         solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock, self.seen)
-        motion = None
-        if timing is not None and limits is not None and len(solved.path):
-            with clock("timing"):
-                motion = self._timed(solved, along, request, timing, limits)
-        return self._finished(solved, motion, along)
+        if timing is None or limits is None or not len(solved.path):
+            return self._finished(solved, along)
+        with clock("timing"):
+            made, speed = self._timed(solved, along, request, timing, limits)
+        return self._finished(replace(solved, trajectory=made), along, speed)
 
     def _timed(
         self, found: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
@@ -198,28 +196,25 @@ class Follower:
             low, high = (middle, high) if passes else (low, middle)
         return rounded_down(float(levels[low]))
 
-    def _finished(
-        self, solved: Plan, motion: tuple[Trajectory, ToolSpeedRecord | None] | None, along: Floats | None = None
-    ) -> Plan:
+    def _finished(self, solved: Plan, along: Floats, speed: ToolSpeedRecord | None = None) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
         outcome, reason = solved.outcome, solved.reason
         found = self.found if len(solved.path) else Reached(self.found.ladder)
         if not self.found.whole and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
             reason = self._why_not(found)
-        went, off = np.zeros((0, 3)), (0.0, 0.0)
-        if along is not None and len(solved.path):
+        went, off = np.zeros((0, 3)), DeviationRecord(position=0.0, angle=0.0)
+        if len(solved.path):
             places = along[solved.path_nodes]
             rows = places >= 0.0
             went, off = found.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
-        trajectory, speed = motion or (None, None)
         rungs = self.found.roadmap.nodes if self.found.roadmap else np.zeros((0, solved.robot.dof))
         record = ToolPathRecord(
             followed=found.share,
             points=int(self.path.given.max()),
-            largest_deviation=DeviationRecord(position=off[0], angle=off[1]),
+            largest_deviation=off,
             tube=DeviationRecord(**asdict(self.path.tube)),
-            proven=bool(len(solved.path)) and (trajectory is None or trajectory.proven),
+            proven=bool(len(solved.path)) and (solved.trajectory is None or solved.trajectory.proven),
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
             speed=speed,
         )
@@ -228,7 +223,6 @@ class Follower:
             outcome=outcome,
             reason=reason,
             goal="tool-path" if len(solved.path) else None,
-            trajectory=trajectory,
             tool_path=FollowedPath(record, self.path.positions, went, rungs),
         )
 

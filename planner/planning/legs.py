@@ -60,7 +60,7 @@ class Leg:
         return LegRecord(
             leg=name,
             length=float(self.places[-1]),
-            largest_deviation=DeviationRecord(position=off[0], angle=off[1]),
+            largest_deviation=off,
             tube=DeviationRecord(**asdict(tube.path.tube)),
         )
 

@@ -17,6 +17,7 @@ from planner.base.arrays import Bools, Floats, Ints
 from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
 from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
 from planner.models.robot import Robot
+from planner.problem.reason_schema import DeviationRecord
 from planner.tool_paths.tool_path import ToolPath, rotation_angles
 
 _BEYOND = 0.05  # of the tube's radius: so far may the projection lie beyond an end of the line
@@ -99,10 +100,10 @@ class Tube:
             _FINEST * min(self.path.tube.position, self.path.tube.angle),
         )
 
-    def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, tuple[float, float]]:
-        """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here, and how far it is off.
+    def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, DeviationRecord]:
+        """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here.
 
-        At most, sampled, m and rad.
+        And how far it is off at most, sampled.
         """
         shares, count = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None], len(self._length)
         q = (path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof)
@@ -110,7 +111,7 @@ class Tube:
         places = np.append((along[:-1, None] + shares[:, 0, 0] * np.diff(along)[:, None]).ravel(), along[-1])
         line = np.clip(np.searchsorted(self.path.along, places, side="right") - 1, 0, count - 1)
         off, angle = self.deviations(np.clip(line[:, None] + np.arange(-1, 2), 0, count - 1), rotation, position)
-        return position, (float(off.max()), float(angle.max()))
+        return position, DeviationRecord(position=float(off.max()), angle=float(angle.max()))
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
         """How far (n,) m and rad poses are off the nearest of their lines (n, a), and the angle beyond a cone's."""
