@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -124,8 +125,7 @@ class ToolPath:
 
     def evenly_turned(self) -> ToolPath:
         """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
-        turned = rotation_angles(self.turns[:-1], self.turns[1:])
-        line, share = self.divided(turned / _TURN)
+        line, share = self.divided(self.turned / _TURN)
         position, turn, free, cone = self.at(line, share)
         begins = (share == 0) | (share == 1)  # what a point allows it allows, whatever its neighbours do
         position[begins], turn[begins], free[begins], cone[begins] = self.positions, self.turns, self.free, self.cones
@@ -145,28 +145,26 @@ class ToolPath:
         position = (1 - s) * self.positions[line] + s * self.positions[end]
         width = (1 - share) * widths[line] + share * widths[end]
         cone = np.where(self.cones[line] + self.cones[end] > 0, width, 0.0)
-        return position, between_turns(self.turns[line], self.turns[end], share), self.free[line] | self.free[end], cone
+        turns = self.turns[line] @ about(self._axes[line], share * self.turned[line])
+        return position, turns, self.free[line] | self.free[end], cone
+
+    @cached_property
+    def turned(self) -> Floats:
+        """(k - 1,) rad that the orientation turns evenly along each line."""
+        return rotation_angles(self.turns[:-1], self.turns[1:])
+
+    @cached_property
+    def _axes(self) -> Floats:
+        """(k - 1, 3) about which, in the frame of the line's begin."""
+        relative = np.swapaxes(self.turns[:-1], 1, 2) @ self.turns[1:]
+        ahead, behind = relative[:, [2, 0, 1], [1, 2, 0]], relative[:, [1, 2, 0], [2, 0, 1]]
+        size = np.linalg.norm(ahead - behind, axis=1)[:, None]
+        return np.where(size > 1e-12, (ahead - behind) / np.where(size > 1e-12, size, 1.0), half_turn_axes(relative))
 
 
 def rotation_angles(a: Floats, b: Floats) -> Floats:
     """The angles (n,) rad between rotations (n, 3, 3), exact for small ones."""
     return 2.0 * np.arcsin(np.clip(np.sqrt(((a - b) ** 2).sum(axis=(1, 2)) / 8.0), 0.0, 1.0))
-
-
-def between_turns(a: Floats, b: Floats, share: Floats) -> Floats:
-    """Rotations (n, 3, 3) on the way from ``a`` to ``b`` (n, 3, 3), evenly turned, after ``share`` (n,) of it."""
-    relative = np.swapaxes(a, 1, 2) @ b
-    skew = np.stack(
-        [
-            relative[:, 2, 1] - relative[:, 1, 2],
-            relative[:, 0, 2] - relative[:, 2, 0],
-            relative[:, 1, 0] - relative[:, 0, 1],
-        ],
-        axis=1,
-    )
-    size, angle = np.linalg.norm(skew, axis=1), rotation_angles(a, b)
-    axis = np.where(size[:, None] > 1e-12, skew / np.where(size > 1e-12, size, 1.0)[:, None], half_turn_axes(relative))
-    return a @ about(axis, share * angle)
 
 
 def half_turn_axes(turns: Floats) -> Floats:

@@ -54,15 +54,10 @@ class Tube:
         return self.path.lengths
 
     @cached_property
-    def _turned(self) -> Floats:
-        """(rad) on each line."""
-        return rotation_angles(self.path.turns[:-1], self.path.turns[1:])
-
-    @cached_property
     def _chord(self) -> Floats:
         """By what columns of rotations on a line are off their chord."""
         past = self._beyond / self._length
-        return 0.5 * self._turned**2 * np.maximum(0.25, past * (1.0 + past)) + past * self._turned
+        return 0.5 * self.path.turned**2 * np.maximum(0.25, past * (1.0 + past)) + past * self.path.turned
 
     @property
     def _beyond(self) -> float:
@@ -90,7 +85,7 @@ class Tube:
     def prove(self, bound: ToolBound, coefficients: Floats, lines: Ints) -> Bools:
         """Which curves (m, degree + 1, dof) stay inside, (m,), each piece beside one of its ``lines`` (m, a)."""
         opens = float(np.max(np.abs(np.diff(self.path.widths)) / self._length, initial=0.0))
-        rate = float((self._turned / self._length).max())  # the most that a column changes per metre along a line
+        rate = float((self.path.turned / self._length).max())  # the most that a column changes per metre along a line
         return prove_along(
             bound,
             coefficients,
