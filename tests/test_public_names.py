@@ -47,7 +47,8 @@ RESULTS = {  # nobody but the planner makes these
     "gabf.Assumption", "gabf.Healing", "gabf.Structure", "gabf.Premises", "gabf.FieldHistory",
 }  # fmt: skip
 INSIDE = {
-    "Objective.total", "ToolPath.at", "Roadmap.edge_index", "Roadmap.part", "Roadmap.record", "Roadmap.without_edge",
+    "Objective.total", "ToolPath.at", "ToolPath.divided", "ToolPath.rows", "Roadmap.edge_index",
+    "Roadmap.part", "Roadmap.record", "Roadmap.without_edge",
     "Trajectory.at_nanoseconds", "Trajectory.on", "Trajectory.piece_at", "Trajectory.worst",
 }  # fmt: skip
 ELSEWHERE = {"CollisionChecker"}  # its methods have tests/test_arrays_refused.py

@@ -129,7 +129,7 @@ def _measure(case: Case, python: str) -> list[Row]:
     again = time.process_time()
     timed = follower.plan(request, timing=TimingRequest())
     motion = time.process_time()
-    denser = Follower.of(path, replace(request, ladder_density=_DENSER)).followed
+    denser = Follower.of(path, replace(request, ladder_density=_DENSER)).found.share
     found = timed.tool_path
     assert found is not None
     judged: dict[str, Any] = dict.fromkeys(_JUDGED, 0)
@@ -146,8 +146,8 @@ def _measure(case: Case, python: str) -> list[Row]:
 def _toppra(follower: Follower, timed: Plan) -> float:
     """Seconds of toppra along the same curve, without limits on jerk."""
     robot, limits = timed.robot, MotionLimits.of(timed.robot)
-    places = follower.along[timed.path_nodes]
-    guide = ToolGuide.of(timed.path, places, robot, follower.ladder.tube, None)
+    places = follower.found.along[timed.path_nodes]
+    guide = ToolGuide.of(timed.path, places, robot, follower.found.ladder.tube, None)
     _, curve = timed_curve(timed.path, timed.checker, limits, "blended", 0.0, guide=guide)
     joints = np.ascontiguousarray(curve.coefficients[..., : robot.dof])
     return toppra_duration(replace(curve, coefficients=joints), limits.velocity, limits.acceleration)

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -35,60 +34,36 @@ _RIGHT = 0.5 * math.pi
 
 
 @dataclass(frozen=True, eq=False)
-class Half:
-    """``row`` (12,) . y >= ``limit``; ``depth`` is how much more there can be."""
+class Piece:
+    """``rows`` (k, 12) of y: one row . y >= ``limit``, or of a ``ball`` |rows y - ``centre`` (k,)| <= ``limit``.
 
-    row: Floats
-    limit: float
-    depth: float
-    ball: ClassVar[bool] = False
-    centre: ClassVar[Floats] = frozen([0.0])
-
-    @property
-    def rows(self) -> Floats:
-        """(1, 12) as of :class:`Ball`."""
-        return self.row[None]
-
-    def spare(self, slack: Floats) -> Floats:
-        """A slack in m, or rad."""
-        return slack if self.row[:3].any() else np.arcsin(np.clip(slack, -1.0, 1.0))
-
-    @property
-    def per_metre(self) -> float:
-        """How fast its slack changes with the position at most."""
-        return float(np.linalg.norm(self.row[:3]))
-
-    @property
-    def per_turn(self) -> float:
-        """And with the rotation, by the length of what a unit vector of it changes: <A, D> <= |A|_nuclear |D|_2."""
-        return float(np.linalg.svd(self.row[3:].reshape(3, 3), compute_uv=False).sum())
-
-
-@dataclass(frozen=True, eq=False)
-class Ball:
-    """|``rows`` (k, 12) y - ``centre`` (k,)| <= ``limit``; ``per_metre`` and ``per_turn`` as those of :class:`Half`.
-
-    ``across``: of angles the distance at half a turn, so that one of d is an angle of 2 asin(d / across); 0 for m.
+    What it has to spare changes by ``per_metre`` of the position at most, and with the rotation by ``per_turn`` of the
+    length of what a unit vector of it changes: <A, D> <= |A|_nuclear |D|_2. ``depth`` is how much more a half-space may
+    have; ``across`` of angles in a ball the distance at half a turn, so that one of d is 2 asin(d / across).
     """
 
     rows: Floats
     centre: Floats
     limit: float
+    ball: bool
     per_metre: float = 0.0
     per_turn: float = 0.0
+    depth: float = 0.0
     across: float = 0.0
-    ball: ClassVar[bool] = True
-    depth: ClassVar[float] = 0.0
 
     def spare(self, slack: Floats) -> Floats:
-        """As of :class:`Half`."""
-        if not self.across:
+        """A slack in m, or rad."""
+        if self.per_metre:
             return slack
+        if not self.ball:
+            return np.arcsin(np.clip(slack, -1.0, 1.0))
         ends = np.clip(np.stack([np.full_like(slack, self.limit), self.limit - slack]) / self.across, 0.0, 1.0)
         return 2.0 * (np.arcsin(ends[0]) - np.arcsin(ends[1]))
 
 
-Piece: TypeAlias = Half | Ball
+def _half(row: Floats, limit: float, depth: float) -> Piece:
+    per_turn = float(np.linalg.svd(row[3:].reshape(3, 3), compute_uv=False).sum())
+    return Piece(frozen(row[None]), frozen([0.0]), limit, False, float(np.linalg.norm(row[:3])), per_turn, depth)
 
 
 def pieces_of(condition: Condition) -> list[Piece]:
@@ -103,18 +78,16 @@ def pieces_of(condition: Condition) -> list[Piece]:
         case KeepAxis(axis, direction, angle):
             return [_axis("xyz".index(axis), _unit(direction), angle)]
         case KeepBox(lower, upper):
-            half = [0.5 * (high - low) for low, high in zip(lower, upper, strict=True)]
-            sides = [(low, high, depth) for low, high, depth in zip(lower, upper, half, strict=True)]
             return [
-                Half(frozen(sign * np.eye(12)[k]), sign * end, depth)
-                for k, (low, high, depth) in enumerate(sides)
+                _half(sign * np.eye(12)[k], sign * end, 0.5 * (high - low))
+                for k, (low, high) in enumerate(zip(lower, upper, strict=True))
                 for sign, end in ((1.0, low), (-1.0, high))
             ]
         case KeepSphere(centre, radius):
-            return [Ball(frozen(np.eye(12)[:3]), frozen(centre), radius, per_metre=1.0)]
+            return [Piece(frozen(np.eye(12)[:3]), frozen(centre), radius, True, per_metre=1.0)]
         case KeepPlane(normal, distance):
             size = math.hypot(*normal)
-            return [Half(frozen([*_unit(normal), *[0.0] * 9]), distance / size, _DEEP)]
+            return [_half(np.append(_unit(normal), np.zeros(9)), distance / size, _DEEP)]
         case KeepTurn(angle):
             return [_turn(_matrix(condition.quaternion), angle)]
         case KeepRotationVector(tolerances):
@@ -133,16 +106,16 @@ def _unit(vector: Three) -> Floats:
     return np.array(vector) / math.hypot(*vector)
 
 
-def _axis(k: int, direction: Floats, angle: float) -> Ball:
+def _axis(k: int, direction: Floats, angle: float) -> Piece:
     rows = np.zeros((3, 12))
     rows[range(3), [3 + 3 * i + k for i in range(3)]] = 1.0
-    return Ball(frozen(rows), frozen(direction), 2.0 * math.sin(0.5 * angle), per_turn=1.0, across=2.0)
+    return Piece(frozen(rows), frozen(direction), 2.0 * math.sin(0.5 * angle), True, per_turn=1.0, across=2.0)
 
 
-def _turn(matrix: Floats, angle: float) -> Ball:
+def _turn(matrix: Floats, angle: float) -> Piece:
     across = 2.0 * math.sqrt(2.0)
     radius = across * math.sin(0.5 * min(angle, math.pi))
-    return Ball(frozen(np.eye(12)[3:]), frozen(matrix.ravel()), radius, per_turn=math.sqrt(2.0), across=across)
+    return Piece(frozen(np.eye(12)[3:]), frozen(matrix.ravel()), radius, True, per_turn=math.sqrt(2.0), across=across)
 
 
 def _entry(matrix: Floats, i: int, j: int) -> Floats:
@@ -159,10 +132,10 @@ def _euler(matrix: Floats, tolerances: Three) -> list[Piece]:
         if tolerance < math.pi:
             angle = min(tolerance, _RIGHT)
             along, aside = (math.sin(angle) * _entry(matrix, *level), math.cos(angle) * _entry(matrix, *across))
-            made += [Half(frozen(along + sign * aside), 0.0, math.sin(angle)) for sign in (1.0, -1.0)]
+            made += [_half(along + sign * aside, 0.0, math.sin(angle)) for sign in (1.0, -1.0)]
     if y < _RIGHT:
         row = _entry(matrix, 0, 2)
-        made += [Half(frozen(sign * row), -math.sin(y), math.sin(y)) for sign in (1.0, -1.0)]
+        made += [_half(sign * row, -math.sin(y), math.sin(y)) for sign in (1.0, -1.0)]
     # what follows from these shows states that are far off the way
     for k, others in ((2, (x, y)), (0, (y, z))):
         if sum(others) < math.pi:
@@ -183,5 +156,5 @@ def _rotation_vector(matrix: Floats, tolerances: Three) -> list[Piece]:
         i, j = (k + 1) % 3, (k + 2) % 3
         row = 0.5 * (_entry(matrix, j, i) - _entry(matrix, i, j))
         least = tolerance * math.sin(length) / length if length else 0.0
-        made += [Half(frozen(sign * row), -least, least) for sign in (1.0, -1.0)]
+        made += [_half(sign * row, -least, least) for sign in (1.0, -1.0)]
     return made

@@ -118,24 +118,10 @@ def _largest(coefficients: Floats) -> Floats:
     return np.abs(bernstein(coefficients)).max(axis=1) + spread
 
 
-@dataclass(frozen=True, eq=False)
-class AlongProofs:
-    """For each of m curves: ``holds`` where the conditions are proven on all of it, ``broken`` where one is not kept.
-
-    Where neither is True they hold so barely that nothing is proven. ``least`` (m, k): lower bounds on what they have
-    to spare where they hold, else the smallest seen, at ``where`` (m,) on the curve.
-    """
-
-    holds: Bools
-    broken: Bools
-    least: Floats
-    where: Floats
-
-
 def prove_along(
     bound: ToolBound, coefficients: Floats, slack: Slack, per_metre: Floats, per_turn: Floats, finest: float = _FINEST
-) -> AlongProofs:
-    """Whether k conditions on the pose of ``bound``'s frame hold on the curves sum_k c_k s^k, (m, degree + 1, dof).
+) -> Bools:
+    """On which curves sum_k c_k s^k, (m, degree + 1, dof), k conditions on the pose of ``bound``'s frame hold, (m,).
 
     ``slack`` says what each has to spare at a point; ``per_metre`` and ``per_turn`` (k,) by how much at most that
     changes with the position (m), and with the length by which each column of the rotation changes (for the Frobenius
@@ -144,27 +130,24 @@ def prove_along(
     :class:`ArrayError` for arrays of other shapes, or with what is no finite number.
     """
     coefficients = numbers("coefficients", coefficients, ("m", "degree + 1", bound.robot.dof))
-    m, weights = len(coefficients), np.stack([per_metre, per_turn]).astype(float)
-    look = _Look(bound, coefficients, slack, weights)
-    proofs = AlongProofs(np.ones(m, bool), np.zeros(m, bool), np.full((m, weights.shape[1]), np.inf), np.zeros(m))
-    every, zeros, ones = np.arange(m), np.zeros(m), np.ones(m)
-    open_ = _Pieces(every, zeros, ones, look.at(proofs, every, zeros), look.at(proofs, every, ones))
-    while len((open_ := open_.only(proofs.holds[open_.curve])).curve):
-        spare, needs = look.pieces(open_)
-        covered = (spare >= 0).all(axis=1)
-        np.minimum.at(proofs.least, open_.curve[covered], spare[covered])
-        changing = ~open_.kept_at_both_ends & (open_.high - open_.low > _SHORTEST)
-        stuck = ~covered & ~(needs > finest) & ~changing
-        _stop(proofs, open_.curve[stuck], open_.low[stuck], spare[stuck])
-        open_ = open_.only(~covered & proofs.holds[open_.curve])
+    every = np.arange(len(coefficients))
+    look = _Look(bound, coefficients, slack, np.stack([per_metre, per_turn]).astype(float), np.ones(len(every), bool))
+    low, high = np.zeros(len(every)), np.ones(len(every))
+    open_ = _Pieces(every, low, high, look.at(every, low), look.at(every, high))
+    while len((open_ := open_.only(look.holds[open_.curve])).curve):
+        needs = look.needs(open_)
+        covered = _kept(np.minimum(open_.first, open_.last) - needs[:, None, :])
+        changing = ~_kept(np.minimum(open_.first, open_.last)) & (open_.high - open_.low > _SHORTEST)
+        look.holds[open_.curve[~covered & ~(needs.max(axis=1) > finest) & ~changing]] = False
+        open_ = open_.only(~covered & look.holds[open_.curve])
         middle = 0.5 * (open_.low + open_.high)
-        open_ = open_.halved(middle, look.at(proofs, open_.curve, middle))
-    return proofs
+        open_ = open_.halved(middle, look.at(open_.curve, middle))
+    return look.holds
 
 
 @dataclass(frozen=True, eq=False)
 class _Pieces:
-    """Pieces from ``low`` to ``high`` (n,) of curves (n,), and what these have to spare (n, a, k) there."""
+    """Pieces from ``low`` to ``high`` (n,) of curves (n,), and what there is to spare (n, a, k) at both ends."""
 
     curve: Ints
     low: Floats
@@ -175,12 +158,6 @@ class _Pieces:
     def only(self, rows: Bools) -> _Pieces:
         return _Pieces(self.curve[rows], self.low[rows], self.high[rows], self.first[rows], self.last[rows])
 
-    @property
-    def kept_at_both_ends(self) -> Bools:
-        """(n,) whether there is one alternative that is kept to at both; else there is a change between them."""
-        held: Bools = (np.minimum(self.first, self.last) >= 0).min(axis=2).max(axis=1)
-        return held
-
     def halved(self, middle: Floats, between: Floats) -> _Pieces:
         low, high = np.concatenate([self.low, middle]), np.concatenate([middle, self.high])
         first, last = np.concatenate([self.first, between]), np.concatenate([between, self.last])
@@ -189,42 +166,32 @@ class _Pieces:
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """What is asked of curves: slack at points, less rounding, and what pieces between points have to spare."""
+    """What is asked of curves, and which of them hold as far as was looked, (m,)."""
 
     bound: ToolBound
     coefficients: Floats
     slack: Slack
     weights: Floats  # (2, k)
+    holds: Bools
 
-    def at(self, proofs: AlongProofs, curve: Ints, s: Floats) -> Floats:
-        """(n, a, k) at points of curves; where no alternative is kept to there, that is noted in ``proofs``."""
+    def at(self, curve: Ints, s: Floats) -> Floats:
+        """(n, a, k) what there is to spare at points of curves, less rounding; without any a curve does not hold."""
         coefficients = self.coefficients[curve]
         rotation, position = self.bound.frame.poses(self.bound.robot, evaluate(coefficients, s))
-        noise = (np.stack(self.bound.rounding(coefficients, position), axis=1) @ self.weights)[:, None, :]
-        found = self.slack(curve, s, rotation, position)
-        proofs.broken[curve[np.all((found + noise < 0).any(axis=2), axis=1)]] = True
-        spare = _best(found - noise)
-        rows = np.flatnonzero(~(spare >= 0).all(axis=1))
-        _stop(proofs, curve[rows], s[rows], spare[rows])
-        return found - noise
+        noise = np.stack(self.bound.rounding(coefficients, position), axis=1) @ self.weights
+        found = self.slack(curve, s, rotation, position) - noise[:, None, :]
+        self.holds[curve[~_kept(found)]] = False
+        return found
 
-    def pieces(self, pieces: _Pieces) -> tuple[Floats, Floats]:
-        """What pieces have to spare (n, k) in the alternative that has most, and the most that they need (n,)."""
+    def needs(self, pieces: _Pieces) -> Floats:
+        """(n, k) what pieces between points may use up."""
         coefficients, span = self.coefficients[pieces.curve], pieces.high - pieces.low
         parts = part(coefficients, pieces.low, pieces.high)
         rounded = _ROUNDED * np.abs(coefficients).sum(axis=1) * span[:, None]
-        needs = np.stack(self.bound(parts, rounded), axis=1) @ self.weights
-        spare = _best(np.minimum(pieces.first, pieces.last) - needs[:, None, :])
-        return spare, needs.max(axis=1)
+        return np.stack(self.bound(parts, rounded), axis=1) @ self.weights
 
 
-def _best(spare: Floats) -> Floats:
-    """(n, k) of the alternative of (n, a, k) whose least is largest."""
-    best = spare.min(axis=2).argmax(axis=1)
-    return np.take_along_axis(spare, best[:, None, None], axis=1)[:, 0]
-
-
-def _stop(proofs: AlongProofs, curve: Ints, s: Floats, spare: Floats) -> None:
-    """That conditions are not proven, by what they have to spare (n, k) at ``s`` of curves."""
-    proofs.holds[curve], proofs.where[curve] = False, s
-    np.minimum.at(proofs.least, curve, spare)
+def _kept(spare: Floats) -> Bools:
+    """(n,) where all conditions of one alternative of (n, a, k) are kept."""
+    kept: Bools = spare.min(axis=2).max(axis=1) >= 0
+    return kept

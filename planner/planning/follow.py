@@ -23,21 +23,22 @@ from planner.planning.manipulability_floor import rounded_down
 from planner.planning.motion import looked_at_again, timed
 from planner.planning.network import build_network
 from planner.planning.plan import improved, solve_and_heal
-from planner.planning.record import DeviationRecord, ToolPathRecord, ToolSpeedRecord
+from planner.planning.record import ToolPathRecord
 from planner.planning.result import Plan
 from planner.planning.why_no_path import why_no_path
 from planner.problem.options import plan_request
 from planner.problem.outcome import Outcome
+from planner.problem.reason_schema import DeviationRecord
 from planner.problem.reasons import CannotFollow
-from planner.problem.request import FollowRequest, PlanRequest, TimingRequest
+from planner.problem.request import FollowRequest, TimingRequest
 from planner.problem.targets import parse_target
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.setup.open import Query, open_world, states_of
 from planner.setup.resolve import resolve
 from planner.tool_paths.file import read_tool_path
-from planner.tool_paths.ladder import Ladder, build_ladder
-from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, attached, ladder_roadmap, roadmap_of
-from planner.tool_paths.timing import ToolSpeed, joined_motion, time_tool_path
+from planner.tool_paths.ladder import build_ladder
+from planner.tool_paths.ladder_roadmap import LEFT_OUT, NEW, Reached, attached, reached_on, roadmap_of
+from planner.tool_paths.timing import ToolSpeedRecord, joined_motion, time_tool_path
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
 from planner.tool_paths.why_not import why_not
@@ -84,10 +85,8 @@ class Follower:
 
     checker: CollisionChecker
     path: ToolPath
-    ladder: Ladder
-    roadmap: Roadmap | None  # the part of the ladder that is joined to its beginning, proven free; None without any
-    along: Floats  # (n,) m along the path of its nodes
-    floor: float
+    found: Reached
+    request: FollowRequest  # what the ladder was made for
     timings: dict[str, float]
     seen: set[bytes] = field(default_factory=set)  # motions that passed a second look
     reasons: dict[float, CannotFollow] = field(default_factory=dict)  # by the share that is followed
@@ -106,20 +105,12 @@ class Follower:
                 raise SceneError(
                     f"in scene '{checker.world.scene.name}' obstacles move: a tool path needs a still one."
                 )
-        with clock("ladder"):
-            step = None if request.tool_speed is None else _FAST_STEP
-            ladder = build_ladder(
-                checker.robot, Tube(path.evenly_turned()), step, request.seed, request.ladder_density, _free_at(checker)
-            )
-            progress("ladder", len(ladder.q), len(ladder.q))
-        with clock("proofs"):
-            roadmap, along = ladder_roadmap(ladder, checker, request, progress)
-        return Follower(checker, path, ladder, roadmap, along, request.min_manipulability, clock.seconds)
-
-    @property
-    def followed(self) -> float:
-        """The share of the path's length that can be followed."""
-        return float(self.along.max() / self.ladder.stations[-1]) if self.roadmap else 0.0
+        tube = Tube(path.evenly_turned())
+        found = _reached(tube, checker, request, progress, clock)
+        if not found.whole:
+            inside = _reached(replace(tube, all_of_it=True), checker, request, progress, clock)
+            found = max(found, inside, key=lambda each: each.share)
+        return Follower(checker, path, found, request, clock.seconds)
 
     def plan(self, request: FollowRequest, progress: Progress = QUIET, timing: TimingRequest | None = None) -> Plan:
         """The plan for another ``beta`` or ``start``; what the ladder depends on is that of the first request."""
@@ -127,41 +118,39 @@ class Follower:
         clock.seconds.update(self.timings)
         limits = None if timing is None else MotionLimits.of(robot, timing)
         begun = {"robot": robot, "scene": self.checker.world.scene, "checker": self.checker, "timings": clock.seconds}
-        if self.roadmap is None:
+        roadmap, along = self.found.roadmap, self.found.along
+        if roadmap is None:
             nowhere = roadmap_of(self.checker, robot.home[None], request.seed)
-            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), None)
-        roadmap, along = self.roadmap, self.along
+            return self._finished(Plan(request, Outcome.NO_PATH, roadmap=nowhere, **begun), along)
         draft = Plan(request, Outcome.INTERRUPTED, roadmap=roadmap, **begun)
         if progress.stopped:
             return draft
         if not request.begins_on_path:
             with clock("roadmap"):
-                query = self._query(request, draft)
-                free = improved(
-                    replace(draft, roadmap=obtain_roadmap(request, query, progress, request.path_only)), progress
-                )
+                grown = obtain_roadmap(request, self._query(request, draft), progress, request.path_only)
+                free = improved(replace(draft, roadmap=grown), progress)
                 if progress.stopped:
                     return draft
                 if not free.roadmap.connected:
                     failed = replace(free, outcome=Outcome.NO_PATH)
-                    return self._finished(replace(failed, reason=why_no_path(failed, progress)), None)
+                    return self._finished(replace(failed, reason=why_no_path(failed, progress)), along)
                 roadmap, along = _joined(free, roadmap, along)
         with clock("costs"):
             network = _forward(build_network(roadmap, request.objective), along)
         solved = solve_and_heal(replace(draft, roadmap=roadmap), network, clock, self.seen)
-        motion = None
-        if timing is not None and limits is not None and len(solved.path):
-            with clock("timing"):
-                motion = self._timed(solved, along, request, timing, limits)
-        return self._finished(solved, motion, along)
+        if timing is None or limits is None or not len(solved.path):
+            return self._finished(solved, along)
+        with clock("timing"):
+            made, speed = self._timed(solved, along, request, timing, limits)
+        return self._finished(replace(solved, trajectory=made), along, speed)
 
     def _timed(
         self, found: Plan, along: Floats, request: FollowRequest, timing: TimingRequest, limits: MotionLimits
-    ) -> tuple[Trajectory, ToolSpeed | None]:
+    ) -> tuple[Trajectory, ToolSpeedRecord | None]:
         """The motion along the path, after the free one to it where there is one; with a rest between them."""
         places = along[found.path_nodes]
         first, floor = int(np.argmax(places >= 0.0)), request.min_manipulability
-        on_path = found.path[first:], places[first:], self.ladder.tube, self.checker, limits
+        on_path = found.path[first:], places[first:], self.found.ladder.tube, self.checker, limits
         made, speed = time_tool_path(*on_path, request.tool_speed, floor, timing.time_law)
         if first:
             free = timed(replace(found, path=found.path[: first + 1]), timing, limits)
@@ -172,26 +161,29 @@ class Follower:
         """From the start to the first rungs of the least cost-to-go."""
         checker, ladder = self.checker, draft.roadmap
         start = _starts(request, checker)
-        network = _forward(build_network(ladder, request.objective), self.along)
+        network = _forward(build_network(ladder, request.objective), self.found.along)
         cost = gabf.oracle(network)[ladder.starts]
         best = ladder.starts[np.argsort(cost, kind="stable")[: min(_ENDS, int(np.isfinite(cost).sum()))]]
         goals = ladder.nodes[best]
         return Query(checker.robot, draft.scene, checker, start, goals, ("tool path",) * len(goals))
 
-    def _why_not(self, followed: float, request: PlanRequest) -> CannotFollow:
-        """Why it is not followed beyond that share: what the ladder says, whatever the beta or the start."""
-        if followed not in self.reasons:
-            there = self.roadmap.nodes[self.roadmap.goals] if self.roadmap else None
-            floor = self._lower_floor(request)
-            self.reasons[followed] = why_not(self.checker, self.ladder, followed, there, floor)
-        return self.reasons[followed]
+    def _why_not(self, found: Reached) -> CannotFollow:
+        """Why it is not followed beyond what is ``found``: what the ladder says, whatever the beta or the start."""
+        if found.share not in self.reasons:
+            floor = self._lower_floor()
+            self.reasons[found.share] = why_not(self.checker, found, floor=floor, in_tube=self._in_tube)
+        return self.reasons[found.share]
 
-    def _lower_floor(self, request: PlanRequest) -> float | None:
+    def _in_tube(self, tube: Tube) -> Reached:
+        return _reached(tube, self.checker, self.request, QUIET, Stopwatch())
+
+    def _lower_floor(self) -> float | None:
         """The highest floor found with which the path is followed farther; None where no floor is in the way."""
-        if self.floor <= 0:
+        if self.request.min_manipulability <= 0:
             return None
-        free, along = ladder_roadmap(self.ladder, self.checker, replace(request, min_manipulability=0.0))
-        if free is None or along.max() <= self.along.max(initial=0.0) + 1e-9:
+        lower = reached_on(self.found.ladder, self.checker, replace(self.request, min_manipulability=0.0))
+        free, along = lower.roadmap, lower.along
+        if free is None or along.max() <= self.found.along.max(initial=0.0) + 1e-9:
             return None
         ahead = along[free.edges[:, 0]] < along[free.edges[:, 1]]
         arcs = np.where(ahead[:, None], free.edges, free.edges[:, ::-1])
@@ -204,38 +196,47 @@ class Follower:
             low, high = (middle, high) if passes else (low, middle)
         return rounded_down(float(levels[low]))
 
-    def _finished(
-        self, solved: Plan, motion: tuple[Trajectory, ToolSpeed | None] | None, along: Floats | None = None
-    ) -> Plan:
+    def _finished(self, solved: Plan, along: Floats, speed: ToolSpeedRecord | None = None) -> Plan:
         """The plan with what came of the tool path, and why it is not followed to its end."""
-        outcome, reason, followed = solved.outcome, solved.reason, self.followed if len(solved.path) else 0.0
-        if self.followed < 1.0 - 1e-9 and reason is None:
+        outcome, reason = solved.outcome, solved.reason
+        found = self.found if len(solved.path) else Reached(self.found.ladder)
+        if not self.found.whole and reason is None:
             outcome = Outcome.PARTLY_FOLLOWED
-            reason = self._why_not(followed, solved.request)
-        went, off = np.zeros((0, 3)), (0.0, 0.0)
-        if along is not None and len(solved.path):
+            reason = self._why_not(found)
+        went, off = np.zeros((0, 3)), DeviationRecord(position=0.0, angle=0.0)
+        if len(solved.path):
             places = along[solved.path_nodes]
             rows = places >= 0.0
-            went, off = self.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
-        trajectory, speed = motion or (None, None)
-        rungs = self.roadmap.nodes if self.roadmap else np.zeros((0, solved.robot.dof))
+            went, off = found.ladder.tube.largest_deviation(solved.robot, solved.path[rows], places[rows])
+        rungs = self.found.roadmap.nodes if self.found.roadmap else np.zeros((0, solved.robot.dof))
         record = ToolPathRecord(
-            followed=followed,
+            followed=found.share,
             points=int(self.path.given.max()),
-            largest_deviation=DeviationRecord(position=off[0], angle=off[1]),
-            tube=DeviationRecord(position=self.path.tube.position, angle=self.path.tube.angle),
-            proven=bool(len(solved.path)) and (trajectory is None or trajectory.proven),
+            largest_deviation=off,
+            tube=DeviationRecord(**asdict(self.path.tube)),
+            proven=bool(len(solved.path)) and (solved.trajectory is None or solved.trajectory.proven),
             first_unreachable=reason.point if isinstance(reason, CannotFollow) else None,
-            speed=None if speed is None else ToolSpeedRecord(**asdict(speed)),
+            speed=speed,
         )
         return replace(
             solved,
             outcome=outcome,
             reason=reason,
             goal="tool-path" if len(solved.path) else None,
-            trajectory=trajectory,
             tool_path=FollowedPath(record, self.path.positions, went, rungs),
         )
+
+
+def _reached(
+    tube: Tube, checker: CollisionChecker, request: FollowRequest, progress: Progress, clock: Stopwatch
+) -> Reached:
+    """How far a ladder leads in a tube."""
+    with clock("ladder"):
+        step = None if request.tool_speed is None else _FAST_STEP
+        ladder = build_ladder(checker.robot, tube, step, request.seed, request.ladder_density, _free_at(checker))
+        progress("ladder", len(ladder.q), len(ladder.q))
+    with clock("proofs"):
+        return reached_on(ladder, checker, request, progress)
 
 
 def _starts(request: FollowRequest, checker: CollisionChecker) -> Floats:

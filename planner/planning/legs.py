@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -12,14 +12,15 @@ from planner.kinematics.tool_bound import Frame
 from planner.models.robot import Robot
 from planner.planning.followed import leg_line
 from planner.planning.motion import timed
-from planner.planning.record import DeviationRecord, LegRecord
+from planner.planning.record import LegRecord
 from planner.planning.result import Plan
+from planner.problem.reason_schema import DeviationRecord
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import PlanRequest, TimingRequest
 from planner.roadmap.roadmap import Roadmap, roomy_where_joined
 from planner.setup.open import Query
-from planner.tool_paths.ladder import Ladder, ladder_from
-from planner.tool_paths.ladder_roadmap import NEW, attached, ladder_roadmap
+from planner.tool_paths.ladder import ladder_from
+from planner.tool_paths.ladder_roadmap import NEW, Reached, attached, reached_on
 from planner.tool_paths.timing import joined_motion, time_tool_path
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
@@ -30,33 +31,37 @@ from planner.trajectory.trajectory import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """A line of the tool from an end of a plan to where the free motion is joined to it.
+    """A line of the tool back from ``end`` (dof,), an end of a plan, to where the free motion is joined to it.
 
-    ``roadmap``: a chain of proven motions, whose start is that end and whose goal is the other one; ``along`` (n,) m.
+    ``found``: a chain of proven motions, whose start is that end and whose goal is the other one.
     """
 
-    path: ToolPath
-    roadmap: Roadmap
-    along: Floats
+    end: Floats
+    found: Reached
 
     @property
-    def end(self) -> Floats:
-        return self.roadmap.nodes[self.roadmap.starts[0]]
+    def roadmap(self) -> Roadmap:
+        assert self.found.roadmap is not None  # the leg is whole
+        return self.found.roadmap
 
     @property
     def free(self) -> Floats:
-        return self.roadmap.nodes[self.roadmap.goals[0]]
+        return self.found.ends[0]
+
+    @property
+    def places(self) -> Floats:
+        """(n,) m from the end."""
+        return np.sort(self.found.along)
 
     def record(self, name: str, robot: Robot) -> LegRecord:
         """What ``plan.json`` says of it under a ``name``."""
-        order = np.argsort(self.along)
-        _, off = Tube(self.path).largest_deviation(robot, self.roadmap.nodes[order], self.along[order])
-        tube = self.path.tube
+        tube, order = self.found.ladder.tube, np.argsort(self.found.along)
+        _, off = tube.largest_deviation(robot, self.roadmap.nodes[order], self.places)
         return LegRecord(
             leg=name,
-            length=float(self.along.max()),
-            largest_deviation=DeviationRecord(position=off[0], angle=off[1]),
-            tube=DeviationRecord(position=tube.position, angle=tube.angle),
+            length=float(self.places[-1]),
+            largest_deviation=off,
+            tube=DeviationRecord(**asdict(tube.path.tube)),
         )
 
 
@@ -84,7 +89,7 @@ class Legs:
         for name, (legs, doors) in ends.items():
             numbers = []
             for leg in legs:
-                number = np.full(len(leg.along), NEW)
+                number = np.full(len(leg.places), NEW)
                 away = np.abs(roadmap.nodes[doors] - leg.free).max(axis=1)
                 number[leg.roadmap.goals[0]] = doors[away.argmin()]
                 roadmap, number = attached(free.robot, roadmap, leg.roadmap, number)
@@ -107,16 +112,16 @@ class Legs:
         if begin is None and end is None:
             return timed(found, timing, limits)
         limits = limits or MotionLimits.of(found.robot)
-        first = len(begin.along) - 1 if begin else 0
-        last = len(found.path) - (len(end.along) - 1 if end else 0)
+        first = len(begin.places) - 1 if begin else 0
+        last = len(found.path) - (len(end.places) - 1 if end else 0)
         made = timed(replace(found, path=found.path[first:last]), timing, limits)
         floor = found.request.min_manipulability
         for leg, part, before in ((begin, found.path[: first + 1], True), (end, found.path[last - 1 :], False)):
             if leg is not None:
-                along = np.sort(leg.along)
-                path = leg.path if before else leg.path.backwards
-                places = along if before else along[-1] - along[::-1]
-                straight, _ = time_tool_path(part, places, Tube(path), found.checker, limits, None, floor)
+                tube = leg.found.ladder.tube
+                tube = tube if before else Tube(tube.path.backwards)
+                places = leg.places if before else leg.places[-1] - leg.places[::-1]
+                straight, _ = time_tool_path(part, places, tube, found.checker, limits, None, floor)
                 parts = (straight, made) if before else (made, straight)
                 made = joined_motion(*parts, found.checker, limits, floor)
         return made
@@ -132,30 +137,18 @@ def legs_of(query: Query, request: PlanRequest) -> Legs | CannotFollow:
     found: dict[str, tuple[Leg, ...]] = {}
     for name, ends, length in (("retreat", query.starts, request.retreat), ("approach", query.goals, request.approach)):
         tried = [_leg(query.checker, q, length, request) for q in ends] if length > 0 else []
-        found[name] = tuple(leg for leg in tried if isinstance(leg, Leg))
+        found[name] = tuple(leg for leg in tried if leg.found.whole)
         if tried and not found[name]:
-            farthest = max((stuck for stuck in tried if isinstance(stuck, _Stuck)), key=lambda stuck: stuck.followed)
-            return replace(why_not(query.checker, farthest.ladder, farthest.followed, farthest.reached), leg=name)
+            farthest = max(tried, key=lambda leg: leg.found.share)
+            reached = farthest.found.ends if farthest.found.roadmap else farthest.end[None]
+            return replace(why_not(query.checker, farthest.found, reached), leg=name)
     return Legs(found["retreat"], found["approach"])
 
 
-@dataclass(frozen=True, eq=False)
-class _Stuck:
-    """A leg of which only a share is ``followed``, as far as the configurations (k, dof) that are ``reached``."""
-
-    ladder: Ladder
-    followed: float
-    reached: Floats
-
-
-def _leg(checker: CollisionChecker, q: Floats, length: float, request: PlanRequest) -> Leg | _Stuck:
-    """The leg back along the tool's z axis from ``q`` (dof,)."""
+def _leg(checker: CollisionChecker, q: Floats, length: float, request: PlanRequest) -> Leg:
+    """The leg back along the tool's z axis from ``q`` (dof,), as far as it goes."""
     rotation, _ = Frame.tool(checker.robot).poses(checker.robot, q[None])
     positions = leg_line(checker.robot, q, length)
     path = ToolPath("leg", positions, np.repeat(rotation, 2, axis=0), np.zeros(2, bool), np.zeros(2), np.arange(1, 3))
     ladder = ladder_from(checker.robot, Tube(path), q)
-    roadmap, along = ladder_roadmap(ladder, checker, replace(request, min_manipulability=0.0))
-    followed = float(along.max() / length) if roadmap else 0.0
-    if roadmap is None or followed < 1.0 - 1e-9:
-        return _Stuck(ladder, followed, roadmap.nodes[roadmap.goals] if roadmap else q[None])
-    return Leg(path, roadmap, along)
+    return Leg(q, reached_on(ladder, checker, replace(request, min_manipulability=0.0)))

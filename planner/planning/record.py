@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from planner.planning.network import PathCost
-from planner.problem.reason_schema import ReasonRecord
+from planner.problem.reason_schema import DeviationRecord, ReasonRecord
 from planner.problem.run_schema import Nodes, Record, RoadmapRecord, RunRecord
+from planner.tool_paths.timing import ToolSpeedRecord
 from planner.trajectory.clearance import Nearest
 
 
@@ -190,28 +191,6 @@ class InTimeRecord(Record):
     """null where nothing moves along a known motion"""
     horizon: HorizonRecord | None
     """null where no obstacle has a speed limit"""
-
-
-@dataclass(frozen=True, kw_only=True)
-class DeviationRecord(Record):
-    """How far the tool is off its path."""
-
-    position: float
-    """m"""
-    angle: float
-    """rad, of its orientation, or of its z axis where it may turn about that; beyond a cone where one is given"""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ToolSpeedRecord(Record):
-    """How fast the tool goes along the path."""
-
-    asked: float
-    """m/s"""
-    largest: float
-    """m/s, of the tool along it"""
-    share: float
-    """of the path's length that it runs at the asked speed, within 1 %"""
 
 
 @dataclass(frozen=True, kw_only=True)

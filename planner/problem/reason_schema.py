@@ -76,6 +76,16 @@ class BlockedInTimeRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
+class DeviationRecord(Record):
+    """How far the tool is off its path, or may be."""
+
+    position: float
+    """m"""
+    angle: float
+    """rad, of its orientation, or of its z axis where it may turn about that; beyond a cone where one is given"""
+
+
+@dataclass(frozen=True, kw_only=True)
 class CannotFollowRecord(Record):
     """A tool path cannot be followed to one of its points."""
 
@@ -93,6 +103,8 @@ class CannotFollowRecord(Record):
     """the highest floor found with which it goes on, where the floor is too high"""
     cone: float | None
     """rad: the narrowest about the tool's axis with which it was found to go on; 0: a free turn about it will do"""
+    tube: DeviationRecord | None
+    """the narrowest of a few wider ones with which it was found to be followed to that point"""
     leg: Literal["", "approach", "retreat"]
     """which leg of a plan it is, point 1 the plan's goal or start"""
 

@@ -16,7 +16,7 @@ from planner.base.places import Place, place
 from planner.base.yamlfile import Coordinate, Number, Strict, parse_yaml, read_text, validate
 from planner.models.poses import pose
 from planner.paths.file import cells, matrix
-from planner.tool_paths.tool_path import ToolPath, TubeSize, arc_points, turned_to
+from planner.tool_paths.tool_path import POINT_ARRAYS, ToolPath, TubeSize, arc_points, turned_to
 
 _UNIT = 1e-3  # of a quaternion's or an axis's length
 _COLUMNS = {"quaternion": ("qx", "qy", "qz", "qw"), "axis": ("ax", "ay", "az")}
@@ -123,16 +123,13 @@ def _turns(points: list[_Point], where: str) -> Floats:
     return turns
 
 
-_ARRAYS = ("positions", "turns", "free", "cones", "given")
-
-
 def _with_arcs(path: ToolPath, vias: list[int], where: str) -> ToolPath:
     """The path with lines for the arcs that lead through the points ``vias``."""
     if vias and (vias[0] == 0 or vias[-1] == len(path.positions) - 1 or 1 in np.diff(vias)):
         raise FileError(
             f"{where}: a 'via: arc' stands between two points that are none: give each arc a begin and an end."
         )
-    parts = [tuple(getattr(path, name)[:1] for name in _ARRAYS)]
+    parts = [path.rows(slice(1))]
     for k in range(1, len(path.positions)):
         if k in vias:
             try:
@@ -140,32 +137,24 @@ def _with_arcs(path: ToolPath, vias: list[int], where: str) -> ToolPath:
             except ValueError as error:
                 raise FileError(f"{where}: point {k + 1} is no middle of an arc, as {error}: move it.") from None
         elif k - 1 not in vias:
-            parts.append(tuple(getattr(path, name)[k : k + 1] for name in _ARRAYS))
-    arrays = {name: np.concatenate(rows) for name, rows in zip(_ARRAYS, zip(*parts, strict=True), strict=True)}
-    return replace(path, **arrays)
+            parts.append(path.rows(slice(k, k + 1)))
+    return replace(path, **{name: np.concatenate([part[name] for part in parts]) for name in POINT_ARRAYS})
 
 
-def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> tuple[Any, ...]:
+def _along_arc(path: ToolPath, first: int, points: Floats, angles: Floats) -> dict[str, Any]:
     """The arrays of points on the arc from ``first``; orientations change evenly to its middle, and from there."""
     at_middle = int(np.abs(points - path.positions[first + 1]).sum(axis=1).argmin())
     begin = np.where(np.arange(len(points)) <= at_middle, first, first + 1)
     low = np.where(begin == first, 0.0, angles[at_middle])
     high = np.where(begin == first, angles[at_middle], angles[-1])
     _, turns, free, cones = path.at(begin, (angles - low) / (high - low))
-    return points, turns, free, cones, path.given[begin + 1]
+    return dict(zip(POINT_ARRAYS, (points, turns, free, cones, path.given[begin + 1]), strict=True))
 
 
 def _with_legs(path: ToolPath, approach: float, retreat: float) -> ToolPath:
     """The path with a straight leg of ``approach`` m along the tool's z axis before it, and ``retreat`` m back."""
-    order = np.arange(len(path.positions))
-    for length, end in ((approach, 0), (retreat, len(order) - 1)):
-        if length > 0:
-            order = np.insert(order, 0 if end == 0 else len(order), end)
-    positions = path.positions[order]
-    if approach > 0:
-        positions[0] -= approach * path.turns[0, :, 2]
-    if retreat > 0:
-        positions[-1] -= retreat * path.turns[-1, :, 2]
-    return ToolPath(
-        path.name, positions, path.turns[order], path.free[order], path.cones[order], path.given[order], path.tube
-    )
+    last = len(path.positions) - 1
+    rows = path.rows(np.array([*[0] * (approach > 0), *range(last + 1), *[last] * (retreat > 0)]))
+    rows["positions"][0] -= approach * path.turns[0, :, 2]
+    rows["positions"][-1] -= retreat * path.turns[-1, :, 2]
+    return replace(path, **rows)

@@ -9,12 +9,12 @@ thread, the motion is halved at a solution for its middle. So no joint changes b
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from planner.base.arrays import Bools, Floats, Ints, distinct_rows
-from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE, solve_each
+from planner.kinematics.inverse import solve_each
 from planner.kinematics.manipulability import manipulability
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
@@ -36,8 +36,8 @@ _HOPELESS = 64.0  # times the tube: a motion between threads whose bound is beyo
 class Ladder:
     """Rungs ``q`` (n, dof) where the path is at ``share`` (n,) of its line ``line`` (n,), and arcs (m, 2) forward.
 
-    ``along`` (n,) m from the path's beginning; every arc's straight joint motion is proven to stay in the tube.
-    ``off`` (s, 2) is by how much (m, rad) inverse kinematics missed each station at least, ``stations`` (s,) m along.
+    ``along`` (n,) and ``stations`` (s,) are m from the path's beginning; every arc's straight joint motion is proven to
+    stay in the tube.
     """
 
     robot: Robot
@@ -47,7 +47,6 @@ class Ladder:
     share: Floats
     arcs: Ints
     stations: Floats
-    off: Floats
 
     @property
     def along(self) -> Floats:
@@ -68,41 +67,41 @@ def build_ladder(
     arguments: it works by counts.
     """
     stations = _Stations.along(tube, step or np.inf)
-    threads, off = _threads(robot, stations, np.random.default_rng(seed), dense, allows)
-    return _linked(robot, tube, stations, threads, off)
+    return _linked(robot, tube, stations, _threads(robot, stations, np.random.default_rng(seed), dense, allows))
 
 
 def ladder_from(robot: Robot, tube: Tube, q: Floats) -> Ladder:
     """The ladder of one thread, from the solution ``q`` (dof,) at the beginning of a path."""
     stations = _Stations.along(tube)
-    s = len(stations.line)
-    threads, off = np.full((1, s, robot.dof), np.nan), np.full((s, 2), np.inf)
+    threads = np.full((1, len(stations.line), robot.dof), np.nan)
     threads[0, 0] = q
-    for k in range(s - 1):
-        _continue(robot, stations, threads, np.eye(3)[None], off, k, k + 1)
-    return _linked(robot, tube, stations, threads, off)
+    for k in range(len(stations.line) - 1):
+        _continue(robot, stations, threads, np.eye(3)[None], k, k + 1)
+    return _linked(robot, tube, stations, threads)
 
 
 @dataclass(frozen=True, eq=False)
 class _Stations:
-    """Targets (s, 4, 4) at places of the path, whether the tool turns freely there (s,), and its cones (s,)."""
+    """Targets (s, 4, 4) at places of a path, whether the tool turns freely there (s,), and its cones (s,).
+
+    Solutions may be off their targets by what is ``taken`` (s, 2), m and rad.
+    """
 
     line: Ints
     share: Floats
     targets: Floats
     free: Bools
     cones: Floats
+    taken: Floats
 
     def part(self, rows: Ints) -> _Stations:
-        return _Stations(self.line[rows], self.share[rows], self.targets[rows], self.free[rows], self.cones[rows])
+        return _Stations(*(getattr(self, each.name)[rows] for each in fields(self)))
 
     @staticmethod
     def along(tube: Tube, step: float = np.inf) -> _Stations:
         """Along all of the path, ``step`` (m) apart at most."""
         step = min(step, _STEP * float(np.sqrt(tube.path.tube.position)))
-        count = np.maximum(np.ceil(tube.path.lengths / step - 1e-9), 1).astype(np.int64)
-        line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
-        return _Stations.of(tube, line, np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0))
+        return _Stations.of(tube, *tube.path.divided(tube.path.lengths / step))
 
     @staticmethod
     def of(tube: Tube, line: Ints, share: Floats) -> _Stations:
@@ -113,7 +112,8 @@ class _Stations:
         targets[:, :3, 3], targets[:, :3, :3] = position, turn
         for end, at in ((0, share == 0), (1, share == 1)):  # what a point allows it allows, whatever its neighbours do
             free[at], cone[at] = path.free[line[at] + end], path.cones[line[at] + end]
-        return _Stations(line, share, targets, free, cone)
+        cone[free] = np.maximum(cone[free], tube.lean)
+        return _Stations(line, share, targets, free, cone, tube.taken(free))
 
 
 def solutions_at(
@@ -142,7 +142,7 @@ def _solved(robot: Robot, stations: _Stations, z: Floats, seeds: Floats) -> tupl
             targets[:, :3, :3] = turned_to(z[rows], Frame.tool(robot).poses(robot, seeds[rows])[0])
         q[rows], *missed = solve_each(robot, targets, seeds[rows], free)
         off[rows] = np.stack(missed, axis=1)
-    q[(off[:, 0] > POSITION_TOLERANCE) | (off[:, 1] > ANGLE_TOLERANCE)] = np.nan
+    q[(off > stations.taken).any(axis=1)] = np.nan
     return q, off
 
 
@@ -152,29 +152,25 @@ def _threads(
     rng: np.random.Generator,
     dense: int,
     allows: Callable[[Floats], Bools] | None,
-) -> tuple[Floats, Floats]:
-    """Solutions (t, s, dof) of every thread, nan where it has ended, and the least miss (s, 2) at each station."""
+) -> Floats:
+    """Solutions (t, s, dof) of every thread, nan where it has ended."""
     s = len(stations.line)
     anchors = np.unique(np.linspace(0, s - 1, min(_ANCHORS * dense, s)).round().astype(np.int64))
-    starts = _STARTS * dense
-    at = np.repeat(anchors, starts)
+    at = np.repeat(anchors, _STARTS * dense)
     tilts, there = _tilts(stations.cones[at], rng), stations.part(at)
     z = (there.targets[:, :3, :3] @ tilts)[:, :, 2]
-    q, missed = _solved(robot, there, z, rng.uniform(robot.lower, robot.upper, size=(len(at), robot.dof)))
+    q, _ = _solved(robot, there, z, rng.uniform(robot.lower, robot.upper, size=(len(at), robot.dof)))
     good = np.isfinite(q[:, 0])
     if allows is not None and good.any():
         good[good] = allows(q[good])
-    off = np.full((s, 2), np.inf)
     found = [_spread_out(robot, q, good, rows, _THREADS) for rows in np.split(np.arange(len(at)), len(anchors))]
     chosen = np.concatenate(found)
-    for k, rows in zip(anchors, np.split(missed, len(anchors)), strict=True):
-        off[k] = rows[rows.sum(axis=1).argmin()]
     threads = np.full((len(chosen), s, robot.dof), np.nan)
     threads[np.arange(len(chosen)), at[chosen]] = q[chosen]
     for step, order in ((1, range(s - 1)), (-1, range(s - 1, 0, -1))):
         for k in order:
-            _continue(robot, stations, threads, tilts[chosen], off, k, k + step)
-    return threads, off
+            _continue(robot, stations, threads, tilts[chosen], k, k + step)
+    return threads
 
 
 def _tilts(cones: Floats, rng: np.random.Generator) -> Floats:
@@ -202,23 +198,20 @@ def _spread_out(robot: Robot, q: Floats, good: Bools, rows: Ints, count: int) ->
     return rows[chosen]
 
 
-def _continue(
-    robot: Robot, stations: _Stations, threads: Floats, tilts: Floats, off: Floats, here: int, there: int
-) -> None:
+def _continue(robot: Robot, stations: _Stations, threads: Floats, tilts: Floats, here: int, there: int) -> None:
     """Continue all threads that are at one station and not yet at the next one, from each by as little as possible."""
     rows = np.flatnonzero(np.isfinite(threads[:, here, 0]) & ~np.isfinite(threads[:, there, 0]))
     if not len(rows):
         return
     seeds, target = threads[rows, here], stations.part(np.full(len(rows), there))
     leaning = tilts[rows] if stations.cones[there] > 0 else np.eye(3)
-    q, missed = _solved(robot, target, (target.targets[:, :3, :3] @ leaning)[:, :, 2], seeds)
-    off[there] = min(off[there], missed[missed.sum(axis=1).argmin()], key=np.sum)
+    q, _ = _solved(robot, target, (target.targets[:, :3, :3] @ leaning)[:, :, 2], seeds)
     far = ~(np.abs(robot.difference(seeds, q)).max(axis=1) <= _FAR)
     q[far] = np.nan
     threads[rows, there] = q
 
 
-def _linked(robot: Robot, tube: Tube, stations: _Stations, threads: Floats, off: Floats) -> Ladder:
+def _linked(robot: Robot, tube: Tube, stations: _Stations, threads: Floats) -> Ladder:
     """The ladder of threads: arcs along each and to near solutions of others, as far as they are proven."""
     s = len(stations.line)
     nodes, number = _distinct(robot, threads)
@@ -226,7 +219,7 @@ def _linked(robot: Robot, tube: Tube, stations: _Stations, threads: Floats, off:
     q = np.concatenate(nodes)
     along = tube.path.along[stations.line] + stations.share * tube.path.lengths[stations.line]
     none = np.zeros((0, 2), dtype=np.int64)
-    ladder = Ladder(robot, tube, q, stations.line[station], stations.share[station], none, along, off)
+    ladder = Ladder(robot, tube, q, stations.line[station], stations.share[station], none, along)
     alive = (number[:, :-1] >= 0) & (number[:, 1:] >= 0)
     own = np.unique(np.stack([number[:, :-1][alive], number[:, 1:][alive]], axis=1), axis=0)
     first = np.searchsorted(station, np.arange(s + 1))
@@ -302,7 +295,7 @@ def _in_tube(ladder: Ladder, bound: ToolBound, arcs: Ints) -> Bools:
     if not len(arcs):
         return np.zeros(0, dtype=bool)
     line = np.where(ladder.share[arcs[:, 0]] < 1.0, ladder.line[arcs[:, 0]], ladder.line[arcs[:, 1]])
-    return ladder.tube.prove(bound, _motions(ladder, arcs), line[:, None]).holds
+    return ladder.tube.prove(bound, _motions(ladder, arcs), line[:, None])
 
 
 def _halved(ladder: Ladder, arcs: Ints) -> tuple[Ladder, Ints]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -25,13 +25,36 @@ from planner.tool_paths.ladder import Ladder
 NEW, LEFT_OUT = -1, -2  # what becomes of a ladder's nodes
 
 
-def ladder_roadmap(
-    ladder: Ladder, checker: CollisionChecker, request: PlanRequest, progress: Progress = QUIET
-) -> tuple[Roadmap | None, Floats]:
-    """The ladder's motions that are free and above the floor, as far as they are joined to its first rungs.
+@dataclass(frozen=True, eq=False)
+class Reached:
+    """What of a ``ladder`` is joined to its first rungs by motions that are free and above a floor.
 
-    Its starts are the first rungs, its goals those farthest along the path that are reached.
+    The starts of ``roadmap`` are these, its goals the rungs farthest along the path; None without any such motion.
+    ``along`` (n,): where its nodes are, m along the path.
     """
+
+    ladder: Ladder
+    roadmap: Roadmap | None = None
+    along: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def share(self) -> float:
+        """Of the path's length."""
+        return float(self.along.max() / self.ladder.stations[-1]) if self.roadmap else 0.0
+
+    @property
+    def whole(self) -> bool:
+        """Whether it leads to the end."""
+        return self.share >= 1.0 - 1e-9
+
+    @property
+    def ends(self) -> Floats:
+        """(k, dof) as far as it comes; none where it does not begin."""
+        return self.roadmap.nodes[self.roadmap.goals] if self.roadmap else self.ladder.q[:0]
+
+
+def reached_on(ladder: Ladder, checker: CollisionChecker, request: PlanRequest, progress: Progress = QUIET) -> Reached:
+    """The ladder's motions that are free and above the floor of ``request``, as far as they lead on from its begin."""
     robot, along, arcs = ladder.robot, ladder.along, ladder.arcs
     arcs = arcs[_on_the_way(along, arcs)]
     start = ladder.q[arcs[:, 0]]
@@ -44,7 +67,7 @@ def ladder_roadmap(
     arcs, rows = arcs[good], np.flatnonzero(good)
     kept = _on_the_way(along, arcs)
     if not kept.any():
-        return None, np.zeros(0)
+        return Reached(ladder)
     return _roadmap(ladder, arcs[kept], proofs, rows[kept], checker, request.seed)
 
 
@@ -63,9 +86,7 @@ def _on_the_way(along: Floats, arcs: Ints) -> Bools:
     return ahead[arcs[:, 0]] & back[arcs[:, 1]]
 
 
-def _roadmap(
-    ladder: Ladder, arcs: Ints, proofs: Proofs, rows: Ints, checker: CollisionChecker, seed: int
-) -> tuple[Roadmap, Floats]:
+def _roadmap(ladder: Ladder, arcs: Ints, proofs: Proofs, rows: Ints, checker: CollisionChecker, seed: int) -> Reached:
     used = np.unique(arcs)
     along = ladder.along[used]
     first, last = along <= 1e-9, along >= along.max() - 1e-9
@@ -74,37 +95,35 @@ def _roadmap(
     number[used[order]] = np.arange(len(order))
     edges = np.sort(number[arcs], axis=1)
     sorted_ = np.lexsort((edges[:, 1], edges[:, 0]))
-    nodes, edges, rows = ladder.q[used[order]], edges[sorted_], rows[sorted_]
-    w, robot = node_manipulability(ladder.robot, nodes), ladder.robot
-    unit = CostScale(1.0, 2.0, 1.0, 1.0, 0.01)
-    measured = measure_edges(robot, nodes, edges, unit)
-    scale = measure_scale(w, measured["joint_length"], measured["tool_length"])
-    roadmap = Roadmap(
-        nodes=nodes,
-        edges=edges,
-        proven=np.ones(len(edges), dtype=bool),
-        starts=np.arange(first.sum()),
-        goals=first.sum() + np.arange(last.sum()),
-        manipulability=w,
-        **measure_edges(robot, nodes, edges, scale),
-        clearance=np.maximum(proofs.clearance[rows], 0.0),
-        samples=proofs.samples[rows],
-        checked_by=nobody(len(nodes)),
-        scale=scale,
-        origin=origin_of(checker, seed),
-    )
-    return roadmap, along[order]
+    ends = np.arange(first.sum()), first.sum() + np.arange(last.sum())
+    rows = rows[sorted_]
+    free = np.maximum(proofs.clearance[rows], 0.0), proofs.samples[rows]
+    return Reached(ladder, _made(checker, seed, ladder.q[used[order]], ends, edges[sorted_], *free), along[order])
 
 
 def roadmap_of(checker: CollisionChecker, nodes: Floats, seed: int) -> Roadmap:
     """A roadmap of ``nodes`` (n, dof) alone, the first of them its start, for what is followed nowhere."""
-    robot, none = checker.robot, np.zeros((0, 2), dtype=np.int64)
-    w = node_manipulability(robot, nodes)
-    scale = measure_scale(w, np.zeros(0), np.zeros(0))
+    none = np.zeros(0, dtype=np.int64)
+    return _made(checker, seed, nodes, (np.zeros(1, np.int64), none), np.zeros((0, 2), np.int64), np.zeros(0), none)
+
+
+def _made(
+    checker: CollisionChecker,
+    seed: int,
+    nodes: Floats,
+    ends: tuple[Ints, Ints],
+    edges: Ints,
+    clearance: Floats,
+    samples: Ints,
+) -> Roadmap:
+    """The roadmap of proven edges, on a scale of its own."""
+    robot, w = checker.robot, node_manipulability(checker.robot, nodes)
+    measured = measure_edges(robot, nodes, edges, CostScale(1.0, 2.0, 1.0, 1.0, 0.01))
+    scale = measure_scale(w, measured["joint_length"], measured["tool_length"])
     return Roadmap(
-        nodes=nodes, edges=none, proven=np.zeros(0, bool), starts=np.zeros(1, np.int64), goals=np.zeros(0, np.int64),
-        manipulability=w, **measure_edges(robot, nodes, none, scale), clearance=np.zeros(0),
-        samples=np.zeros(0, np.int64), checked_by=nobody(len(nodes)), scale=scale, origin=origin_of(checker, seed),
+        nodes=nodes, edges=edges, proven=np.ones(len(edges), dtype=bool), starts=ends[0], goals=ends[1],
+        manipulability=w, **measure_edges(robot, nodes, edges, scale), clearance=clearance, samples=samples,
+        checked_by=nobody(len(nodes)), scale=scale, origin=origin_of(checker, seed),
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from planner.collision.edge_prover import EdgeProver
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
 from planner.problem.request import TimeLaw
+from planner.problem.run_schema import Record
 from planner.tool_paths.tube import Tube
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.proof import prove_motion
@@ -73,16 +74,19 @@ class ToolGuide:
         first = np.searchsorted(places, begin, side="right") - 1 - _BESIDE
         beside = 2 * _BESIDE + 1 + int((np.searchsorted(places, end) - np.searchsorted(places, begin)).max(initial=0))
         lines = np.clip(first[:, None] + np.arange(beside), 0, count - 1)
-        return self.tube.prove(self._bound, coefficients, lines).holds
+        return self.tube.prove(self._bound, coefficients, lines)
 
 
-@dataclass(frozen=True)
-class ToolSpeed:
-    """How fast the tool goes: ``asked`` and ``largest`` m/s, and the ``share`` of the way within 1 % of it."""
+@dataclass(frozen=True, kw_only=True)
+class ToolSpeedRecord(Record):
+    """How fast the tool goes along the path."""
 
     asked: float
+    """m/s"""
     largest: float
+    """m/s, of the tool along it"""
     share: float
+    """of the path's length that it runs at the asked speed, within 1 %"""
 
 
 def time_tool_path(
@@ -94,33 +98,34 @@ def time_tool_path(
     speed: float | None = None,
     floor: float = 0.0,
     law: TimeLaw = "blended",
-) -> tuple[Trajectory, ToolSpeed | None]:
+) -> tuple[Trajectory, ToolSpeedRecord | None]:
     """The motion along a joint path (k, dof) that is ``along`` (k,) m on a tool path, and the tool's speed if asked.
 
     From rest to rest. Corners are rounded as far as the motion is proven to stay in the tube and free, and ``proven``
     says that all of it does; no shortcuts are taken under any ``law``.
     """
     guide = ToolGuide.of(path, along, checker.robot, tube, speed)
-    made, _ = timed_curve(path, checker, limits, law, floor, guide=guide)
+
+    def timed(guide: ToolGuide) -> Trajectory:
+        return timed_curve(path, checker, limits, law, floor, guide=guide)[0]
+
+    def throughout(fast: Floats) -> ToolGuide:
+        return replace(guide, fastest=guide.fastest * (speed or 0.0) / fast.max() * _BELOW)
+
+    made = timed(guide)
     if speed is None:
         return made, None
     way, fast = _tool_speeds(made, checker.robot)
-    if (
-        _share(way, fast, fast.max()) > _PLATEAU and fast.max() < speed * _BELOW
-    ):  # all of it was slowed down for a limit
-        guide = replace(guide, fastest=guide.fastest * speed / fast.max() * _BELOW)
-        made, _ = timed_curve(path, checker, limits, law, floor, guide=guide)
-        way, fast = _tool_speeds(made, checker.robot)
+    if _share(way, fast, fast.max()) > _PLATEAU and fast.max() < speed * _BELOW:  # all is slowed down for a limit
+        guide = throughout(fast)
+        way, fast = _tool_speeds(made := timed(guide), checker.robot)
     for look in range(_PACED + 1):
         if fast.max() <= speed:
             break
-        if look < _PACED:  # slower where it is too fast; if that does not help, throughout
-            guide = guide.paced(way, fast / speed)
-        else:
-            guide = replace(guide, fastest=guide.fastest * speed / fast.max() * _BELOW)
-        made, _ = timed_curve(path, checker, limits, law, floor, guide=guide)
-        way, fast = _tool_speeds(made, checker.robot)
-    return made, ToolSpeed(speed, float(fast.max()), _share(way, fast, speed))
+        # slower where it is too fast; if that does not help, throughout
+        guide = guide.paced(way, fast / speed) if look < _PACED else throughout(fast)
+        way, fast = _tool_speeds(made := timed(guide), checker.robot)
+    return made, ToolSpeedRecord(asked=speed, largest=float(fast.max()), share=_share(way, fast, speed))
 
 
 def _share(way: Floats, fast: Floats, speed: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ _FARTHEST = 20.0  # m: beyond any arm; points in millimetres are
 _SAME = 1e-6  # m: points nearer to each other are one
 _WIDEST = 1.5708  # rad, of a cone
 _TURNED = 1e-6  # by so much the entries of a rotation may be off
+POINT_ARRAYS = ("positions", "turns", "free", "cones", "given")
 _SIZES = {"position": (1e-6, 0.1, "m"), "angle": (1e-5, 0.5, "rad")}
 
 
@@ -34,6 +36,11 @@ class TubeSize:
                 raise ArrayError(
                     f"tube.{name} {getattr(self, name):g} {unit} is not usable: give one from {least:g} to {most:g}."
                 )
+
+    def widened(self, times: float) -> TubeSize:
+        """So many times as wide in round numbers, and at most as wide as may be."""
+        sizes = {name: min(float(f"{times * getattr(self, name):.4g}"), most) for name, (_, most, _) in _SIZES.items()}
+        return TubeSize(**sizes)
 
 
 @checks_kinds
@@ -102,59 +109,62 @@ class ToolPath:
         """(k,) m from the first point to each."""
         return so_far(self.lengths)
 
+    def rows(self, which: Ints | slice) -> dict[str, Any]:
+        """The arrays of some of its points."""
+        return {name: getattr(self, name)[which] for name in POINT_ARRAYS}
+
+    @property
+    def widths(self) -> Floats:
+        """(k,) rad that the z axis may be off at each point where the tool may turn about it."""
+        return np.where(self.cones > 0, self.cones, self.tube.angle)
+
     @property
     def backwards(self) -> ToolPath:
         """The same from its end to its beginning."""
-        turned: dict[str, Any] = {
-            name: getattr(self, name)[::-1] for name in ("positions", "turns", "free", "cones", "given")
-        }
-        return replace(self, **turned)
+        return replace(self, **self.rows(slice(None, None, -1)))
 
     def evenly_turned(self) -> ToolPath:
         """The same with points between, so that on no line the orientation changes by more than 0.05 rad."""
-        return self._with_points(np.ceil(rotation_angles(self.turns[:-1], self.turns[1:]) / _TURN - 1e-9))
-
-    def _with_points(self, pieces: Floats) -> ToolPath:
-        count = np.maximum(pieces, 1).astype(np.int64)
-        line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
-        share = np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0)
-        position, turn, free, cone = self.at(np.minimum(line, len(count) - 1), share)
-        begins = so_far(count)  # what a point allows it allows, whatever its neighbours do
+        line, share = self.divided(self.turned / _TURN)
+        position, turn, free, cone = self.at(line, share)
+        begins = (share == 0) | (share == 1)  # what a point allows it allows, whatever its neighbours do
         position[begins], turn[begins], free[begins], cone[begins] = self.positions, self.turns, self.free, self.cones
-        given = self.given[np.where(share > 0, line + 1, line).clip(max=len(count))]
-        return ToolPath(self.name, position, turn, free, cone, given, self.tube)
+        return ToolPath(
+            self.name, position, turn, free, cone, self.given[np.where(share > 0, line + 1, line)], self.tube
+        )
+
+    def divided(self, pieces: Floats) -> tuple[Ints, Floats]:
+        """Places of the path, by line and share (n,), that cut its lines into ``pieces`` (k - 1,) at least."""
+        count = np.maximum(np.ceil(pieces - 1e-9), 1).astype(np.int64)
+        line = np.append(np.repeat(np.arange(len(count)), count), len(count) - 1)
+        return line, np.append(np.concatenate([np.arange(n) / n for n in count]), 1.0)
 
     def at(self, line: Ints, share: Floats) -> tuple[Floats, Floats, Bools, Floats]:
         """Positions (n, 3), turns (n, 3, 3), whether turning is free (n,), and cones (n,) on lines at a share (n,)."""
-        s, ends = share[:, None], (line, line + 1)
-        position = (1 - s) * self.positions[line] + s * self.positions[line + 1]
-        free = self.free[ends[0]] | self.free[ends[1]]
-        angles = np.where(self.cones > 0, self.cones, self.tube.angle)
-        cone = np.where(
-            self.cones[ends[0]] + self.cones[ends[1]] > 0, (1 - share) * angles[line] + share * angles[line + 1], 0.0
-        )
-        return position, between_turns(self.turns[line], self.turns[line + 1], share), free, cone
+        s, end, widths = share[:, None], line + 1, self.widths
+        position = (1 - s) * self.positions[line] + s * self.positions[end]
+        width = (1 - share) * widths[line] + share * widths[end]
+        cone = np.where(self.cones[line] + self.cones[end] > 0, width, 0.0)
+        turns = self.turns[line] @ about(self._axes[line], share * self.turned[line])
+        return position, turns, self.free[line] | self.free[end], cone
+
+    @cached_property
+    def turned(self) -> Floats:
+        """(k - 1,) rad that the orientation turns evenly along each line."""
+        return rotation_angles(self.turns[:-1], self.turns[1:])
+
+    @cached_property
+    def _axes(self) -> Floats:
+        """(k - 1, 3) about which, in the frame of the line's begin."""
+        relative = np.swapaxes(self.turns[:-1], 1, 2) @ self.turns[1:]
+        ahead, behind = relative[:, [2, 0, 1], [1, 2, 0]], relative[:, [1, 2, 0], [2, 0, 1]]
+        size = np.linalg.norm(ahead - behind, axis=1)[:, None]
+        return np.where(size > 1e-12, (ahead - behind) / np.where(size > 1e-12, size, 1.0), half_turn_axes(relative))
 
 
 def rotation_angles(a: Floats, b: Floats) -> Floats:
     """The angles (n,) rad between rotations (n, 3, 3), exact for small ones."""
     return 2.0 * np.arcsin(np.clip(np.sqrt(((a - b) ** 2).sum(axis=(1, 2)) / 8.0), 0.0, 1.0))
-
-
-def between_turns(a: Floats, b: Floats, share: Floats) -> Floats:
-    """Rotations (n, 3, 3) on the way from ``a`` to ``b`` (n, 3, 3), evenly turned, after ``share`` (n,) of it."""
-    relative = np.swapaxes(a, 1, 2) @ b
-    skew = np.stack(
-        [
-            relative[:, 2, 1] - relative[:, 1, 2],
-            relative[:, 0, 2] - relative[:, 2, 0],
-            relative[:, 1, 0] - relative[:, 0, 1],
-        ],
-        axis=1,
-    )
-    size, angle = np.linalg.norm(skew, axis=1), rotation_angles(a, b)
-    axis = np.where(size[:, None] > 1e-12, skew / np.where(size > 1e-12, size, 1.0)[:, None], half_turn_axes(relative))
-    return a @ about(axis, share * angle)
 
 
 def half_turn_axes(turns: Floats) -> Floats:

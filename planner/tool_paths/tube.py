@@ -9,77 +9,96 @@ and rotation, and :func:`planner.kinematics.tool_bound.prove_along` applies.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints
-from planner.kinematics.tool_bound import AlongProofs, Frame, ToolBound, prove_along
+from planner.base.arrays import Bools, Floats, Ints
+from planner.kinematics.inverse import ANGLE_TOLERANCE, POSITION_TOLERANCE
+from planner.kinematics.tool_bound import Frame, ToolBound, prove_along
 from planner.models.robot import Robot
+from planner.problem.reason_schema import DeviationRecord
 from planner.tool_paths.tool_path import ToolPath, rotation_angles
 
 _BEYOND = 0.05  # of the tube's radius: so far may the projection lie beyond an end of the line
 _FINEST = 1e-3  # of the tube: pieces that leave their chord by less are not halved again
 _SAMPLES = 16  # poses looked at on each motion, for the largest deviation that is told
+_OFF, _LEAN = 0.8, 0.65  # of the tube, for solutions inside: what is left has to do for the motions between
 _ARC = 0.1  # of the tube's radius is left to the arcs that lines stand for
 
 
 @dataclass(frozen=True, eq=False)
 class Tube:
-    """The tube around the lines of a ``path``, whose orientation changes little on each."""
+    """The tube around the lines of a ``path``, whose orientation changes little on each.
+
+    ``all_of_it``: solutions of inverse kinematics may lie anywhere inside, and not on the path alone.
+    """
 
     path: ToolPath
+    all_of_it: bool = False
 
-    def __post_init__(self) -> None:
-        path = self.path
-        object.__setattr__(self, "_length", path.lengths)
-        turns = rotation_angles(path.turns[:-1], path.turns[1:])
-        past = self._beyond / path.lengths
-        chord = 0.5 * turns**2 * np.maximum(0.25, past * (1.0 + past)) + past * turns
-        object.__setattr__(self, "_chord", chord)
-        object.__setattr__(self, "_rate", float((turns / path.lengths).max()))
+    def taken(self, free: Bools) -> Floats:
+        """How far (n, 2) m and rad solutions may be off what is asked for, where the tool is ``free`` (n,) or not."""
+        if not self.all_of_it:
+            return np.full((len(free), 2), (POSITION_TOLERANCE, ANGLE_TOLERANCE))
+        size = self.path.tube
+        return np.where(free[:, None], (_OFF, _OFF - _LEAN), (_OFF, _OFF)) * (size.position, size.angle)
 
-    _length: Floats = None  # type: ignore[assignment]  (m, of the lines)
-    _chord: Floats = None  # type: ignore[assignment]  (by what columns of rotations on a line are off their chord)
-    _rate: float = 0.0  # the most that a column changes per metre along a line
+    @property
+    def lean(self) -> float:
+        """How far (rad) the z axis leans at most in what is asked for, where the tool may turn about it."""
+        return _LEAN * self.path.tube.angle if self.all_of_it else 0.0
+
+    @cached_property
+    def _length(self) -> Floats:
+        return self.path.lengths
+
+    @cached_property
+    def _chord(self) -> Floats:
+        """By what columns of rotations on a line are off their chord."""
+        past = self._beyond / self._length
+        return 0.5 * self.path.turned**2 * np.maximum(0.25, past * (1.0 + past)) + past * self.path.turned
 
     @property
     def _beyond(self) -> float:
         return _BEYOND * self.path.tube.position
 
+    def _beside(self, lines: Ints, position: Floats) -> tuple[Floats, Floats]:
+        """The shares of lines (n, a) at which positions (n, 3) lie beside them, and how far (n, a) m they are off."""
+        begin, way = self.path.positions[lines], np.diff(self.path.positions, axis=0)[lines]
+        u = ((position[:, None] - begin) * way).sum(axis=2) / self._length[lines] ** 2
+        return u, np.linalg.norm(position[:, None] - begin - np.clip(u, 0.0, 1.0)[..., None] * way, axis=2)
+
     def spare(self, lines: Ints, rotation: Floats, position: Floats) -> Floats:
         """(n, a, 3) what poses have to spare beside lines (n, a): m, the length of a column's change, m along it."""
-        path = self.path
-        begin, way, length = path.positions[lines], np.diff(path.positions, axis=0)[lines], self._length[lines]
-        u = ((position[:, None] - begin) * way).sum(axis=2) / length**2
-        off = np.linalg.norm(position[:, None] - begin - np.clip(u, 0.0, 1.0)[..., None] * way, axis=2)
-        wanted = path.turns[lines] + u[..., None, None] * np.diff(path.turns, axis=0)[lines]
-        away = rotation[:, None] - wanted
+        path, length = self.path, self._length[lines]
+        u, off = self._beside(lines, position)
+        away = rotation[:, None] - (path.turns[lines] + u[..., None, None] * np.diff(path.turns, axis=0)[lines])
         free = path.free[lines] | path.free[lines + 1]
         column, whole = np.linalg.norm(away[..., 2], axis=2), np.sqrt((away**2).sum(axis=(2, 3)) / 2.0)
-        cones = np.where(path.cones > 0, path.cones, path.tube.angle)
-        angle = cones[lines] + u * np.diff(cones)[lines]
+        angle = path.widths[lines] + u * np.diff(path.widths)[lines]
         most = np.where(free, 2.0 * np.sin(np.clip(angle, 0.0, np.pi) / 2.0), 2.0 * np.sin(path.tube.angle / 2.0))
         room = (1.0 - _ARC) * path.tube.position
         along = np.minimum(u * length, (1.0 - u) * length) + self._beyond
         return np.stack([room - off, most - self._chord[lines] - np.where(free, column, whole), along], axis=2)
 
-    def prove(self, bound: ToolBound, coefficients: Floats, lines: Ints) -> AlongProofs:
-        """Whether curves (m, degree + 1, dof) stay inside, each piece beside one of its ``lines`` (m, a)."""
-        cones = np.where(self.path.cones > 0, self.path.cones, 0.0)
-        opens = float(np.max(np.abs(np.diff(cones)) / self._length, initial=0.0))
+    def prove(self, bound: ToolBound, coefficients: Floats, lines: Ints) -> Bools:
+        """Which curves (m, degree + 1, dof) stay inside, (m,), each piece beside one of its ``lines`` (m, a)."""
+        opens = float(np.max(np.abs(np.diff(self.path.widths)) / self._length, initial=0.0))
+        rate = float((self.path.turned / self._length).max())  # the most that a column changes per metre along a line
         return prove_along(
             bound,
             coefficients,
             lambda curve, s, rotation, position: self.spare(lines[curve], rotation, position),
-            np.array([1.0, self._rate + opens, 1.0]),
+            np.array([1.0, rate + opens, 1.0]),
             np.array([0.0, 1.0, 0.0]),
             _FINEST * min(self.path.tube.position, self.path.tube.angle),
         )
 
-    def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, tuple[float, float]]:
-        """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here, and how far it is off.
+    def largest_deviation(self, robot: Robot, path: Floats, along: Floats) -> tuple[Floats, DeviationRecord]:
+        """Where the tool goes (n, 3) m on a joint path (k, dof) that is ``along`` (k,) m here.
 
-        At most, sampled, m and rad.
+        And how far it is off at most, sampled.
         """
         shares, count = np.linspace(0.0, 1.0, _SAMPLES, endpoint=False)[:, None, None], len(self._length)
         q = (path[:-1] + shares * np.diff(path, axis=0)).swapaxes(0, 1).reshape(-1, robot.dof)
@@ -87,16 +106,13 @@ class Tube:
         places = np.append((along[:-1, None] + shares[:, 0, 0] * np.diff(along)[:, None]).ravel(), along[-1])
         line = np.clip(np.searchsorted(self.path.along, places, side="right") - 1, 0, count - 1)
         off, angle = self.deviations(np.clip(line[:, None] + np.arange(-1, 2), 0, count - 1), rotation, position)
-        return position, (float(off.max()), float(angle.max()))
+        return position, DeviationRecord(position=float(off.max()), angle=float(angle.max()))
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
         """How far (n,) m and rad poses are off the nearest of their lines (n, a), and the angle beyond a cone's."""
-        path = self.path
-        begin, way, length = path.positions[lines], np.diff(path.positions, axis=0)[lines], self._length[lines]
-        u = np.clip(((position[:, None] - begin) * way).sum(axis=2) / length**2, 0.0, 1.0)
-        off = np.linalg.norm(position[:, None] - begin - u[..., None] * way, axis=2)
+        u, off = self._beside(lines, position)
         nearest, rows = off.argmin(axis=1), np.arange(len(lines))
-        _, turns, free, cones = path.at(lines[rows, nearest], u[rows, nearest])
+        _, turns, free, cones = self.path.at(lines[rows, nearest], np.clip(u[rows, nearest], 0.0, 1.0))
         column = 2.0 * np.arcsin(np.clip(np.linalg.norm(rotation[..., 2] - turns[..., 2], axis=1) / 2.0, 0.0, 1.0))
         angle = np.where(free, np.maximum(column - cones, 0.0), rotation_angles(rotation, turns))
         return off[rows, nearest], angle

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 
@@ -11,34 +14,49 @@ from planner.base.arrays import Floats, frozen
 from planner.collision.checker import CollisionChecker, contact_of
 from planner.kinematics.inverse import POSITION_TOLERANCE
 from planner.models.robot import Robot
-from planner.problem.reasons import CannotFollow
-from planner.tool_paths.ladder import Ladder, solutions_at
+from planner.problem.reasons import CannotFollow, WiderTube
+from planner.tool_paths.ladder import solutions_at
+from planner.tool_paths.ladder_roadmap import Reached
 from planner.tool_paths.tube import Tube
 
 _STARTS = 300
 _CONES = (0.0, 0.05, 0.1, 0.2, 0.4, 0.8)  # rad
+WIDER = (1.5, 2.0, 3.0, 4.0, 6.0, 8.0)  # times the tube
+_GLANCE = 64  # descents that say whether it is worth while to follow the path in a wider tube
+_TRIES = 2  # times that it is
+_NEAR = 0.5  # rad (m): a jump by more is one to another branch, which no tube makes a motion of
 _LOOKED_AT = 40  # solutions whose contacts are named
+
+InTube = Callable[[Tube], Reached]
+"""How far a ladder leads in another tube."""
 
 
 def why_not(
-    checker: CollisionChecker, ladder: Ladder, followed: float, reached: Floats | None, floor: float | None = None
+    checker: CollisionChecker,
+    found: Reached,
+    reached: Floats | None = None,
+    floor: float | None = None,
+    in_tube: InTube | None = None,
 ) -> CannotFollow:
-    """The reason why the path is not followed beyond a share of its length, by its next station.
+    """The reason why the path is not followed beyond what is ``found``, by its next station.
 
-    ``reached`` (k, dof) are the solutions there that can be reached, ``floor`` is one that lets it go on, where the one
-    asked for is all that is in the way.
+    ``reached`` (k, dof) is where it ends, where the ladder does not say so; ``floor`` is one that lets it go on, where
+    the one asked for is all that is in the way; ``in_tube`` asks how far it is followed in another tube: without it
+    nothing is said of wider tubes and cones.
     """
+    ladder, ends = found.ladder, found.ends if reached is None else reached
     robot, path, stations = ladder.robot, ladder.tube.path, ladder.stations
-    here = followed * stations[-1]
-    beyond = stations[stations > here + 1e-9] if reached is not None else stations[:1]
+    beyond = stations[stations > found.share * stations[-1] + 1e-9] if len(ends) else stations[:1]
     there = float(beyond[0]) if len(beyond) else float(stations[-1])
     line = min(int(np.searchsorted(path.along, there - 1e-9)), len(path.along) - 1)
-    begun = {"point": int(path.given[line]), "followed": followed}
+    begun: dict[str, Any] = {"point": int(path.given[line]), "followed": found.share}
     if floor is not None:
         return CannotFollow(cause="below_floor", reachable=floor, **begun)
-    q, miss = _solutions(robot, ladder, there)
+    q, miss = _solutions(robot, ladder.tube, there)
     if not len(q):
-        return _no_solution(robot, ladder, there, miss, begun)
+        if in_tube is not None:
+            begun |= {"cone": _cone(robot, ladder.tube, there), "tube": _wider(found, line, in_tube)}
+        return _no_solution(robot, ladder.tube, there, miss, begun)
     keeps = checker.world.keeps
     kept = keeps.holds(q)
     if not kept.any():
@@ -53,23 +71,38 @@ def why_not(
         return CannotFollow(cause="touching", between=named.most_common(1)[0][0], **begun)
     free = q[[k for k, found in enumerate(contacts) if found is None]]
     away = 0.0
-    if reached is not None:
-        away = float(np.abs(robot.difference(reached[:, None], free[None])).max(axis=2).min())
-    return CannotFollow(cause="jump", distance=away, **begun)
+    if len(ends):
+        away = float(np.abs(robot.difference(ends[:, None], free[None])).max(axis=2).min())
+    wider = _wider(found, line, in_tube) if 0.0 < away <= _NEAR else None
+    return CannotFollow(cause="jump", distance=away, tube=wider, **begun)
 
 
-def _solutions(robot: Robot, ladder: Ladder, along: float) -> tuple[Floats, Floats]:
+def _wider(found: Reached, line: int, in_tube: InTube | None) -> WiderTube | None:
+    """The narrowest of a few wider tubes in which the path is followed to the point of the file behind a line."""
+    if in_tube is None:
+        return None
+    robot, path = found.ladder.robot, found.ladder.tube.path
+    point = float(path.along[path.given == path.given[line]][-1])
+    tubes = (Tube(replace(path, tube=path.tube.widened(times)), all_of_it=True) for times in WIDER)
+    hopeful = (tube for tube in tubes if len(_solutions(robot, tube, point, _GLANCE)[0]))
+    for tube in itertools.islice(hopeful, _TRIES):
+        reached = in_tube(tube)
+        if reached.share > found.share and reached.along.max() >= point - 1e-9:
+            return WiderTube(**asdict(tube.path.tube))
+    return None
+
+
+def _solutions(robot: Robot, tube: Tube, along: float, starts: int = _STARTS) -> tuple[Floats, Floats]:
     """Solutions (k, dof) at a place of the path, and by how much (m, rad) the nearest try misses it."""
-    q, off = solutions_at(robot, ladder.tube, along, _STARTS, np.random.default_rng(0))
+    q, off = solutions_at(robot, tube, along, starts, np.random.default_rng(0))
     return q[np.isfinite(q[:, 0])], off[(off[:, 0] + 0.1 * off[:, 1]).argmin()]
 
 
-def _no_solution(robot: Robot, ladder: Ladder, there: float, miss: Floats, begun: dict) -> CannotFollow:
+def _no_solution(robot: Robot, tube: Tube, there: float, miss: Floats, begun: dict[str, Any]) -> CannotFollow:
     """By how much it is out of reach, or which limits keep the arm from it."""
-    begun = begun | {"cone": _cone(robot, ladder, there)}
     wide = np.where(robot.prismatic, 10.0, 4.0 * np.pi)
     unlimited = replace(robot, lower=frozen(robot.lower - wide), upper=frozen(robot.upper + wide))
-    q, _ = _solutions(unlimited, ladder, there)
+    q, _ = _solutions(unlimited, tube, there)
     if len(q):
         turned = np.where(robot.prismatic, q, np.mod(q - robot.lower, 2 * np.pi) + robot.lower)
         over = np.where(robot.continuous, 0.0, np.maximum(robot.lower - turned, turned - robot.upper))
@@ -81,13 +114,13 @@ def _no_solution(robot: Robot, ladder: Ladder, there: float, miss: Floats, begun
     return CannotFollow(cause="turned", distance=float(miss[1]), **begun)
 
 
-def _cone(robot: Robot, ladder: Ladder, there: float) -> float | None:
+def _cone(robot: Robot, tube: Tube, there: float) -> float | None:
     """The narrowest cone (rad) with which solutions are found at a place; 0 where a free turn will do."""
-    path = ladder.tube.path
+    path = tube.path
     n = len(path.positions)
     for cone in _CONES:
         if (cone > path.cones.max()) if cone else not path.free.any():
             wider = replace(path, free=np.ones(n, bool), cones=np.full(n, cone))
-            if len(_solutions(robot, replace(ladder, tube=Tube(wider)), there)[0]):
+            if len(_solutions(robot, replace(tube, path=wider), there)[0]):
                 return cone
     return None

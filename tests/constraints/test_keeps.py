@@ -129,7 +129,7 @@ def proven_in_python(keeps, curves, finest=_FINEST):
         def slack(_curve, _s, rotation, position, k=k):
             return keeps._native.slack(k, rotation, position)[:, None] + FORGIVEN
 
-        proven &= prove_along(group.bound, curves, slack, metre, turn, finest).holds
+        proven &= prove_along(group.bound, curves, slack, metre, turn, finest)
     return proven
 
 

@@ -116,25 +116,18 @@ def test_balls_hold_or_break_as_dense_samples_say(name: str, urdf_file) -> None:
         most = np.linalg.norm(dense - centre, axis=1).max()
         holds = prove_along(bound, curve, ball(centre, 1.001 * most), np.ones(1), np.zeros(1))
         breaks = prove_along(bound, curve, ball(centre, 0.999 * most), np.ones(1), np.zeros(1))
-        assert holds.holds.all()
-        assert not holds.broken.any()
-        assert 0 <= holds.least[0, 0] <= 0.001 * most
-        assert breaks.broken.all()
-        assert not breaks.holds.any()
-        at = bound.frame.poses(robot, evaluate(curve, breaks.where))[1]
-        assert np.linalg.norm(at - centre) > 0.999 * most
+        assert holds.all()
+        assert not breaks.any()
 
 
 def test_what_only_touches_its_boundary_is_not_proven() -> None:
-    """A wrist that turns on the spot within a ball of radius 0: neither proven nor refuted, and it ends."""
+    """A wrist that turns on the spot within a ball of radius 0: it is not proven, and that ends."""
     robot = load("iiwa14")
     curve = np.zeros((1, 2, 7))
     curve[0, 1, 6] = 1.0
     bound = ToolBound(robot)
     centre = bound.frame.poses(robot, curve[:, 0])[1][0]
-    proofs = prove_along(bound, curve, ball(centre, 0.0), np.ones(1), np.zeros(1))
-    assert not proofs.holds.any()
-    assert not proofs.broken.any()
+    assert not prove_along(bound, curve, ball(centre, 0.0), np.ones(1), np.zeros(1)).any()
 
 
 def test_one_of_two_alternatives_is_enough_for_each_piece() -> None:
@@ -145,9 +138,9 @@ def test_one_of_two_alternatives_is_enough_for_each_piece() -> None:
     radius = 0.75 * np.linalg.norm(ends[1] - ends[0])
     one, two = ball(ends[0], radius), ball(ends[1], radius)
     both = prove_along(bound, curve, lambda *at: np.concatenate([one(*at), two(*at)], axis=1), np.ones(1), np.zeros(1))
-    assert both.holds.all()
-    assert prove_along(bound, curve, one, np.ones(1), np.zeros(1)).broken.all()
-    assert prove_along(bound, curve, two, np.ones(1), np.zeros(1)).broken.all()
+    assert both.all()
+    assert not prove_along(bound, curve, one, np.ones(1), np.zeros(1)).any()
+    assert not prove_along(bound, curve, two, np.ones(1), np.zeros(1)).any()
 
 
 def test_what_is_no_number_is_refused() -> None:

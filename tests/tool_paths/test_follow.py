@@ -19,9 +19,12 @@ from planner.problem.outcome import Outcome
 from planner.problem.reasons import CannotFollow
 from planner.problem.request import FollowRequest, TimingRequest
 from planner.roadmap.storage import load_roadmap
+from planner.tool_paths.ladder import build_ladder
+from planner.tool_paths.tube import Tube
+from planner.tool_paths.why_not import WIDER
 from tests.documents import ROOT
 from tests.tool_paths.judge import line_of, outside, pose_of, raster
-from tests.worlds import planar_trap
+from tests.worlds import load, planar_trap
 
 REQUEST = FollowRequest(robot="panda", scene="empty")
 RASTER = raster(2, 10, 0.01, [0.45, -0.05, 0.4])
@@ -62,10 +65,10 @@ def test_its_page_draws_the_path_that_was_wanted(follower: Follower, monkeypatch
     monkeypatch.setattr("planner.view.drawing.Canvas.segments", lambda _, *drawn: rungs.append(drawn))
     found = follower.plan(REQUEST)
     found.page()
-    assert follower.roadmap is not None
+    assert follower.found.roadmap is not None
     ((_, bars, _),) = [each for each in rungs if each[0] == "tool_path/rungs"]
-    assert len(bars) == 2 * len(follower.roadmap.nodes)
-    turn, position = pose_of(found.robot, follower.roadmap.nodes[7])
+    assert len(bars) == 2 * len(follower.found.roadmap.nodes)
+    turn, position = pose_of(found.robot, follower.found.roadmap.nodes[7])
     np.testing.assert_allclose(bars[14:16], position + np.outer([-0.025, 0.025], turn[:, 0]), atol=1e-9)
     np.testing.assert_array_equal(drawn, [RASTER.positions])
 
@@ -205,6 +208,55 @@ def test_the_cone_that_would_do_is_told_and_does(orientation: dict[str, Any]) ->
     far = follow(line_of([[1.6, 0, 0.5], [1.7, 0, 0.5]]), REQUEST)
     assert isinstance(far.reason, CannotFollow)
     assert far.reason.cone is None
+
+
+@pytest.mark.parametrize("orientation", [{"axis": [0, 0, -1]}, {"quaternion": [1, 0, 0, 0]}])
+def test_the_tube_that_would_do_is_told_and_does(orientation: dict[str, Any]) -> None:
+    """A little out of reach: followed in the tube that is told, which Pinocchio judges, and not in one less wide."""
+    points = [[0.66, -0.08, 0.5], [0.7, 0.08, 0.5]]
+    path = line_of(points, **orientation)
+    found = follow(path, REQUEST)
+    assert isinstance(found.reason, CannotFollow)
+    told = found.reason.tube
+    assert told is not None
+    assert f" or widen the tube to {told.position:g} m and {told.angle:g} rad." in found.message
+    assert found.to_dict()["reason"]["tube"] == {"position": told.position, "angle": told.angle}
+    wider = line_of(points, tube=(told.position, told.angle), **orientation)
+    does = follow(wider, REQUEST, timing=TimingRequest())
+    assert does.outcome is Outcome.SOLVED
+    assert does.trajectory is not None
+    assert does.trajectory.proven
+    s = np.linspace(0, 1, 5)[:, None, None]
+    states = (does.path[:-1] + s * np.diff(does.path, axis=0)).reshape(-1, 7)
+    moments = does.trajectory.at(np.linspace(0, does.trajectory.duration, 1500))
+    assert 0.5 < outside(wider, does.robot, states) <= 1.0
+    assert outside(wider, does.robot, moments) <= 1.0
+    tried = [path.tube.widened(times) for times in WIDER]
+    narrower = tried[[size.position for size in tried].index(told.position) - 1]
+    less = follow(line_of(points, tube=(narrower.position, narrower.angle), **orientation), REQUEST)
+    assert less.outcome is Outcome.PARTLY_FOLLOWED
+
+
+def test_no_tube_is_told_where_none_helps(follower: Follower) -> None:
+    far = follow(line_of([[1.6, 0, 0.5], [1.7, 0, 0.5]]), REQUEST)
+    assert isinstance(far.reason, CannotFollow)
+    assert far.reason.tube is None
+    assert "widen" not in far.message
+    assert follower.path.tube.widened(1e6).position == 0.1
+
+
+def test_what_is_out_of_reach_on_the_path_is_followed_inside_the_tube() -> None:
+    """By less than the tube: the tool goes beside the path there."""
+    path = line_of([[0.68, -0.08, 0.5], [0.6975, 0.08, 0.5]])
+    on_path = build_ladder(load("panda"), Tube(path.evenly_turned()))
+    assert on_path.along.max() < path.along[-1]
+    found = follow(path, REQUEST)
+    assert found.outcome is Outcome.SOLVED
+    record = found.tool_path.record  # type: ignore[union-attr]
+    assert record.proven
+    assert 1e-5 < record.largest_deviation.position <= 1e-3
+    s = np.linspace(0, 1, 5)[:, None, None]
+    assert outside(path, found.robot, (found.path[:-1] + s * np.diff(found.path, axis=0)).reshape(-1, 7)) <= 1.0
 
 
 @pytest.mark.parametrize(("name", "tube"), [("panda", 1e-3), ("ur5", 1e-4)])

@@ -7,6 +7,7 @@ import pytest
 
 from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
+from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder, ladder_from
 from planner.tool_paths.tool_path import ToolPath
 from planner.tool_paths.tube import Tube
@@ -104,7 +105,7 @@ def hardest(robot: Robot, tube: Tube, q: np.ndarray, rng: np.random.Generator, s
     reach = np.abs(delta).max() * np.array([[0.1], [1.0], [1.0], [1.0]])
     for _ in range(steps):
         tried = curve + size * reach * rng.normal(size=curve.shape)
-        good = bool(tube.prove(bound, tried[None], lines).holds[0])
+        good = bool(tube.prove(bound, tried[None], lines)[0])
         worst = outside(tube.path, robot, s @ tried) if good else 0.0
         if worst > best:
             curve, best, rose, size = tried, worst, rose + 1, min(1.3 * size, 1.0)
@@ -135,7 +136,7 @@ def test_a_tool_a_metre_off_the_flange_follows_a_line(urdf_file) -> None:
     assert worst_on_arcs(ladder, np.random.default_rng(0)) <= 1.0
 
 
-def test_what_leaves_the_tube_is_refuted_and_what_stays_is_proven() -> None:
+def test_what_leaves_the_tube_is_refused_and_what_stays_is_proven() -> None:
     """A tube just wide enough, and one just too narrow, for a motion whose deviation is measured densely."""
     robot = load("iiwa14")
     q, delta = np.array([0.3, 0.8, 0.1, -1.2, 0.2, 0.9, 0.0]), np.full(7, 0.02)
@@ -148,8 +149,8 @@ def test_what_leaves_the_tube_is_refuted_and_what_stays_is_proven() -> None:
         axis = rotation[0, :, 2]
         path = line_of(position[[0, -1]], tube=(size, 0.4), axis=(axis / np.linalg.norm(axis)).tolist())
         found = Tube(path.evenly_turned()).prove(bound, np.stack([q, delta])[None], np.zeros((1, 1), dtype=int))
-        verdicts.append((bool(found.holds[0]), bool(found.broken[0])))
-    assert verdicts == [(True, False), (False, True)]
+        verdicts.append(bool(found[0]))
+    assert verdicts == [True, False]
 
 
 def test_a_short_motion_past_a_point_of_the_path_is_proven() -> None:
@@ -164,9 +165,8 @@ def test_a_short_motion_past_a_point_of_the_path_is_proven() -> None:
     size = 1.4e-7 / np.linalg.norm(ends[1] - ends[0])
     curve = np.stack([q - size * delta, 2.5 * size * delta])[None]
     assert bound(curve)[0][0] < 1e-6
-    proofs = tube.prove(bound, curve, np.array([[0, 1]]))
-    assert proofs.holds.all()
-    assert not tube.prove(bound, curve, np.array([[0, 0]])).holds.any()
+    assert tube.prove(bound, curve, np.array([[0, 1]])).all()
+    assert not tube.prove(bound, curve, np.array([[0, 0]])).any()
 
 
 def test_deviations_are_what_they_are() -> None:
@@ -178,3 +178,22 @@ def test_deviations_are_what_they_are() -> None:
     spare = tube.spare(np.zeros((1, 1), dtype=int), lean[None], np.array([[0.5, 0.02, 0.0]]))
     assert spare[0, 0, 0] == pytest.approx(0.9e-3 - 0.02)
     assert spare[0, 0, 1] < 0
+
+
+@pytest.mark.parametrize("cone", [1e-3, 0.6])
+def test_what_a_cone_allows_changes_no_faster_than_the_proof_reckons(
+    cone: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From a cone narrower than the tube's angle, or wider, to an axis within that angle."""
+    points: list[dict] = [{"position": [0.4, 0, 0.3], "cone": {"axis": [0, 0, -1], "angle": cone}}]
+    points.append({"position": [0.41, 0, 0.3], "axis": [0, 0, -1]})
+    path = read_tool_path({"points": points, "tube": {"position": 0.01, "angle": 0.3}})
+    tube, down, robot = Tube(path.evenly_turned()), np.diag([1.0, -1.0, -1.0])[None], load("panda")
+    places = [np.array([[x, 0.0, 0.3]]) for x in np.linspace(0.4, 0.41, 101)]
+    spare = np.array([tube.spare(np.zeros((1, 1), dtype=int), down, place)[0, 0, 1] for place in places])
+    claimed: list[np.ndarray] = []
+    monkeypatch.setattr(
+        "planner.tool_paths.tube.prove_along", lambda *given: claimed.append(given[3]) or np.ones(1, bool)
+    )
+    tube.prove(ToolBound(robot), np.stack([robot.home, 0 * robot.home])[None], np.zeros((1, 1), dtype=int))
+    assert np.abs(np.diff(spare) / 1e-4).max() <= claimed[0][1]
