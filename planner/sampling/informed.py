@@ -54,7 +54,7 @@ class LazyRoadmap:
         pairs = []
         for node in range(first, len(self.nodes)):
             apart = np.linalg.norm(self._robot.difference(self.nodes[node], self.nodes[:node]), axis=1)
-            near = np.argsort(apart, kind="stable")[:count]
+            near = _smallest(apart, count)
             pairs.append(np.column_stack([near, np.full(len(near), node)]))
         if pairs:
             self._link(np.concatenate(pairs), proven=False)
@@ -93,9 +93,10 @@ class LazyRoadmap:
             rows = cheapest_nodes(n, self._links, weight, self._starts, self._goals)
             if not len(rows):
                 return None
-            keys = self._links[:, 0] * n + self._links[:, 1]
-            order = np.argsort(keys, kind="stable")
-            used = order[np.searchsorted(keys[order], rows[:-1] * n + rows[1:])]
+            keys, taken = self._links[:, 0] * n + self._links[:, 1], rows[:-1] * n + rows[1:]
+            among = np.flatnonzero(np.isin(keys, taken))
+            order = among[np.argsort(keys[among], kind="stable")]
+            used = order[np.searchsorted(keys[order], taken)]
             asked = used[~self._proven[used]]
             if not len(asked):
                 return self._robot.unwound(self.nodes[rows])
@@ -107,6 +108,14 @@ class LazyRoadmap:
             kept = ~np.isin(keys, np.concatenate([keys[asked[~free]], back[~free]]))
             self._links, self._cost, self._proven = self._links[kept], self._cost[kept], self._proven[kept]
         return None
+
+
+def _smallest(values: Floats, count: int) -> Ints:
+    """The rows of the ``count`` smallest of ``values`` (n,), the smallest first, the first of equal ones first."""
+    if count >= len(values):
+        return np.argsort(values, kind="stable")
+    rows = np.flatnonzero(values <= np.partition(values, count - 1)[count - 1])
+    return rows[np.argsort(values[rows], kind="stable")][:count]
 
 
 def informed_samples(
