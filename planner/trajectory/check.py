@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from planner.base.arrays import Floats, numbers
+from planner.base.arrays import Floats, numbers, so_far
 from planner.base.errors import FileError, OptionError
 from planner.base.kinds import checks_kinds
 from planner.base.polynomials import bernstein, evaluate
@@ -155,14 +156,20 @@ def looked_at(
 def sampled_contact(
     trajectory: Trajectory, judge: CollisionChecker, step: float, progress: Progress = QUIET
 ) -> TrajectoryContact | None:
-    """The first contact on a trajectory sampled every ``step`` metres of motion, without bounds or proofs."""
+    """The first contact on a trajectory sampled every ``step`` metres of motion, without bounds or proofs.
+
+    From one sample to the next, past the knots between them, no point moves further than that.
+    """
     fastest = trajectory.largest(1) * trajectory.seconds[:, None]
     motion = judge.world.reach.motion(fastest).max(axis=1, initial=0.0)
-    counts = np.maximum(1, np.ceil(motion / step)).astype(int) + 1  # both ends of every piece
-    apart = np.max(product(fastest, judge.world.pair_reach.T) / (counts - 1)[:, None], axis=0, initial=0.0)
-    ends = np.cumsum(counts)
-    piece = np.repeat(np.arange(len(counts)), counts)
-    u = (np.arange(ends[-1]) - (ends - counts)[piece]) / (counts - 1)[piece]
+    moves, walked = motion > 0, so_far(motion)
+    pairs = product(fastest[moves], judge.world.pair_reach.T) / motion[moves, None]  # per metre of the fastest point
+    count = max(1, math.ceil(walked[-1] / step))
+    apart = np.max(pairs, axis=0, initial=0.0) * walked[-1] / count
+    at = walked[-1] * np.arange(count + 1) / count
+    piece = np.clip(np.searchsorted(walked, at, side="right") - 1, 0, len(motion) - 1)
+    u = np.clip((at - walked[piece]) / np.where(moves, motion, 1.0)[piece], 0.0, 1.0)
+    piece[-1], u[-1] = len(motion) - 1, 1.0
     for first in range(0, len(u), _AT_ONCE):
         rows = slice(first, first + _AT_ONCE)
         states = evaluate(trajectory.coefficients[piece[rows]], u[rows])
@@ -171,7 +178,7 @@ def sampled_contact(
             k = first + found[0]
             t = float(trajectory.times[piece[k]] + u[k] * trajectory.seconds[piece[k]])
             return TrajectoryContact(t, t, found[1], states[found[0]])
-        progress("contacts", int(piece[rows][-1]) + 1, len(counts))
+        progress("contacts", int(piece[rows][-1]) + 1, len(motion))
     return None
 
 

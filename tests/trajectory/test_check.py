@@ -13,7 +13,7 @@ from planner.collision import make_checker
 from planner.collision.edge_prover import Verdict
 from planner.models.poses import pose
 from planner.models.shapes import Box
-from planner.trajectory.check import TrajectoryReport, check_trajectory
+from planner.trajectory.check import TrajectoryReport, check_trajectory, sampled_contact
 from planner.trajectory.limits import MotionLimits
 from planner.trajectory.points import Points
 from planner.trajectory.report import report_record, report_rows, verdict_sentence
@@ -43,6 +43,28 @@ def test_our_own_is_proven_by_the_check_too() -> None:
     assert report.proof is not None
     assert (report.proof.verdict == Verdict.FREE).all()
     assert verdict_sentence(report).startswith("Free and within all limits")
+
+
+@pytest.mark.parametrize("step", [0.05, 1e-3])
+def test_samples_go_on_past_knots_and_nothing_moves_farther_between_them(
+    step: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the differences of their configurations, for points and for the distances of pairs."""
+    plan = planner.plan(robot="panda", scene="shelf", path_only=True, timing=planner.TimingRequest())
+    motion, judge = plan.trajectory, plan.checker
+    assert motion is not None
+    seen: list[tuple[np.ndarray, np.ndarray]] = []
+    monkeypatch.setattr(type(judge), "first_contact_along", lambda _, *given: seen.append(given))
+    assert sampled_contact(motion, judge, step) is None
+    ((states, apart),) = seen
+    np.testing.assert_allclose(states[[0, -1]], motion.knots()[[0, -1]], rtol=0, atol=1e-12)
+    by, world = np.abs(np.diff(states, axis=0)), judge.world
+    assert world.reach.motion(by).max() <= step * (1 + 1e-9)
+    assert (by @ world.pair_reach.T <= apart * (1 + 1e-9) + 1e-12).all()
+    walked = world.reach.motion(motion.largest(1) * motion.seconds[:, None]).max(axis=1).sum()
+    assert len(states) == np.ceil(walked / step) + 1
+    if step > 0.01:
+        assert len(states) < len(motion.times)
 
 
 def test_one_function_checks_paths_and_trajectories() -> None:
