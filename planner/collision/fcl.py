@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import fcl
@@ -76,8 +76,9 @@ class FclChecker(CollisionChecker):
     @cached_property
     def _shapes(self) -> list[fcl.CollisionGeometry]:
         """Of all items; contacts are told by these very objects. Made when asked: trees of triangles take time."""
-        made = self._made
-        return [made[item] if item in made else _geometry(item.shape) for item in self.world.items]
+        made, world = self._made, self.world
+        obstacles = [made[item] if item in made else _geometry(item.shape) for item in world.obstacles]
+        return [*map(_body, world.bodies), *obstacles]
 
     @cached_property
     def _index(self) -> dict[int, int]:
@@ -100,9 +101,11 @@ class FclChecker(CollisionChecker):
         ]
 
     @property
-    def geometries(self) -> dict[Body | Obstacle, fcl.CollisionGeometry]:
-        """What FCL has made of every body and obstacle so far."""
-        return dict(zip(self.world.items, self._shapes, strict=True)) if "_shapes" in vars(self) else self._made
+    def geometries(self) -> dict[Obstacle, fcl.CollisionGeometry]:
+        """What FCL has made of every obstacle so far."""
+        if "_shapes" not in vars(self):
+            return self._made
+        return dict(zip(self.world.obstacles, self._shapes[len(self.world.bodies) :], strict=True))
 
     @cached_property
     def _questions(self) -> list[_Question]:
@@ -235,6 +238,12 @@ def _tree(items: list[fcl.CollisionObject]) -> fcl.DynamicAABBTreeCollisionManag
     tree.registerObjects(items)
     tree.setup()
     return tree
+
+
+@lru_cache(maxsize=1024)
+def _body(body: Body) -> fcl.CollisionGeometry:
+    """The shape of a body, made once; bodies of one shape have one each, as contacts are told by it."""
+    return _geometry(body.shape)
 
 
 def _geometry(shape: Shape) -> fcl.CollisionGeometry:
