@@ -1,6 +1,6 @@
 """A roadmap improved for one objective: its best paths refined, and other ones searched where samples say they may be.
 
-Work is counted in rounds, ``effort`` of them at most: they end once half of them have gained nothing. A round refines
+Work is counted in rounds, ``effort`` of them at most: they end once two thirds have gained nothing. A round refines
 the cheapest path that still gains. Every third one, or every second one where w counts, or where no path gains, one
 adds informed samples and a path that RRTConnect finds where a cheaper one may pass, searches a cheaper path through
 them or else one unlike those that were found before, and refines that. So paths of several homotopy classes are
@@ -38,7 +38,7 @@ _HOPELESS = 1.25  # a path is left once it costs so many times the cheapest one 
 _EXPLORED_EVERY, _EXPLORED_EVERY_FOR_W = 3, 2  # rounds; where w counts there are more local optima
 _JOIN_MOTIONS = 3000  # that RRTConnect may check in each of them
 _LONGER = 2.0  # times the best path's length: where w counts a cheaper path may be longer, but rarely more
-_PATIENCE, _SETTLED = 6, 1e-3  # half of the rounds, these at least, that gain less than this share are the last ones
+_PATIENCE, _SETTLED = 8, 1e-3  # two thirds of the rounds, these at least, that gain less than this are the last ones
 _RESUMED = 4  # after so many searches the cheapest path is refined once more
 
 
@@ -207,8 +207,8 @@ def improve(
 
 
 def _has_settled(curve: list[tuple[int, float]], effort: int) -> bool:
-    """Whether the last rounds of a ``curve`` gained next to nothing: half of the effort, so that more tries more."""
-    before = -1 - max(_PATIENCE, effort // 2)
+    """Whether the last rounds of a ``curve`` gained next to nothing: more for more effort, so that it tries more."""
+    before = -1 - max(_PATIENCE, 2 * effort // 3)
     return len(curve) >= -before and curve[-1][1] > (1.0 - _SETTLED) * curve[before][1]
 
 

@@ -296,7 +296,7 @@ class SweepRequest(CostField, KeptRoadmap, RoadmapRequest):
     charge: Charge = DEFAULT_CHARGE
     """Where that cost is charged: integrated along edges, where singularities hide, or at nodes, as the paper does."""
     effort: Optional[int] = None
-    """Rounds in which the best path is refined and others searched, fewer where half of them gain nothing; left out,
+    """Rounds in which the best path is refined and others searched, fewer where two thirds gain nothing; left out,
     12, or 0 with --roadmap: as it is."""
     room: float = DEFAULT_ROOM
     """Clearance in metres beyond --margin that refined paths and shortcuts in time keep; half of it, a quarter and so
