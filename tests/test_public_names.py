@@ -316,6 +316,7 @@ METHODS: dict[str, Callable[[], dict[str, Any]]] = {
         "tails": [1], "heads": [0], "weight": [1.0], "sources": [0], "n_nodes": 2, "arc_cost": [1.0],
         "kernel": gabf.Additive(),
     },
+    "gabf.Network.arcs_along": lambda: {"nodes": [1, 0]},
     "gabf.Network.arcs_between": lambda: {"i": 1, "j": 0},
     "gabf.Network.without_arcs": lambda: {"arcs": [0]},
 }  # fmt: skip

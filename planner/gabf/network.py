@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, plain_numbers, so_far
+from planner.base.arrays import Floats, Ints, as_frozen, frozen, indices, plain_numbers, ranges, so_far
 from planner.base.errors import AssumptionError
 from planner.base.kinds import checks_kinds
 from planner.gabf.arcmaps import ArcMap
@@ -111,6 +111,22 @@ class Network:
         _require_nodes(np.array([i]), self.n_nodes, "node {1} is not there")
         first, last = self.indptr[i], self.indptr[i + 1]
         return first + np.flatnonzero(self.indices[first:last] == j)
+
+    def arcs_along(self, nodes: Ints) -> Ints:
+        """Ids of the arcs (k - 1,) through which each of ``nodes`` (k,) reads the next one, the first of parallel ones.
+
+        Raises :class:`AssumptionError` where two of them are not linked.
+        """
+        nodes = indices("nodes", nodes, ("k",), self.n_nodes, AssumptionError)
+        tails, heads = nodes[:-1], nodes[1:]
+        first, counts = self.indptr[tails], np.diff(self.indptr)[tails]
+        arcs, step = ranges(first, counts), np.repeat(np.arange(len(tails)), counts)
+        there = np.flatnonzero(self.indices[arcs] == heads[step])
+        linked, rows = np.unique(step[there], return_index=True)
+        if len(linked) < len(tails):
+            lost = int(np.setdiff1d(np.arange(len(tails)), linked)[0])
+            raise AssumptionError(f"node {tails[lost]} does not read node {heads[lost]}: give nodes of a path")
+        return arcs[there[rows]]
 
     def without_arcs(self, arcs: Ints) -> Network:
         """The same network lacking these arc ids; the ids of later arcs move down."""

@@ -92,8 +92,8 @@ def arc_costs(network: gabf.Network) -> Floats:
 
 
 def path_cost(network: gabf.Network, nodes: Ints) -> PathCost:
-    """The cost of a node sequence, start first, on a network of :func:`build_network`, whose arcs are in order."""
-    arcs = np.searchsorted(network.tails * network.n_nodes + network.indices, nodes[:-1] * network.n_nodes + nodes[1:])
-    manipulability, distance = (float(total) for total in arc_costs(network)[arcs].sum(axis=0))
+    """The cost of a node sequence, start first, on a network of :func:`build_network`; no arcs run parallel there."""
+    steps = arc_costs(network)[network.arcs_along(nodes)]
+    manipulability, distance = (float(total) for total in steps.sum(axis=0))
     beta: float = network.kernel.beta  # type: ignore[attr-defined]  (arc_costs refused any other kernel)
     return PathCost(traded_off(beta, manipulability, distance), manipulability, distance, beta)

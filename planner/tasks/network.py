@@ -67,7 +67,7 @@ class TaskNetwork:
     reaches: Ints
 
     def at(self, beta: float) -> gabf.Network:
-        """The network of eq. (finew) at ``beta``, the manipulability cost charged along edges."""
+        """The network of eq. (finew) at ``beta``, the manipulability cost charged along edges; its arcs are these."""
         return gabf.Network.from_arcs(
             self.tails,
             self.heads,
@@ -88,15 +88,6 @@ class TaskNetwork:
         """The corners (k, dof) of an arc's motion from its tail to its head; edges have one motion for both ways."""
         found = motions.corners(int(self.motion[arc]))
         return found[::-1] if self.layered > self.tails[arc] > self.heads[arc] else found
-
-    @cached_property
-    def _ends(self) -> Ints:
-        """(arcs,) ascending numbers of pairs of nodes, no two arcs having the same."""
-        return self.tails * self.nodes + self.heads
-
-    def arcs_along(self, nodes: Ints) -> Ints:
-        """The arcs (k - 1,) between consecutive ``nodes`` (k,)."""
-        return np.searchsorted(self._ends, nodes[:-1] * self.nodes + nodes[1:])
 
     def started(self, options: Options, roadmap: Roadmap, q: Floats, objective: Objective) -> TaskNetwork:
         """The same from another start ``q`` (dof,), joined to its neighbours in the first layer."""

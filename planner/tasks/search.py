@@ -80,7 +80,7 @@ class LazySearch:
                 field = gabf.heal(net, x, self.law).cost_to_go
             x = field.x
             progress("modes", rounds, rounds + 1)
-            arcs = self.network.arcs_along(gabf.cheapest_path(field, np.array([self.network.start])))
+            arcs = whole.arcs_along(gabf.cheapest_path(field, np.array([self.network.start])))
             if not len(arcs) or progress.stopped or self._holds(arcs):
                 break
         if len(arcs) and not progress.stopped:
@@ -98,7 +98,8 @@ class LazySearch:
             envelope = EnvelopeSearch(net, np.array([self.network.start]), self.law)
             while not envelope.done:
                 envelope.step()
-            if all([self._holds(self.network.arcs_along(support.nodes)) for support in envelope.supports]):
+            holds = [self._holds(whole.arcs_along(support.nodes)) for support in envelope.supports]
+            if all(holds):
                 return pieces(envelope.supports)
 
     def _holds(self, arcs: Ints) -> bool:

@@ -54,8 +54,9 @@ def _beyond(options: Options, tried: Tried) -> float | None:
 def _all_blocked(options: Options, search: LazySearch, number: int, tried: Tried) -> bool:
     """Whether the lines of every option of a step are refused in every mode; what they touch is counted."""
     net, hits, left = search.network, [], False
+    whole = net.at(0.5)
     for way in (way for way in net.ways if way.step == number):
-        arcs = net.arcs_along(np.arange(way.first, way.last + 1))
+        arcs = whole.arcs_along(np.arange(way.first, way.last + 1))
         refused = arcs[search.refused[arcs]].tolist()
         left = left or not refused
         why = (options.modes.why(net.modes[net.mode[arc]], int(net.motion[arc])) for arc in refused)

@@ -1,3 +1,5 @@
+import itertools
+
 import numpy as np
 import pytest
 
@@ -51,6 +53,17 @@ def test_arcs_between_finds_parallel_arcs_in_one_direction():
     net = from_arcs(3, [(1, 0, 1.0), (1, 0, 2.0), (2, 1, 1.0)])
     assert net.arcs_between(1, 0).tolist() == [0, 1]
     assert net.arcs_between(0, 1).size == 0
+
+
+def test_arcs_along_are_those_between_node_after_node():
+    net = Network([0, 1, 4, 6], [2, 2, 0, 0, 1, 0], np.arange(1.0, 7.0), sources=[0], kernel=gabf.Additive())
+    for nodes in ([2, 1, 0, 2], [1, 0], [1], []):
+        steps = [net.arcs_between(i, j)[0] for i, j in itertools.pairwise(nodes)]
+        assert net.arcs_along(np.array(nodes, dtype=int)).tolist() == steps
+    with pytest.raises(AssumptionError, match="node 0 does not read node 1"):
+        net.arcs_along(np.array([1, 0, 1]))
+    with pytest.raises(AssumptionError, match=r"nodes\[1\] is 3: give whole numbers"):
+        net.arcs_along(np.array([1, 3]))
 
 
 def test_without_arcs_drops_them_and_their_costs():

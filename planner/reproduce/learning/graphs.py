@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -58,7 +57,7 @@ class GridGraph:
 
     def weights(self, path: Ints) -> Floats:
         """(k - 1,) the distances along a node sequence."""
-        return self.d[arcs_along(self.network, path)]
+        return self.d[self.network.arcs_along(path)]
 
 
 def draw_grid(rng: np.random.Generator) -> GridGraph:
@@ -75,11 +74,6 @@ def draw_grid(rng: np.random.Generator) -> GridGraph:
         if np.isfinite(distances(network, d)).all():
             return GridGraph(frozen(position), network, frozen(d), redraws)
     raise AssumptionError(f"none of {_ATTEMPTS} drawn grids is connected within a range of {RANGE:g}: raise the range.")
-
-
-def arcs_along(network: Network, path: Ints) -> Ints:
-    """Ids of the arcs of a node sequence."""
-    return np.array([network.arcs_between(i, j)[0] for i, j in itertools.pairwise(path.tolist())], dtype=np.int64)
 
 
 def distances(network: Network, cost: Floats) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 from planner import gabf, learning
 from planner.base.arrays import Ints
 from planner.learning import ErrorDriven, Hebbian, LearningRule, Stage
-from planner.reproduce.learning.graphs import START, GridGraph, arcs_along, distances, draw_grid
+from planner.reproduce.learning.graphs import START, GridGraph, distances, draw_grid
 from planner.reproduce.learning.threshold import PRECISION, Threshold, threshold
 from planner.reproduce.report import or_infinite
 
@@ -78,7 +78,7 @@ def train(graph: GridGraph, rule: LearningRule, iterations: int) -> TrainingRun:
 def _facts(graph: GridGraph, rule: LearningRule, stage: Stage) -> StageFacts:
     path, field = stage.path(START), stage.field
     additive = distances(stage.network, -np.log(stage.wbar))
-    product = float(stage.wbar[arcs_along(stage.network, path)].prod())
+    product = float(stage.wbar[stage.network.arcs_along(path)].prod())
     return StageFacts(
         iteration=stage.iteration,
         optimal=graph.is_shortest(path),

@@ -9,7 +9,7 @@ import numpy as np
 
 from planner import learning
 from planner.base.arrays import Floats
-from planner.reproduce.learning.graphs import GridGraph, arcs_along, dijkstra_path
+from planner.reproduce.learning.graphs import GridGraph, dijkstra_path
 
 PRECISION = 1e-3
 """The threshold is known to fail just below, and certified from (1 + PRECISION) times it on."""
@@ -102,7 +102,7 @@ def second_cost(graph: GridGraph, cost: Floats) -> float:
     Another simple path lacks at least one arc of that one, so it is the best of the paths that must do without one.
     """
     best = np.inf
-    for arc in arcs_along(graph.network, graph.shortest):
+    for arc in graph.network.arcs_along(graph.shortest):
         without = cost.copy()
         without[arc] = np.inf
         best = min(best, dijkstra_path(graph.network, without)[1])
