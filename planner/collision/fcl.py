@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import fcl
 import numpy as np
@@ -240,10 +241,14 @@ def _tree(items: list[fcl.CollisionObject]) -> fcl.DynamicAABBTreeCollisionManag
     return tree
 
 
-@lru_cache(maxsize=1024)
+# of bodies, for as long as somebody has them; those of one shape have one each, as contacts are told by it
+_made: WeakKeyDictionary[Body, fcl.CollisionGeometry] = WeakKeyDictionary()
+
+
 def _body(body: Body) -> fcl.CollisionGeometry:
-    """The shape of a body, made once; bodies of one shape have one each, as contacts are told by it."""
-    return _geometry(body.shape)
+    """The shape of a body, made once."""
+    made = _made.get(body)
+    return _made.setdefault(body, _geometry(body.shape)) if made is None else made
 
 
 def _geometry(shape: Shape) -> fcl.CollisionGeometry:
