@@ -294,7 +294,11 @@ class EdgeProver:
 
     def _all_clear(self, coefficients: Floats, room: float, likely: bool) -> bool:
         if likely:
-            return not self._native.prove_together(self._bounds, coefficients, room)[0].any()
+            batches = (coefficients[first : first + _BATCH] for first in range(0, len(coefficients), _BATCH))
+            return all(
+                not self.progress.stopped and not self._native.prove_together(self._bounds, batch, room)[0].any()
+                for batch in batches
+            )
         once = np.ones(1, dtype=np.int64)
         count = len(coefficients) * once
         return self._native.first_proven(self._bounds, coefficients, count, once, 0 * once, room)[0][0] >= 0

@@ -191,13 +191,15 @@ def improve(
         search.take(first)
     curve = [] if search.best is None else [(0, search.best.cost)]
     for spent in range(1, effort + 1):
-        if progress.stopped or _has_settled(curve, effort):
+        if progress.stopped:
+            break
+        if _has_settled(curve, effort):
+            progress(IMPROVING, effort, effort)
             break
         search.round()
         if search.best is not None:
             curve.append((spent, search.best.cost))
         progress(IMPROVING, spent, effort)
-    progress(IMPROVING, effort, effort)
     if search.best is None:
         return Improvement(roadmap)
     search.finish()

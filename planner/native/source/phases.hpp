@@ -210,10 +210,12 @@ class Cubics {
 
     // Positions (dof,) at a moment on a piece.
     void positions(int piece, int64_t clock, double* found) const {
-        if (rests(piece))
+        if (rests(piece)) {
             std::copy(rest_at(piece), rest_at(piece) + dof_, found);
-        else
-            for (int j = 0; j < dof_; ++j) found[j] = value(of(piece) + j, since(piece, clock));
+            return;
+        }
+        const double u = since(piece, clock);
+        for (int j = 0; j < dof_; ++j) found[j] = value(of(piece) + j, u);
     }
 
     double velocity(int piece, int64_t clock, int joint) const {

@@ -116,9 +116,8 @@ class World {
     double margin = 0.0;
 
     int obstacles() const { return static_cast<int>(items.size()) - bodies; }
-    size_t frame_count() const {
-        return chain.dof() + 1 + motions.size();
-    }  // of joints and of all that moves by itself
+    // Of the base, of joints and of all that moves by itself.
+    size_t frame_count() const { return chain.dof() + 1 + motions.size(); }
     int pair_count() const { return static_cast<int>(pairs.size()); }
 
     const Frame* frame_of(int item, const Frame* frames) const {
