@@ -109,10 +109,15 @@ class Tube:
         return position, DeviationRecord(position=float(off.max()), angle=float(angle.max()))
 
     def deviations(self, lines: Ints, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
-        """How far (n,) m and rad poses are off the nearest of their lines (n, a), and the angle beyond a cone's."""
+        """How far (n,) m and rad poses are off one of their lines (n, a), the angle beyond a cone's.
+
+        It is the line in whose tube they lie deepest: beside a bend the nearest one may turn otherwise.
+        """
         u, off = self._beside(lines, position)
-        nearest, rows = off.argmin(axis=1), np.arange(len(lines))
-        _, turns, free, cones = self.path.at(lines[rows, nearest], np.clip(u[rows, nearest], 0.0, 1.0))
-        column = 2.0 * np.arcsin(np.clip(np.linalg.norm(rotation[..., 2] - turns[..., 2], axis=1) / 2.0, 0.0, 1.0))
-        angle = np.where(free, np.maximum(column - cones, 0.0), rotation_angles(rotation, turns))
-        return off[rows, nearest], angle
+        _, turns, free, cones = self.path.at(lines.ravel(), np.clip(u, 0.0, 1.0).ravel())
+        there = np.repeat(rotation, lines.shape[1], axis=0)
+        column = 2.0 * np.arcsin(np.clip(np.linalg.norm(there[..., 2] - turns[..., 2], axis=1) / 2.0, 0.0, 1.0))
+        angle = np.where(free, np.maximum(column - cones, 0.0), rotation_angles(there, turns)).reshape(lines.shape)
+        size, rows = self.path.tube, np.arange(len(lines))
+        deepest = np.maximum(off / size.position, angle / size.angle).argmin(axis=1)
+        return off[rows, deepest], angle[rows, deepest]

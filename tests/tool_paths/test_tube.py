@@ -9,7 +9,7 @@ from planner.kinematics.tool_bound import Frame, ToolBound
 from planner.models.robot import Robot
 from planner.tool_paths.file import read_tool_path
 from planner.tool_paths.ladder import build_ladder, ladder_from
-from planner.tool_paths.tool_path import ToolPath
+from planner.tool_paths.tool_path import ToolPath, TubeSize
 from planner.tool_paths.tube import Tube
 from tests.kinematics.test_tool_bound import sliding
 from tests.tool_paths.judge import line_of, outside
@@ -178,6 +178,20 @@ def test_deviations_are_what_they_are() -> None:
     spare = tube.spare(np.zeros((1, 1), dtype=int), lean[None], np.array([[0.5, 0.02, 0.0]]))
     assert spare[0, 0, 0] == pytest.approx(0.9e-3 - 0.02)
     assert spare[0, 0, 1] < 0
+
+
+def test_beside_a_bend_deviations_are_those_from_the_line_that_a_pose_keeps_to() -> None:
+    """It is nearer to the line before, on which the tool has not turned yet."""
+    turned = np.array([[np.cos(0.3), -np.sin(0.3), 0], [np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
+    corners = np.array([[0.0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0]])
+    turns, none = np.stack([np.eye(3), np.eye(3), turned]), np.zeros(3)
+    tube = Tube(ToolPath("bend", corners, turns, none.astype(bool), none, np.arange(1, 4), TubeSize(0.002, 0.01)))
+    rotation, position = tube.path.at(np.array([1]), np.array([0.12]))[1], np.array([[0.0085, 0.0012, 0.0]])
+    both = [tube.deviations(np.array([[line]]), rotation, position) for line in (0, 1)]
+    assert both[0][0] < both[1][0] < 0.002
+    assert both[1][1] < 1e-9 < 0.01 < both[0][1]
+    off, angle = tube.deviations(np.array([[0, 1]]), rotation, position)
+    np.testing.assert_array_equal([off, angle], both[1])
 
 
 @pytest.mark.parametrize("cone", [1e-3, 0.6])
